@@ -1,0 +1,1 @@
+"""Recording to Impacts: noise floor, threshold with hysteresis, contact time, sound onsets."""

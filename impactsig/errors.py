@@ -1,0 +1,98 @@
+"""What can go wrong, as types: every message names the cause and the remedy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class ImpactsigError(Exception):
+    """Base of every error this package raises on purpose."""
+
+
+class InvalidInput(ImpactsigError, ValueError):
+    """An argument that cannot be used.
+
+    Parameters
+    ----------
+    argument : str
+        Name of the argument as the caller knows it.
+    value : object
+        What was received.
+    required : str
+        What would have been accepted.
+    remedy : str, optional
+        How to mend it, where that is not obvious from `required`.
+
+    Examples
+    --------
+    >>> print(InvalidInput("rate", -1, "a positive number [Hz]"))
+    rate: got -1; required: a positive number [Hz]
+    """
+
+    def __init__(self, argument: str, value: Any, required: str, remedy: str = "") -> None:
+        self.argument, self.value, self.required, self.remedy = argument, value, required, remedy
+        shown = value if isinstance(value, str) and value else repr(value)
+        if len(shown) > 80:
+            shown = shown[:77] + "..."
+        message = f"{argument}: got {shown}; required: {required}"
+        super().__init__(f"{message}. {remedy}" if remedy else message)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Keep the fields when the error crosses a process boundary."""
+        return type(self), (self.argument, self.value, self.required, self.remedy)
+
+
+class UnreadableFile(ImpactsigError, OSError):
+    """A file that is missing, empty, truncated, corrupt or of no known format.
+
+    Parameters
+    ----------
+    path : object
+        The file.
+    reason : str
+        What is wrong with it, with the position in the file where it is known.
+    remedy : str, optional
+        How to mend it.
+    """
+
+    def __init__(self, path: Any, reason: str, remedy: str = "") -> None:
+        self.path, self.reason, self.remedy = str(path), reason, remedy
+        message = f"{path}: {reason}"
+        super().__init__(f"{message}. {remedy}" if remedy else message)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Keep the fields when the error crosses a process boundary."""
+        return type(self), (self.path, self.reason, self.remedy)
+
+
+class UnwritableFile(UnreadableFile):
+    """A file that cannot be written; nothing was left behind in its place."""
+
+
+class MissingExtra(ImpactsigError, ImportError):
+    """An optional library is not installed.
+
+    Parameters
+    ----------
+    library : str
+        The library that is missing.
+    extra : str
+        The extra of impactsig that installs it.
+    purpose : str
+        What it is needed for.
+    """
+
+    def __init__(self, library: str, extra: str, purpose: str) -> None:
+        self.library, self.extra, self.purpose = library, extra, purpose
+        super().__init__(
+            f"{purpose} needs {library}, which is not installed. "
+            f'Install it with: python -m pip install "impactsig[{extra}]"'
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Keep the fields when the error crosses a process boundary."""
+        return type(self), (self.library, self.extra, self.purpose)
+
+
+class ImpactsigWarning(UserWarning):
+    """Something was done that the user should know of (a channel left out, a file cut short)."""

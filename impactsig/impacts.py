@@ -1,0 +1,413 @@
+"""Impacts: a spike train, measured or simulated; the type that everything else meets in."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from datetime import datetime
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._atomic import atomic_path
+from .errors import InvalidInput, MissingExtra, UnreadableFile
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+OPEN_START = 1
+"""The pulse had begun before the record did: contact time and impulse are lower bounds."""
+OPEN_END = 2
+"""The pulse had not ended when the record did: contact time and impulse are lower bounds."""
+CLIPPED = 4
+"""The peak reached the limit of the instrument: peak and impulse are lower bounds."""
+UNRESOLVED = 8
+"""The pulse overlaps a neighbour or fits no single pulse: its contact time is a crossing time."""
+
+FLAG_NAMES = {
+    OPEN_START: "open start",
+    OPEN_END: "open end",
+    CLIPPED: "clipped",
+    UNRESOLVED: "unresolved",
+}
+
+_PER_IMPACT = ("contact_time", "peak", "impulse", "rise_time")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Impacts:
+    """Impacts in the order of time, with what was measured of each and of the run.
+
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        Instants of impact [s], ascending.
+    contact_time : array_like, shape (n,), optional
+        From first to last touch [s], or between the crossings of `contact_level` where the run
+        has one. None where it was not measured (sound, hard stops, times from elsewhere).
+    peak : array_like, shape (n,), optional
+        Greatest value above the baseline [unit].
+    impulse : array_like, shape (n,), optional
+        Integral above the baseline over the contact [unit * s].
+    rise_time : array_like, shape (n,), optional
+        From first touch to peak [s].
+    flags : array_like of uint8, shape (n,), optional
+        Bits `OPEN_START`, `OPEN_END`, `CLIPPED`, `UNRESOLVED`.
+    start, duration : float
+        Span of the run [s]; by default from the first to the last impact.
+    unit : str
+        Unit of peak and of the levels.
+    threshold, release : float, optional
+        Level of the (filtered) signal at which an impact is recognised and at which it is over
+        [unit].
+    noise : float, optional
+        Noise level: standard deviation of the signal between impacts [unit].
+    contact_level : float, optional
+        Level above the baseline [unit] that `contact_time` refers to; 0 is the touch itself.
+    gaps : array_like, shape (g, 2), optional
+        Spans [s] without valid samples; no interval is taken across one.
+    sensor, source : str
+        What recorded the run, and where.
+    recorded_at : datetime, optional
+        Wall-clock time of the beginning of the source.
+    settings : mapping
+        How the impacts were found.
+    reason : str
+        Why there are none, where there are none.
+
+    Raises
+    ------
+    InvalidInput
+        If the times are not finite and ascending, the arrays differ in length, or an impact lies
+        outside the run.
+    """
+
+    time: np.ndarray
+    contact_time: np.ndarray | None = None
+    peak: np.ndarray | None = None
+    impulse: np.ndarray | None = None
+    rise_time: np.ndarray | None = None
+    flags: np.ndarray = field(default_factory=lambda: np.empty(0, np.uint8))
+    start: float | None = None  # type: ignore[assignment]
+    duration: float | None = None  # type: ignore[assignment]
+    unit: str = ""
+    threshold: float | None = None
+    release: float | None = None
+    noise: float | None = None
+    contact_level: float | None = None
+    gaps: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+    sensor: str = ""
+    source: str = ""
+    recorded_at: datetime | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    reason: str = ""
+
+    def __post_init__(self) -> None:
+        time = _vector("time", self.time)
+        if np.any(np.diff(time) < 0):
+            where = int(np.argmax(np.diff(time) < 0)) + 1
+            raise InvalidInput(
+                "time",
+                f"time[{where}] = {time[where]:.9g} s after {time[where - 1]:.9g} s",
+                "ascending instants",
+                "Sort them first",
+            )
+        store = {"time": time}
+        for name in _PER_IMPACT:
+            value = getattr(self, name)
+            store[name] = None if value is None else _vector(name, value, len(time))
+        flags = np.asarray(self.flags, np.uint8)
+        store["flags"] = flags if len(flags) or not len(time) else np.zeros(len(time), np.uint8)
+        if store["flags"].shape != time.shape:
+            raise InvalidInput("flags", f"shape {flags.shape}", f"shape {time.shape}")
+        store["gaps"] = np.asarray(self.gaps, float).reshape(-1, 2)
+        start = float(time[0]) if self.start is None and len(time) else float(self.start or 0.0)
+        last = float(time[-1]) if len(time) else start
+        duration = last - start if self.duration is None else float(self.duration)
+        if not (np.isfinite(start) and np.isfinite(duration) and duration >= 0):
+            raise InvalidInput(
+                "start, duration", f"{start}, {duration}", "finite, duration >= 0 [s]"
+            )
+        slack = 1e-9 * max(1.0, abs(last))
+        if len(time) and (time[0] < start - slack or last > start + duration + slack):
+            raise InvalidInput(
+                "time",
+                f"{time[0]:.9g} ... {last:.9g} s",
+                f"instants inside the run, {start:.9g} to {start + duration:.9g} s",
+            )
+        for array in store.values():
+            if array is not None:
+                array.flags.writeable = False
+        store |= {"start": start, "duration": duration}
+        store["settings"] = MappingProxyType(dict(self.settings))
+        for name, value in store.items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_times(
+        cls, time: Any, *, start: float | None = None, duration: float | None = None, **known: Any
+    ) -> Impacts:
+        """Impacts of which the instants are known, and perhaps more; unsorted times are sorted.
+
+        Parameters
+        ----------
+        time : array_like, shape (n,)
+            Instants of impact [s].
+        start, duration : float, optional
+            Span of the run [s]; by default from the first to the last impact.
+        **known
+            Any other parameter of `Impacts`; arrays are sorted with the times.
+        """
+        time = _vector("time", time)
+        order = np.argsort(time, kind="stable")
+        for name in (*_PER_IMPACT, "flags"):
+            if known.get(name) is not None:
+                known[name] = np.asarray(known[name])[order]
+        return cls(time[order], start=start, duration=duration, **known)
+
+    # -- reading ---------------------------------------------------------------------------
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def stop(self) -> float:
+        """End of the run [s]."""
+        return self.start + self.duration
+
+    def intervals(self) -> np.ndarray:
+        """Interspike intervals [s]: differences of successive instants, none across a gap.
+
+        Returns
+        -------
+        ndarray, shape (n - 1 - intervals across gaps,)
+        """
+        return np.diff(self.time)[~self.interval_spans_gap()]
+
+    def interval_spans_gap(self) -> np.ndarray:
+        """Whether the interval after each impact but the last crosses a gap, shape (n - 1,)."""
+        if len(self.time) < 2:
+            return np.zeros(max(len(self.time) - 1, 0), bool)
+        before = np.searchsorted(np.sort(self.gaps[:, 0]), self.time, side="right")
+        return np.diff(before) > 0
+
+    def time_in_contact(self) -> float:
+        """Share of the run spent in contact (the thesis' time-of-contact measure [Karpodinis]_).
+
+        Raises
+        ------
+        InvalidInput
+            If contact times were not measured, or the run has no duration.
+        """
+        if self.contact_time is None:
+            raise InvalidInput(
+                "contact_time", None, "measured contact times", "Sound and hard stops have none"
+            )
+        valid = self.duration - float(np.sum(self.gaps[:, 1] - self.gaps[:, 0]))
+        if valid <= 0:
+            raise InvalidInput("duration", self.duration, "a run longer than 0 s")
+        return float(self.contact_time.sum() / valid)
+
+    def bursts(self, within: float) -> tuple[np.ndarray, np.ndarray]:
+        """Groups of impacts each at most `within` after the one before (several spikes a period).
+
+        Parameters
+        ----------
+        within : float
+            Longest interval inside a burst [s].
+
+        Returns
+        -------
+        first : ndarray of int, shape (b,)
+            Index of the first impact of each burst.
+        size : ndarray of int, shape (b,)
+            Number of impacts in each.
+        """
+        if not (np.isfinite(within) and within > 0):
+            raise InvalidInput("within", within, "a positive time [s]")
+        if not len(self):
+            return np.empty(0, np.intp), np.empty(0, np.intp)
+        opens = (np.diff(self.time) > within) | self.interval_spans_gap()
+        first = np.flatnonzero(np.concatenate(([True], opens)))
+        return first, np.diff(np.append(first, len(self)))
+
+    # -- choosing --------------------------------------------------------------------------
+
+    def __getitem__(self, which: Any) -> Impacts:
+        """The impacts at a slice, a mask or ascending indices, in the same run."""
+        if isinstance(which, (int, np.integer)):
+            which = [which]
+        chosen = {
+            name: getattr(self, name)[which]
+            for name in ("time", *_PER_IMPACT, "flags")
+            if getattr(self, name) is not None
+        }
+        return replace(self, **chosen)
+
+    def between(self, start: float | None = None, stop: float | None = None) -> Impacts:
+        """The impacts with start <= time < stop [s]; the run becomes that span."""
+        low = self.start if start is None else max(float(start), self.start)
+        high = self.stop if stop is None else min(float(stop), self.stop)
+        if not low < high:
+            raise InvalidInput(
+                "start, stop",
+                f"{start}, {stop}",
+                f"a span inside {self.start:g} to {self.stop:g} s",
+            )
+        inside = (self.time >= low) & ((self.time < high) | (stop is None))
+        gaps = np.clip(self.gaps, low, high)
+        gaps = gaps[gaps[:, 1] > gaps[:, 0]]
+        return replace(self[inside], start=low, duration=high - low, gaps=gaps)
+
+    # -- tables ----------------------------------------------------------------------------
+
+    def to_frame(self) -> pd.DataFrame:
+        """A table with a row an impact and a column for each thing measured, in SI units."""
+        import pandas as pd
+
+        columns = {
+            name: getattr(self, name)
+            for name in ("time", *_PER_IMPACT, "flags")
+            if getattr(self, name) is not None
+        }
+        return pd.DataFrame(columns)
+
+    def to_csv(self, path: Any) -> None:
+        """Write a CSV that `read_csv` reads back without loss; the run stands in its first line.
+
+        Raises
+        ------
+        UnwritableFile
+            If it cannot be written; what stood at `path` before is then untouched.
+        """
+        with (
+            atomic_path(path) as temporary,
+            temporary.open("w", encoding="utf-8", newline="") as file,
+        ):
+            file.write(f"# impactsig {json.dumps(self._run(), ensure_ascii=True)}\n")
+            self.to_frame().to_csv(file, index=False, lineterminator="\n")
+
+    @classmethod
+    def read_csv(cls, path: Any) -> Impacts:
+        """Impacts from a CSV written by `to_csv`, or from any CSV with a column `time` [s].
+
+        Raises
+        ------
+        UnreadableFile
+            If there is no such file, or it has no such column or no numbers in it.
+        """
+        import pandas as pd
+
+        try:
+            with Path(path).open(encoding="utf-8") as file:
+                head = file.readline()
+            run = json.loads(head[len("# impactsig ") :]) if head.startswith("# impactsig ") else {}
+            frame = pd.read_csv(path, comment="#", float_precision="round_trip")
+        except (OSError, ValueError) as error:
+            raise UnreadableFile(path, f"not a table of impacts ({error})") from error
+        return cls._from_frame(path, frame, run)
+
+    def to_parquet(self, path: Any) -> None:
+        """Write a Parquet file that `read_parquet` reads back without loss (needs pyarrow)."""
+        arrow, parquet = _pyarrow()
+        table = arrow.Table.from_pandas(self.to_frame(), preserve_index=False)
+        note = {**(table.schema.metadata or {}), b"impactsig": json.dumps(self._run()).encode()}
+        with atomic_path(path) as temporary:
+            parquet.write_table(table.replace_schema_metadata(note), temporary)
+
+    @classmethod
+    def read_parquet(cls, path: Any) -> Impacts:
+        """Impacts from a Parquet file written by `to_parquet` (needs pyarrow)."""
+        arrow, parquet = _pyarrow()
+        try:
+            table = parquet.read_table(path)
+        except (OSError, arrow.ArrowException) as error:
+            raise UnreadableFile(path, f"not a Parquet table ({error})") from error
+        run = json.loads((table.schema.metadata or {}).get(b"impactsig", b"{}"))
+        return cls._from_frame(path, table.to_pandas(), run)
+
+    def _run(self) -> dict[str, Any]:
+        """What is known of the run rather than of each impact, as JSON can hold it."""
+        run = {
+            item.name: getattr(self, item.name)
+            for item in fields(self)
+            if item.name not in ("time", *_PER_IMPACT, "flags")
+        }
+        run["gaps"] = self.gaps.tolist()
+        run["settings"] = dict(self.settings)
+        run["recorded_at"] = self.recorded_at.isoformat() if self.recorded_at else None
+        return run
+
+    @classmethod
+    def _from_frame(cls, path: Any, frame: pd.DataFrame, run: dict[str, Any]) -> Impacts:
+        if "time" not in frame:
+            raise UnreadableFile(path, f"no column 'time' among {list(frame.columns)}")
+        run = {key: value for key, value in run.items() if key in cls.__dataclass_fields__}
+        if run.get("recorded_at"):
+            run["recorded_at"] = datetime.fromisoformat(run["recorded_at"])
+        columns = {
+            name: frame[name].to_numpy()
+            for name in ("time", *_PER_IMPACT, "flags")
+            if name in frame
+        }
+        try:
+            return cls(**columns, **run)
+        except (InvalidInput, TypeError) as error:
+            raise UnreadableFile(path, f"not a table of impacts ({error})") from error
+
+    # -- showing ---------------------------------------------------------------------------
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the spike train; see `impactsig.plot.spike_train`."""
+        from . import plot
+
+        return plot.spike_train(self, ax=ax, **options)
+
+    def __repr__(self) -> str:
+        parts = [f"{len(self)} impacts in {self.duration:.6g} s"]
+        if len(self) > 1:
+            parts.append(f"median interval {np.median(np.diff(self.time)):.4g} s")
+        if self.contact_time is not None and len(self):
+            parts.append(f"median contact {np.median(self.contact_time):.3g} s")
+        if self.threshold is not None:
+            parts.append(f"threshold {self.threshold:.3g} {self.unit}".rstrip())
+        if self.reason:
+            parts.append(self.reason)
+        return f"Impacts({'; '.join(parts)})"
+
+    def _repr_html_(self) -> str:
+        frame: Any = self.to_frame()
+        return f"<code>{html.escape(repr(self))}</code>{frame._repr_html_()}"
+
+
+def flag_names(flags: int) -> str:
+    """The names of the bits set in `flags`, separated by commas."""
+    return ", ".join(name for bit, name in FLAG_NAMES.items() if flags & bit)
+
+
+def _vector(name: str, value: Iterable[float], length: int | None = None) -> np.ndarray:
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InvalidInput(name, value, "an array of real numbers") from None
+    if array.ndim != 1 or (length is not None and len(array) != length):
+        wanted = "(n,)" if length is None else f"({length},)"
+        raise InvalidInput(name, f"shape {array.shape}", f"shape {wanted}")
+    if not np.isfinite(array).all():
+        where = int(np.argmax(~np.isfinite(array)))
+        raise InvalidInput(name, f"{array[where]} at index {where}", "finite numbers")
+    return array
+
+
+def _pyarrow() -> tuple[Any, Any]:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        raise MissingExtra("pyarrow", "parquet", "Parquet") from None
+    return pyarrow, parquet

@@ -1,0 +1,1 @@
+"""Interspike intervals: return map, histogram, variation, period."""

@@ -1,0 +1,1 @@
+"""Path to Recording: one file a format family, one table of formats."""

@@ -1,0 +1,331 @@
+"""Recording: what an instrument wrote down, with the rate and the unit it was written in."""
+
+from __future__ import annotations
+
+import html
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .errors import InvalidInput
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Sensor = Literal["force", "sound"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Recording:
+    """Samples of one or several channels, taken at one rate.
+
+    Parameters
+    ----------
+    samples : array_like, shape (n,) or (n, channels)
+        The samples, in `units`. Kept in the floating type they come in (float32 or float64);
+        integers become float64. Never copied if they are already such an array.
+    rate : float
+        Samples per second [Hz].
+    units : sequence of str or str, optional
+        Unit of each channel; one string stands for all of them.
+    channels : sequence of str, optional
+        Channel names.
+    start : float, optional
+        Time of the first sample [s] since the beginning of the source.
+    recorded_at : datetime, optional
+        Wall-clock time of the beginning of the source.
+    source : str, optional
+        Where the samples come from (a file name).
+    sensor : {"force", "sound"}, optional
+        Load cell, accelerometer and strain gauge are "force"; a microphone is "sound".
+        It decides how impacts are looked for.
+    truncated : bool, optional
+        The source ended before its own header said it would.
+
+    Raises
+    ------
+    InvalidInput
+        If the rate is not positive, the samples are not one- or two-dimensional numbers, or the
+        names and units do not match the number of channels.
+    """
+
+    samples: np.ndarray
+    rate: float
+    units: tuple[str, ...] = ()
+    channels: tuple[str, ...] = ()
+    start: float = 0.0
+    recorded_at: datetime | None = None
+    source: str = ""
+    sensor: Sensor = "force"
+    truncated: bool = field(default=False)
+
+    def __post_init__(self) -> None:
+        samples = np.asarray(self.samples)
+        if samples.ndim not in (1, 2):
+            raise InvalidInput("samples", f"shape {samples.shape}", "shape (n,) or (n, channels)")
+        if samples.dtype.kind not in "biuf":
+            raise InvalidInput("samples", f"dtype {samples.dtype}", "real numbers")
+        if samples.dtype not in (np.float32, np.float64):
+            samples = samples.astype(np.float64)
+        count = 1 if samples.ndim == 1 else samples.shape[1]
+        if count == 0:
+            raise InvalidInput("samples", f"shape {samples.shape}", "at least one channel")
+        try:
+            rate = float(self.rate)
+        except (TypeError, ValueError):
+            raise InvalidInput("rate", self.rate, "a positive number [Hz]") from None
+        if not (np.isfinite(rate) and rate > 0):
+            raise InvalidInput("rate", self.rate, "a positive number [Hz]")
+        if not np.isfinite(self.start):
+            raise InvalidInput("start", self.start, "a finite time [s]")
+        if self.sensor not in ("force", "sound"):
+            raise InvalidInput("sensor", self.sensor, '"force" or "sound"')
+        units = (self.units,) * count if isinstance(self.units, str) else tuple(self.units)
+        units = units or ("",) * count
+        names = (self.channels,) if isinstance(self.channels, str) else tuple(self.channels)
+        names = names or (("",) if count == 1 else tuple(f"channel {i}" for i in range(count)))
+        for argument, given in (("units", units), ("channels", names)):
+            if len(given) != count:
+                raise InvalidInput(argument, given, f"one entry a channel ({count})")
+        for name, value in (
+            ("samples", samples),
+            ("rate", rate),
+            ("start", float(self.start)),
+            ("units", units),
+            ("channels", names),
+        ):
+            object.__setattr__(self, name, value)
+
+    # -- size and time ---------------------------------------------------------------------
+
+    def __len__(self) -> int:
+        return len(self.samples)
+
+    @property
+    def duration(self) -> float:
+        """Length of the record [s]: number of samples over rate."""
+        return len(self.samples) / self.rate
+
+    @property
+    def stop(self) -> float:
+        """Time just after the last sample [s]."""
+        return self.start + self.duration
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time of every sample [s], shape (n,); made anew at each call."""
+        return self.start + np.arange(len(self.samples)) / self.rate
+
+    @property
+    def unit(self) -> str:
+        """Unit of the channels; where they differ, all of them, separated by commas."""
+        return ", ".join(dict.fromkeys(self.units))
+
+    # -- choosing --------------------------------------------------------------------------
+
+    def channel(self, which: str | int) -> Recording:
+        """One channel, by name or by index, as a Recording with samples of shape (n,)."""
+        index = channel_index(self.channels, which)
+        return replace(
+            self,
+            samples=self.samples if self.samples.ndim == 1 else self.samples[:, index],
+            units=(self.units[index],),
+            channels=(self.channels[index],),
+        )
+
+    def between(self, start: float | None = None, stop: float | None = None) -> Recording:
+        """The samples with start <= time < stop [s], without copying them.
+
+        Raises
+        ------
+        InvalidInput
+            If the span holds no sample.
+        """
+        first, last = sample_span(start, stop, self.rate, len(self.samples), self.start)
+        return replace(self, samples=self.samples[first:last], start=self.start + first / self.rate)
+
+    # -- changing --------------------------------------------------------------------------
+
+    def calibrate(
+        self, scale: float = 1.0, offset: float = 0.0, unit: str | None = None
+    ) -> Recording:
+        """``scale * samples + offset``, in the new unit.
+
+        Raises
+        ------
+        InvalidInput
+            If scale is zero, or either number is not finite.
+        """
+        check_calibration(scale, offset)
+        units = self.units if unit is None else (unit,) * len(self.units)
+        samples = self.samples
+        if scale != 1.0 or offset != 0.0:
+            samples = samples * samples.dtype.type(scale) + samples.dtype.type(offset)
+        return replace(self, samples=samples, units=units)
+
+    def resample(self, rate: float) -> Recording:
+        """The same signal at another rate, by a linear-phase polyphase filter.
+
+        A Kaiser window with 80 dB of stop-band attenuation; what lies above half the lower rate
+        is removed. The rates must have a ratio of whole numbers up to 10 000.
+
+        Raises
+        ------
+        InvalidInput
+            If the rate is not positive or its ratio to the present rate is not of that kind.
+        """
+        from scipy.signal import firwin, resample_poly
+
+        if not (np.isfinite(rate) and rate > 0):
+            raise InvalidInput("rate", rate, "a positive number [Hz]")
+        ratio = Fraction(rate / self.rate).limit_denominator(10_000)
+        if ratio == 0 or ratio.numerator > 10_000 or abs(self.rate * ratio / rate - 1) > 1e-9:
+            raise InvalidInput(
+                "rate",
+                rate,
+                f"a ratio of whole numbers up to 10 000 to {self.rate:g} Hz",
+                "Choose a rate near it that has one",
+            )
+        if ratio == 1:
+            return self
+        widest = max(ratio.numerator, ratio.denominator)
+        taps = firwin(64 * widest + 1, 0.94 / widest, window=("kaiser", 8.0))
+        samples = resample_poly(self.samples, ratio.numerator, ratio.denominator, window=taps)
+        return replace(self, samples=samples, rate=float(rate))
+
+    # -- showing ---------------------------------------------------------------------------
+
+    def envelope(self, bins: int = 2000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Least and greatest sample in each of `bins` spans: no spike is lost by drawing these.
+
+        Returns
+        -------
+        time : ndarray, shape (m,)
+            Start of each span [s].
+        low, high : ndarray, shape (m,) or (m, channels)
+        """
+        if bins < 1:
+            raise InvalidInput("bins", bins, "at least 1")
+        count = len(self.samples)
+        edges = np.unique(np.linspace(0, count, min(bins, count) + 1).astype(np.intp)[:-1])
+        if count == 0:
+            empty = self.samples[:0]
+            return np.empty(0), empty, empty
+        low = np.minimum.reduceat(self.samples, edges, axis=0)
+        high = np.maximum.reduceat(self.samples, edges, axis=0)
+        return self.start + edges / self.rate, low, high
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the waveform; see `impactsig.plot.waveform`."""
+        from . import plot
+
+        return plot.waveform(self, ax=ax, **options)
+
+    def __repr__(self) -> str:
+        shape = "x".join(str(size) for size in self.samples.shape)
+        parts = [f"{shape} samples", f"{self.rate:g} Hz", f"{self.duration:.6g} s"]
+        if self.unit:
+            parts.append(self.unit)
+        names = [name for name in self.channels if name]
+        if names:
+            parts.append(", ".join(names[:4]) + (", ..." if len(names) > 4 else ""))
+        parts.append(self.sensor)
+        if self.source:
+            parts.append(self.source)
+        if self.truncated:
+            parts.append("TRUNCATED")
+        return f"Recording({'; '.join(parts)})"
+
+    def _repr_html_(self) -> str:
+        text = html.escape(repr(self))
+        return f"<div><code>{text}</code><br>{_sparkline(self)}</div>"
+
+
+def channel_index(names: tuple[str, ...], which: str | int) -> int:
+    """Index of a channel by exact name, by index, or by a digit string that is no name.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such channel, or its name stands more than once; the message lists them.
+    """
+    listed = ", ".join(f"{i}: {name!r}" for i, name in enumerate(names))
+    if isinstance(which, str):
+        found = [i for i, name in enumerate(names) if name == which]
+        if len(found) == 1:
+            return found[0]
+        if len(found) > 1:
+            raise InvalidInput(
+                "channel",
+                which,
+                f"an unambiguous channel of {listed}",
+                f"Several have this name; give one of the indices {found}",
+            )
+        if not which.isdecimal():
+            raise InvalidInput("channel", which, f"one of {listed}")
+        which = int(which)
+    if isinstance(which, bool) or not isinstance(which, (int, np.integer)):
+        raise InvalidInput("channel", which, "a name or an index")
+    if not 0 <= which < len(names):
+        raise InvalidInput("channel", which, f"one of {listed}")
+    return int(which)
+
+
+def sample_span(
+    start: float | None, stop: float | None, rate: float, count: int, origin: float = 0.0
+) -> tuple[int, int]:
+    """Indices [first, last) of the samples with start <= time < stop.
+
+    Raises
+    ------
+    InvalidInput
+        If a bound is not finite, or no sample lies between them.
+    """
+    end = origin + count / rate
+    bounds = []
+    for name, value, default in (("start", start, origin), ("stop", stop, end)):
+        if value is not None and not np.isfinite(value):
+            raise InvalidInput(name, value, "a finite time [s]")
+        # A bound that names a sample's own time must hit it in spite of rounding.
+        index = np.ceil(((default if value is None else value) - origin) * rate - 1e-6)
+        bounds.append(int(np.clip(index, 0, count)))
+    first, last = bounds
+    if first >= last and not (count == 0 and start is None and stop is None):
+        raise InvalidInput(
+            "start, stop",
+            f"{start}, {stop}",
+            f"a span with at least one sample inside {origin:g} to {end:g} s",
+        )
+    return first, last
+
+
+def check_calibration(scale: float, offset: float) -> None:
+    """Raise InvalidInput unless `scale` is finite and not zero, and `offset` finite."""
+    if not np.isfinite(scale) or scale == 0:
+        raise InvalidInput("scale", scale, "a finite number other than 0")
+    if not np.isfinite(offset):
+        raise InvalidInput("offset", offset, "a finite number")
+
+
+def _sparkline(rec: Recording, width: int = 360, height: int = 60) -> str:
+    """A small picture of the first channel as inline SVG; no plotting library needed."""
+    samples = rec.samples if rec.samples.ndim == 1 else rec.samples[:, 0]
+    _, low, high = replace(rec, samples=samples, units=(), channels=()).envelope(width)
+    good = np.isfinite(low) & np.isfinite(high)
+    if not good.any():
+        return ""
+    floor, ceiling = float(low[good].min()), float(high[good].max())
+    span = (ceiling - floor) or 1.0
+    x = np.arange(len(low)) * (width / len(low))
+    path = "".join(
+        f"M{x[i]:.1f} {height - (low[i] - floor) / span * height:.1f}"
+        f"V{height - (high[i] - floor) / span * height - 0.5:.1f}"
+        for i in np.flatnonzero(good)
+    )
+    return (
+        f'<svg width="{width}" height="{height}" role="img" aria-label="waveform">'
+        f'<path d="{path}" stroke="#1f77b4" fill="none"/></svg>'
+    )
