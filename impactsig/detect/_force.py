@@ -1,0 +1,319 @@
+"""Impacts in a force record: load cell, strain gauge, accelerometer.
+
+Two passes over the record. The first surveys it: ranges of its blocks, its strongest frames and a
+bounded, evenly spread choice of frames; from these follow the direction and typical width of the
+pulses, the noise and the levels. The second looks for stretches where the matched response
+exceeds the threshold, and measures the pulse in each. Nothing depends on how the record was cut
+into blocks, and memory is bounded by the frames kept and 1/256 of the record for the ranges.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from statistics import NormalDist
+from typing import NamedTuple
+
+import numpy as np
+
+from ..impacts import CLIPPED
+from ._force_kernels import BLOCK, Matched, block_ranges, measure_all, respond, scan
+from ._pulse import measure_reach
+from ._stream import FRAME, Frame, Piece, frames
+
+KEPT_SPREAD = 64  # frames kept for the noise level
+KEPT_STRONG = 16  # frames kept for the width and the direction of the pulses
+NOISE_RUN = 4096  # samples of one estimate of the noise
+WIDEST = 4096  # widest matched response [samples]
+FALSE_ALARMS = 0.05  # expected in the whole run, were the noise Gaussian
+LEAST_SIGMA = 5.0
+FLOOR = 0.005  # of the strongest response: the least automatic threshold
+
+
+class Levels(NamedTuple):
+    """Levels of the matched response [unit], and the noise of the samples [unit]."""
+
+    threshold: float
+    release: float
+    noise: float
+    matched_noise: float
+
+
+@dataclass
+class Survey:
+    """What the first pass keeps of a record."""
+
+    samples: int = 0
+    segments: list[tuple[int, int]] = field(default_factory=list)  # first sample, length
+    low: list[np.ndarray] = field(default_factory=list)  # one array of block ranges a segment
+    high: list[np.ndarray] = field(default_factory=list)
+    spread: list[np.ndarray] = field(default_factory=list)
+    strong: list[np.ndarray] = field(default_factory=list)
+
+    @property
+    def lowest(self) -> float:
+        """Least sample of the record."""
+        return float(min(part.min() for part in self.low))
+
+    @property
+    def highest(self) -> float:
+        """Greatest sample of the record."""
+        return float(max(part.max() for part in self.high))
+
+
+class ForceImpacts(NamedTuple):
+    """Columns of the impacts found, times in samples since the start of the record."""
+
+    columns: np.ndarray  # (n, 5): start, contact, peak, impulse, rise
+    flags: np.ndarray
+    levels: Levels
+    matched: Matched
+
+
+def detect_force(
+    pieces: Callable[[], Iterable[Piece]],
+    *,
+    threshold: Callable[[float, float], float],
+    polarity: float,
+    contact_level: float,
+    in_memory: bool,
+    skip: bool,
+) -> ForceImpacts | None:
+    """Find and measure the impacts; None if the record is empty or constant.
+
+    Parameters
+    ----------
+    pieces : callable
+        Gives the record's stretches of finite samples, anew at each call.
+    threshold : callable
+        From the automatic threshold and the noise of the matched response, the one to use.
+    polarity : {1.0, -1.0, 0.0}
+        Direction of the pulses; 0 takes that of the strongest.
+    contact_level : float
+        Level above the baseline the contact time refers to; 0 is the touch.
+    in_memory : bool
+        The pieces are views that stay valid: no frame needs to be copied.
+    skip : bool
+        Pass over stretches that cannot hold an impact.
+    """
+    record = survey(frames(pieces()), copy=not in_memory)
+    if not record.segments or record.lowest == record.highest:
+        return None
+    matched, strongest = matched_response(record.strong, polarity)
+    noise, matched_noise = noise_levels(record.spread, matched)
+    sigmas = max(
+        LEAST_SIGMA,
+        NormalDist().inv_cdf(1.0 - FALSE_ALARMS / max(record.samples / matched.width, 1.0)),
+    )
+    automatic = max(sigmas * matched_noise, FLOOR * strongest)
+    level = threshold(automatic, matched_noise)
+    levels = Levels(level, 0.5 * level, noise, matched_noise)
+    columns, flags = [np.empty((0, 5))], [np.empty(0, np.uint8)]
+    size = max(max(length for _, length in record.segments), 1) if in_memory else 16 * FRAME
+    search: _Search | None = None
+    for frame in frames(pieces(), size):
+        if frame.offset == 0:
+            search = _Search(record, frame.segment, matched, levels, contact_level, skip)
+        assert search is not None
+        rows = search.feed(frame)
+        rows[:, 0] += frame.segment
+        columns.append(rows[:, :5])
+        flags.append(rows[:, 5].astype(np.uint8) | (CLIPPED * rows[:, 6]).astype(np.uint8))
+    return ForceImpacts(np.concatenate(columns), np.concatenate(flags), levels, matched)
+
+
+def survey(stream: Iterable[Frame], copy: bool) -> Survey:
+    """Keep the ranges of all blocks, the strongest frames, and every 2^k-th frame."""
+    record = Survey()
+    strongest: list[tuple[float, int, np.ndarray]] = []
+    stride, number = 1, 0
+    spread: list[tuple[int, np.ndarray]] = []
+    low: list[np.ndarray] = []
+    high: list[np.ndarray] = []
+    for frame in stream:
+        x = frame.samples
+        blocks = -(-len(x) // BLOCK)
+        low.append(np.empty(blocks))
+        high.append(np.empty(blocks))
+        block_ranges(x, low[-1], high[-1])
+        kept = None
+        if number % stride == 0:
+            kept = x.copy() if copy else x
+            spread.append((number, kept))
+            if len(spread) > KEPT_SPREAD:
+                stride *= 2
+                spread = [item for item in spread if item[0] % stride == 0]
+        extent = float(high[-1].max() - low[-1].min())
+        if len(strongest) < KEPT_STRONG or extent > strongest[0][0]:
+            if kept is None:
+                kept = x.copy() if copy else x
+            # Ties are broken by the frame number, never by comparing arrays.
+            heapq.heappush(strongest, (extent, -number, kept))
+            if len(strongest) > KEPT_STRONG:
+                heapq.heappop(strongest)
+        number += 1
+        record.samples += len(x)
+        if frame.last:
+            record.segments.append((frame.segment, frame.offset + len(x)))
+            record.low.append(np.concatenate(low))
+            record.high.append(np.concatenate(high))
+            low, high = [], []
+    record.spread = [item[1] for item in spread]
+    record.strong = [item[2] for item in sorted(strongest, key=lambda item: -item[1])]
+    return record
+
+
+def matched_response(strong: list[np.ndarray], polarity: float) -> tuple[Matched, float]:
+    """Direction and width of the pulses, from the strongest of each frame; its response.
+
+    The width is the one at which the response, in units of the noise that white noise would have
+    there (1/sqrt(width)), is greatest; the median over frames.
+    """
+    found: list[tuple[float, float, int]] = []  # strength, sign, width
+    for x in strong:
+        middle = shortest_half(x[:: max(1, len(x) // 2048)])[0]
+        best = (0.0, 1.0, 1)
+        for sign, index in ((1.0, int(np.argmax(x))), (-1.0, int(np.argmin(x)))):
+            if polarity not in (0.0, sign) or sign * (x[index] - middle) <= 0:
+                continue
+            for width in _widths(len(x)):
+                response = _respond_near(x, _matched(sign, width), index, width)
+                strength = float(response.max()) * math.sqrt(width)
+                if strength > best[0]:
+                    best = (strength, sign, width)
+        if best[0] > 0:
+            found.append(best)
+    if not found:
+        return _matched(polarity or 1.0, 1), 0.0
+    sign = 1.0 if sum(s * strength for strength, s, _ in found) >= 0 else -1.0
+    same = [item for item in found if item[1] == sign]
+    # Frames in which nothing but noise was strongest must not set the width.
+    loud = [item for item in same if item[0] >= 0.25 * max(same)[0]]
+    width = int(np.median([item[2] for item in loud]))
+    return _matched(sign, width), max(item[0] / math.sqrt(item[2]) for item in same)
+
+
+def _matched(sign: float, width: int) -> Matched:
+    near = width + (width + 1) // 2 + 1
+    return Matched(sign, width, near, near + 4 * width + 4)
+
+
+def _widths(samples: int) -> list[int]:
+    """1, 2, 3, 4, 6, 8, 11, ...: half an octave apart, as wide as the samples allow."""
+    widest = max(1, min(WIDEST, samples // 8))
+    steps = int(2 * math.log2(widest)) + 1
+    return sorted({round(2 ** (step / 2)) for step in range(steps)})
+
+
+def _respond_near(x: np.ndarray, matched: Matched, index: int, around: int) -> np.ndarray:
+    """Matched response of x at the samples at most `around` from `index`."""
+    first, last = max(0, index - around), min(len(x), index + around + 1)
+    return _response(x, matched, first, last)
+
+
+def _response(x: np.ndarray, matched: Matched, first: int, last: int) -> np.ndarray:
+    y, sides = np.empty(last - first), np.empty(last - first)
+    sums = np.empty(last - first + 2 * (matched.far + matched.width) + 1)
+    respond(x, 0, len(x), first, last, matched, sums, y, sides)
+    return y
+
+
+def noise_levels(spread: list[np.ndarray], matched: Matched) -> tuple[float, float]:
+    """Standard deviation of the noise: of the samples above their flanks, and of the response.
+
+    Each run of samples gives one estimate from the shortest interval that holds half of them, so
+    that it stands as long as pulses fill less than half of the run. The upper quartile of the
+    runs is taken: a record silent for a part of the time is as noisy as the rest of it.
+    """
+    single = matched._replace(width=1)
+    estimates: list[tuple[float, float]] = []
+    runs = max(1, KEPT_SPREAD // len(spread))
+    for x in spread:
+        count = min(runs, max(1, len(x) // NOISE_RUN))
+        for k in range(count):
+            first = len(x) * k // count
+            last = min(len(x), first + NOISE_RUN)
+            estimates.append((
+                shortest_half(_response(x, single, first, last))[1],
+                shortest_half(_response(x, matched, first, last))[1],
+            ))
+    raw, filtered = np.quantile(np.array(estimates), 0.75, axis=0, method="nearest")
+    return float(raw), float(filtered)
+
+
+def shortest_half(values: np.ndarray) -> tuple[float, float]:
+    """Middle of the shortest interval that holds half of the values, and the Gaussian sigma of it.
+
+    Rousseeuw & Leroy's shorth [Rousseeuw1988]_: for Gaussian values the interval is 1.349 sigma
+    long.
+    """
+    ordered = np.sort(values)
+    half = len(ordered) // 2 + 1
+    lengths = ordered[half - 1 :] - ordered[: len(ordered) - half + 1]
+    at = int(np.argmin(lengths))
+    return float(ordered[at] + ordered[at + half - 1]) / 2, float(lengths[at]) / 1.3489795
+
+
+class _Search:
+    """The second pass over one segment."""
+
+    def __init__(
+        self, record: Survey, segment: int, matched: Matched, levels: Levels,
+        contact_level: float, skip: bool,
+    ) -> None:
+        index = next(i for i, part in enumerate(record.segments) if part[0] == segment)
+        self.total = record.segments[index][1]
+        self.low, self.high = record.low[index], record.high[index]
+        self.matched, self.levels = matched, levels
+        self.contact_level, self.skip = contact_level, skip
+        self.limit = record.highest if matched.sign > 0 else -record.lowest
+        self.reach = matched.far + matched.width
+        self.unit = max(1024, 1 << (4 * self.reach - 1).bit_length())
+        self.buffer = np.empty(0)
+        self.origin = 0  # sample of the segment that buffer[0] is
+        self.scanned = 0
+        self.state = np.zeros(4)
+        self.candidates = np.empty((0, 2))
+        self.measured = 0
+
+    def feed(self, frame: Frame) -> np.ndarray:
+        """Take the next frame; return the rows of the impacts that are now complete."""
+        self.buffer = (
+            np.concatenate((self.buffer, frame.samples)) if len(self.buffer) else frame.samples
+        )
+        end = self.origin + len(self.buffer)
+        ready = self.total if frame.last else (end - self.reach) // self.unit * self.unit
+        if ready > self.scanned:
+            out = np.empty(((ready - self.scanned) // 2 + 2, 2))
+            found = scan(
+                self.buffer, self.origin, self.total, self.scanned, ready, self.unit,
+                self.matched, (self.levels.threshold, self.levels.release),
+                self.low, self.high, self.skip, self.state, out,
+            )
+            self.candidates = np.concatenate((self.candidates, out[:found]))
+            self.scanned = ready
+        if frame.last and self.state[0]:
+            self.candidates = np.concatenate((self.candidates, self.state[None, 2:4]))
+        complete = len(self.candidates)
+        reach = measure_reach(self.matched.width)
+        if not frame.last:
+            # A neighbour may still turn up within reach, or be the one under way.
+            horizon = min(self.scanned, self.state[2] if self.state[0] else math.inf) - reach - 1
+            complete = int(np.searchsorted(self.candidates[:, 0], horizon))
+        rows = np.empty((max(complete - self.measured, 0), 7))
+        if len(rows):
+            measure_all(
+                self.buffer, self.origin, self.total, self.candidates, self.measured, complete,
+                self.matched, self.levels.noise, self.contact_level, self.limit, rows,
+            )
+            self.measured = complete
+        needed = self.scanned - self.reach
+        if self.measured < len(self.candidates):
+            needed = min(needed, int(self.candidates[self.measured, 0]) - reach)
+        if self.state[0]:
+            needed = min(needed, int(self.state[2]) - reach)
+        keep = max(needed - self.origin, 0)
+        self.buffer, self.origin = self.buffer[keep:], self.origin + keep
+        return rows

@@ -1,0 +1,369 @@
+"""One pulse measured: first and last touch, peak, impulse, without assuming its shape.
+
+The pulse is fitted, by maximum a posteriori least squares, with a quarter-sine rise, a flat top
+and a quarter-sine fall, both edges raised to a common power q:
+
+    f(t) = A sin^q(pi/2 (t - t0)/r)            t0 <= t < t0 + r
+           A                                   r <= t - t0 < r + p
+           A cos^q(pi/2 (t - t0 - r - p)/d)    r + p <= t - t0 < r + p + d
+
+Half-sines, skewed and flat-topped pulses and Hertzian contacts are (nearly) members; weak priors
+on symmetry, flatness and q keep the noise of faint pulses from being read as shape. A pulse that
+clearly is no member (residual variance more than twice the noise) is measured on its own edges:
+level crossings, extrapolated to the baseline along the edge.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
+
+MAX_POINTS = 64  # a longer pulse is averaged down to at most this many points for the fit
+PARAMETERS = 6  # A, t0, ln r, ln p, ln d, ln q
+SKEW_SD, FLAT_SD, FLAT_MEAN, POWER_SD = 0.3, 1.0, -2.0, 0.2
+
+
+class Pulse(NamedTuple):
+    """What is measured of one pulse; times in samples, `start` since the start of the segment."""
+
+    start: float
+    contact: float
+    peak: float
+    impulse: float
+    rise: float
+    flags: int
+
+
+@njit(cache=True, nogil=True)
+def _model(p, points, x, sigma, gradient):
+    """Sum of squares of the posterior; fills J^T J and J^T e into `gradient` (6 x 7)."""
+    amplitude, t0 = p[0], p[1]
+    r, flat, d, q = math.exp(p[2]), math.exp(p[3]), math.exp(p[4]), math.exp(p[5])
+    half_pi = 0.5 * math.pi
+    for i in range(PARAMETERS):
+        for j in range(PARAMETERS + 1):
+            gradient[i, j] = 0.0
+    row = np.zeros(PARAMETERS)
+    cost = 0.0
+    for k in range(len(points)):
+        u = points[k] - t0
+        value = 0.0
+        inside = 0.0 < u < r + flat + d
+        for i in range(PARAMETERS):
+            row[i] = 0.0
+        if inside and u < r:
+            angle = half_pi * u / r
+            s = max(math.sin(angle), 1e-3)
+            log_s = math.log(s)
+            g = math.exp(q * log_s)
+            value = amplitude * g
+            slope = value * q * math.cos(angle) / s
+            row[0] = g
+            row[1] = -slope * half_pi / r
+            row[2] = -slope * angle
+            row[5] = value * q * log_s
+        elif inside and u < r + flat:
+            value = amplitude
+            row[0] = 1.0
+        elif inside:
+            angle = half_pi * (u - r - flat) / d
+            c = max(math.cos(angle), 1e-3)
+            log_c = math.log(c)
+            g = math.exp(q * log_c)
+            value = amplitude * g
+            slope = -value * q * math.sin(angle) / c
+            row[0] = g
+            row[1] = -slope * half_pi / d
+            row[2] = -slope * half_pi / d * r
+            row[3] = -slope * half_pi / d * flat
+            row[4] = -slope * angle
+            row[5] = value * q * log_c
+        e = (x[k] - value) / sigma
+        cost += e * e
+        if inside:
+            for i in range(PARAMETERS):
+                ri = row[i] / sigma
+                for j in range(i + 1):
+                    gradient[i, j] += ri * row[j] / sigma
+                gradient[i, PARAMETERS] += ri * e
+    skew = (p[2] - p[4]) / SKEW_SD
+    flatness = (p[3] - 0.5 * (p[2] + p[4]) - FLAT_MEAN) / FLAT_SD
+    power = p[5] / POWER_SD
+    # Derivatives of the three prior residuals, added to the normal equations.
+    a, b = 1.0 / SKEW_SD**2, 1.0 / FLAT_SD**2
+    gradient[2, 2] += a + 0.25 * b
+    gradient[4, 4] += a + 0.25 * b
+    gradient[4, 2] += -a + 0.25 * b
+    gradient[3, 3] += b
+    gradient[3, 2] -= 0.5 * b
+    gradient[4, 3] -= 0.5 * b
+    gradient[5, 5] += 1.0 / POWER_SD**2
+    gradient[2, PARAMETERS] -= skew / SKEW_SD - 0.5 * flatness / FLAT_SD
+    gradient[4, PARAMETERS] -= -skew / SKEW_SD - 0.5 * flatness / FLAT_SD
+    gradient[3, PARAMETERS] -= flatness / FLAT_SD
+    gradient[5, PARAMETERS] -= power / POWER_SD
+    return cost, cost + skew * skew + flatness * flatness + power * power
+
+
+@njit(cache=True, nogil=True)
+def _solve(normal, damping, step):
+    """Cholesky solution of (N + damping diag N) step = g; False if it is not definite."""
+    low = np.empty((PARAMETERS, PARAMETERS))
+    for i in range(PARAMETERS):
+        for j in range(i + 1):
+            total = normal[i, j]
+            if i == j:
+                total = total * (1.0 + damping) + 1e-12
+            for k in range(j):
+                total -= low[i, k] * low[j, k]
+            if i == j:
+                if total <= 0.0:
+                    return False
+                low[i, i] = math.sqrt(total)
+            else:
+                low[i, j] = total / low[j, j]
+    for i in range(PARAMETERS):
+        total = normal[i, PARAMETERS]
+        for k in range(i):
+            total -= low[i, k] * step[k]
+        step[i] = total / low[i, i]
+    for i in range(PARAMETERS - 1, -1, -1):
+        total = step[i]
+        for k in range(i + 1, PARAMETERS):
+            total -= low[k, i] * step[k]
+        step[i] = total / low[i, i]
+    return True
+
+
+@njit(cache=True, nogil=True)
+def fit_pulse(points, x, sigma, p):
+    """Levenberg-Marquardt from `p`, in place; returns the residual variance over the noise's."""
+    here = np.empty((PARAMETERS, PARAMETERS + 1))
+    there = np.empty((PARAMETERS, PARAMETERS + 1))
+    step = np.empty(PARAMETERS)
+    trial = np.empty(PARAMETERS)
+    misfit, cost = _model(p, points, x, sigma, here)
+    damping = 1e-2
+    for _ in range(25):
+        if not _solve(here, damping, step):
+            damping = 10.0 * damping + 1e-6
+            continue
+        for i in range(PARAMETERS):
+            # Logarithms move by at most a factor of e a step, so no exponential overflows.
+            trial[i] = p[i] + (step[i] if i < 2 else min(max(step[i], -1.0), 1.0))
+        new_misfit, new_cost = _model(trial, points, x, sigma, there)
+        if new_cost < cost:
+            gain = cost - new_cost
+            p[:] = trial
+            here, there = there, here
+            misfit, cost = new_misfit, new_cost
+            damping *= 0.1
+            if gain < 1e-2:
+                break
+        else:
+            damping = 10.0 * damping + 1e-6
+            if damping > 1e6:
+                break
+    return misfit / len(points)
+
+
+@njit(cache=True, nogil=True)
+def _walk(x, index, step, limit, level):
+    """From `index` outward to the first of two successive samples below `level`, or to `limit`."""
+    while index != limit:
+        if x[index] < level and (index + step == limit or x[index + step] < level):
+            return index
+        index += step
+    return index
+
+
+@njit(cache=True, nogil=True)
+def _crossing(x, index, step, limit, level):
+    """Where the signal first falls below `level`, going outward; linear between samples."""
+    while index != limit:
+        following = index + step
+        if x[following] < level:
+            return index + step * (x[index] - level) / (x[index] - x[following])
+        index = following
+    return float(limit)
+
+
+@njit(cache=True, nogil=True)
+def _touch(x, top, step, limit, level):
+    """Crossing of `level`, extrapolated to zero along the edge between once and twice `level`."""
+    low = _crossing(x, top, step, limit, level)
+    high = _crossing(x, top, step, limit, 2.0 * level)
+    touch = low + (low - high)
+    return max(touch, float(limit)) if step < 0 else min(touch, float(limit))
+
+
+@njit(cache=True, nogil=True)
+def _valley(x, a, b):
+    """Index of the least three-sample mean strictly between a < b."""
+    best = a + 1
+    least = np.inf
+    for i in range(a + 1, b):
+        mean = x[i - 1] + x[i] + x[i + 1]
+        if mean < least:
+            least, best = mean, i
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _remove_baseline(x, a, b, c, d, sigma, height):
+    """Subtract from x, in place, the line through x[a:b] and x[c:d] (a level where one is empty).
+
+    Where the sides scatter far more than noise does (ringing, a neighbour), their median is used.
+    """
+    left, right = max(b - a, 0), max(d - c, 0)
+    count = left + right
+    if count < 4:
+        return
+    side = np.empty(count)
+    at = np.empty(count)
+    for i in range(left):
+        side[i], at[i] = x[a + i], a + i
+    for i in range(right):
+        side[left + i], at[left + i] = x[c + i], c + i
+    mean, centre = side.mean(), at.mean()
+    slope = 0.0
+    if left >= 4 and right >= 4:
+        slope = np.sum((at - centre) * (side - mean)) / np.sum((at - centre) ** 2)
+    scatter = math.sqrt(np.mean((side - mean - slope * (at - centre)) ** 2))
+    if scatter > max(2.0 * sigma, 0.05 * height):
+        mean, slope = np.median(side), 0.0
+    for i in range(len(x)):
+        x[i] -= mean + slope * (i - centre)
+
+
+@njit(cache=True, nogil=True)
+def measure_reach(width):
+    """How many samples to either side of its peak the measurement of a pulse looks at."""
+    return 12 * width + 16
+
+
+@njit(cache=True, nogil=True)
+def measure_pulse(signal, origin, total, sign, peak, base, before, after, width, sigma, level):
+    """Measure the pulse around `peak`.
+
+    Parameters
+    ----------
+    signal : 1-D array
+        The samples from `origin` on of a segment of `total` samples, or as many as may matter.
+    origin, total : int
+        Place of signal[0] in the segment, and the length of the segment.
+    sign : float
+        1 or -1: direction of the pulses.
+    peak, before, after : int
+        Place in the segment of this pulse's peak, and of its neighbours' (-1 and `total` if
+        there is none).
+    base : float
+        First guess of the baseline, times sign.
+    width : int
+        Typical width of a pulse in samples.
+    sigma : float
+        Standard deviation of the noise.
+    level : float
+        Level above the baseline that the contact time refers to; 0 for the touch itself.
+    """
+    reach = measure_reach(width)
+    lo, hi = max(0, peak - reach), min(total, peak + reach + 1)
+    x = sign * signal[lo - origin : hi - origin].astype(np.float64)
+    end = len(x) - 1
+    top = peak - lo
+    for i in range(max(0, top - width), min(end, top + width) + 1):
+        if x[i] > x[top]:
+            top = i
+    height = x[top] - base
+    stop = base + max(0.1 * height, min(2.0 * sigma, 0.5 * height))
+    left_limit = _valley(x, before - lo, top) if before >= lo and before - lo + 1 < top else 0
+    right_limit = _valley(x, top, after - lo) if after < hi and top + 1 < after - lo else end
+    left = _walk(x, top, -1, left_limit, stop)
+    right = _walk(x, top, 1, right_limit, stop)
+    flags = 0
+    for index, limit in ((left, left_limit), (right, right_limit)):
+        if index == limit and x[index] > base + 0.25 * height:
+            if lo + index == 0:
+                flags |= OPEN_START
+            elif lo + index == total - 1:
+                flags |= OPEN_END
+            else:
+                flags |= UNRESOLVED
+    left = max(min(left, top - width // 2), left_limit)
+    right = min(max(right, top + width // 2), right_limit)
+    margin = 2 + (right - left) // 4
+    extent = 4 * (right - left)
+    clear_left = max(0, left - margin - extent, before - lo + 2 * width if before >= lo else 0)
+    clear_right = min(
+        end + 1, right + margin + 1 + extent, after - lo - 2 * width if after < hi else end + 1
+    )
+    for i in range(len(x)):
+        x[i] -= base
+    _remove_baseline(x, clear_left, left - margin, right + margin + 1, clear_right, sigma, height)
+    height = x[top]
+
+    pad = max(3, (right - left) // 2)
+    a, b = max(left_limit, left - pad), min(right_limit, right + pad) + 1
+    fits = False
+    p = np.empty(PARAMETERS)
+    if sigma > 2e-3 * height > 0.0 and flags == 0:
+        per = (b - a + MAX_POINTS - 1) // MAX_POINTS
+        count = (b - a) // per
+        points, means = np.empty(count), np.empty(count)
+        for k in range(count):
+            points[k] = a + k * per + 0.5 * (per - 1)
+            means[k] = x[a + k * per : a + (k + 1) * per].mean()
+        # A faint pulse has no half-height crossings to trust; it starts from the matched width.
+        half_left = peak - lo - 0.45 * width
+        half_right = peak - lo + 0.45 * width
+        if height > 12.0 * sigma:
+            half_left = _crossing(x, top, -1, a, 0.5 * height)
+            half_right = _crossing(x, top, 1, b - 1, 0.5 * height)
+        span = 1.5 * max(half_right - half_left, 1.0)
+        p[0] = height
+        p[1] = 0.5 * (half_left + half_right - span)
+        p[2] = p[4] = math.log(0.45 * span)
+        p[3] = math.log(0.1 * span)
+        p[5] = 0.0
+        misfit = fit_pulse(points, means, sigma / math.sqrt(per), p)
+        length = math.exp(p[2]) + math.exp(p[3]) + math.exp(p[4])
+        fits = misfit < 2.0 and p[0] > 0.0 and p[1] > a - pad and p[1] + length < b + pad
+    if fits:
+        start, contact, crest = p[1], length, p[0]
+        rise = math.exp(p[2]) + 0.5 * math.exp(p[3])
+    else:
+        edge = max(0.02 * height, min(3.0 * sigma, 0.25 * height))
+        start = _touch(x, top, -1, left_limit, edge)
+        contact = _touch(x, top, 1, right_limit, edge) - start
+        crest, shift = height, 0.0
+        if 0 < top < end:
+            bend = x[top - 1] - 2.0 * x[top] + x[top + 1]
+            if bend < 0.0:
+                shift = 0.5 * (x[top - 1] - x[top + 1]) / bend
+                crest = x[top] - 0.25 * (x[top - 1] - x[top + 1]) * shift
+        rise = top + shift - start
+    start = max(start, 0.0)
+    contact = min(contact, end - start)
+    impulse = _integral(x, start, start + contact)
+    if level > 0.0:
+        contact = 0.0
+        if height > level:
+            contact = _crossing(x, top, 1, right_limit, level)
+            contact -= _crossing(x, top, -1, left_limit, level)
+    return Pulse(lo + start, contact, crest, impulse, max(rise, 0.0), flags)
+
+
+@njit(cache=True, nogil=True)
+def _integral(x, a, b):
+    """Integral of the linear interpolant of x from a to b, in samples."""
+    total = 0.0
+    for i in range(int(a), min(int(b) + 1, len(x) - 1)):
+        u, v = max(a - i, 0.0), min(b - i, 1.0)
+        if v > u:
+            total += (v - u) * (x[i] + 0.5 * (u + v) * (x[i + 1] - x[i]))
+    return total
