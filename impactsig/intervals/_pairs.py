@@ -1,0 +1,55 @@
+"""Interspike intervals, and pairs of them, from an array or from Impacts with gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..impacts import Impacts
+
+Intervals = Impacts | Iterable[float]
+
+
+def as_intervals(data: Intervals, least: int) -> np.ndarray:
+    """Intervals [s], at least `least` of them, finite and not negative."""
+    values = data.intervals() if isinstance(data, Impacts) else _array(data)
+    if len(values) < least:
+        raise InvalidInput("intervals", f"{len(values)} intervals", f"{least} or more")
+    return values
+
+
+def interval_pairs(data: Intervals, lag: int, least: int) -> tuple[np.ndarray, np.ndarray]:
+    """Intervals and those `lag` later; none of the intervals from one to the other in a gap."""
+    if not isinstance(lag, (int, np.integer)) or isinstance(lag, bool) or lag < 1:
+        raise InvalidInput("lag", lag, "a positive whole number of intervals")
+    if isinstance(data, Impacts):
+        values = np.diff(data.time)
+        lost = np.concatenate(([0], np.cumsum(data.interval_spans_gap())))
+        whole = lost[lag + 1 :] == lost[: max(len(lost) - lag - 1, 0)]
+    else:
+        values = _array(data)
+        whole = np.ones(max(len(values) - lag, 0), bool)
+    first, later = values[:-lag][whole], values[lag:][whole]
+    if len(first) < least:
+        raise InvalidInput(
+            "intervals", f"{len(first)} pairs at lag {lag}", f"{least} or more", "Use a longer run"
+        )
+    return first, later
+
+
+def _array(data: Iterable[float]) -> np.ndarray:
+    try:
+        values = np.asarray(data, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InvalidInput("intervals", data, "an array of real numbers, or Impacts") from None
+    if values.ndim != 1:
+        raise InvalidInput("intervals", f"shape {values.shape}", "shape (n,)")
+    wrong = ~(np.isfinite(values) & (values >= 0))
+    if wrong.any():
+        where = int(np.argmax(wrong))
+        raise InvalidInput(
+            "intervals", f"{values[where]} at index {where}", "finite intervals >= 0 [s]"
+        )
+    return values

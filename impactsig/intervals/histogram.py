@@ -1,0 +1,137 @@
+"""The histogram p(I) of interspike intervals, with a bin width that suits narrow clusters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ._pairs import Intervals, as_intervals
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST_BINS = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class IntervalHistogram:
+    """Density of interspike intervals.
+
+    Attributes
+    ----------
+    density : ndarray, shape (bins,)
+        p(I) [1/s]; its integral over the bins is 1.
+    edges : ndarray, shape (bins + 1,)
+        Edges of the bins [s].
+    count : ndarray of int, shape (bins,)
+        Intervals in each bin.
+    rule : str
+        How the bins were chosen.
+    """
+
+    density: np.ndarray
+    edges: np.ndarray
+    count: np.ndarray
+    rule: str
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw it; see `impactsig.plot.histogram`."""
+        from .. import plot
+
+        return plot.histogram(self, ax=ax, **options)
+
+
+def interval_histogram(
+    intervals: Intervals, bins: int | Sequence[float] | np.ndarray | None = None
+) -> IntervalHistogram:
+    """Density p(I) of interspike intervals.
+
+    Without `bins` the width h is the one that makes the histogram the best estimate of the density
+    by leave-one-out least squares [Rudemo]_: of at most 4096 equal bins with counts c, the least
+
+        J(h) = 2 / ((n - 1) h) - (n + 1) / ((n - 1) h n^2) sum(c^2).
+
+    Unlike rules made for one hump (Scott, Freedman-Diaconis) it resolves the narrow, widely spaced
+    clusters of a periodic train and stays broad on a chaotic one. Where the intervals are rounded
+    (many are tied) bins are whole steps wide; where all are equal there is one bin of 1 % of their
+    length about them.
+
+    Parameters
+    ----------
+    intervals : array_like, shape (n,), or Impacts
+        Interspike intervals [s], one or more.
+    bins : int or array_like, optional
+        Number of equal bins from the least to the greatest interval, or their edges [s]; intervals
+        outside the edges are left out.
+
+    Raises
+    ------
+    InvalidInput
+        If there are no intervals (inside the edges), one is negative or not finite, or the bins
+        are not a positive number or ascending edges.
+    """
+    values = as_intervals(intervals, least=1)
+    low, high = float(values.min()), float(values.max())
+    if bins is not None and np.ndim(bins) > 0:
+        edges, rule = _given_edges(bins), "given edges"
+    elif bins is not None and (
+        not isinstance(bins, (int, np.integer)) or isinstance(bins, bool) or bins < 1
+    ):
+        raise InvalidInput("bins", bins, "a positive whole number, or ascending edges [s]")
+    elif high - low <= 1e-9 * high:
+        half = 0.005 * high or 0.5e-9
+        edges = np.linspace(low - half, high + half, (bins or 1) + 1)
+        rule = "all intervals equal"
+    elif bins is not None:
+        edges, rule = np.linspace(low, high, bins + 1), "given number of bins"
+    else:
+        edges = _best_edges(values, low, high)
+        rule = "least-squares cross-validation"
+    count, edges = np.histogram(values, edges)
+    if not count.sum():
+        raise InvalidInput(
+            "bins",
+            f"edges from {edges[0]:g} to {edges[-1]:g} s",
+            f"bins that hold some of the intervals, {low:g} to {high:g} s",
+        )
+    return IntervalHistogram(count / (count.sum() * np.diff(edges)), edges, count, rule)
+
+
+def _given_edges(bins: Any) -> np.ndarray:
+    edges = np.asarray(bins, dtype=np.float64)
+    if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
+        raise InvalidInput("bins", bins, "a positive whole number, or ascending edges [s]")
+    return edges
+
+
+def _best_edges(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Equal bins from `low` to `high` with the least Rudemo score."""
+    step = _rounding_step(values)
+    if step:
+        # whole steps, with the edges halfway between them: no interval lies on an edge
+        most = round((high - low) / step) + 1
+        widths = step * np.unique(np.geomspace(1, most, 80).astype(int))
+        low -= step / 2
+    else:
+        widths = (high - low) / np.unique(np.geomspace(1, MOST_BINS, 80).astype(int))
+    n = len(values)
+    best, least = high - low, np.inf
+    for width in widths[widths * MOST_BINS >= (high - low) * (1 - 1e-9)].tolist():
+        which = ((values - low) * ((1 - 1e-12) / width)).astype(np.intp)
+        squares = float(np.sum(np.bincount(which).astype(float) ** 2))
+        score = (2 - (n + 1) / n**2 * squares) / width
+        if score < least:
+            best, least = width, score
+    number = max(int(np.ceil((high - low) / best * (1 - 1e-12))), 1)
+    return low + best * np.arange(number + 1) if step else np.linspace(low, high, number + 1)
+
+
+def _rounding_step(values: np.ndarray) -> float:
+    """The step of rounded intervals, which ties betray and which would ask for ever finer bins."""
+    resolution = 1e-9 * float(values.max())  # below it equal intervals differ by arithmetic alone
+    distinct, count = np.unique(np.round(values / resolution), return_counts=True)
+    return resolution * float(np.diff(distinct).min()) if np.mean(count > 1) > 0.1 else 0.0

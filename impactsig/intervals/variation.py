@@ -1,0 +1,75 @@
+"""How irregular a train is: 0 for a regular one, 1 for a Poisson process."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ._pairs import Intervals, as_intervals, interval_pairs
+
+
+def coefficient_of_variation(intervals: Intervals) -> float:
+    """Standard deviation over mean of the intervals, CV = sqrt(<I^2> - <I>^2) / <I>.
+
+    Slow changes of the rate add to it; `cv2` and `local_variation` compare neighbours only.
+
+    Parameters
+    ----------
+    intervals : array_like, shape (n,), or Impacts
+        Interspike intervals [s], two or more.
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer than two, one is negative or not finite, or all are zero.
+    """
+    values = as_intervals(intervals, least=2)
+    mean = float(values.mean())
+    if mean == 0:
+        raise InvalidInput("intervals", "all zero", "intervals of which one is positive")
+    return float(values.std()) / mean
+
+
+def cv2(intervals: Intervals) -> float:
+    """Mean of 2 |I_{k+1} - I_k| / (I_{k+1} + I_k) over neighbouring intervals [Holt]_.
+
+    Parameters
+    ----------
+    intervals : array_like, shape (n,), or Impacts
+        Interspike intervals [s], two or more; of `Impacts`, pairs across a gap are left out.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no pair, an interval is negative or not finite, or both of a pair are zero.
+    """
+    return float(2 * np.mean(np.abs(_contrast(intervals))))
+
+
+def local_variation(intervals: Intervals) -> float:
+    """LV = mean of 3 ((I_k - I_{k+1}) / (I_k + I_{k+1}))^2 over neighbours [Shinomoto]_.
+
+    Parameters
+    ----------
+    intervals : array_like, shape (n,), or Impacts
+        Interspike intervals [s], two or more; of `Impacts`, pairs across a gap are left out.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no pair, an interval is negative or not finite, or both of a pair are zero.
+    """
+    return float(3 * np.mean(_contrast(intervals) ** 2))
+
+
+def _contrast(intervals: Intervals) -> np.ndarray:
+    first, later = interval_pairs(intervals, 1, least=1)
+    total = first + later
+    if not total.all():
+        raise InvalidInput(
+            "intervals",
+            "two successive intervals of 0 s",
+            "positive intervals",
+            "Merge impacts at one instant first",
+        )
+    return (later - first) / total
