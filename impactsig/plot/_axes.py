@@ -1,0 +1,134 @@
+"""What all figures share: axes, colours, and times in the prefix that reads best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.ticker import Formatter
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+
+# Okabe and Ito's palette: its colours stay apart in every common form of colour blindness.
+BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#E69F00",
+    "#CC79A7",
+    "#56B4E9",
+)
+CHANNEL_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION)
+GREY = "#6B6B6B"
+
+RASTER_ABOVE = 3000
+"""Points above which a scatter is drawn as pixels inside a vector figure, to keep it small."""
+
+
+def axes(ax: Axes | None, width: float = 7.0, height: float = 3.2) -> Axes:
+    """The given axes, or those of a new figure."""
+    if ax is None:
+        # Only here: a figure handed in needs no window system, and so no pyplot.
+        from matplotlib import pyplot
+
+        _, ax = pyplot.subplots(figsize=(width, height), layout="constrained")
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def explain(ax: Axes, text: str) -> Axes:
+    """Say in words why there is nothing to draw."""
+    ax.set(xticks=[], yticks=[])
+    ax.spines[:].set_visible(False)
+    ax.text(
+        0.5,
+        0.5,
+        plain(text),
+        ha="center",
+        va="center",
+        transform=ax.transAxes,
+        color=GREY,
+        wrap=True,
+    )
+    return ax
+
+
+def points(ax: Axes, x: Any, y: Any, **options: Any) -> None:
+    """A cloud of points that lets its dense parts show."""
+    size = len(x)
+    alpha = 0.85 if size < 200 else 0.5 if size < RASTER_ABOVE else 0.25
+    ax.plot(
+        x,
+        y,
+        **{
+            "linestyle": "none",
+            "marker": "o",
+            "markersize": 4 if size < RASTER_ABOVE else 2.5,
+            "markeredgewidth": 0,
+            "color": BLUE,
+            "alpha": alpha,
+            "rasterized": size > RASTER_ABOVE,
+            **options,
+        },
+    )
+
+
+def span_of(values: np.ndarray) -> tuple[float, float]:
+    """Limits that hold all values, at least 4 % apart.
+
+    A perfect period would otherwise be drawn at the scale of its rounding errors.
+    """
+    low, high = float(values.min()), float(values.max())
+    room = max(0.08 * (high - low), 0.02 * abs(high))
+    return low - room, high + room
+
+
+def plain(text: str, longest: int = 48) -> str:
+    """Text from a file, fit for a label: short, on one line, and never read as a formula."""
+    words = " ".join(text.split())
+    shown = words if len(words) <= longest else words[: longest - 3] + "..."
+    return shown.replace("$", r"\$")
+
+
+def with_unit(quantity: str, unit: str) -> str:
+    """``quantity [unit]``, or the quantity alone where there is no unit."""
+    return plain(f"{quantity} [{unit}]" if unit else quantity)
+
+
+class PrefixFormatter(Formatter):
+    """Ticks of data in seconds, written in a prefixed unit with as many digits as they need."""
+
+    def __init__(self, factor: float) -> None:
+        self.factor = factor
+
+    def format_ticks(self, values: Sequence[float]) -> list[str]:
+        """All labels of one axis, with equal numbers of decimals."""
+        shown = np.asarray(values, float) * self.factor
+        size = max(float(np.abs(shown).max(initial=0.0)), 1e-12)
+        decimals = next((d for d in range(9) if _told_by(shown, d, size)), 9)
+        return [f"{value:.{decimals}f}".replace("-", "\N{MINUS SIGN}") for value in shown]
+
+    def __call__(self, value: float, position: int | None = None) -> str:
+        """One label, as the cursor's read-out shows it."""
+        return f"{value * self.factor:.6g}"
+
+
+def _told_by(shown: np.ndarray, decimals: int, size: float) -> bool:
+    return bool(np.all(np.abs(shown - np.round(shown, decimals)) < 1e-9 * size + 1e-12))
+
+
+def seconds(axis: Axis, quantity: str, values: Any) -> None:
+    """Label an axis whose data are seconds; ticks in s, ms or µs, whichever suits `values`.
+
+    The data stay in seconds, so that limits are set and further curves added in SI units.
+    """
+    finite = np.abs(np.asarray(values, float))
+    largest = float(finite.max(initial=0.0))
+    factor, unit = 1.0, "s"
+    if 0 < largest < 1:
+        factor, unit = (1e3, "ms") if largest >= 1e-4 else (1e6, "µs")
+    axis.set_major_formatter(PrefixFormatter(factor))
+    axis.set_label_text(f"{quantity} [{unit}]")

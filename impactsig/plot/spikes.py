@@ -1,0 +1,151 @@
+"""Impacts along the run: the spike train and the strength of each impact."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ._axes import BLUE, GREY, RASTER_ABOVE, axes, explain, points, seconds, span_of, with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..impacts import Impacts
+
+
+def spike_train(impacts: Impacts, ax: Axes | None = None) -> Axes:
+    """Draw a line at every instant of impact; spans without valid samples are shaded.
+
+    Parameters
+    ----------
+    impacts : Impacts
+        Measured or simulated.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax, height=1.4)
+    if not len(impacts):
+        return explain(ax, impacts.reason or "No impacts.")
+    ax.vlines(
+        impacts.time,
+        0,
+        1,
+        color=BLUE,
+        linewidth=0.8,
+        alpha=1.0 if len(impacts) < 500 else 0.5,
+        rasterized=len(impacts) > RASTER_ABOVE,
+    )
+    for first, last in impacts.gaps:
+        ax.axvspan(first, last, color=GREY, alpha=0.2, linewidth=0)
+    ax.set_yticks([])
+    ax.set_ylim(0, 1.05)
+    ax.spines["left"].set_visible(False)
+    if impacts.duration > 0:
+        ax.set_xlim(impacts.start, impacts.stop)
+    seconds(ax.xaxis, "time", [impacts.stop])
+    return ax
+
+
+def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
+    """Draw the peak of every impact against its instant: drift and wear show here first.
+
+    Parameters
+    ----------
+    impacts : Impacts
+        With peaks.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        If peaks were not measured.
+    """
+    if impacts.peak is None:
+        raise InvalidInput("impacts", "no peaks", "impacts with measured peaks")
+    ax = axes(ax)
+    if not len(impacts):
+        return explain(ax, impacts.reason or "No impacts.")
+    points(ax, impacts.time, impacts.peak)
+    seconds(ax.xaxis, "time", [impacts.stop])
+    ax.set_ylabel(with_unit("peak", impacts.unit))
+    ax.set_ylim(min(0.0, 1.05 * float(impacts.peak.min())), None)
+    return ax
+
+
+def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
+    """Draw the contact time of every impact against the interval that led up to it.
+
+    Impacts after a gap in the samples have no such interval and are left out.
+
+    Parameters
+    ----------
+    impacts : Impacts
+        With contact times.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        If contact times were not measured (sound, hard stops).
+    """
+    if impacts.contact_time is None:
+        raise InvalidInput(
+            "impacts", "no contact times", "impacts with contact times", "Sound has none"
+        )
+    ax = axes(ax, width=4.2, height=3.6)
+    intervals = impacts.intervals()
+    if not len(intervals):
+        return explain(ax, f"{_count(impacts)}: an interval needs two.")
+    contact = impacts.contact_time[1:][~impacts.interval_spans_gap()]
+    points(ax, intervals, contact)
+    seconds(ax.xaxis, "interspike interval before it", intervals)
+    seconds(ax.yaxis, "contact time", contact)
+    ax.set_xlim(span_of(intervals))
+    ax.set_ylim(0, 1.08 * float(contact.max()) or None)
+    return ax
+
+
+def interval_sequence(impacts: Impacts, ax: Axes | None = None) -> Axes:
+    """Draw every interspike interval at the instant it ended.
+
+    Parameters
+    ----------
+    impacts : Impacts
+        Measured or simulated.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax)
+    intervals = impacts.intervals()
+    if not len(intervals):
+        return explain(ax, f"{_count(impacts)}: an interval needs two.")
+    ended = impacts.time[1:][~impacts.interval_spans_gap()]
+    points(ax, ended, intervals)
+    seconds(ax.xaxis, "time", [impacts.stop])
+    seconds(ax.yaxis, "interspike interval", np.append(intervals, 0.0))
+    ax.set_ylim(0, 1.08 * float(intervals.max()) or None)
+    return ax
+
+
+def _count(impacts: Impacts) -> str:
+    return {0: "No impacts", 1: "One impact"}.get(len(impacts), f"{len(impacts)} impacts")
