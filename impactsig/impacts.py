@@ -93,8 +93,9 @@ class Impacts:
     impulse: np.ndarray | None = None
     rise_time: np.ndarray | None = None
     flags: np.ndarray = field(default_factory=lambda: np.empty(0, np.uint8))
-    start: float | None = None  # type: ignore[assignment]
-    duration: float | None = None  # type: ignore[assignment]
+    # Once made they are numbers; None only asks for the default.
+    start: float = None  # type: ignore[assignment]
+    duration: float = None  # type: ignore[assignment]
     unit: str = ""
     threshold: float | None = None
     release: float | None = None
@@ -117,7 +118,7 @@ class Impacts:
                 "ascending instants",
                 "Sort them first",
             )
-        store = {"time": time}
+        store: dict[str, Any] = {"time": time}
         for name in _PER_IMPACT:
             value = getattr(self, name)
             store[name] = None if value is None else _vector(name, value, len(time))
@@ -168,7 +169,7 @@ class Impacts:
         for name in (*_PER_IMPACT, "flags"):
             if known.get(name) is not None:
                 known[name] = np.asarray(known[name])[order]
-        return cls(time[order], start=start, duration=duration, **known)
+        return cls(time[order], **known, **{"start": start, "duration": duration})
 
     # -- reading ---------------------------------------------------------------------------
 
@@ -280,17 +281,25 @@ class Impacts:
     def to_csv(self, path: Any) -> None:
         """Write a CSV that `read_csv` reads back without loss; the run stands in its first line.
 
+        Parameters
+        ----------
+        path : path-like or text file open for writing
+            Where to.
+
         Raises
         ------
         UnwritableFile
             If it cannot be written; what stood at `path` before is then untouched.
         """
+        if hasattr(path, "write"):
+            path.write(f"# impactsig {json.dumps(self._run(), ensure_ascii=True)}\n")
+            self.to_frame().to_csv(path, index=False, lineterminator="\n")
+            return
         with (
             atomic_path(path) as temporary,
             temporary.open("w", encoding="utf-8", newline="") as file,
         ):
-            file.write(f"# impactsig {json.dumps(self._run(), ensure_ascii=True)}\n")
-            self.to_frame().to_csv(file, index=False, lineterminator="\n")
+            self.to_csv(file)
 
     @classmethod
     def read_csv(cls, path: Any) -> Impacts:
@@ -350,7 +359,7 @@ class Impacts:
         run = {key: value for key, value in run.items() if key in cls.__dataclass_fields__}
         if run.get("recorded_at"):
             run["recorded_at"] = datetime.fromisoformat(run["recorded_at"])
-        columns = {
+        columns: dict[str, Any] = {
             name: frame[name].to_numpy()
             for name in ("time", *_PER_IMPACT, "flags")
             if name in frame

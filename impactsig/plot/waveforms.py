@@ -219,8 +219,12 @@ def pulse(
                 label = plain(f"{name} {level:.3g} {impacts.unit}")
                 ax.axhline(height, color=colour, linestyle=style, linewidth=1, label=label)
         if ax.get_legend_handles_labels()[0]:
-            corner = "upper right" if side > 0 else "lower right"
-            ax.legend(loc=corner, frameon=False, fontsize="small", borderaxespad=0)
+            ax.legend(
+                loc="upper right" if side > 0 else "lower right",
+                frameon=False,
+                fontsize="small",
+                borderaxespad=0,
+            )
     ax.axvline(0, color=GREY, linewidth=0.8)
     ax.margins(x=0, y=0.15)
     seconds(ax.xaxis, f"time since {touch:.6f} s", shown.time - touch)
