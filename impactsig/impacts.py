@@ -169,7 +169,8 @@ class Impacts:
         for name in (*_PER_IMPACT, "flags"):
             if known.get(name) is not None:
                 known[name] = np.asarray(known[name])[order]
-        return cls(time[order], **known, **{"start": start, "duration": duration})
+        known |= {"start": start, "duration": duration}
+        return cls(time[order], **known)
 
     # -- reading ---------------------------------------------------------------------------
 
