@@ -214,8 +214,9 @@ class Recording:
         if count == 0:
             empty = self.samples[:0]
             return np.empty(0), empty, empty
-        low = np.minimum.reduceat(self.samples, edges, axis=0)
-        high = np.maximum.reduceat(self.samples, edges, axis=0)
+        # fmin and fmax pass over NaN: a missing sample must not hide the spike beside it.
+        low = np.fmin.reduceat(self.samples, edges, axis=0)
+        high = np.fmax.reduceat(self.samples, edges, axis=0)
         return self.start + edges / self.rate, low, high
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:

@@ -210,8 +210,11 @@ def test_every_channel_has_its_line_and_hostile_names_are_plain(ax):
 def test_missing_samples_leave_a_hole(ax):
     samples = np.sin(np.arange(100_000.0))
     samples[40_000:50_000] = np.nan
+    samples[50_001] = 9.0
     found = Impacts.from_times([0.1, 0.9], start=0.0, duration=2.0)
     plot.waveform(Recording(samples, RATE), found, ax)
+    assert np.isnan(drawn(ax)[:, 1]).any()
+    assert np.nanmax(drawn(ax)[:, 1]) == 9.0
     assert np.isfinite(ax.lines[-1].get_ydata()).all()
     render(ax)
 
