@@ -317,7 +317,8 @@ class Impacts:
             with Path(path).open(encoding="utf-8") as file:
                 head = file.readline()
             run = json.loads(head[len("# impactsig ") :]) if head.startswith("# impactsig ") else {}
-            frame = pd.read_csv(path, comment="#", float_precision="round_trip")
+            # As text: Python's own conversion to float is exact, that of pandas is not.
+            frame = pd.read_csv(path, comment="#", dtype=str)
         except (OSError, ValueError) as error:
             raise UnreadableFile(path, f"not a table of impacts ({error})") from error
         return cls._from_frame(path, frame, run)
@@ -367,7 +368,7 @@ class Impacts:
         }
         try:
             return cls(**columns, **run)
-        except (InvalidInput, TypeError) as error:
+        except (ValueError, TypeError) as error:
             raise UnreadableFile(path, f"not a table of impacts ({error})") from error
 
     # -- showing ---------------------------------------------------------------------------
