@@ -1,0 +1,261 @@
+"""What a report says in words and numbers, as plain text for the page to escape and lay out."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import io
+import platform
+import shlex
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import __version__
+from ..impacts import FLAG_NAMES, flag_names
+from .analysis import Analysis, mean_and_spread
+
+if TYPE_CHECKING:
+    from ..impacts import Impacts
+
+PLAIN_TABLE, PACKED_TABLE = 400_000, 800_000
+"""Bytes up to which the table is held as it is, and up to which it is held compressed."""
+
+LIBRARIES = ("numpy", "scipy", "numba", "pandas", "soundfile", "npTDMS", "matplotlib", "bokeh")
+
+
+@dataclass(frozen=True)
+class Download:
+    """The table of all impacts inside the page; `source` is empty where it would be too large."""
+
+    source: str
+    filename: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """Heads and cells, all text."""
+
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def printable(text: str) -> str:
+    """Text that UTF-8 can hold; a file name may contain bytes that it cannot."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def notes(analysis: Analysis) -> list[str]:
+    """What the reader must know before trusting the numbers."""
+    impacts = analysis.impacts
+    told = list(analysis.warnings)
+    if analysis.file.truncated:
+        told.append("The file ends before its own header says it does; its end is missing.")
+    others = len(analysis.file.channels) - 1
+    if others > 0:
+        told.append(
+            f"{others} other channel{'s' if others > 1 else ''} of the file "
+            f"{'were' if others > 1 else 'was'} not analysed."
+        )
+    if len(impacts.gaps):
+        lost = float(np.diff(impacts.gaps, axis=1).sum())
+        told.append(
+            f"{len(impacts.gaps)} gaps, {lost:.4g} s in all, hold no valid samples; "
+            "no interval is taken across one."
+        )
+    for bit, name in FLAG_NAMES.items():
+        count = int(np.count_nonzero(impacts.flags & bit))
+        if count:
+            told.append(f"{count} of {len(impacts)} impacts flagged: {name}, {_MEANING[bit]}.")
+    if not len(impacts):
+        told.append(f"No impacts were found: {impacts.reason}.")
+    return list(dict.fromkeys(printable(text) for text in told))
+
+
+_MEANING = {
+    1: "the pulse had begun before the record did",
+    2: "the pulse had not ended when the record did",
+    4: "the peak reached the limit of the instrument, peak and impulse are lower bounds",
+    8: "the pulse overlaps a neighbour, its contact time lies between crossings of a level",
+}
+
+
+def tiles(analysis: Analysis) -> list[tuple[str, str, str]]:
+    """The key figures: what, how much, and a word on it."""
+    from ..intervals import coefficient_of_variation
+
+    impacts = analysis.impacts
+    rate = f"{len(impacts) / impacts.duration:.4g} per second" if impacts.duration else ""
+    shown = [("impacts", f"{len(impacts):,}", rate)]
+    found = analysis.periodicity
+    if found.kind != "too few impacts":
+        word = found.kind if found.periods is None else f"({found.impacts}, {found.periods})"
+        shown.append(("period", word, f"confidence {found.confidence:.2f}"))
+    intervals = impacts.intervals()
+    if len(intervals):
+        median = np.median(intervals) * 1e3
+        shown.append(("median interval", f"{median:.5g} ms", f"{1e3 / median:.5g} Hz"))
+    if len(intervals) > 1:
+        variation = coefficient_of_variation(impacts)
+        shown.append(("interval CV", f"{variation:.3g}", "coefficient of variation"))
+    if impacts.contact_time is not None and len(impacts):
+        mean, spread = mean_and_spread(impacts.contact_time * 1e3)
+        shown.append(("contact time", f"{mean} ms", f"± {spread} ms, {_level(impacts)}"))
+        if impacts.duration:
+            share = 100 * impacts.time_in_contact()
+            shown.append(("time in contact", f"{share:.3g} %", "of the run"))
+    if impacts.peak is not None and len(impacts):
+        low, middle, high = np.percentile(impacts.peak, (5, 50, 95))
+        shown.append(
+            (
+                "median peak",
+                f"{middle:.4g} {impacts.unit}".rstrip(),
+                f"{low:.3g} to {high:.3g} (5 to 95 %)",
+            )
+        )
+    return [(a, printable(b), printable(c)) for a, b, c in shown]
+
+
+def table(impacts: Impacts, count: int) -> Table:
+    """The first impacts, in the units that read best."""
+    columns = [("time [s]", impacts.time, 1.0, ".6f")]
+    if impacts.contact_time is not None:
+        columns.append(("contact time [ms]", impacts.contact_time, 1e3, ".4f"))
+    unit = f" [{impacts.unit}]" if impacts.unit else ""
+    if impacts.peak is not None:
+        columns.append((f"peak{unit}", impacts.peak, 1.0, ".4g"))
+    if impacts.impulse is not None:
+        name = f"impulse [{impacts.unit} s]" if unit else "impulse [s]"
+        columns.append((name, impacts.impulse, 1.0, ".4g"))
+    if impacts.rise_time is not None:
+        columns.append(("rise time [ms]", impacts.rise_time, 1e3, ".4f"))
+    heads = ("impact", *(printable(head) for head, *_ in columns), "flags")
+    rows = tuple(
+        (
+            str(i + 1),
+            *(format(values[i] * factor, form) for _, values, factor, form in columns),
+            flag_names(int(impacts.flags[i])),
+        )
+        for i in range(min(count, len(impacts)))
+    )
+    return Table(heads, rows)
+
+
+def download(impacts: Impacts, stem: str) -> Download:
+    """All impacts as CSV in a data URI: times to the nanosecond, the rest to seven digits."""
+    frame = impacts.to_frame()
+    for name in frame.columns:
+        if name == "time":
+            frame[name] = [f"{value:.9f}" for value in frame[name]]
+        elif name != "flags":
+            frame[name] = [f"{value:.7g}" for value in frame[name]]
+    held = io.StringIO()
+    frame.to_csv(held, index=False, lineterminator="\r\n")
+    plain = held.getvalue().encode()
+    if len(plain) <= PLAIN_TABLE:
+        return Download(_data_uri("text/csv", plain), f"{stem}-impacts.csv")
+    packed = gzip.compress(plain, mtime=0)
+    if len(packed) <= PACKED_TABLE:
+        return Download(_data_uri("application/gzip", packed), f"{stem}-impacts.csv.gz")
+    return Download("", "")
+
+
+def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Groups of names and values: the recording, the detection, the software."""
+    file, impacts, overview = analysis.file, analysis.impacts, analysis.overview
+    recording = [
+        ("file", Path(file.path).name),
+        ("SHA-256", sha256(file.path)),
+        ("size", f"{file.bytes:,} bytes"),
+        ("format", file.format),
+        ("recorded at", file.recorded_at.isoformat(sep=" ") if file.recorded_at else "not stored"),
+        ("channel", overview.channels[0] or "unnamed"),
+        ("sensor", overview.sensor),
+        ("unit", overview.unit or "not stored"),
+        ("rate", f"{analysis.rate:.10g} Hz"),
+        ("span analysed", f"{impacts.start:.6g} to {impacts.stop:.6g} s"),
+    ]
+    detection = [
+        (name, f"{value:.6g} {impacts.unit}".rstrip())
+        for name, value in (
+            ("noise level", impacts.noise),
+            ("threshold", impacts.threshold),
+            ("release", impacts.release),
+        )
+        if value is not None
+    ]
+    if impacts.contact_time is not None:
+        detection.append(("contact time", _level(impacts)))
+    detection += [(name.replace("_", " "), _word(v)) for name, v in impacts.settings.items()]
+    if analysis.forcing_frequency is not None:
+        detection.append(("forcing frequency", f"{analysis.forcing_frequency:g} Hz"))
+    software = [("impactsig", __version__), ("Python", platform.python_version())]
+    software += [(name, version) for name in LIBRARIES if (version := _version(name))]
+    groups = (("Recording", recording), ("Detection", detection), ("Software", software))
+    return [(title, [(a, printable(b)) for a, b in rows]) for title, rows in groups]
+
+
+def command(analysis: Analysis) -> str:
+    """The command line that makes this report again."""
+    given = {**analysis.reading, **analysis.detecting}
+    if analysis.forcing_frequency is not None:
+        given["forcing_frequency"] = analysis.forcing_frequency
+    # An equals sign keeps a value that begins with a minus from being taken for an option.
+    options = [f"--{name.replace('_', '-')}={value}" for name, value in given.items()]
+    path = str(analysis.file.path)
+    words = ["impactsig", "report", *options, *(["--"] if path.startswith("-") else []), path]
+    return " ".join(shlex.quote(word) for word in words)
+
+
+def python_lines(analysis: Analysis) -> str:
+    """The lines of Python that find the same impacts and the same period."""
+    reading = _arguments(analysis.reading)
+    detecting = _arguments(analysis.detecting)
+    hertz = analysis.forcing_frequency
+    period = f", forcing_period=1 / {hertz!r}" if hertz is not None else ""
+    lines = [
+        "import impactsig",
+        f"recording = impactsig.read({str(analysis.file.path)!r}{reading})",
+        f"impacts = impactsig.detect_impacts(recording{detecting})",
+        f"impactsig.identify_period(impacts{period})",
+    ]
+    return "\n".join(lines)
+
+
+def sha256(path: str | Path) -> str:
+    """SHA-256 of a file, in hexadecimal digits."""
+    with Path(path).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _arguments(given: Any) -> str:
+    return "".join(f", {name}={value!r}" for name, value in given.items())
+
+
+def _level(impacts: Impacts) -> str:
+    if impacts.contact_level is None:
+        return "level not stored"
+    if impacts.contact_level == 0:
+        return "first to last touch"
+    return f"above {impacts.contact_level:.3g} {impacts.unit}".rstrip()
+
+
+def _word(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return "not set" if value is None else str(value)
+
+
+def _data_uri(kind: str, content: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(content).decode()}"
+
+
+def _version(library: str) -> str:
+    try:
+        return metadata.version(library)
+    except metadata.PackageNotFoundError:
+        return ""

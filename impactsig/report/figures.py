@@ -1,0 +1,129 @@
+"""The figures of a report: matplotlib drawings as data that an HTML page can hold."""
+
+from __future__ import annotations
+
+import base64
+import io
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
+
+from .. import plot
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..impacts import Impacts
+    from ..recording import Recording
+    from .analysis import Analysis
+
+SPIKES_SHOWN = 60
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One figure: `source` is a data URI, `alt` says in words what it shows."""
+
+    source: str
+    alt: str
+    caption: str
+    size: Literal["third", "half", "wide"] = "half"
+
+
+def draw(paint: Callable[[Axes], object], width: float, height: float) -> str:
+    """A figure as a data URI holding SVG; needs neither a display nor pyplot."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    settings: Any = {"svg.hashsalt": "impactsig", "svg.fonttype": "path", "font.size": 9.5}
+    with matplotlib.rc_context(settings), warnings.catch_warnings():
+        # A channel named in a script the font does not have is drawn with boxes; that is enough.
+        warnings.filterwarnings("ignore", "Glyph .* missing")
+        figure = Figure(figsize=(width, height), layout="constrained")
+        paint(figure.subplots())
+        held = io.BytesIO()
+        figure.savefig(held, format="svg", transparent=True, dpi=150, metadata={"Date": None})
+    return "data:image/svg+xml;base64," + base64.b64encode(held.getvalue()).decode()
+
+
+def waveform(analysis: Analysis) -> Picture:
+    """The still waveform, for paper and for readers without scripts."""
+    impacts = analysis.impacts
+    return Picture(
+        draw(lambda ax: plot.waveform(analysis.overview, impacts, ax), 9.2, 2.9),
+        f"Waveform of {impacts.duration:.4g} s with {len(impacts)} impacts marked",
+        "The recording and the impacts found in it.",
+        size="wide",
+    )
+
+
+def pictures(analysis: Analysis) -> Iterator[Picture]:
+    """Every figure that the impacts found can fill."""
+    impacts = analysis.impacts
+    count = len(impacts.intervals())
+    for index, excerpt in analysis.excerpts:
+        yield Picture(
+            draw(partial(_pulse, excerpt, impacts, index), 3.4, 2.9),
+            f"Close-up of impact {index + 1} at {impacts.time[index]:.6f} s",
+            f"Impact {index + 1} from near, {_standing(analysis, index)}.",
+            size="third",
+        )
+    if len(impacts) > 1:
+        shown = impacts[:SPIKES_SHOWN]
+        if len(impacts) > SPIKES_SHOWN:
+            shown = impacts.between(None, float(impacts.time[SPIKES_SHOWN]))
+        yield Picture(
+            draw(lambda ax: plot.spike_train(shown, ax), 9.2, 1.3),
+            f"Spike train of the first {len(shown)} impacts",
+            f"Spike train: the first {len(shown)} impacts."
+            if len(shown) < len(impacts)
+            else "Spike train.",
+            size="wide",
+        )
+    if count:
+        yield Picture(
+            draw(lambda ax: plot.interval_sequence(impacts, ax), 9.2, 2.7),
+            f"{count} interspike intervals against time",
+            "Interspike intervals in the order of time.",
+            size="wide",
+        )
+    if count > 1:
+        yield Picture(
+            draw(lambda ax: plot.return_map(impacts, ax=ax), 4.4, 3.6),
+            f"Return map of {count} interspike intervals",
+            "Return map: each interval against the one before it. A period is a set of points, "
+            "chaos a curve or a cloud with structure, noise a cloud without.",
+        )
+        yield Picture(
+            draw(lambda ax: plot.histogram(impacts, ax), 4.4, 3.6),
+            f"Density of {count} interspike intervals",
+            "Density of the interspike intervals.",
+        )
+    if count and impacts.contact_time is not None:
+        yield Picture(
+            draw(lambda ax: plot.contact_against_interval(impacts, ax), 4.4, 3.6),
+            "Contact time of each impact against the interval before it",
+            "Contact time against the interval that led up to the impact.",
+        )
+    if len(impacts) and impacts.peak is not None:
+        yield Picture(
+            draw(lambda ax: plot.peak_against_time(impacts, ax), 4.4, 3.6),
+            "Peak of each impact against time",
+            "Peak of each impact; a drift here is wear, loosening or a changed gain.",
+        )
+
+
+def _pulse(excerpt: Recording, impacts: Impacts, index: int, ax: Axes) -> None:
+    plot.pulse(excerpt, impacts, index, ax)
+
+
+def _standing(analysis: Analysis, index: int) -> str:
+    """What singles this impact out among those drawn; see `analysis.typical`."""
+    measured = analysis.impacts.peak is not None
+    places = ("the weakest", "one of middle strength", "the strongest")
+    if not measured:
+        places = ("the first", "in the middle of the run", "the last")
+    order = [i for i, _ in analysis.excerpts]
+    return places[order.index(index)] if len(order) == 3 else "in full detail"

@@ -1,0 +1,125 @@
+"""One HTML file that needs nothing else: written whole, works offline, runs no foreign code."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from datetime import UTC, datetime
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from .. import __version__
+from .._atomic import atomic_path
+from .analysis import Analysis, analyse
+from .contents import (
+    command,
+    download,
+    notes,
+    parameters,
+    printable,
+    python_lines,
+    table,
+    tiles,
+)
+
+ROWS_SHOWN = 50
+
+START = (
+    'Bokeh.embed.embed_item(JSON.parse(document.getElementById("waveform-data").textContent),'
+    '"waveform");'
+)
+
+
+def write_report(source_path: str | Path, output: str | Path | None = None, **options: Any) -> Path:
+    """Analyse a recording and write what was found as one HTML page.
+
+    The page works offline and holds everything: the result in words, the waveform to zoom into,
+    the figures, the impacts as a table, the parameters, the SHA-256 of the recording, and how to
+    reproduce it.
+
+    Parameters
+    ----------
+    source_path : path-like
+        The recording.
+    output : path-like, optional
+        The page; ``impactsig-report-NAME.html`` in the current folder by default.
+    **options
+        As for `impactsig.report.analyse`: forcing_frequency, threshold, polarity, merge_within,
+        dead_time, gaps, channel, start, stop, scale, offset, unit, rate, sensor.
+
+    Returns
+    -------
+    Path
+        The page written.
+
+    Raises
+    ------
+    InvalidInput, UnreadableFile
+        If the recording cannot be analysed; nothing is written then.
+    UnwritableFile
+        If the page cannot be written; what stood there before is untouched.
+    """
+    name = Path(source_path).name
+    target = Path(f"impactsig-report-{name}.html") if output is None else Path(output)
+    with atomic_path(target) as temporary:
+        # Opened first: hours of analysis must not end at a folder that cannot be written.
+        temporary.write_text(render(analyse(source_path, **options)), encoding="utf-8")
+    return target
+
+
+def write_page(analysis: Analysis, output: str | Path) -> Path:
+    """Write the page of an analysis already made; see `write_report`."""
+    with atomic_path(output) as temporary:
+        temporary.write_text(render(analysis), encoding="utf-8")
+    return Path(output)
+
+
+def render(analysis: Analysis) -> str:
+    """The page as text."""
+    from jinja2 import Environment, StrictUndefined
+
+    from . import figures, interactive
+
+    parts = resources.files("impactsig.report")
+    template = Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
+    ).from_string((parts / "page.html.j2").read_text(encoding="utf-8"))
+    library = interactive.bokeh_script()
+    marked = len(interactive.marked(analysis))
+    # Scripts run only if their hash stands in the policy: text that slipped in stays text.
+    policy = (
+        "default-src 'none'; base-uri 'none'; form-action 'none'; img-src data: blob:; "
+        f"style-src 'unsafe-inline'; script-src {_hash(library)} {_hash(START)}"
+    )
+    path = analysis.file.path
+    return template.render(
+        name=printable(Path(path).name),
+        policy=policy,
+        style=(parts / "page.css").read_text(encoding="utf-8"),
+        summary=printable(re.sub(r"(\d) (m?s)\b", "\\1\u00a0\\2", analysis.summary())),
+        notes=notes(analysis),
+        tiles=tiles(analysis),
+        still=figures.waveform(analysis) if len(analysis.overview) else None,
+        library=library,
+        start=START,
+        waveform=interactive.waveform_json(analysis),
+        reduced=analysis.overview.rate != analysis.rate,
+        marked=marked,
+        impacts=analysis.impacts,
+        pictures=list(figures.pictures(analysis)),
+        table=table(analysis.impacts, ROWS_SHOWN),
+        rows_shown=ROWS_SHOWN,
+        download=download(analysis.impacts, printable(Path(path).stem)),
+        parameters=parameters(analysis),
+        command=printable(command(analysis)),
+        python=printable(python_lines(analysis)),
+        version=__version__,
+        made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+    )
+
+
+def _hash(script: str) -> str:
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    return f"'sha256-{digest}'"

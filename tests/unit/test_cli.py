@@ -1,0 +1,254 @@
+"""The command: results on standard output, one line and a non-zero exit for every error."""
+
+import io
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import soundfile
+
+from impactsig import Impacts, ImpactsigWarning, UnwritableFile, cli
+
+RATE = 50_000
+TOUCH = 0.02 + 0.05 * np.arange(19)
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """A WAV of half-sine pulses of 400 us, 20 a second, over a little noise."""
+    t = np.arange(RATE) / RATE
+    samples = 0.001 * np.random.default_rng(0).standard_normal(RATE)
+    for touch in TOUCH:
+        u = (t - touch) / 4e-4
+        samples += 0.5 * np.where((u > 0) & (u < 1), np.sin(np.pi * u), 0)
+    path = tmp_path / "rig.wav"
+    soundfile.write(path, samples, RATE, subtype="PCM_24")
+    return path
+
+
+@pytest.fixture
+def silent(tmp_path):
+    path = tmp_path / "silent.wav"
+    soundfile.write(path, np.zeros(RATE), RATE)
+    return path
+
+
+def run(*words):
+    """Exit code of a command line, as the shell would see it."""
+    try:
+        return cli.main([str(word) for word in words])
+    except SystemExit as leave:
+        return leave.code
+
+
+def python(*words, **options):
+    return subprocess.run(
+        [sys.executable, *words], capture_output=True, text=True, check=False, **options
+    )
+
+
+# -- what it does ----------------------------------------------------------------------------
+
+
+def test_detect_writes_a_table_that_reads_back_as_the_same_impacts(recording, capsys, tmp_path):
+    assert run("detect", recording, "--sensor", "force", "--unit", "V") == 0
+    text = capsys.readouterr().out
+    path = tmp_path / "table.csv"
+    assert run("detect", recording, "--sensor=force", "--unit=V", "-o", path) == 0
+    assert path.read_text() == text
+    found = Impacts.read_csv(path)
+    np.testing.assert_allclose(found.time, TOUCH, atol=40e-6)
+    assert (found.unit, found.sensor, found.duration) == ("V", "force", 1.0)
+
+
+def test_detect_writes_parquet(recording, tmp_path):
+    pytest.importorskip("pyarrow")
+    path = tmp_path / "table.parquet"
+    assert run("detect", recording, "--sensor=force", "-o", path) == 0
+    assert len(Impacts.read_parquet(path)) == len(TOUCH)
+
+
+def test_options_reach_the_reader_and_the_detector(recording, capsys):
+    words = ("--start", "0.1", "--stop=500e-3", "--scale", "-2e1", "--sensor=force", "--unit=N")
+    assert run("detect", recording, *words, "--threshold=3") == 0
+    run_of, *_ = capsys.readouterr().out.splitlines()
+    told = json.loads(run_of.removeprefix("# impactsig "))
+    assert (told["start"], told["duration"], told["unit"]) == (0.1, pytest.approx(0.4), "N")
+    assert told["threshold"] == pytest.approx(3.0)
+
+
+def test_no_impacts_is_a_result_with_a_reason(silent, capsys):
+    assert run("detect", silent, "--sensor=force") == 0
+    out, err = capsys.readouterr()
+    assert out.splitlines()[1].startswith("time")
+    assert len(out.splitlines()) == 2
+    assert err.startswith("warning: no impacts: ")
+    assert err.count("\n") == 1
+
+
+def test_info_lists_the_channels(recording, capsys):
+    assert run("info", recording) == 0
+    out = capsys.readouterr().out
+    assert f"{recording.stat().st_size:,} bytes" in out
+    assert "50000" in out
+    assert "TRUNCATED" not in out
+
+
+def test_report_says_where_it_was_written(recording, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run("report", recording, "--sensor=force", "--forcing-frequency=20") == 0
+    assert capsys.readouterr().out == "report: impactsig-report-rig.wav.html\n"
+    assert "period(1,1)" in (tmp_path / "impactsig-report-rig.wav.html").read_text()
+
+
+def test_demo_writes_its_report_here_and_says_what_it_found(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run("demo") == 0
+    summary, where = capsys.readouterr().out.splitlines()
+    assert summary.startswith("period(1,1)")
+    assert where == f"report: {tmp_path / 'impactsig-demo.html'}"
+    assert [path.name for path in tmp_path.iterdir()] == ["impactsig-demo.html"]
+
+
+# -- what goes wrong -------------------------------------------------------------------------
+
+
+def test_a_missing_file_is_one_line(tmp_path, capsys):
+    assert run("report", tmp_path / "none.wav") == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("error: ")
+    assert "none.wav" in err
+    assert err.count("\n") == 1
+
+
+def test_several_channels_without_a_choice_are_listed(tmp_path, capsys):
+    path = tmp_path / "stereo.wav"
+    soundfile.write(path, np.zeros((1000, 2)), 8000)
+    for command in ("report", "detect"):
+        assert run(command, path) == 1
+        err = capsys.readouterr().err
+        assert "channel" in err
+        assert err.count("\n") == 1
+    assert run("detect", path, "--channel=1") == 0
+
+
+def test_a_report_that_cannot_be_written_leaves_nothing(recording, tmp_path, capsys):
+    assert run("report", recording, "-o", tmp_path / "no" / "such.html") == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["rig.wav"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [],
+        ["repotr"],
+        ["report"],
+        ["detect", "x.wav", "--start", "nan"],
+        ["detect", "x.wav", "--rate", "inf"],
+        ["detect", "x.wav", "--scale", "two"],
+        ["detect", "x.wav", "--threshold", "six"],
+        ["detect", "x.wav", "--sensor", "smell"],
+        ["detect", "x.wav", "--thresh", "6sigma"],
+    ],
+)
+def test_a_wrong_command_line_exits_with_2(words, capsys):
+    assert run(*words) == 2
+    assert "usage: impactsig" in capsys.readouterr().err
+
+
+def test_an_output_of_no_known_kind_is_refused_before_work_begins(tmp_path, capsys):
+    assert run("detect", tmp_path / "none.wav", "-o", tmp_path / "table.xlsx") == 1
+    assert ".csv or .parquet" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "line"),
+    [
+        (KeyboardInterrupt(), 130, "interrupted\n"),
+        (
+            RuntimeError("two\nlines \x1b[31m"),
+            1,
+            "error: unexpected RuntimeError: two lines \\x1b[31m",
+        ),
+        (UnwritableFile("x", "full"), 1, "error: x: full\n"),
+    ],
+)
+def test_every_failure_is_one_line_and_an_exit_code(error, code, line, monkeypatch, capsys):
+    def fail(chosen):
+        raise error
+
+    monkeypatch.setitem(cli.COMMANDS, "info", fail)
+    assert run("info", "x") == code
+    err = capsys.readouterr().err
+    assert err.startswith(line)
+    assert err.count("\n") == 1
+
+
+def test_the_traceback_is_there_for_who_asks(monkeypatch):
+    def fail(chosen):
+        raise RuntimeError("inside")
+
+    monkeypatch.setitem(cli.COMMANDS, "info", fail)
+    monkeypatch.setenv(cli.DEBUG, "1")
+    with pytest.raises(RuntimeError, match="inside"):
+        run("info", "x")
+
+
+def test_warnings_are_a_line_each_and_foreign_ones_are_silent(monkeypatch, capsys):
+    import warnings
+
+    def warn(chosen):
+        for _ in range(2):
+            warnings.warn("channel b\nleft out", ImpactsigWarning, stacklevel=1)
+        warnings.warn("in some library", DeprecationWarning, stacklevel=1)
+
+    monkeypatch.setitem(cli.COMMANDS, "info", warn)
+    assert run("info", "x") == 0
+    assert capsys.readouterr().err == "warning: channel b left out\n" * 2
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes end otherwise there")
+def test_a_reader_that_leaves_early_is_told_by_the_exit_code_alone(recording):
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    words = [sys.executable, "-m", "impactsig", "detect", str(recording), "--sensor=force"]
+    with os.fdopen(write_end) as gone:
+        done = subprocess.run(words, stdout=gone, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_table_goes_to_an_open_file_as_to_a_path(tmp_path):
+    impacts = Impacts.from_times([0.1, 0.25], duration=1.0, start=0.0, peak=[1 / 3, 2.0])
+    held = io.StringIO()
+    impacts.to_csv(held)
+    impacts.to_csv(tmp_path / "a.csv")
+    assert (tmp_path / "a.csv").read_text() == held.getvalue()
+
+
+# -- what it costs ---------------------------------------------------------------------------
+
+HEAVY = {"numpy", "scipy", "pandas", "matplotlib", "numba", "bokeh", "soundfile", "jinja2"}
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["report", "--help"]])
+def test_help_imports_nothing_heavy(words):
+    code = (
+        "import sys\nfrom impactsig.cli import main\n"
+        f"try: main({words!r})\nexcept SystemExit: pass\n"
+        f"print(sorted({HEAVY!r} & set(sys.modules)), file=sys.stderr)"
+    )
+    done = python("-c", code)
+    assert done.stderr == "[]\n"
+    assert "impactsig" in done.stdout
+
+
+def test_it_runs_as_a_module(tmp_path):
+    done = python("-m", "impactsig", "info", str(tmp_path / "none.wav"), cwd=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1

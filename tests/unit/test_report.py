@@ -1,0 +1,411 @@
+"""The report: self-contained, escaped, bounded in size, true to what was found."""
+
+import base64
+import csv
+import gzip
+import hashlib
+import html
+import io
+import json
+import re
+import shlex
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+import soundfile
+
+from impactsig import (
+    Impacts,
+    ImpactsigWarning,
+    InvalidInput,
+    Recording,
+    UnreadableFile,
+    UnwritableFile,
+    cli,
+    write_report,
+)
+from impactsig.report import Analysis, analyse, write_page
+from impactsig.report import analysis as analysis_module
+from impactsig.report.analysis import mean_and_spread, overview_of, typical
+from impactsig.report.contents import download, printable, table
+from impactsig.report.interactive import MARKED, marked, script_safe
+
+RATE = 50_000
+TOUCH = 0.02 + 0.05 * np.arange(19)
+CONTACT = 4e-4
+
+
+def pulses(path, touches=TOUCH, duration=1.0, noise=0.001):
+    t = np.arange(round(duration * RATE)) / RATE
+    samples = noise * np.random.default_rng(0).standard_normal(len(t))
+    for touch in touches:
+        u = (t - touch) / CONTACT
+        samples += 0.5 * np.where((u > 0) & (u < 1), np.sin(np.pi * u), 0)
+    soundfile.write(path, samples, RATE, subtype="PCM_24")
+    return path
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    return pulses(tmp_path_factory.mktemp("rig") / "rig.wav")
+
+
+@pytest.fixture(scope="module")
+def found(recording):
+    return analyse(recording, sensor="force", unit="V", forcing_frequency=20.0)
+
+
+@pytest.fixture(scope="module")
+def page(found, tmp_path_factory):
+    path = write_page(found, tmp_path_factory.mktemp("page") / "page.html")
+    return path.read_text(encoding="utf-8")
+
+
+class Page(HTMLParser):
+    """Tags with their attributes, the text of scripts, and the text that is seen."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.scripts, self.seen, self._inside = [], [], [], None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+        self._inside = tag
+        if tag == "script":
+            self.scripts.append((dict(attributes), ""))
+
+    def handle_endtag(self, tag):
+        self._inside = None
+
+    def handle_data(self, data):
+        if self._inside == "script":
+            kind, text = self.scripts[-1]
+            self.scripts[-1] = (kind, text + data)
+        elif self._inside != "style":
+            self.seen.append(data)
+
+    @property
+    def text(self):
+        return " ".join(" ".join(self.seen).split())
+
+    def attributes(self, name):
+        return [attributes[name] for _, attributes in self.tags if name in attributes]
+
+    def policy(self):
+        content = next(a["content"] for t, a in self.tags if a.get("http-equiv"))
+        return dict(part.strip().split(" ", 1) for part in content.split(";"))
+
+
+# -- the analysis ----------------------------------------------------------------------------
+
+
+def test_the_summary_says_period_count_and_contact_time_in_words(found):
+    summary = found.summary()
+    assert summary.startswith(found.periodicity.describe())
+    assert f"{len(TOUCH)} impacts in 1 s" in summary
+    assert re.search(r"contact time 0\.\d+ ms ± 0\.\d+", summary)
+    assert (found.periodicity.impacts, found.periodicity.periods) == (1, 1)
+
+
+def test_what_is_analysed_is_what_was_made(found):
+    np.testing.assert_allclose(found.impacts.time, TOUCH, atol=40e-6)
+    np.testing.assert_allclose(found.impacts.contact_time, CONTACT, rtol=0.25)
+    assert (found.rate, found.overview.unit) == (RATE, "V")
+
+
+def test_excerpts_hold_their_impact_at_full_rate(found):
+    assert len(found.excerpts) == 3
+    for index, excerpt in found.excerpts:
+        touch = found.impacts.time[index]
+        assert excerpt.start < touch
+        assert excerpt.stop > touch + found.impacts.contact_time[index]
+        assert excerpt.rate == RATE
+
+
+def test_blocks_give_what_the_whole_gives(recording, found, monkeypatch):
+    monkeypatch.setattr(analysis_module, "WHOLE_BELOW", 1000)
+    blockwise = analyse(recording, sensor="force", unit="V", forcing_frequency=20.0)
+    for name in ("time", "contact_time", "peak"):
+        np.testing.assert_array_equal(
+            getattr(blockwise.impacts, name), getattr(found.impacts, name)
+        )
+    for (i, a), (j, b) in zip(found.excerpts, blockwise.excerpts, strict=True):
+        assert i == j
+        np.testing.assert_array_equal(a.samples, b.samples)
+
+
+def test_warnings_are_kept_and_passed_on(recording, monkeypatch):
+    import warnings
+
+    from impactsig import io as readers
+
+    def warn(path, **options):
+        warnings.warn("channel b was left out", ImpactsigWarning, stacklevel=2)
+        return original(path, **options)
+
+    original = readers.read
+    monkeypatch.setattr(readers, "read", warn)
+    with pytest.warns(ImpactsigWarning, match="left out"):
+        result = analyse(recording, sensor="force")
+    assert result.warnings == ("channel b was left out",)
+
+
+@pytest.mark.parametrize("frequency", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_forcing_frequency_is_positive(recording, frequency):
+    with pytest.raises(InvalidInput, match="forcing_frequency"):
+        analyse(recording, forcing_frequency=frequency)
+
+
+def test_the_overview_keeps_every_spike_at_its_time():
+    samples = np.zeros(2_000_000, np.float32)
+    samples[123_456], samples[1_999_999] = 4.0, -3.0
+    whole = Recording(samples, RATE, "V")
+    blocks = [whole.between(a, a + 7.0) for a in np.arange(0, whole.duration, 7.0)]
+    for source in (whole, blocks):
+        seen = overview_of(source, whole.duration)
+        assert len(seen) <= 20_100
+        assert seen.duration == pytest.approx(whole.duration)
+        assert (seen.samples.max(), seen.samples.min()) == (4.0, -3.0)
+        where = seen.time[np.argmax(seen.samples)]
+        assert where == pytest.approx(123_456 / RATE, abs=2 * whole.duration / 10_000)
+
+
+def test_a_short_recording_is_its_own_overview():
+    short = Recording(np.arange(100.0), 10.0)
+    assert overview_of(short, short.duration) is short
+
+
+def test_typical_impacts_are_the_weakest_the_middle_and_the_strongest():
+    assert typical(Impacts.from_times([1, 2, 3, 4, 5], peak=[3.0, 9.0, 1.0, 5.0, 4.0])) == [2, 4, 1]
+    assert typical(Impacts.from_times([1, 2, 3, 4])) == [0, 2, 3]
+    assert typical(Impacts.from_times([1.0])) == [0]
+    assert typical(Impacts.from_times([], start=0, duration=1)) == []
+
+
+@pytest.mark.parametrize(
+    ("values", "shown"),
+    [
+        # Standard deviation of (a - d, a, a + d) is d.
+        ([0.29, 0.30, 0.31], ("0.300", "0.010")),
+        ([100.0, 112.0, 124.0], ("112", "12")),
+        ([0.3, 0.3], ("0.3", "0")),
+        ([0.3], ("0.3", "")),
+    ],
+)
+def test_mean_and_spread_show_the_digits_that_mean_something(values, shown):
+    assert mean_and_spread(np.array(values)) == shown
+
+
+# -- the page --------------------------------------------------------------------------------
+
+
+def test_nothing_is_fetched(page):
+    parsed = Page(page)
+    for name in ("src", "href"):
+        assert all(value.startswith("data:") for value in parsed.attributes(name))
+    assert not {"link", "iframe", "object", "embed", "base", "form"} & {t for t, _ in parsed.tags}
+    assert "url(" not in page[: page.index("</style>")]
+
+
+def test_only_the_page_s_own_scripts_may_run(page):
+    parsed = Page(page)
+    policy = parsed.policy()
+    assert policy["default-src"] == "'none'"
+    assert "unsafe" not in policy["script-src"]
+    for kind, text in parsed.scripts:
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        allowed = f"'sha256-{digest}'" in policy["script-src"]
+        assert allowed is (kind.get("type") != "application/json")
+    assert not [name for _, attributes in parsed.tags for name in attributes if name[:2] == "on"]
+
+
+def test_the_waveform_is_valid_json_with_few_enough_points(page, found):
+    drawing = json.loads(next(t for kind, t in Page(page).scripts if kind))
+    assert drawing["root_id"]
+    sizes = re.findall(r'"shape": \[(\d+)\]', json.dumps(drawing))
+    assert max(map(int, sizes)) <= 20_000
+    assert str(len(found.impacts)) in sizes
+
+
+def test_every_figure_says_what_it_shows(page):
+    images = [attributes for tag, attributes in Page(page).tags if tag == "img"]
+    assert len(images) >= 9
+    assert all(image["alt"] for image in images)
+    assert all(image["src"].startswith("data:image/svg+xml;base64,") for image in images)
+
+
+def test_the_page_is_small_and_names_its_input(page, recording):
+    assert len(page.encode()) < 3_000_000
+    assert hashlib.sha256(recording.read_bytes()).hexdigest() in page
+
+
+def test_the_command_shown_makes_the_same_report_again(page, found, tmp_path):
+    line = html.unescape(re.findall(r"<pre><code>(.*?)</code></pre>", page, re.S)[0])
+    words = shlex.split(line)
+    assert words[0] == "impactsig"
+    assert cli.main([*words[1:], "-o", str(tmp_path / "again.html")]) == 0
+    again = (tmp_path / "again.html").read_text(encoding="utf-8")
+    assert _csv(again) == _csv(page)
+
+
+def test_the_python_shown_finds_the_same_impacts(page, found):
+    lines = html.unescape(re.findall(r"<pre><code>(.*?)</code></pre>", page, re.S)[1])
+    names = {}
+    exec(lines, names)
+    np.testing.assert_array_equal(names["impacts"].time, found.impacts.time)
+
+
+def _csv(page):
+    source = re.search(r'href="data:text/csv;base64,([^"]*)"', page).group(1)
+    return base64.b64decode(source).decode()
+
+
+def test_the_table_inside_holds_every_impact(page, found):
+    rows = list(csv.DictReader(io.StringIO(_csv(page))))
+    assert [float(row["time"]) for row in rows] == pytest.approx(found.impacts.time, abs=1e-9)
+    assert [float(row["peak"]) for row in rows] == pytest.approx(found.impacts.peak, rel=1e-6)
+
+
+def test_two_runs_make_the_same_page_but_for_the_time_of_day(found, page, tmp_path):
+    again = write_page(found, tmp_path / "again.html").read_text(encoding="utf-8")
+
+    def still(text):
+        text = re.sub(r"Made \S+ \S+ UTC", "", text)
+        return re.sub(r"<script type=\"application/json\".*?</script>", "", text, flags=re.S)
+
+    assert still(again) == still(page)
+
+
+# -- bad and hostile input -------------------------------------------------------------------
+
+HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>'\"&{{7*7}}$x$"
+
+
+@pytest.fixture
+def hostile(found, tmp_path):
+    """An analysis whose every text from outside tries to break out of its place."""
+    from dataclasses import replace
+
+    path = tmp_path / "</title><img src=x onerror=alert(3)>.wav".replace("/", "\N{DIVISION SLASH}")
+    path.write_bytes(b"")
+    channel = type(found.file.channels[0])
+    return replace(
+        found,
+        file=replace(
+            found.file,
+            path=path,
+            format=HOSTILE,
+            channels=tuple(
+                channel(name=HOSTILE, unit=HOSTILE, rate=1.0, length=1) for _ in range(2)
+            ),
+        ),
+        overview=replace(found.overview, units=(HOSTILE,), channels=(HOSTILE,), source=HOSTILE),
+        impacts=replace(found.impacts, unit=HOSTILE, source=HOSTILE, settings={HOSTILE: HOSTILE}),
+        reading={"channel": HOSTILE},
+        warnings=(HOSTILE,),
+    )
+
+
+def test_text_from_outside_stays_text(hostile, found, tmp_path):
+    plain = Page(write_page(found, tmp_path / "a.html").read_text(encoding="utf-8"))
+    parsed = Page(write_page(hostile, tmp_path / "b.html").read_text(encoding="utf-8"))
+    assert len(parsed.scripts) == len(plain.scripts) == 3
+    for tag in ("img", "script", "title", "a"):
+        assert [t for t, _ in parsed.tags].count(tag) == [t for t, _ in plain.tags].count(tag)
+    assert not parsed.attributes("onerror")
+    assert HOSTILE in parsed.text
+    drawing = next(text for kind, text in parsed.scripts if kind)
+    assert "<" not in drawing
+    assert json.loads(drawing)
+
+
+def test_script_safe_json_reads_back():
+    held = {"a": "</script><!--\u2028&"}
+    safe = script_safe(json.dumps(held, ensure_ascii=False))
+    assert not re.search("[<>&\u2028\u2029]", safe)
+    assert json.loads(safe) == held
+
+
+def test_a_name_that_is_no_utf8_is_written_visibly():
+    assert printable("rig\udcff.wav") == "rig\\udcff.wav"
+
+
+def test_zero_impacts_make_a_page_that_says_why(tmp_path):
+    path = pulses(tmp_path / "silent.wav", touches=())
+    result = analyse(path, sensor="force")
+    assert len(result.impacts) == 0
+    assert result.impacts.reason
+    text = Page(write_page(result, tmp_path / "page.html").read_text(encoding="utf-8")).text
+    assert f"No impacts in 1 s: {result.impacts.reason}" in " ".join(text.split("\u00a0"))
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_few_impacts_make_a_page_without_a_period(count, tmp_path):
+    path = pulses(tmp_path / "few.wav", touches=TOUCH[:count])
+    result = analyse(path, sensor="force")
+    assert len(result.impacts) == count
+    assert result.periodicity.kind == "too few impacts"
+    text = Page(write_page(result, tmp_path / "page.html").read_text(encoding="utf-8")).text
+    assert "period unknown" in text
+
+
+def test_several_channels_ask_for_a_choice(tmp_path):
+    path = tmp_path / "stereo.wav"
+    soundfile.write(path, np.zeros((1000, 2)), 8000)
+    with pytest.raises(InvalidInput, match="channel"):
+        write_report(path, tmp_path / "page.html")
+    assert [p.name for p in tmp_path.iterdir()] == ["stereo.wav"]
+
+
+def test_a_missing_recording_leaves_nothing_behind(tmp_path):
+    with pytest.raises(UnreadableFile):
+        write_report(tmp_path / "none.wav", tmp_path / "page.html")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_page_that_cannot_be_written_is_found_before_the_analysis(tmp_path):
+    with pytest.raises(UnwritableFile):
+        write_report(tmp_path / "none.wav", tmp_path / "no" / "page.html")
+
+
+# -- size ------------------------------------------------------------------------------------
+
+
+def many(count):
+    rng = np.random.default_rng(1)
+    time = np.cumsum(rng.uniform(0.01, 0.1, count))
+    values = {name: rng.uniform(0.1, 1.0, count) for name in ("contact_time", "peak", "impulse")}
+    return Impacts(time, start=0.0, duration=float(time[-1]) + 1, **values)
+
+
+def test_many_impacts_are_held_compressed():
+    impacts = many(12_000)
+    held = download(impacts, "rig")
+    assert held.filename == "rig-impacts.csv.gz"
+    rows = gzip.decompress(base64.b64decode(held.source.split(",")[1])).decode().splitlines()
+    assert len(rows) == 12_001
+
+
+def test_very_many_impacts_are_left_to_the_command():
+    assert download(many(60_000), "rig").source == ""
+
+
+def test_the_shown_table_is_cut_and_in_readable_units():
+    impacts = Impacts(
+        [0.5, 0.7], contact_time=[3e-4, 4e-4], peak=[1.0, 2.0], flags=[0, 4], unit="N"
+    )
+    shown = table(impacts, 1)
+    assert shown.heads == ("impact", "time [s]", "contact time [ms]", "peak [N]", "flags")
+    assert shown.rows == (("1", "0.500000", "0.3000", "1", ""),)
+    assert table(impacts, 9).rows[1][-1] == "clipped"
+
+
+def test_marks_are_thinned_evenly(found):
+    from dataclasses import replace
+
+    chosen = marked(replace(found, impacts=many(12_000)))
+    assert len(chosen) <= MARKED
+    assert set(np.diff(chosen)) == {3}
+    assert isinstance(found, Analysis)
