@@ -19,16 +19,21 @@ from typing import NamedTuple
 import numpy as np
 
 from ..impacts import CLIPPED
-from ._force_kernels import BLOCK, Matched, block_ranges, measure_all, respond, scan
-from ._pulse import measure_reach
+from ._force_kernels import BLOCK, Matched, block_ranges, respond, scan
+from ._pulse import measure_all, measure_reach
 from ._stream import FRAME, Frame, Piece, frames
 
 KEPT_SPREAD = 64  # frames kept for the noise level
-KEPT_STRONG = 16  # frames kept for the width and the direction of the pulses
-NOISE_RUN = 4096  # samples of one estimate of the noise
+KEPT_STRONG = 8  # frames kept for the width and the direction of the pulses
+NOISE_RUNS = 32  # estimates of the noise
+NOISE_RUN = 2048  # samples of one, or 32 widths of a pulse
 WIDEST = 4096  # widest matched response [samples]
 FALSE_ALARMS = 0.05  # expected in the whole run, were the noise Gaussian
 LEAST_SIGMA = 5.0
+LEAST_SAMPLES = 32  # a shorter record shows no noise to tell an impact from
+# The mean over w of a half-sine of length T is most above white noise (by sqrt(w)) at
+# tan(x) = 2 x, x = pi w / (2 T) = 1.16556; it is then sin(x)/x of the peak.
+HALF_SINE_GAIN = 1.16556 / math.sin(1.16556)
 FLOOR = 0.005  # of the strongest response: the least automatic threshold
 
 
@@ -70,6 +75,7 @@ class ForceImpacts(NamedTuple):
     flags: np.ndarray
     levels: Levels
     matched: Matched
+    strongest: float  # response in the strongest frames of the record
 
 
 def detect_force(
@@ -81,7 +87,7 @@ def detect_force(
     in_memory: bool,
     skip: bool,
 ) -> ForceImpacts | None:
-    """Find and measure the impacts; None if the record is empty or constant.
+    """Find and measure the impacts; None if the record is constant or too short.
 
     Parameters
     ----------
@@ -99,7 +105,7 @@ def detect_force(
         Pass over stretches that cannot hold an impact.
     """
     record = survey(frames(pieces()), copy=not in_memory)
-    if not record.segments or record.lowest == record.highest:
+    if record.samples < LEAST_SAMPLES or record.lowest == record.highest:
         return None
     matched, strongest = matched_response(record.strong, polarity)
     noise, matched_noise = noise_levels(record.spread, matched)
@@ -121,18 +127,40 @@ def detect_force(
         rows[:, 0] += frame.segment
         columns.append(rows[:, :5])
         flags.append(rows[:, 5].astype(np.uint8) | (CLIPPED * rows[:, 6]).astype(np.uint8))
-    return ForceImpacts(np.concatenate(columns), np.concatenate(flags), levels, matched)
+    found = np.concatenate(columns)
+    kept = _distinct(found)
+    return ForceImpacts(found[kept], np.concatenate(flags)[kept], levels, matched, strongest)
+
+
+def _distinct(columns: np.ndarray) -> np.ndarray:
+    """Indices, in order of time, of the pulses that do not lie on a pulse already there.
+
+    The response of one pulse may cross the threshold twice; the greater of two pulses that share
+    more than half of the first's contact is kept.
+    """
+    order = np.argsort(columns[:, 0], kind="stable")
+    start, contact, peak = columns[order, :3].T
+    if not np.any(start[1:] < start[:-1] + 0.5 * contact[:-1]):
+        return order
+    kept: list[int] = []
+    for k in range(len(order)):
+        if kept and start[k] < start[kept[-1]] + 0.5 * contact[kept[-1]]:
+            if peak[k] > peak[kept[-1]]:
+                kept[-1] = k
+        else:
+            kept.append(k)
+    return order[kept]
 
 
 def survey(stream: Iterable[Frame], copy: bool) -> Survey:
     """Keep the ranges of all blocks, the strongest frames, and every 2^k-th frame."""
     record = Survey()
     strongest: list[tuple[float, int, np.ndarray]] = []
-    stride, number = 1, 0
+    stride = 1
     spread: list[tuple[int, np.ndarray]] = []
     low: list[np.ndarray] = []
     high: list[np.ndarray] = []
-    for frame in stream:
+    for number, frame in enumerate(stream):
         x = frame.samples
         blocks = -(-len(x) // BLOCK)
         low.append(np.empty(blocks))
@@ -153,7 +181,6 @@ def survey(stream: Iterable[Frame], copy: bool) -> Survey:
             heapq.heappush(strongest, (extent, -number, kept))
             if len(strongest) > KEPT_STRONG:
                 heapq.heappop(strongest)
-        number += 1
         record.samples += len(x)
         if frame.last:
             record.segments.append((frame.segment, frame.offset + len(x)))
@@ -179,10 +206,13 @@ def matched_response(strong: list[np.ndarray], polarity: float) -> tuple[Matched
             if polarity not in (0.0, sign) or sign * (x[index] - middle) <= 0:
                 continue
             for width in _widths(len(x)):
-                response = _respond_near(x, _matched(sign, width), index, width)
-                strength = float(response.max()) * math.sqrt(width)
+                trial = _matched(sign, width)
+                response = _respond_near(x, trial, index, width)
+                strength = float(response.max() / abs(trial.gain)) * math.sqrt(width)
                 if strength > best[0]:
                     best = (strength, sign, width)
+                elif width > 16 * best[2] and strength < 0.35 * best[0]:
+                    break
         if best[0] > 0:
             found.append(best)
     if not found:
@@ -192,12 +222,14 @@ def matched_response(strong: list[np.ndarray], polarity: float) -> tuple[Matched
     # Frames in which nothing but noise was strongest must not set the width.
     loud = [item for item in same if item[0] >= 0.25 * max(same)[0]]
     width = int(np.median([item[2] for item in loud]))
-    return _matched(sign, width), max(item[0] / math.sqrt(item[2]) for item in same)
+    strongest = max(abs(_matched(s, w).gain) * x / math.sqrt(w) for x, s, w in same)
+    return _matched(sign, width), strongest
 
 
 def _matched(sign: float, width: int) -> Matched:
     near = width + (width + 1) // 2 + 1
-    return Matched(sign, width, near, near + 4 * width + 4)
+    gain = sign * HALF_SINE_GAIN if width > 1 else sign
+    return Matched(gain, width, near, near + 4 * width + 4)
 
 
 def _widths(samples: int) -> list[int]:
@@ -214,9 +246,9 @@ def _respond_near(x: np.ndarray, matched: Matched, index: int, around: int) -> n
 
 
 def _response(x: np.ndarray, matched: Matched, first: int, last: int) -> np.ndarray:
-    y, sides = np.empty(last - first), np.empty(last - first)
+    y = np.empty(last - first)
     sums = np.empty(last - first + 2 * (matched.far + matched.width) + 1)
-    respond(x, 0, len(x), first, last, matched, sums, y, sides)
+    respond(x, 0, len(x), first, last, matched, sums, y)
     return y
 
 
@@ -227,18 +259,22 @@ def noise_levels(spread: list[np.ndarray], matched: Matched) -> tuple[float, flo
     that it stands as long as pulses fill less than half of the run. The upper quartile of the
     runs is taken: a record silent for a part of the time is as noisy as the rest of it.
     """
-    single = matched._replace(width=1)
+    single = matched._replace(gain=1.0, width=1)
     estimates: list[tuple[float, float]] = []
-    runs = max(1, KEPT_SPREAD // len(spread))
-    for x in spread:
-        count = min(runs, max(1, len(x) // NOISE_RUN))
+    length = max(NOISE_RUN, 32 * matched.width)
+    step = max(1, len(spread) // NOISE_RUNS)
+    runs = max(1, NOISE_RUNS // len(spread))
+    for x in spread[::step]:
+        count = min(runs, max(1, len(x) // length))
         for k in range(count):
             first = len(x) * k // count
-            last = min(len(x), first + NOISE_RUN)
-            estimates.append((
-                shortest_half(_response(x, single, first, last))[1],
-                shortest_half(_response(x, matched, first, last))[1],
-            ))
+            last = min(len(x), first + length)
+            estimates.append(
+                (
+                    shortest_half(_response(x, single, first, last))[1],
+                    shortest_half(_response(x, matched, first, last))[1],
+                )
+            )
     raw, filtered = np.quantile(np.array(estimates), 0.75, axis=0, method="nearest")
     return float(raw), float(filtered)
 
@@ -260,15 +296,20 @@ class _Search:
     """The second pass over one segment."""
 
     def __init__(
-        self, record: Survey, segment: int, matched: Matched, levels: Levels,
-        contact_level: float, skip: bool,
+        self,
+        record: Survey,
+        segment: int,
+        matched: Matched,
+        levels: Levels,
+        contact_level: float,
+        skip: bool,
     ) -> None:
         index = next(i for i, part in enumerate(record.segments) if part[0] == segment)
         self.total = record.segments[index][1]
         self.low, self.high = record.low[index], record.high[index]
         self.matched, self.levels = matched, levels
         self.contact_level, self.skip = contact_level, skip
-        self.limit = record.highest if matched.sign > 0 else -record.lowest
+        self.limit = record.highest if matched.gain > 0 else -record.lowest
         self.reach = matched.far + matched.width
         self.unit = max(1024, 1 << (4 * self.reach - 1).bit_length())
         self.buffer = np.empty(0)
@@ -288,9 +329,19 @@ class _Search:
         if ready > self.scanned:
             out = np.empty(((ready - self.scanned) // 2 + 2, 2))
             found = scan(
-                self.buffer, self.origin, self.total, self.scanned, ready, self.unit,
-                self.matched, (self.levels.threshold, self.levels.release),
-                self.low, self.high, self.skip, self.state, out,
+                self.buffer,
+                self.origin,
+                self.total,
+                self.scanned,
+                ready,
+                self.unit,
+                self.matched,
+                (self.levels.threshold, self.levels.release),
+                self.low,
+                self.high,
+                self.skip,
+                self.state,
+                out,
             )
             self.candidates = np.concatenate((self.candidates, out[:found]))
             self.scanned = ready
@@ -305,8 +356,17 @@ class _Search:
         rows = np.empty((max(complete - self.measured, 0), 7))
         if len(rows):
             measure_all(
-                self.buffer, self.origin, self.total, self.candidates, self.measured, complete,
-                self.matched, self.levels.noise, self.contact_level, self.limit, rows,
+                self.buffer,
+                self.origin,
+                self.total,
+                self.candidates,
+                (self.measured, complete),
+                math.copysign(1.0, self.matched.gain),
+                self.matched.width,
+                self.levels.noise,
+                self.contact_level,
+                self.limit,
+                rows,
             )
             self.measured = complete
         needed = self.scanned - self.reach

@@ -2,28 +2,28 @@
 
 The matched response is the mean over the width w of a typical pulse less the mean of both flanks,
 
-    y[n] = mean(x[n - w/2 ... n + w/2]) - mean(x over near < |m - n| <= far),
+    y[n] = g (mean(x[n - w/2 ... n + w/2]) - mean(x over near < |m - n| <= far)),
 
-which passes pulses and removes offset, drift and hum. It lies between min(x) - max(x) and
-max(x) - min(x) over its reach, so a stretch of small range cannot hold an impact.
+which passes pulses and removes offset, drift and hum. The gain g makes the response to a
+half-sine of the matching length its peak, so that levels read as heights of pulses. |y| is at
+most g times the range of x over its reach: a stretch of small range cannot hold an impact.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from ._pulse import measure_pulse, measure_reach
-
 BLOCK = 512  # samples that share one least and one greatest value
 
 
 class Matched(NamedTuple):
-    """The matched response: sign of the pulses, width and flanks in samples."""
+    """The matched response: gain (with the sign of the pulses), width and flanks in samples."""
 
-    sign: float
+    gain: float
     width: int
     near: int
     far: int
@@ -44,49 +44,75 @@ def block_ranges(x, low, high):
 
 
 @njit(cache=True, nogil=True)
-def respond(buffer, origin, total, first, last, matched, sums, y, sides):
-    """Response y and flank mean for samples [first, last) of a segment of `total` samples.
+def _cumulate(buffer, first, count, sums):
+    """sums[k] = sum of the first k of `count` samples from buffer[first], less buffer[first] each.
+
+    Four runs side by side, because a single chain of additions waits for each sum.
+    """
+    reference = float(buffer[first])
+    part = count // 4
+    s0 = s1 = s2 = s3 = 0.0
+    sums[0] = 0.0
+    for k in range(part):
+        s0 += buffer[first + k] - reference
+        s1 += buffer[first + part + k] - reference
+        s2 += buffer[first + 2 * part + k] - reference
+        s3 += buffer[first + 3 * part + k] - reference
+        sums[k + 1] = s0
+        sums[part + k + 1] = s1
+        sums[2 * part + k + 1] = s2
+        sums[3 * part + k + 1] = s3
+    for run in range(1, 4):
+        carry = sums[run * part]
+        for k in range(run * part + 1, (run + 1) * part + 1):
+            sums[k] += carry
+    for k in range(4 * part, count):
+        sums[k + 1] = sums[k] + (buffer[first + k] - reference)
+
+
+@njit(cache=True, nogil=True)
+def respond(buffer, origin, total, first, last, matched, sums, y):
+    """Response y for samples [first, last) of a segment of `total` samples.
 
     buffer[0] is sample `origin` of the segment. `sums` is scratch of at least
     last - first + 2 * (far + width) + 1. Flanks end at the ends of the segment.
     """
     reach = matched.far + matched.width
     lo, hi = max(0, first - reach), min(total, last + reach)
-    reference = float(buffer[lo - origin])
-    running = 0.0
-    sums[0] = 0.0
-    for i in range(lo, hi):
-        running += buffer[i - origin] - reference
-        sums[i - lo + 1] = running
+    _cumulate(buffer, lo - origin, hi - lo, sums)
+    a, b = min(max(first, reach), last), max(min(last, total - reach), first)
+    if b > a:
+        before = (matched.width - 1) // 2
+        after = matched.width - before
+        near, far = matched.near, matched.far
+        per_width = matched.gain / matched.width
+        per_side = matched.gain / (2 * (far - near))
+        count, k = b - a, a - lo
+        out = y[a - first : b - first]
+        c1, c0 = sums[k + after : k + after + count], sums[k - before : k - before + count]
+        l1, l0 = sums[k - near : k - near + count], sums[k - far : k - far + count]
+        r1, r0 = sums[k + far + 1 : k + far + 1 + count], sums[k + near + 1 : k + near + 1 + count]
+        for i in range(count):
+            out[i] = (c1[i] - c0[i]) * per_width - (l1[i] - l0[i] + r1[i] - r0[i]) * per_side
+    for i in range(first, min(a, last)):
+        y[i - first] = matched.gain * _centre_and_side(sums, lo, total, i, matched)[0]
+    for i in range(max(b, a), last):
+        y[i - first] = matched.gain * _centre_and_side(sums, lo, total, i, matched)[0]
+
+
+@njit(cache=True, nogil=True)
+def _centre_and_side(sums, lo, total, i, matched):
+    """Response without gain, and flank mean (above the reference of `sums`) at sample i, near an end or not."""
     before = (matched.width - 1) // 2
-    after = matched.width - before
-    near, far = matched.near, matched.far
-    a, b = min(max(first, far), last), max(min(last, total - far), first)
-    per_width = matched.sign / matched.width
-    per_side = matched.sign / (2 * (far - near))
-    for i in range(a, b):
-        k = i - lo
-        centre = (sums[k + after] - sums[k - before]) * per_width
-        side = (sums[k - near] - sums[k - far] + sums[k + far + 1] - sums[k + near + 1]) * per_side
-        sides[i - first] = side
-        y[i - first] = centre - side
-    for i in range(first, last):
-        if a <= i < b:
-            continue
-        c0, c1 = max(i - before, 0), min(i + after, total)
-        l0, l1 = max(i - far, 0), max(i - near, 0)
-        r0, r1 = min(i + near + 1, total), min(i + far + 1, total)
-        centre = (sums[c1 - lo] - sums[c0 - lo]) / (c1 - c0)
-        count = l1 - l0 + r1 - r0
-        side = 0.0
-        if count > 0:
-            side = (sums[l1 - lo] - sums[l0 - lo] + sums[r1 - lo] - sums[r0 - lo]) / count
-        else:
-            side = centre
-        sides[i - first] = matched.sign * side
-        y[i - first] = matched.sign * (centre - side)
-    for i in range(last - first):
-        sides[i] += matched.sign * reference
+    c0, c1 = max(i - before, 0), min(i - before + matched.width, total)
+    l0, l1 = max(i - matched.far, 0), max(i - matched.near, 0)
+    r0, r1 = min(i + matched.near + 1, total), min(i + matched.far + 1, total)
+    centre = (sums[c1 - lo] - sums[c0 - lo]) / (c1 - c0)
+    count = l1 - l0 + r1 - r0
+    if count == 0:
+        return 0.0, centre
+    side = (sums[l1 - lo] - sums[l0 - lo] + sums[r1 - lo] - sums[r0 - lo]) / count
+    return centre - side, side
 
 
 @njit(cache=True, nogil=True)
@@ -106,62 +132,40 @@ def scan(buffer, origin, total, first, last, unit, matched, levels, low, high, s
     number of impacts found
     """
     threshold, release = levels
+    inside, greatest, at, base = state[0] != 0.0, state[1], state[2], state[3]
     reach = matched.far + matched.width
     sums = np.empty(unit + 2 * reach + 1)
-    y, sides = np.empty(unit), np.empty(unit)
+    y = np.empty(unit)
     found = 0
     for start in range(first, last, unit):
         stop = min(start + unit, last)
         if skip:
             b0 = max(0, start - reach) // BLOCK
             b1 = (min(total, stop + reach) - 1) // BLOCK + 1
-            least, greatest = low[b0], high[b0]
+            bottom, top = low[b0], high[b0]
             for k in range(b0, b1):
-                least = min(least, low[k])
-                greatest = max(greatest, high[k])
+                bottom = min(bottom, low[k])
+                top = max(top, high[k])
             # The margin covers the rounding of the response.
-            if (greatest - least) * 1.000001 < release:
-                if state[0] != 0.0:
-                    out[found, 0], out[found, 1] = state[2], state[3]
+            if (top - bottom) * abs(matched.gain) * 1.000001 < release:
+                if inside:
+                    out[found, 0], out[found, 1] = at, base
                     found += 1
-                    state[0] = 0.0
+                    inside = False
                 continue
-        respond(buffer, origin, total, start, stop, matched, sums, y, sides)
+        respond(buffer, origin, total, start, stop, matched, sums, y)
+        lo = max(0, start - reach)
         for i in range(stop - start):
             value = y[i]
-            if state[0] == 0.0:
-                if value >= threshold:
-                    state[0], state[1], state[2], state[3] = 1.0, value, start + i, sides[i]
-            elif value < release:
-                out[found, 0], out[found, 1] = state[2], state[3]
+            if inside and value < release:
+                out[found, 0], out[found, 1] = at, base
                 found += 1
-                state[0] = 0.0
-            elif value > state[1]:
-                state[1], state[2], state[3] = value, start + i, sides[i]
+                inside = False
+            elif value >= threshold and (not inside or value > greatest):
+                inside = True
+                greatest, at = value, float(start + i)
+                side = _centre_and_side(sums, lo, total, start + i, matched)[1]
+                base = math.copysign(1.0, matched.gain) * (side + buffer[lo - origin])
+    state[0] = 1.0 if inside else 0.0
+    state[1], state[2], state[3] = greatest, at, base
     return found
-
-
-@njit(cache=True, nogil=True)
-def measure_all(buffer, origin, total, candidates, first, last, matched, sigma, level, limit, out):
-    """Measure candidates [first, last) into rows of `out`: the fields of Pulse, then clipping.
-
-    `limit` is the greatest value of the record (times sign): three samples in a row at it are
-    called clipped.
-    """
-    reach = measure_reach(matched.width)
-    for k in range(first, last):
-        peak = int(candidates[k, 0])
-        before = int(candidates[k - 1, 0]) if k > 0 else -1
-        after = int(candidates[k + 1, 0]) if k + 1 < len(candidates) else total
-        pulse = measure_pulse(
-            buffer, origin, total, matched.sign, peak, candidates[k, 1], before, after,
-            matched.width, sigma, level,
-        )
-        row = k - first
-        out[row, 0], out[row, 1], out[row, 2] = pulse.start, pulse.contact, pulse.peak
-        out[row, 3], out[row, 4], out[row, 5] = pulse.impulse, pulse.rise, pulse.flags
-        run = longest = 0
-        for i in range(max(0, peak - reach), min(total, peak + reach + 1)):
-            run = run + 1 if matched.sign * buffer[i - origin] >= limit else 0
-            longest = max(longest, run)
-        out[row, 6] = 1.0 if longest >= 3 else 0.0

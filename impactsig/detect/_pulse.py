@@ -40,74 +40,104 @@ class Pulse(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def _model(p, points, x, sigma, gradient):
-    """Sum of squares of the posterior; fills J^T J and J^T e into `gradient` (6 x 7)."""
+def _model(p, points, x, normal):
+    """Misfit, and with the priors the cost, at `p`; J^T J and J^T e go into `normal` (6 x 7).
+
+    Samples and amplitude are in units of the noise. Only the lower triangle of J^T J is filled.
+    """
     amplitude, t0 = p[0], p[1]
     r, flat, d, q = math.exp(p[2]), math.exp(p[3]), math.exp(p[4]), math.exp(p[5])
-    half_pi = 0.5 * math.pi
-    for i in range(PARAMETERS):
-        for j in range(PARAMETERS + 1):
-            gradient[i, j] = 0.0
-    row = np.zeros(PARAMETERS)
-    cost = 0.0
+    top, end = r + flat, r + flat + d
+    rise, fall = 0.5 * math.pi / r, 0.5 * math.pi / d
+    normal[:] = 0.0
+    misfit = 0.0
     for k in range(len(points)):
         u = points[k] - t0
-        value = 0.0
-        inside = 0.0 < u < r + flat + d
-        for i in range(PARAMETERS):
-            row[i] = 0.0
-        if inside and u < r:
-            angle = half_pi * u / r
+        if u <= 0.0 or u >= end:
+            misfit += x[k] * x[k]
+        elif u < r:
+            angle = rise * u
             s = max(math.sin(angle), 1e-3)
             log_s = math.log(s)
-            g = math.exp(q * log_s)
-            value = amplitude * g
+            j0 = math.exp(q * log_s)
+            value = amplitude * j0
             slope = value * q * math.cos(angle) / s
-            row[0] = g
-            row[1] = -slope * half_pi / r
-            row[2] = -slope * angle
-            row[5] = value * q * log_s
-        elif inside and u < r + flat:
-            value = amplitude
-            row[0] = 1.0
-        elif inside:
-            angle = half_pi * (u - r - flat) / d
+            j1, j2, j5 = -slope * rise, -slope * angle, value * q * log_s
+            e = x[k] - value
+            misfit += e * e
+            normal[0, 0] += j0 * j0
+            normal[1, 0] += j1 * j0
+            normal[1, 1] += j1 * j1
+            normal[2, 0] += j2 * j0
+            normal[2, 1] += j2 * j1
+            normal[2, 2] += j2 * j2
+            normal[5, 0] += j5 * j0
+            normal[5, 1] += j5 * j1
+            normal[5, 2] += j5 * j2
+            normal[5, 5] += j5 * j5
+            normal[0, 6] += j0 * e
+            normal[1, 6] += j1 * e
+            normal[2, 6] += j2 * e
+            normal[5, 6] += j5 * e
+        elif u < top:
+            e = x[k] - amplitude
+            misfit += e * e
+            normal[0, 0] += 1.0
+            normal[0, 6] += e
+        else:
+            angle = fall * (u - top)
             c = max(math.cos(angle), 1e-3)
             log_c = math.log(c)
-            g = math.exp(q * log_c)
-            value = amplitude * g
-            slope = -value * q * math.sin(angle) / c
-            row[0] = g
-            row[1] = -slope * half_pi / d
-            row[2] = -slope * half_pi / d * r
-            row[3] = -slope * half_pi / d * flat
-            row[4] = -slope * angle
-            row[5] = value * q * log_c
-        e = (x[k] - value) / sigma
-        cost += e * e
-        if inside:
-            for i in range(PARAMETERS):
-                ri = row[i] / sigma
-                for j in range(i + 1):
-                    gradient[i, j] += ri * row[j] / sigma
-                gradient[i, PARAMETERS] += ri * e
+            j0 = math.exp(q * log_c)
+            value = amplitude * j0
+            j1 = value * q * math.sin(angle) / c * fall
+            j2, j3, j4, j5 = j1 * r, j1 * flat, j1 * (u - top), value * q * log_c
+            e = x[k] - value
+            misfit += e * e
+            normal[0, 0] += j0 * j0
+            normal[1, 0] += j1 * j0
+            normal[1, 1] += j1 * j1
+            normal[4, 0] += j4 * j0
+            normal[4, 1] += j4 * j1
+            normal[4, 4] += j4 * j4
+            # Rows 2 and 3 are r and flat times row 1.
+            normal[2, 0] += j2 * j0
+            normal[2, 1] += j2 * j1
+            normal[2, 2] += j2 * j2
+            normal[3, 0] += j3 * j0
+            normal[3, 1] += j3 * j1
+            normal[3, 2] += j3 * j2
+            normal[3, 3] += j3 * j3
+            normal[4, 2] += j4 * j2
+            normal[4, 3] += j4 * j3
+            normal[5, 0] += j5 * j0
+            normal[5, 1] += j5 * j1
+            normal[5, 2] += j5 * j2
+            normal[5, 3] += j5 * j3
+            normal[5, 4] += j5 * j4
+            normal[5, 5] += j5 * j5
+            normal[0, 6] += j0 * e
+            normal[1, 6] += j1 * e
+            normal[2, 6] += j2 * e
+            normal[3, 6] += j3 * e
+            normal[4, 6] += j4 * e
+            normal[5, 6] += j5 * e
     skew = (p[2] - p[4]) / SKEW_SD
     flatness = (p[3] - 0.5 * (p[2] + p[4]) - FLAT_MEAN) / FLAT_SD
     power = p[5] / POWER_SD
-    # Derivatives of the three prior residuals, added to the normal equations.
     a, b = 1.0 / SKEW_SD**2, 1.0 / FLAT_SD**2
-    gradient[2, 2] += a + 0.25 * b
-    gradient[4, 4] += a + 0.25 * b
-    gradient[4, 2] += -a + 0.25 * b
-    gradient[3, 3] += b
-    gradient[3, 2] -= 0.5 * b
-    gradient[4, 3] -= 0.5 * b
-    gradient[5, 5] += 1.0 / POWER_SD**2
-    gradient[2, PARAMETERS] -= skew / SKEW_SD - 0.5 * flatness / FLAT_SD
-    gradient[4, PARAMETERS] -= -skew / SKEW_SD - 0.5 * flatness / FLAT_SD
-    gradient[3, PARAMETERS] -= flatness / FLAT_SD
-    gradient[5, PARAMETERS] -= power / POWER_SD
-    return cost, cost + skew * skew + flatness * flatness + power * power
+    normal[2, 2] += a + 0.25 * b
+    normal[4, 4] += a + 0.25 * b
+    normal[4, 2] += -a + 0.25 * b
+    normal[3, 3] += b
+    normal[3, 2] -= 0.5 * b
+    normal[4, 3] -= 0.5 * b
+    normal[5, 5] += 1.0 / POWER_SD**2
+    normal[2, 6] -= skew / SKEW_SD - 0.5 * flatness / FLAT_SD
+    normal[4, 6] -= -skew / SKEW_SD - 0.5 * flatness / FLAT_SD
+    normal[3, 6] -= flatness / FLAT_SD
+    normal[5, 6] -= power / POWER_SD
+    return misfit, misfit + skew * skew + flatness * flatness + power * power
 
 
 @njit(cache=True, nogil=True)
@@ -141,13 +171,16 @@ def _solve(normal, damping, step):
 
 
 @njit(cache=True, nogil=True)
-def fit_pulse(points, x, sigma, p):
-    """Levenberg-Marquardt from `p`, in place; returns the residual variance over the noise's."""
+def fit_pulse(points, x, p):
+    """Levenberg-Marquardt from `p`, in place; returns the residual variance over the noise's.
+
+    x and p[0] are in units of the noise.
+    """
     here = np.empty((PARAMETERS, PARAMETERS + 1))
     there = np.empty((PARAMETERS, PARAMETERS + 1))
     step = np.empty(PARAMETERS)
     trial = np.empty(PARAMETERS)
-    misfit, cost = _model(p, points, x, sigma, here)
+    misfit, cost = _model(p, points, x, here)
     damping = 1e-2
     for _ in range(25):
         if not _solve(here, damping, step):
@@ -156,7 +189,7 @@ def fit_pulse(points, x, sigma, p):
         for i in range(PARAMETERS):
             # Logarithms move by at most a factor of e a step, so no exponential overflows.
             trial[i] = p[i] + (step[i] if i < 2 else min(max(step[i], -1.0), 1.0))
-        new_misfit, new_cost = _model(trial, points, x, sigma, there)
+        new_misfit, new_cost = _model(trial, points, x, there)
         if new_cost < cost:
             gain = cost - new_cost
             p[:] = trial
@@ -195,10 +228,27 @@ def _crossing(x, index, step, limit, level):
 
 @njit(cache=True, nogil=True)
 def _touch(x, top, step, limit, level):
-    """Crossing of `level`, extrapolated to zero along the edge between once and twice `level`."""
-    low = _crossing(x, top, step, limit, level)
-    high = _crossing(x, top, step, limit, 2.0 * level)
-    touch = low + (low - high)
+    """Where the edge, followed outward to the last sample above `level`, comes down to zero.
+
+    The parabola through that sample and the two before it, or their line where it does not
+    reach zero; never further out than the line from once to twice its slope allows.
+    """
+    last = top
+    while last != limit and x[last + step] >= level:
+        last += step
+    if last == limit or (top - last) * -step < 2:
+        return _crossing(x, top, step, limit, level)
+    x0, x1, x2 = x[last], x[last - step], x[last - 2 * step]
+    slope, bend = x1 - x0, x2 - 2.0 * x1 + x0
+    if slope <= 0.0:
+        return _crossing(x, top, step, limit, level)
+    out = x0 / slope
+    # x(u) = x0 - (slope - bend/2) u + bend/2 u^2, u samples outward from the last.
+    linear = slope - 0.5 * bend
+    square = linear * linear - 2.0 * bend * x0
+    if square >= 0.0 and linear > 0.0:
+        out = min(max(2.0 * x0 / (linear + math.sqrt(square)), 0.5 * out), 2.0 * out)
+    touch = last + step * out
     return max(touch, float(limit)) if step < 0 else min(touch, float(limit))
 
 
@@ -231,10 +281,15 @@ def _remove_baseline(x, a, b, c, d, sigma, height):
     for i in range(right):
         side[left + i], at[left + i] = x[c + i], c + i
     mean, centre = side.mean(), at.mean()
-    slope = 0.0
+    cross = square = scatter = slope = 0.0
     if left >= 4 and right >= 4:
-        slope = np.sum((at - centre) * (side - mean)) / np.sum((at - centre) ** 2)
-    scatter = math.sqrt(np.mean((side - mean - slope * (at - centre)) ** 2))
+        for i in range(count):
+            cross += (at[i] - centre) * (side[i] - mean)
+            square += (at[i] - centre) ** 2
+        slope = cross / square
+    for i in range(count):
+        scatter += (side[i] - mean - slope * (at[i] - centre)) ** 2
+    scatter = math.sqrt(scatter / count)
     if scatter > max(2.0 * sigma, 0.05 * height):
         mean, slope = np.median(side), 0.0
     for i in range(len(x)):
@@ -276,7 +331,10 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
     x = sign * signal[lo - origin : hi - origin].astype(np.float64)
     end = len(x) - 1
     top = peak - lo
-    for i in range(max(0, top - width), min(end, top + width) + 1):
+    # Not past half-way to a neighbour: one crest is never measured twice.
+    first_top = max(0, top - width, (before + peak) // 2 + 1 - lo)
+    last_top = min(end, top + width, (peak + after) // 2 - lo)
+    for i in range(first_top, last_top + 1):
         if x[i] > x[top]:
             top = i
     height = x[top] - base
@@ -287,13 +345,14 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
     right = _walk(x, top, 1, right_limit, stop)
     flags = 0
     for index, limit in ((left, left_limit), (right, right_limit)):
-        if index == limit and x[index] > base + 0.25 * height:
-            if lo + index == 0:
-                flags |= OPEN_START
-            elif lo + index == total - 1:
-                flags |= OPEN_END
-            else:
-                flags |= UNRESOLVED
+        if index != limit:
+            continue
+        if lo + index == 0:
+            flags |= OPEN_START if x[index] >= stop else 0
+        elif lo + index == total - 1:
+            flags |= OPEN_END if x[index] >= stop else 0
+        elif x[index] > base + 0.25 * height:
+            flags |= UNRESOLVED
     left = max(min(left, top - width // 2), left_limit)
     right = min(max(right, top + width // 2), right_limit)
     margin = 2 + (right - left) // 4
@@ -311,13 +370,18 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
     a, b = max(left_limit, left - pad), min(right_limit, right + pad) + 1
     fits = False
     p = np.empty(PARAMETERS)
-    if sigma > 2e-3 * height > 0.0 and flags == 0:
+    if height > 0.0 and flags == 0:
         per = (b - a + MAX_POINTS - 1) // MAX_POINTS
         count = (b - a) // per
         points, means = np.empty(count), np.empty(count)
+        # Noise of the averaged samples; a thousandth of the peak stands for a silent record's.
+        unit = max(sigma / math.sqrt(per), 1e-3 * height)
         for k in range(count):
             points[k] = a + k * per + 0.5 * (per - 1)
-            means[k] = x[a + k * per : a + (k + 1) * per].mean()
+            total_k = 0.0
+            for i in range(a + k * per, a + (k + 1) * per):
+                total_k += x[i]
+            means[k] = total_k / (per * unit)
         # A faint pulse has no half-height crossings to trust; it starts from the matched width.
         half_left = peak - lo - 0.45 * width
         half_right = peak - lo + 0.45 * width
@@ -325,16 +389,20 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
             half_left = _crossing(x, top, -1, a, 0.5 * height)
             half_right = _crossing(x, top, 1, b - 1, 0.5 * height)
         span = 1.5 * max(half_right - half_left, 1.0)
-        p[0] = height
+        p[0] = height / unit
         p[1] = 0.5 * (half_left + half_right - span)
         p[2] = p[4] = math.log(0.45 * span)
         p[3] = math.log(0.1 * span)
         p[5] = 0.0
-        misfit = fit_pulse(points, means, sigma / math.sqrt(per), p)
+        misfit = fit_pulse(points, means, p)
         length = math.exp(p[2]) + math.exp(p[3]) + math.exp(p[4])
-        fits = misfit < 2.0 and p[0] > 0.0 and p[1] > a - pad and p[1] + length < b + pad
+        # An edge beyond the valley to a neighbour would be read from the neighbour's samples.
+        left_most = left_limit - 1.0 if a == left_limit else a - pad
+        right_most = right_limit + 1.0 if b == right_limit + 1 else b + pad
+        inside = p[1] > left_most and p[1] + length < right_most
+        fits = misfit < 2.0 and p[0] > 0.0 and inside
     if fits:
-        start, contact, crest = p[1], length, p[0]
+        start, contact, crest = p[1], length, p[0] * unit
         rise = math.exp(p[2]) + 0.5 * math.exp(p[3])
     else:
         edge = max(0.02 * height, min(3.0 * sigma, 0.25 * height))
@@ -367,3 +435,42 @@ def _integral(x, a, b):
         if v > u:
             total += (v - u) * (x[i] + 0.5 * (u + v) * (x[i + 1] - x[i]))
     return total
+
+
+@njit(cache=True, nogil=True)
+def measure_all(signal, origin, total, candidates, span, sign, width, sigma, level, limit, out):
+    """Measure the candidates first ... last - 1 of `span` into rows of `out`.
+
+    A row holds the fields of Pulse, then 1 if the pulse is clipped.
+
+
+    `limit` is the greatest value of the record (times sign): three samples in a row at it are
+    called clipped.
+    """
+    reach = measure_reach(width)
+    first, last = span
+    for k in range(first, last):
+        peak = int(candidates[k, 0])
+        before = int(candidates[k - 1, 0]) if k > 0 else -1
+        after = int(candidates[k + 1, 0]) if k + 1 < len(candidates) else total
+        pulse = measure_pulse(
+            signal,
+            origin,
+            total,
+            sign,
+            peak,
+            candidates[k, 1],
+            before,
+            after,
+            width,
+            sigma,
+            level,
+        )
+        row = k - first
+        out[row, 0], out[row, 1], out[row, 2] = pulse.start, pulse.contact, pulse.peak
+        out[row, 3], out[row, 4], out[row, 5] = pulse.impulse, pulse.rise, pulse.flags
+        run = longest = 0
+        for i in range(max(0, peak - reach), min(total, peak + reach + 1)):
+            run = run + 1 if sign * signal[i - origin] >= limit else 0
+            longest = max(longest, run)
+        out[row, 6] = 1.0 if longest >= 3 else 0.0

@@ -1,0 +1,228 @@
+"""The detector's front door: one function for load cells and microphones, files and blocks."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any, Literal
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..impacts import Impacts
+from ..recording import Sensor
+from ._merge import Columns, keep_first, merge
+from ._source import Gaps, Source, open_source
+
+Polarity = Literal["auto", "positive", "negative"]
+_SIGNS = {"auto": 0.0, "positive": 1.0, "negative": -1.0}
+_SIGMAS = re.compile(r"\s*([0-9.eE+-]+)\s*(?:σ|sigmas?)\s*")
+
+
+def detect_impacts(
+    source: Any,
+    *,
+    sensor: Sensor | None = None,
+    channel: str | int | None = None,
+    threshold: float | str | None = None,
+    polarity: Polarity = "auto",
+    contact_level: float = 0.0,
+    merge_within: float = 0.0,
+    dead_time: float = 0.0,
+    gaps: Gaps = "refuse",
+    skip_quiet: bool = True,
+) -> Impacts:
+    """Find every impact of a recording and measure it.
+
+    Parameters
+    ----------
+    source : Recording, path, or blocks of Recordings
+        What to search. Blocks must follow each other in time and be such that they can be gone
+        through twice (`impactsig.read_blocks`, or a list). The result does not depend on how
+        the record is cut into blocks.
+    sensor : {"force", "sound"}, optional
+        By default the source's own. "force" finds pulses and measures their contact; "sound"
+        finds the instants of attack.
+    channel : str or int, optional
+        Which channel, where there are several.
+    threshold : float or str, optional
+        Level that the matched response (the mean over the width of a typical pulse less that of
+        its flanks; see Notes) must reach: in the recording's unit, or as a multiple of its
+        noise, ``"6 sigma"``. For sound it is a multiple of the noise, given either way. By
+        default chosen such that Gaussian noise alone would be taken for an impact once in twenty
+        recordings.
+    polarity : {"auto", "positive", "negative"}
+        Direction of the pulses of a force record; "auto" takes that of the strongest ones.
+    contact_level : float
+        Level above the baseline [unit] between whose crossings the contact time is taken. By
+        default 0: from first to last touch.
+    merge_within : float
+        Impacts at most this long after the first of a group [s] become one with it: its instant,
+        the greatest peak, contact times and impulses added. For the press and release of a key,
+        or the ringing of a structure.
+    dead_time : float
+        Impacts at most this long after one [s] are ignored.
+    gaps : {"refuse", "split"}
+        What to do about samples that are missing or not finite.
+    skip_quiet : bool
+        Pass over stretches that cannot hold an impact. The result is the same without it.
+
+    Returns
+    -------
+    Impacts
+        With `reason` where there are none.
+
+    Raises
+    ------
+    InvalidInput
+        If an argument cannot be used; if several channels are there and none was chosen; if
+        samples are missing or not finite and `gaps` is "refuse".
+    UnreadableFile
+        If `source` is the path of a file that cannot be read.
+
+    Notes
+    -----
+    Force: the response is the mean of x over a width w less that over both flanks, with w from
+    the strongest pulses, scaled such that a half-sine pulse gives its height. An impact begins where y reaches the threshold and is over where it
+    falls below half of it. `Impacts.noise` is the standard deviation of the samples between
+    impacts. How a pulse is measured is told in `impactsig.detect._pulse`.
+
+    Sound: see `impactsig.detect._sound`.
+
+    Examples
+    --------
+    >>> impacts = impactsig.detect_impacts("beam.wav")                     # doctest: +SKIP
+    >>> impacts = impactsig.detect_impacts("hammer.tdms", channel="F", contact_level=5.0)
+    ...                                                                    # doctest: +SKIP
+    """
+    if polarity not in _SIGNS:
+        raise InvalidInput("polarity", polarity, '"auto", "positive" or "negative"')
+    if sensor not in (None, "force", "sound"):
+        raise InvalidInput("sensor", sensor, '"force" or "sound"')
+    for name, value in (
+        ("contact_level", contact_level),
+        ("merge_within", merge_within),
+        ("dead_time", dead_time),
+    ):
+        if not (math.isfinite(value) and value >= 0):
+            raise InvalidInput(name, value, "a finite number, 0 or greater")
+    chosen = parse_threshold(threshold)
+    opened = open_source(source, channel, sensor, gaps)
+    kind = sensor or opened.head.sensor
+    settings: dict[str, Any] = {
+        "sensor": kind,
+        "threshold": threshold,
+        "merge_within": merge_within,
+        "dead_time": dead_time,
+        "gaps": gaps,
+    }
+    find = _find_sound if kind == "sound" else _find_force
+    columns, run = find(opened, chosen, _SIGNS[polarity], contact_level, skip_quiet)
+    if dead_time > 0:
+        columns = keep_first(columns, dead_time)
+    if merge_within > 0:
+        columns = merge(columns, merge_within)
+    head = opened.head
+    name = head.channels[0] if channel is None else str(channel)
+    return Impacts(
+        **columns,
+        start=head.start,
+        duration=opened.samples / head.rate,
+        unit=head.units[0] if channel is None else head.channel(channel).unit,
+        gaps=np.array(opened.spans).reshape(-1, 2),
+        sensor=kind,
+        source=head.source,
+        recorded_at=head.recorded_at,
+        settings={**settings, "channel": name, **run.pop("settings")},
+        **run,
+    )
+
+
+def parse_threshold(threshold: float | str | None) -> tuple[str, float] | None:
+    """("unit", level) or ("sigma", multiple) from what the user gave.
+
+    Raises
+    ------
+    InvalidInput
+        If it is neither a positive number nor one followed by "sigma".
+    """
+    if threshold is None:
+        return None
+    kind, text = "unit", threshold
+    if isinstance(threshold, str):
+        match = _SIGMAS.fullmatch(threshold)
+        if match:
+            kind, text = "sigma", match[1]
+    try:
+        value = float(text)
+    except (TypeError, ValueError):
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise InvalidInput(
+            "threshold", threshold, 'a positive level, or a multiple of the noise such as "6 sigma"'
+        )
+    return kind, value
+
+
+def _find_force(
+    source: Source, threshold: tuple[str, float] | None, sign: float, level: float, skip: bool
+) -> tuple[Columns, dict[str, Any]]:
+    from ._force import detect_force
+
+    def choose(automatic: float, noise: float) -> float:
+        if threshold is None:
+            return automatic
+        if threshold[0] == "unit":
+            return threshold[1]
+        if noise == 0:
+            raise InvalidInput(
+                "threshold",
+                f"{threshold[1]:g} sigma",
+                "a level in the unit",
+                "This record has no noise to take a multiple of",
+            )
+        return threshold[1] * noise
+
+    found = detect_force(
+        source.pieces,
+        threshold=choose,
+        polarity=sign,
+        contact_level=level,
+        in_memory=source.in_memory,
+        skip=skip,
+    )
+    rate, unit = source.head.rate, source.head.unit
+    names = ("time", "contact_time", "peak", "impulse", "rise_time")
+    if found is None:
+        columns: Columns = {name: np.empty(0) for name in names} | {"flags": np.empty(0, np.uint8)}
+        reason = "the record is constant, or too short to show its noise"
+        return columns, {"reason": reason, "settings": {}}
+    start, contact, peak, impulse, rise = found.columns.T
+    values = (source.head.start + start / rate, contact / rate, peak, impulse / rate, rise / rate)
+    columns = dict(zip(names, values, strict=True)) | {"flags": found.flags}
+    levels = found.levels
+    reason = ""
+    if not len(start):
+        shown = f" {unit}" if unit else ""
+        reason = (
+            f"the strongest response is {found.strongest:.3g}{shown}, below the threshold of "
+            f"{levels.threshold:.3g}{shown} (noise of the response {levels.matched_noise:.3g})"
+        )
+    return columns, {
+        "threshold": levels.threshold,
+        "release": levels.release,
+        "noise": levels.noise,
+        "contact_level": level,
+        "reason": reason,
+        "settings": {
+            "polarity": "positive" if found.matched.gain > 0 else "negative",
+            "width": found.matched.width / rate,
+            "matched_noise": levels.matched_noise,
+        },
+    }
+
+
+def _find_sound(
+    source: Source, threshold: tuple[str, float] | None, sign: float, level: float, skip: bool
+) -> tuple[Columns, dict[str, Any]]:
+    raise NotImplementedError

@@ -1,0 +1,150 @@
+"""Where samples come from: one channel of a recording, a file or blocks, in valid stretches."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..recording import Recording, Sensor
+from ._stream import Piece, finite_runs
+
+Gaps = Literal["refuse", "split"]
+
+
+@dataclass
+class Source:
+    """One channel that can be gone through more than once."""
+
+    blocks: Iterable[Recording]
+    channel: str | int | None
+    gaps: Gaps
+    head: Recording  # the first block: rate, unit, sensor, where from
+    in_memory: bool
+    total: int | None  # samples, where known beforehand
+    samples: int = 0  # samples gone through, gaps included
+    spans: list[tuple[float, float]] = field(default_factory=list)  # gaps [s]
+
+    def pieces(self) -> Iterator[Piece]:
+        """Stretches of finite samples; counts samples and gaps on the way."""
+        self.samples, self.spans = 0, []
+        rate, start = self.head.rate, self.head.start
+        expected = 0
+        with progress(self.total) as advance:
+            for block in self.blocks:
+                x = _one_channel(block, self.channel)
+                if block.rate != rate:
+                    raise InvalidInput(
+                        "source",
+                        f"a block at {block.rate:g} Hz",
+                        f"blocks at one rate ({rate:g} Hz)",
+                    )
+                first = round((block.start - start) * rate)
+                if first != expected:
+                    self._gap(expected, first, "no samples")
+                runs = finite_runs(x)
+                edge = 0
+                for a, b in runs:
+                    if a > edge:
+                        self._gap(first + edge, first + a, f"{x[edge]}")
+                    yield Piece(first + a, x[a:b])
+                    edge = b
+                if edge < len(x):
+                    self._gap(first + edge, first + len(x), f"{x[edge]}")
+                expected = first + len(x)
+                self.samples = expected
+                advance(len(x))
+
+    def _gap(self, first: int, last: int, what: str) -> None:
+        t0 = self.head.start + first / self.head.rate
+        t1 = self.head.start + last / self.head.rate
+        if last < first:
+            raise InvalidInput(
+                "source",
+                f"a block that begins at {t1:.9g} s, before {t0:.9g} s",
+                "blocks in order of time that do not overlap",
+            )
+        if self.gaps == "refuse":
+            raise InvalidInput(
+                "samples",
+                f"{what} at {t0:.9g} s",
+                "finite samples without a gap",
+                'Give gaps="split" to go on around them; no interval is then taken across one',
+            )
+        if self.spans and self.spans[-1][1] == t0:
+            t0 = self.spans.pop()[0]
+        self.spans.append((t0, t1))
+
+
+def open_source(
+    source: Any, channel: str | int | None, sensor: Sensor | None, gaps: Gaps
+) -> Source:
+    """A Source from a Recording, a path, or blocks of Recordings.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none of these, cannot be gone through twice, or has several channels and none
+        was chosen.
+    """
+    if gaps not in ("refuse", "split"):
+        raise InvalidInput("gaps", gaps, '"refuse" or "split"')
+    if isinstance(source, (str, Path)):
+        from ..io import read_blocks
+
+        source, channel = read_blocks(source, channel=channel, sensor=sensor), None
+    in_memory = isinstance(source, Recording)
+    blocks: Iterable[Recording]
+    if isinstance(source, Recording):
+        blocks, total = [source], len(source)
+    elif isinstance(source, Iterable) and iter(source) is not source:
+        blocks, total = source, getattr(source, "samples", None)
+    else:
+        raise InvalidInput(
+            "source",
+            type(source).__name__,
+            "a Recording, a path, or blocks of Recordings that can be gone through twice",
+            "Use impactsig.read_blocks, or a list instead of a generator",
+        )
+    head = next(iter(blocks), None)
+    if not isinstance(head, Recording):
+        raise InvalidInput("source", f"blocks of {type(head).__name__}", "blocks of Recordings")
+    _one_channel(head, channel)
+    return Source(blocks, channel, gaps, head, in_memory, total)
+
+
+def _one_channel(block: Recording, channel: str | int | None) -> np.ndarray:
+    if channel is not None:
+        block = block.channel(channel)
+    if block.samples.ndim == 2:
+        if block.samples.shape[1] > 1:
+            listed = ", ".join(f"{i}: {name!r}" for i, name in enumerate(block.channels))
+            raise InvalidInput(
+                "channel", None, f"one of {listed}", "Impacts are looked for in one channel"
+            )
+        block = block.channel(0)
+    return np.ascontiguousarray(block.samples)
+
+
+class progress:  # noqa: N801  (used as a function in a with statement)
+    """A progress bar for work longer than a second, if a terminal or notebook is watching."""
+
+    def __init__(self, total: int | None) -> None:
+        watched = sys.stderr is not None and sys.stderr.isatty()
+        self.bar = None
+        if watched or "ipykernel" in sys.modules:
+            from tqdm import tqdm
+
+            self.bar = tqdm(total=total, unit="S", unit_scale=True, delay=1.0, leave=False)
+
+    def __enter__(self) -> Any:
+        return self.bar.update if self.bar is not None else (lambda count: None)
+
+    def __exit__(self, *exc: object) -> None:
+        if self.bar is not None:
+            self.bar.close()
