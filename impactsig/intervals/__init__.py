@@ -2,12 +2,15 @@
 
 from .histogram import IntervalHistogram, interval_histogram
 from .maps import return_map
+from .period import Periodicity, identify_period
 from .variation import coefficient_of_variation, cv2, local_variation
 
 __all__ = [
     "IntervalHistogram",
+    "Periodicity",
     "coefficient_of_variation",
     "cv2",
+    "identify_period",
     "interval_histogram",
     "local_variation",
     "return_map",

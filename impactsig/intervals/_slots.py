@@ -1,0 +1,176 @@
+"""Impacts as hits of slots that recur: the model that period(m, n) is read from."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+REACH = 4.0  # a slot reaches this many standard deviations to either side
+LEAST_SHARE = 0.6  # of its occasions a slot must be hit
+
+
+class SlotFit(NamedTuple):
+    """m slots in a fold of n cycles, and how well they predict the impacts."""
+
+    fold: int
+    centre: np.ndarray  # (m,) [cycles], ascending in [0, fold)
+    jitter: float  # standard deviation about the centres [cycles]
+    hits: np.ndarray  # (m,) how often each slot was hit
+    due: np.ndarray  # (m,) how often it might have been
+    impacts: int
+    chance: float  # that the other impacts bunch as they do where they come at random
+    score: float  # log-likelihood less a penalty for every parameter
+
+
+def poisson_score(impacts: int, span: float) -> float:
+    """Score of impacts at random instants, `span` cycles long."""
+    return impacts * np.log(impacts / span) - impacts - 0.5 * np.log(impacts)
+
+
+def fit_slots(
+    cycles: np.ndarray, fold: int, gaps: np.ndarray, floor: float, widest: float
+) -> SlotFit:
+    """The slots of a fold of `fold` cycles that most impacts fall in.
+
+    Every slot is hit at most once in `fold` cycles, with one probability p; a hit comes normally
+    distributed about the slot; the other impacts are a Poisson process of rate s. With H hits in
+    D instants due, residuals d and S other impacts in U cycles the log-likelihood is
+
+        -H ln(w sqrt(2 pi)) - sum(d^2)/(2 w^2) + H ln p + (D - H) ln(1 - p) + S ln s - s U,
+
+    where w is the standard deviation of d, but at least `floor`. The parameters are m centres, w,
+    p and s; the penalty is ln N a centre (twice that of the Bayesian information criterion, since
+    several folds compete) and half of it for the others. It also takes away what slots apart by
+    less than `floor` could gain: they count as one. Beyond `widest` the phase counts as lost.
+    """
+    n = len(cycles)
+    span = float(cycles[-1] - cycles[0] - np.diff(gaps, axis=1).sum())
+    phase = cycles % fold
+    width = _recurrence_jitter(cycles, fold, floor, widest)
+    centre = _peel(np.sort(phase), fold, width, 0.5 * span / fold)
+    for _ in range(8):
+        if not len(centre):
+            none = np.zeros(0, np.int64)
+            return SlotFit(fold, centre, 0.0, none, none, n, 1.0, poisson_score(n, span))
+        slot, offset, hit = _assign(cycles, phase, centre, fold, REACH * width)
+        hits = np.bincount(slot[hit], minlength=len(centre))
+        due = np.maximum(_due(centre, fold, cycles, gaps, REACH * width), hits)
+        strong = hits >= LEAST_SHARE * due
+        mean = np.bincount(slot[hit], offset[hit], len(centre)) / np.maximum(hits, 1)
+        jitter = _rms(offset[hit] - mean[slot[hit]])
+        if strong.all() and abs(jitter - width) < 1e-3 * width:
+            break
+        centre, width = np.sort((centre + mean)[strong] % fold), min(max(jitter, floor), widest)
+    total, others = int(hits.sum()), n - int(hits.sum())
+    jitter = _rms(offset[hit])
+    sigma = max(jitter, floor)
+    score = -total * (np.log(sigma * np.sqrt(2 * np.pi)) + 0.5 * (jitter / sigma) ** 2)
+    score += _xlogy(total, total / due.sum()) + _xlogy(due.sum() - total, 1 - total / due.sum())
+    score += _xlogy(others, others / span) - others
+    score -= (len(centre) + 1.5) * np.log(n)
+    score -= 0.5 * total * (floor / sigma) ** 2 * (1 - 1 / len(centre))
+    chance = _bunching_chance(phase[~hit], offset[~hit], fold, len(centre), width)
+    return SlotFit(fold, centre, jitter, hits, due, n, chance, float(score))
+
+
+def _assign(
+    cycles: np.ndarray, phase: np.ndarray, centre: np.ndarray, fold: int, reach: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The slot nearest each impact, the offset from it [cycles], and whether it hits it."""
+    slot, offset = _nearest(phase, centre, fold)
+    turn = np.round((cycles - offset - centre[slot]) / fold)
+    return slot, offset, _once(turn, slot, offset, reach)
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+
+
+def _bunching_chance(
+    phase: np.ndarray, offset: np.ndarray, fold: int, slots: int, width: float
+) -> float:
+    """Chance that impacts which hit no slot, were they spurious, would bunch at a phase so much.
+
+    An impact that comes now and then, at a phase of its own, is no part of a period: chaos shows
+    itself so. What comes close after or before a slot is left out (a ringing of the sensor). The
+    bound is Bonferroni's over windows opened by each impact.
+    """
+    away = 2 * REACH * width
+    free = fold - 2 * away * slots
+    window = REACH * max(width, 0.01)
+    phase = np.sort(phase[np.abs(offset) > away])
+    if len(phase) < 3 or free <= 2 * window:
+        return 1.0
+    from scipy.special import bdtrc
+
+    ring = np.concatenate((phase, phase + fold))
+    inside = int((np.searchsorted(ring, phase + window) - np.arange(len(phase))).max())
+    more = bdtrc(inside - 2, len(phase) - 1, window / free) if inside > 1 else 1.0
+    return float(min(1.0, len(phase) * more))
+
+
+def _xlogy(count: float, value: float) -> float:
+    return count * np.log(value) if count else 0.0
+
+
+def _recurrence_jitter(cycles: np.ndarray, fold: int, floor: float, widest: float) -> float:
+    """Timing noise, from how nearly impacts come again after `fold` cycles (robust)."""
+    due = cycles + fold
+    after = np.clip(np.searchsorted(cycles, due), 1, len(cycles) - 1)
+    nearest = np.where(due - cycles[after - 1] < cycles[after] - due, after - 1, after)
+    miss = cycles[nearest] - due
+    miss = miss[np.abs(miss) < 0.25]
+    if not len(miss):
+        return widest
+    deviation = np.median(np.abs(miss - np.median(miss))) * 1.4826 / np.sqrt(2)
+    return float(min(max(deviation, floor), widest))
+
+
+def _peel(phase: np.ndarray, fold: int, width: float, least: float) -> np.ndarray:
+    """Centres of the heaps of sorted phases, the highest first, down to `least` impacts."""
+    centre: list[float] = []
+    while len(phase) >= max(least, 1):
+        round_once = np.concatenate((phase - fold, phase, phase + fold))
+        low = np.searchsorted(round_once, phase - 2 * width)
+        high = np.searchsorted(round_once, phase + 2 * width, side="right")
+        top = int(np.argmax(high - low))
+        if high[top] - low[top] < least:
+            break
+        middle = float(round_once[low[top] : high[top]].mean()) % fold
+        centre.append(middle)
+        away = np.abs((phase - middle + fold / 2) % fold - fold / 2)
+        phase = phase[away > 2.5 * width]
+    return np.sort(centre)
+
+
+def _nearest(phase: np.ndarray, centre: np.ndarray, fold: int) -> tuple[np.ndarray, np.ndarray]:
+    """The slot nearest each phase on the circle of `fold` cycles, and the offset from it."""
+    ring = np.concatenate(([centre[-1] - fold], centre, [centre[0] + fold]))
+    between = np.searchsorted(0.5 * (ring[1:] + ring[:-1]), phase)
+    return (between - 1) % len(centre), phase - ring[between]
+
+
+def _once(turn: np.ndarray, slot: np.ndarray, offset: np.ndarray, reach: float) -> np.ndarray:
+    """Which impacts hit their slot: within reach, and nearest where two contend for one."""
+    near = np.flatnonzero(np.abs(offset) <= reach)
+    order = near[np.lexsort((np.abs(offset[near]), slot[near], turn[near]))]
+    first = np.ones(len(order), bool)
+    first[1:] = (np.diff(turn[order]) != 0) | (np.diff(slot[order]) != 0)
+    hit = np.zeros(len(turn), bool)
+    hit[order[first]] = True
+    return hit
+
+
+def _due(
+    centre: np.ndarray, fold: int, cycles: np.ndarray, gaps: np.ndarray, margin: float
+) -> np.ndarray:
+    """How often each slot is due from the first impact to the last, outside gaps."""
+    total = _count(centre, fold, cycles[0] - margin, cycles[-1] + margin)
+    for low, high in gaps:
+        total = total - _count(centre, fold, low, high)
+    return total
+
+
+def _count(centre: np.ndarray, fold: int, low: float, high: float) -> np.ndarray:
+    return (np.floor((high - centre) / fold) - np.floor((low - centre) / fold)).astype(np.int64)
