@@ -20,7 +20,7 @@ from . import __version__
 from .errors import ImpactsigError, ImpactsigWarning, InvalidInput, UnreadableFile
 
 READING = ("channel", "start", "stop", "rate", "scale", "offset", "unit", "sensor")
-DETECTING = ("threshold", "polarity", "merge_within", "dead_time", "gaps")
+DETECTING = ("threshold", "polarity", "contact_level", "merge_within", "dead_time", "gaps")
 
 DEBUG = "IMPACTSIG_DEBUG"
 INTERRUPTED, PIPE_CLOSED = 128 + 2, 128 + 13
@@ -92,11 +92,12 @@ def report(chosen: argparse.Namespace) -> None:
 def detect(chosen: argparse.Namespace) -> None:
     """Find the impacts of a file and write them as a table."""
     from .detect import detect_impacts
+    from .io import info as read_info
     from .report.analysis import open_recording
 
     if chosen.output is not None and chosen.output.suffix not in _TABLES:
         raise InvalidInput("output", chosen.output, f"a name ending in {' or '.join(_TABLES)}")
-    source = open_recording(chosen.file, **_given(chosen, READING))
+    source = open_recording(read_info(chosen.file), **_given(chosen, READING))
     impacts = detect_impacts(source, **_given(chosen, DETECTING))
     if chosen.output is None:
         impacts.to_csv(sys.stdout)
@@ -231,9 +232,22 @@ def _detecting_options() -> argparse.ArgumentParser:
         metavar="LEVEL",
         help='in the unit of the recording, or in noise levels such as "6sigma" (default: chosen)',
     )
-    group.add_argument("--polarity", choices=("auto", "positive", "negative", "both"))
     group.add_argument(
-        "--merge-within", type=_number, metavar="S", help="make one of impacts this close [s]"
+        "--polarity",
+        choices=("auto", "positive", "negative"),
+        help="direction of the pulses of a force record (default: that of the strongest)",
+    )
+    group.add_argument(
+        "--contact-level",
+        type=_number,
+        metavar="LEVEL",
+        help="take contact times above this level, not from first to last touch",
+    )
+    group.add_argument(
+        "--merge-within",
+        type=_number,
+        metavar="S",
+        help="make one of impacts this close to the first of them [s]",
     )
     group.add_argument(
         "--dead-time", type=_number, metavar="S", help="ignore impacts this soon after another [s]"
@@ -268,7 +282,7 @@ def _number(text: str) -> float:
 
 
 def _threshold(text: str) -> float | str:
-    return text if text.strip().lower().endswith("sigma") else _number(text)
+    return text if text.endswith(("sigma", "sigmas", "σ")) else _number(text)
 
 
 def _given(chosen: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:

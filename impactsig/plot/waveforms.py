@@ -112,7 +112,8 @@ def marker_heights(
 ) -> np.ndarray:
     """Height at which each impact is marked: the extreme of the spans that its contact touches.
 
-    The extreme is that on the side where the signal goes farther from its median.
+    The extreme is that on the side of the pulses where the run tells it, and otherwise that on the
+    side where the signal goes farther from its median.
 
     Parameters
     ----------
@@ -128,16 +129,16 @@ def marker_heights(
     ndarray, shape (n,)
     """
     middle = float(np.nanmedian(np.concatenate((low, high))))
-    farther = np.where(high - middle >= middle - low, high, low)
-    farther = np.nan_to_num(farther, nan=middle)
+    rise = {"positive": high - middle, "negative": middle - low}.get(
+        impacts.settings.get("polarity", ""), np.fmax(high - middle, middle - low)
+    )
+    height = np.nan_to_num(np.where(rise == high - middle, high, low), nan=middle)
+    rise = np.nan_to_num(rise, nan=-np.inf)
     contact = impacts.contact_time if impacts.contact_time is not None else 0.0
     # One span more on each side: the peak may lie just over the edge.
     first = np.maximum(np.searchsorted(time, impacts.time, side="right") - 2, 0)
     last = np.searchsorted(time, impacts.time + contact, side="right") + 1
-    best = [
-        a + int(np.argmax(np.abs(farther[a:b] - middle))) for a, b in zip(first, last, strict=True)
-    ]
-    return farther[best]
+    return height[[a + np.argmax(rise[a:b]) for a, b in zip(first, last, strict=True)]]
 
 
 def pulse(
@@ -149,6 +150,9 @@ def pulse(
     margin: float | None = None,
 ) -> Axes:
     """Draw one impact from near, with its levels and its contact time.
+
+    Levels are drawn above the baseline, the median of the samples outside the contact. Threshold
+    and release apply to the filtered signal, which is not drawn.
 
     Parameters
     ----------
@@ -208,9 +212,10 @@ def pulse(
         ax.axvspan(0, contact, color=BLUE, alpha=0.12, linewidth=0)
         _write_contact(ax, contact, 0.02 if side > 0 else 0.98)
     levels = (
-        ("threshold", impacts.threshold, VERMILLION, "--"),
-        ("release", impacts.release, ORANGE, "--"),
-        ("contact level", impacts.contact_level, GREEN, ":"),
+        ("threshold (filtered)", impacts.threshold, VERMILLION, "--"),
+        ("release (filtered)", impacts.release, ORANGE, "--"),
+        # Level 0 stands for the touch itself: there is nothing to draw.
+        ("contact level", impacts.contact_level or None, GREEN, ":"),
     )
     if impacts.sensor != "sound":
         for name, level, colour, style in levels:

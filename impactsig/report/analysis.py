@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..recording import Recording
 if TYPE_CHECKING:
     from ..impacts import Impacts
     from ..intervals import Periodicity
-    from ..io import FileInfo
+    from ..io import Blocks, FileInfo
 
 WHOLE_BELOW = 20_000_000
 """Samples up to which a recording is held in memory; longer ones go through in blocks."""
@@ -83,10 +83,11 @@ def analyse(
     *,
     forcing_frequency: float | None = None,
     threshold: float | str | None = None,
-    polarity: str | None = None,
+    polarity: Literal["auto", "positive", "negative"] | None = None,
+    contact_level: float | None = None,
     merge_within: float | None = None,
     dead_time: float | None = None,
-    gaps: str | None = None,
+    gaps: Literal["refuse", "split"] | None = None,
     **reading: Any,
 ) -> Analysis:
     """Read one channel of a file, find its impacts and identify its period.
@@ -99,7 +100,7 @@ def analyse(
         The recording.
     forcing_frequency : float, optional
         Frequency of the forcing [Hz]; periods are then counted in forcing periods.
-    threshold, polarity, merge_within, dead_time, gaps : optional
+    threshold, polarity, contact_level, merge_within, dead_time, gaps : optional
         As for `impactsig.detect_impacts`.
     **reading
         As for `impactsig.read`: channel, start, stop, scale, offset, unit, rate, sensor.
@@ -128,9 +129,10 @@ def analyse(
         np.isfinite(forcing_frequency) and forcing_frequency > 0
     ):
         raise InvalidInput("forcing_frequency", forcing_frequency, "a positive frequency [Hz]")
-    detecting = {
+    detecting: dict[str, Any] = {
         "threshold": threshold,
         "polarity": polarity,
+        "contact_level": contact_level,
         "merge_within": merge_within,
         "dead_time": dead_time,
         "gaps": gaps,
@@ -140,21 +142,20 @@ def analyse(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ImpactsigWarning)
         file = info(path)
-        source = open_recording(path, **reading)
+        source = open_recording(file, **reading)
         impacts = detect_impacts(source, **detecting)
         period = None if forcing_frequency is None else 1 / forcing_frequency
         periodicity = identify_period(impacts, forcing_period=period)
-        rate = source.rate if isinstance(source, Recording) else next(iter(source)).rate
         overview = overview_of(source, impacts.duration)
         excerpts = tuple(
-            (index, _around(impacts, index, source, path, reading)) for index in typical(impacts)
+            (index, _around(impacts, index, source, reading)) for index in typical(impacts)
         )
     told = dict.fromkeys(str(w.message) for w in caught if w.category is ImpactsigWarning)
     for message in told:
         warnings.warn(message, ImpactsigWarning, stacklevel=2)
     return Analysis(
         file=file,
-        rate=rate,
+        rate=source.rate,
         overview=overview,
         excerpts=excerpts,
         impacts=impacts,
@@ -166,12 +167,13 @@ def analyse(
     )
 
 
-def open_recording(path: str | Path, **reading: Any) -> Any:
+def open_recording(file: FileInfo, **reading: Any) -> Recording | Blocks:
     """The recording, or its blocks where it is too long to be held in memory."""
-    from ..io import info, read, read_blocks
+    from ..io import read, read_blocks
 
-    longest = max((channel.length or 0 for channel in info(path).channels), default=0)
-    return read(path, **reading) if longest <= WHOLE_BELOW else read_blocks(path, **reading)
+    longest = max((channel.length for channel in file.channels), default=0)
+    opened = read if longest <= WHOLE_BELOW else read_blocks
+    return opened(file.path, **reading)
 
 
 def overview_of(source: Recording | Iterable[Recording], duration: float) -> Recording:
@@ -231,7 +233,7 @@ def _flat(recording: Recording) -> Recording:
 
 
 def _around(
-    impacts: Impacts, index: int, source: Any, path: str | Path, reading: Mapping[str, Any]
+    impacts: Impacts, index: int, source: Recording | Blocks, reading: Mapping[str, Any]
 ) -> Recording:
     touch = float(impacts.time[index])
     contact = 0.0 if impacts.contact_time is None else float(impacts.contact_time[index])
@@ -241,4 +243,4 @@ def _around(
         return _flat(source.between(low, high))
     from ..io import read
 
-    return _flat(read(path, **{**reading, "start": low, "stop": high}))
+    return _flat(read(source.source, **{**reading, "start": low, "stop": high}))

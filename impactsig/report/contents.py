@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 PLAIN_TABLE, PACKED_TABLE = 400_000, 800_000
 """Bytes up to which the table is held as it is, and up to which it is held compressed."""
 
+_TIMES = ("merge_within", "dead_time", "width")
+
 LIBRARIES = ("numpy", "scipy", "numba", "pandas", "soundfile", "npTDMS", "matplotlib", "bokeh")
 
 
@@ -53,14 +55,9 @@ def notes(analysis: Analysis) -> list[str]:
     """What the reader must know before trusting the numbers."""
     impacts = analysis.impacts
     told = list(analysis.warnings)
-    if analysis.file.truncated:
-        told.append("The file ends before its own header says it does; its end is missing.")
-    others = len(analysis.file.channels) - 1
-    if others > 0:
-        told.append(
-            f"{others} other channel{'s' if others > 1 else ''} of the file "
-            f"{'were' if others > 1 else 'was'} not analysed."
-        )
+    cut = analysis.file.truncated or analysis.overview.truncated
+    if cut and not any("cut short" in text for text in told):
+        told.append("The recording is cut short: the file ends before its own header says.")
     if len(impacts.gaps):
         lost = float(np.diff(impacts.gaps, axis=1).sum())
         told.append(
@@ -94,7 +91,8 @@ def tiles(analysis: Analysis) -> list[tuple[str, str, str]]:
     found = analysis.periodicity
     if found.kind != "too few impacts":
         word = found.kind if found.periods is None else f"({found.impacts}, {found.periods})"
-        shown.append(("period", word, f"confidence {found.confidence:.2f}"))
+        sure = min(found.confidence, 0.99)
+        shown.append(("period", word, f"confidence {'over ' if sure == 0.99 else ''}{sure:.2f}"))
     intervals = impacts.intervals()
     if len(intervals):
         median = np.median(intervals) * 1e3
@@ -173,24 +171,29 @@ def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
         ("size", f"{file.bytes:,} bytes"),
         ("format", file.format),
         ("recorded at", file.recorded_at.isoformat(sep=" ") if file.recorded_at else "not stored"),
-        ("channel", overview.channels[0] or "unnamed"),
+        ("channel", f"{overview.channels[0] or 'unnamed'} (one of {len(file.channels)})"),
         ("sensor", overview.sensor),
         ("unit", overview.unit or "not stored"),
         ("rate", f"{analysis.rate:.10g} Hz"),
         ("span analysed", f"{impacts.start:.6g} to {impacts.stop:.6g} s"),
     ]
+    chosen = "" if impacts.settings.get("threshold") is None else " (given)"
     detection = [
-        (name, f"{value:.6g} {impacts.unit}".rstrip())
-        for name, value in (
-            ("noise level", impacts.noise),
-            ("threshold", impacts.threshold),
-            ("release", impacts.release),
+        (name, f"{value:.6g} {impacts.unit}".rstrip() + note)
+        for name, value, note in (
+            ("noise level", impacts.noise, ""),
+            ("threshold", impacts.threshold, chosen),
+            ("release", impacts.release, ""),
         )
         if value is not None
     ]
     if impacts.contact_time is not None:
         detection.append(("contact time", _level(impacts)))
-    detection += [(name.replace("_", " "), _word(v)) for name, v in impacts.settings.items()]
+    detection += [
+        (name.replace("_", " "), _setting(name, value))
+        for name, value in impacts.settings.items()
+        if name not in ("sensor", "channel", "threshold")
+    ]
     if analysis.forcing_frequency is not None:
         detection.append(("forcing frequency", f"{analysis.forcing_frequency:g} Hz"))
     software = [("impactsig", __version__), ("Python", platform.python_version())]
@@ -244,10 +247,9 @@ def _level(impacts: Impacts) -> str:
     return f"above {impacts.contact_level:.3g} {impacts.unit}".rstrip()
 
 
-def _word(value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    return "not set" if value is None else str(value)
+def _setting(name: str, value: Any) -> str:
+    number = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{number} s" if name in _TIMES else number
 
 
 def _data_uri(kind: str, content: bytes) -> str:

@@ -46,8 +46,8 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
     output : path-like, optional
         The page; ``impactsig-report-NAME.html`` in the current folder by default.
     **options
-        As for `impactsig.report.analyse`: forcing_frequency, threshold, polarity, merge_within,
-        dead_time, gaps, channel, start, stop, scale, offset, unit, rate, sensor.
+        As for `impactsig.report.analyse`: forcing_frequency, threshold, polarity, contact_level,
+        merge_within, dead_time, gaps, channel, start, stop, scale, offset, unit, rate, sensor.
 
     Returns
     -------

@@ -1,5 +1,7 @@
 """Figures: what is drawn is what was measured, in SI units, and nothing empty crashes."""
 
+from dataclasses import replace
+
 import matplotlib
 import numpy as np
 import pytest
@@ -193,6 +195,12 @@ def test_a_negative_pulse_is_marked_below(recording, impacts, ax):
     np.testing.assert_allclose(ax.lines[-1].get_ydata(), -PEAK, rtol=0.05)
 
 
+def test_a_weak_pulse_on_a_drifting_line_is_marked_at_its_top(impacts, recording, ax):
+    drifting = replace(recording, samples=0.2 * recording.samples - 5 * (recording.time > 0.02))
+    plot.waveform(drifting, replace(impacts, settings={"polarity": "positive"}), ax)
+    np.testing.assert_allclose(ax.lines[-1].get_ydata(), 0.2 * PEAK - [0, 5, 5], atol=0.02)
+
+
 def test_a_span_shows_its_own_impacts_only(recording, impacts, ax):
     plot.waveform(recording, impacts, ax, start=0.02, stop=0.05)
     np.testing.assert_allclose(ax.lines[-1].get_xdata(), [0.03])
@@ -232,8 +240,9 @@ def test_a_pulse_shows_its_levels_and_its_contact(recording, impacts, ax):
     levels = {
         line.get_label(): line.get_ydata()[0] for line in ax.lines if len(line.get_ydata()) == 2
     }
-    assert levels["threshold 0.2 V"] == pytest.approx(0.2)
-    assert levels["release 0.1 V"] == pytest.approx(0.1)
+    assert levels["threshold (filtered) 0.2 V"] == pytest.approx(0.2)
+    assert levels["release (filtered) 0.1 V"] == pytest.approx(0.1)
+    assert "contact level 0 V" not in levels
     shade = ax.patches[0].get_extents().transformed(ax.transData.inverted())
     assert (shade.x0, shade.x1) == pytest.approx((0.0, 2e-4), abs=1e-9)
     assert any(text.get_text() == "contact 0.200 ms" for text in ax.texts)
