@@ -1,0 +1,205 @@
+"""How a text table is written: encoding, delimiter, decimal sign, headings, first line of data.
+
+Decided from the first lines of the file, by trying the few ways there are and taking the one under
+which most lines are rows of numbers.
+"""
+
+from __future__ import annotations
+
+import codecs
+import re
+from collections import Counter
+from typing import NamedTuple
+
+from ._units import is_unit, split_heading, unit_cell
+
+_NUMBER = re.compile(
+    r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.I
+)
+_COMMENT = re.compile(r"\s*(?:#|%|;|!|//)+\s?")
+_WAYS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (" ", "."), (" ", ","))
+_SAMPLED = 60  # lines that decide
+
+
+class Dialect(NamedTuple):
+    """How a table is written; `delimiter` is " " for any white space and "" for one column."""
+
+    encoding: str
+    delimiter: str
+    decimal: str
+    comment: str
+    skipped: int
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+
+    def fields(self, line: str) -> list[str]:
+        """The cells of a line."""
+        return split_line(line, self.delimiter)
+
+    def number(self, text: str) -> str:
+        """A cell with a decimal point in place of the file's own sign."""
+        return text.replace(",", ".") if self.decimal == "," else text
+
+
+def encoding_of(head: bytes) -> str:
+    """UTF-16 and UTF-8 by their mark, UTF-8 if it decodes, else Latin-1."""
+    if head[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return "utf-16"
+    try:
+        # The last character may be cut in two.
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        return "latin-1"
+    return "utf-8-sig"
+
+
+def split_line(line: str, delimiter: str) -> list[str]:
+    """The cells of a line, without the white space and quotes around them."""
+    if delimiter == " ":
+        return line.split()
+    cells = line.split(delimiter) if delimiter else [line]
+    return [cell.strip().strip('"').strip() for cell in cells]
+
+
+def find_dialect(head: bytes, whole: bool) -> Dialect | None:
+    """The dialect of a file that begins with `head`; None if it holds no rows of numbers.
+
+    Parameters
+    ----------
+    head : bytes
+        Its first bytes.
+    whole : bool
+        That is the whole file, so that the last line is complete.
+    """
+    encoding = encoding_of(head)
+    text = codecs.getincrementaldecoder(encoding)("replace").decode(head)
+    lines = re.split(r"\r\n|\n|\r", text)
+    if not whole and len(lines) > 1:
+        lines.pop()
+    # The first character of a comment may also be what separates empty cells.
+    bodies = [line for line in lines if line.strip() and not re.match(r"\s*[#%!]", line)]
+    sample = bodies[-_SAMPLED:]
+    if not sample:
+        return None
+    score, delimiter, decimal, columns = max(
+        (_score(sample, *way) for way in (*_WAYS, ("", "."), ("", ","))), key=lambda s: s[0]
+    )
+    if score == 0:
+        return None
+    if delimiter == "," and columns == 2 and _decimals_after_comma(sample):
+        delimiter, decimal, columns = "", ",", 1
+    return _with_headings(lines, encoding, delimiter, decimal, columns)
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number with this decimal sign."""
+    if decimal == ",":
+        if "." in cell:
+            return False
+        cell = cell.replace(",", ".")
+    return _NUMBER.fullmatch(cell) is not None
+
+
+def _score(sample: list[str], delimiter: str, decimal: str) -> tuple[float, str, str, int]:
+    """Share of the lines with the usual number of cells, times the share of numbers in them."""
+    rows = [split_line(line, delimiter) for line in sample]
+    columns, _ = Counter(len(row) for row in rows).most_common(1)[0]
+    if (columns == 1) != (delimiter == ""):
+        return 0.0, delimiter, decimal, columns
+    regular = [row for row in rows if len(row) == columns]
+    cells = [cell for row in regular for cell in row if cell]
+    numbers = sum(is_number(cell, decimal) for cell in cells)
+    share = len(regular) / len(rows) * numbers / max(1, len(cells))
+    if decimal == "," and not any("," in cell for cell in cells):
+        share = 0.0
+    return share, delimiter, decimal, columns
+
+
+def _decimals_after_comma(sample: list[str]) -> bool:
+    """Whether "12,0345" is one number: all cells after the comma are bare digits, and as many.
+
+    Digits that begin with 0 tell it from two columns of whole numbers.
+    """
+    cells = [line.split(",") for line in sample if line.count(",") == 1]
+    if not all(re.fullmatch(r"\s*[-+]?\d+", a) and re.fullmatch(r"\d+\s*", b) for a, b in cells):
+        return False
+    ends = [b.strip() for _, b in cells]
+    return any(len(end) > 1 and end.startswith("0") for end in ends)
+
+
+def _with_headings(
+    lines: list[str], encoding: str, delimiter: str, decimal: str, columns: int
+) -> Dialect | None:
+    """Find the first row of data, and the headings above it."""
+    comment = "#"
+    above: list[tuple[bool, str]] = []
+    for skipped, line in enumerate(lines):
+        mark = _COMMENT.match(line)
+        if mark and not (delimiter == ";" and mark[0].strip() == ";"):
+            comment = mark[0].strip()[:1] if mark[0].strip()[:1] in "#%;!" else comment
+            above.append((True, line[mark.end() :]))
+            continue
+        cells = split_line(line, delimiter)
+        if _is_row(cells, columns, decimal):
+            names, units = _headings(above, delimiter, columns)
+            return Dialect(encoding, delimiter, decimal, comment, skipped, names, units)
+        if line.strip():
+            above.append((False, line))
+    return None
+
+
+def _is_row(cells: list[str], columns: int, decimal: str) -> bool:
+    filled = [cell for cell in cells if cell]
+    numbers = sum(is_number(cell, decimal) for cell in filled)
+    return len(cells) == columns and numbers > 0 and numbers >= (len(filled) + 1) // 2
+
+
+def _headings(
+    above: list[tuple[bool, str]], delimiter: str, columns: int
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and units from the last line, or last two lines, above the data."""
+    rows: list[list[str]] = []
+    for commented, line in reversed(above[-2:]):
+        cells = _heading_cells(line, delimiter, columns, commented)
+        if cells is None:
+            break
+        rows.insert(0, cells)
+    if not rows:
+        return (), ()
+    units = [unit_cell(cell) for cell in rows[-1]]
+    filled = [unit for unit, cell in zip(units, rows[-1], strict=True) if cell]
+    if (
+        len(rows) == 2
+        and len(rows[0]) == len(rows[1])
+        and filled
+        and sum(unit is not None for unit in filled) * 2 > len(filled)
+    ):
+        names = [split_heading(cell) for cell in rows[0]]
+        paired = zip(names, units, strict=True)
+        return tuple(n for n, _ in names), tuple(below or beside for (_, beside), below in paired)
+    if columns == 1 and is_unit(rows[-1][0]):
+        return ("",), (rows[-1][0],)
+    split = [split_heading(cell) for cell in rows[-1]]
+    return tuple(name for name, _ in split), tuple(unit for _, unit in split)
+
+
+def _heading_cells(line: str, delimiter: str, columns: int, commented: bool) -> list[str] | None:
+    """The cells of a heading, at least one a column; None if the line is none.
+
+    A commented one may be delimited otherwise than the data. One that is not may name columns
+    that were not written; the first names are those of the columns there are.
+    """
+    if not commented:
+        cells = split_line(line, delimiter)
+        while len(cells) > columns and not cells[-1]:
+            cells.pop()
+        return cells if len(cells) == columns or len(cells) > columns > 1 else None
+    ways = dict.fromkeys((delimiter.strip(), "\t", ";", ",", " "))
+    for cells in (split_line(line, way) for way in ways):
+        while len(cells) > columns and not cells[-1]:
+            cells.pop()
+        if len(cells) == columns and (
+            columns > 1 or len(line.split()) == 1 or split_heading(line)[1]
+        ):
+            return cells
+    return None

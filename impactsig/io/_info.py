@@ -1,0 +1,104 @@
+"""What a file holds, without its samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from os import PathLike
+from pathlib import Path
+
+from .formats import open_file
+
+
+@dataclass(frozen=True)
+class ChannelInfo:
+    """One channel of a file.
+
+    Parameters
+    ----------
+    name, unit : str
+        Name, and unit or "".
+    rate : float or None
+        Samples per second [Hz]; None if the file does not tell.
+    length : int
+        Number of samples.
+    """
+
+    name: str
+    unit: str
+    rate: float | None
+    length: int
+
+
+@dataclass(frozen=True, repr=False)
+class FileInfo:
+    """What a file holds.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    format : str
+        Name of its format.
+    bytes : int
+        Size of the file.
+    channels : tuple of ChannelInfo
+        Its channels, in order; the position is the index by which `read` knows them.
+    recorded_at : datetime or None
+        Beginning of the recording, with a time zone where the file tells it.
+    truncated : bool
+        The file ends before its header says it does.
+    """
+
+    path: str
+    format: str
+    bytes: int
+    channels: tuple[ChannelInfo, ...]
+    recorded_at: datetime | None
+    truncated: bool
+
+    def __repr__(self) -> str:
+        lines = [f"{self.path}: {self.format}, {self.bytes} bytes"]
+        if self.recorded_at is not None:
+            lines[0] += f", recorded at {self.recorded_at.isoformat(sep=' ')}"
+        if self.truncated:
+            lines[0] += ", TRUNCATED"
+        for index, channel in enumerate(self.channels):
+            rate = "rate unknown" if channel.rate is None else f"{channel.rate:g} Hz"
+            parts = [channel.name or "(no name)", f"{channel.length} samples", rate]
+            if channel.rate is not None:
+                parts.append(f"{channel.length / channel.rate:.6g} s")
+            parts.append(channel.unit)
+            lines.append(f"  {index}: " + "; ".join(part for part in parts if part))
+        return "\n".join(lines)
+
+
+def info(path: str | PathLike[str]) -> FileInfo:
+    """Say what a file holds; its samples are not read, except from text and LVM.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+
+    Returns
+    -------
+    FileInfo
+
+    Raises
+    ------
+    UnreadableFile, MissingExtra
+        As `read` does.
+    """
+    file = Path(path)
+    source = open_file(file)
+    source.close()
+    channels = tuple(ChannelInfo(s.name, s.unit, s.rate, s.length) for s in source.signals)
+    return FileInfo(
+        str(path),
+        source.format,
+        file.stat().st_size,
+        channels,
+        source.recorded_at,
+        bool(source.truncated),
+    )

@@ -1,0 +1,95 @@
+"""NumPy .npy: one array, mapped and not loaded, never unpickled."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+import numpy as np
+
+from ..errors import UnreadableFile
+from ._source import Signal, Source, sample_type
+
+NO_RATE = "A NumPy array carries no sampling rate"
+
+
+class ArrayHeader(NamedTuple):
+    """Header of an array in a file: its data begin at byte `offset`."""
+
+    shape: tuple[int, ...]
+    fortran: bool
+    dtype: np.dtype
+    offset: int
+
+    @property
+    def bytes(self) -> int:
+        """Size of the data; Python integers, so that no hostile shape overflows."""
+        size = self.dtype.itemsize
+        for extent in self.shape:
+            size *= extent
+        return size
+
+    def unusable(self) -> str:
+        """Why the array cannot be a recording; "" if it can."""
+        if self.dtype.hasobject:
+            return "holds Python objects, which are never unpickled"
+        if self.dtype.kind not in "biuf":
+            return f"holds {self.dtype}, not real numbers"
+        if len(self.shape) not in (1, 2):
+            return f"has {len(self.shape)} dimensions, not 1 or 2"
+        return ""
+
+
+def read_array_header(file: BinaryIO) -> ArrayHeader:
+    """Read the header; `file` then stands at the data."""
+    version = np.lib.format.read_magic(file)
+    if version == (1, 0):
+        shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
+    else:  # version 3 differs in the encoding of field names only
+        shape, fortran, dtype = np.lib.format.read_array_header_2_0(file)
+    if any(extent < 0 for extent in shape):
+        raise ValueError(f"negative shape {shape}")
+    return ArrayHeader(shape, fortran, dtype, file.tell())
+
+
+def along_time(samples: np.ndarray) -> np.ndarray:
+    """The array as (n, channels): time runs along its longer axis."""
+    if samples.ndim == 1:
+        return samples[:, np.newaxis]
+    return samples if samples.shape[0] >= samples.shape[1] else samples.T
+
+
+def open_source(path: Path) -> Source:
+    """Open an array of shape (n,), (n, channels) or (channels, n); see `impactsig.io.formats`."""
+    with path.open("rb") as file:
+        header = read_array_header(file)
+    if reason := header.unusable():
+        raise UnreadableFile(
+            path, reason, "Save an array of shape (n,) or (n, channels) of numbers"
+        )
+    lacking = header.offset + header.bytes - path.stat().st_size
+    shape, truncated = header.shape, ""
+    if lacking > 0:
+        rows = (header.bytes - lacking) // max(1, header.bytes // max(1, shape[0]))
+        if header.fortran and len(shape) == 2:
+            raise UnreadableFile(path, f"{lacking} of its {header.bytes} bytes are missing")
+        truncated = f"{shape[0] - rows} of its {shape[0]} rows are missing"
+        shape = (rows, *shape[1:])
+    if 0 in shape:
+        raise UnreadableFile(path, f"holds no samples (shape {shape})")
+    order = "F" if header.fortran else "C"
+    samples = along_time(np.memmap(path, header.dtype, "r", header.offset, shape, order))  # type: ignore[call-overload]
+    length, count = samples.shape
+    names = ("",) if count == 1 else tuple(f"channel {i}" for i in range(count))
+
+    def read(channels: list[int], first: int, last: int) -> np.ndarray:
+        part = samples[first:last]
+        chosen = part if len(channels) == count else part[:, channels]
+        return np.array(chosen, dtype=sample_type(header.dtype))
+
+    return Source(
+        format="NumPy npy",
+        signals=tuple(Signal(name, "", None, length, no_rate=NO_RATE) for name in names),
+        read=read,
+        truncated=truncated,
+    )

@@ -1,0 +1,165 @@
+"""What is to be read of a file: settled once, before any sample is read."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from functools import partial
+from os import PathLike
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import ImpactsigWarning, InvalidInput, UnreadableFile
+from ..recording import Recording, Sensor, channel_index, check_calibration, sample_span
+from ._source import Signal, Source
+from .formats import guarded, open_file
+
+AUDIO_RATES = frozenset(
+    (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000, 88200, 96000, 176400, 192000)
+)
+"""Rates that sound is recorded at [Hz]."""
+
+
+class Plan(NamedTuple):
+    """What is read: which signals, from where to where, and what they are turned into."""
+
+    channels: list[int]
+    rate: float
+    origin: float
+    first: int
+    last: int
+    sensor: Sensor
+    scale: float
+    offset: float
+    unit: str | None
+
+
+def prepare(
+    path: str | PathLike[str],
+    channel: str | int | None,
+    start: float | None,
+    stop: float | None,
+    scale: float,
+    offset: float,
+    unit: str | None,
+    rate: float | None,
+    sensor: Sensor | None,
+) -> tuple[Source, Plan]:
+    """Open the file and settle what is to be read of it."""
+    check_calibration(scale, offset)
+    if rate is not None and not (np.isfinite(rate) and rate > 0):
+        raise InvalidInput("rate", rate, "a positive number [Hz]")
+    if sensor not in (None, "force", "sound"):
+        raise InvalidInput("sensor", sensor, '"force" or "sound"')
+    file = Path(path)
+    source = open_file(file)
+    try:
+        signals = source.signals
+        if rate is not None:
+            signals = tuple(replace(signal, rate=rate) for signal in signals)
+        channels = _largest_set(signals) if channel is None else [_find(signals, channel)]
+        chosen = signals[channels[0]]
+        if chosen.length == 0:
+            raise UnreadableFile(path, f"channel {chosen.name!r} holds no samples")
+        if chosen.rate is None:
+            raise InvalidInput(
+                "rate",
+                None,
+                f"the number of samples per second of {path}",
+                f"{chosen.no_rate or 'The file does not tell it'}; give rate= (--rate)",
+            )
+        first, last = sample_span(start, stop, chosen.rate, chosen.length, chosen.start)
+        if sensor is None:
+            sound = source.audio and unit is None and chosen.rate in AUDIO_RATES
+            sensor = "sound" if sound else "force"
+        _tell(source, signals, channels if channel is None else None, file)
+    except BaseException:
+        source.close()
+        raise
+    plan = Plan(
+        channels, chosen.rate, chosen.start, first, last, sensor, float(scale), float(offset), unit
+    )
+    return source, plan
+
+
+def recording(
+    source: Source, plan: Plan, first: int, last: int, name: str, stacklevel: int = 3
+) -> Recording:
+    """Samples [first, last) as a Recording; fewer, and a warning, if the file ends early."""
+    with guarded(Path(name), source.format):
+        samples = source.read(plan.channels, first, last)
+    truncated = bool(source.truncated)
+    if len(samples) < last - first:
+        if not len(samples) and first == plan.first:
+            raise UnreadableFile(name, f"holds none of its {last} samples", "The file is cut short")
+        truncated = True
+        warnings.warn(
+            f"{name}: cut short after {first + len(samples)} of {last} samples",
+            ImpactsigWarning,
+            stacklevel=stacklevel,
+        )
+    signals = [source.signals[index] for index in plan.channels]
+    found = Recording(
+        samples=samples[:, 0] if len(signals) == 1 else samples,
+        rate=plan.rate,
+        units=tuple(signal.unit for signal in signals),
+        channels=tuple(signal.name for signal in signals),
+        start=plan.origin + first / plan.rate,
+        recorded_at=source.recorded_at,
+        source=name,
+        sensor=plan.sensor,
+        truncated=truncated,
+    )
+    return found.calibrate(plan.scale, plan.offset, plan.unit)
+
+
+def _find(signals: tuple[Signal, ...], which: str | int) -> int:
+    """Index of a signal by full name, by a short name that only it has, or by index."""
+    names = tuple(signal.name for signal in signals)
+    if isinstance(which, str) and which not in names:
+        found = [i for i, signal in enumerate(signals) if signal.alias == which]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            listed = ", ".join(repr(names[i]) for i in found)
+            raise InvalidInput("channel", which, f"one of {listed}", "Several have this name")
+    return channel_index(names, which)
+
+
+def _sets(signals: tuple[Signal, ...]) -> list[list[int]]:
+    """Indices of the signals that were taken side by side, set by set."""
+    sets: dict[tuple, list[int]] = {}
+    for index, signal in enumerate(signals):
+        key = (signal.rate, signal.length, signal.start, signal.segment)
+        sets.setdefault(key, []).append(index)
+    return list(sets.values())
+
+
+def _largest_set(signals: tuple[Signal, ...]) -> list[int]:
+    return max(_sets(signals), key=lambda chosen: sum(signals[i].length for i in chosen))
+
+
+def _tell(
+    source: Source, signals: tuple[Signal, ...], loaded: list[int] | None, path: Path
+) -> None:
+    """Warn of what the file lacks, and of the channels that are not among those loaded."""
+    tell = partial(warnings.warn, category=ImpactsigWarning, stacklevel=4)
+    if source.truncated:
+        tell(f"{path}: cut short: {source.truncated}")
+    for note in source.notes:
+        tell(f"{path}: {note}")
+    if loaded is None or len(loaded) == len(signals):
+        return
+    left = [signal for index, signal in enumerate(signals) if index not in loaded]
+    rates = ["unknown rate" if s.rate is None else f"{s.rate:g} Hz" for s in left]
+    listed = ", ".join(
+        f"{signal.name!r} ({signal.length} samples at {rate})"
+        for signal, rate in list(zip(left, rates, strict=True))[:8]
+    )
+    more = f" and {len(left) - 8} more" if len(left) > 8 else ""
+    tell(
+        f"{path}: channels of another length, rate or time are left out: {listed}{more}. "
+        f"Read one with channel={left[0].name!r}"
+    )

@@ -1,0 +1,147 @@
+"""From a column of times to a sampling rate, as far as its printed digits allow."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+JITTER = 0.01  # of a sampling step: how far a time may lie from the uniform grid
+DOUBTFUL = 1e-4  # relative uncertainty of a rate that the user is told of
+
+_PLAIN = frozenset(("t", "time", "times", "zeit", "temps", "tiempo", "tempo", "x_value"))
+_SPOKEN = frozenset(("timestamp", "time stamp", "elapsed time", "zeitstempel"))
+_AS_UNIT = frozenset(("s", "sec", "second", "seconds", "ms", "us", "µs"))
+_NAMES = _PLAIN | _SPOKEN | _AS_UNIT
+_FACTORS = {
+    "": 1.0,
+    "s": 1.0,
+    "sec": 1.0,
+    "secs": 1.0,
+    "second": 1.0,
+    "seconds": 1.0,
+    "sekunden": 1.0,
+    "ms": 1e-3,
+    "msec": 1e-3,
+    "milliseconds": 1e-3,
+    "us": 1e-6,
+    "µs": 1e-6,
+    "μs": 1e-6,
+    "usec": 1e-6,
+    "microseconds": 1e-6,
+    "ns": 1e-9,
+    "min": 60.0,
+    "h": 3600.0,
+}
+
+
+class TimeBase(NamedTuple):
+    """Rate [Hz] and first time [s] of a column of times.
+
+    `problem` says why there is no rate; `doubt` what limits one that there is.
+    """
+
+    rate: float | None
+    start: float
+    problem: str = ""
+    doubt: str = ""
+
+
+def time_factor(name: str, unit: str) -> float | None:
+    """Seconds in one unit of a column with this name; None if it is not a column of times."""
+    plain = name.strip().lower()
+    unit = unit.strip().lower()
+    ending = re.fullmatch(r"(t|time|zeit)[_ ]?(s|ms|us|µs|ns)", plain)
+    if ending:
+        plain, unit = ending[1], unit or ending[2]
+    if plain not in _NAMES or (unit not in _FACTORS):
+        return None
+    return _FACTORS[unit or (plain if plain in _FACTORS else "")]
+
+
+def printed_resolution(texts: Iterable[str]) -> float:
+    """The last printed digit of numbers with a decimal point, as a number.
+
+    The finest of them, because some writers drop trailing zeros.
+    """
+    finest = np.inf
+    for text in texts:
+        mantissa, _, exponent = text.strip().lower().partition("e")
+        digits = len(mantissa.partition(".")[2])
+        try:
+            finest = min(finest, 10.0 ** (int(exponent or 0) - digits))
+        except ValueError:
+            continue
+    return float(finest) if np.isfinite(finest) else 0.0
+
+
+def time_base(times: np.ndarray, resolution: float = 0.0) -> TimeBase:
+    """Rate of uniformly spaced times: (n - 1) / (last - first).
+
+    Times count as uniform if each lies within `JITTER` steps of the grid from the first to the
+    last, or within the resolution of the printed digits.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Times [s].
+    resolution : float, optional
+        Value of the last printed digit [s]; 0 for binary numbers.
+    """
+    count = len(times)
+    if count < 2:
+        return TimeBase(None, 0.0, "The time column has fewer than two times")
+    bad = np.flatnonzero(~np.isfinite(times))
+    if len(bad):
+        return TimeBase(None, 0.0, f"The time column has no number in sample {bad[0]}")
+    first, span = float(times[0]), float(times[-1] - times[0])
+    if not span > 0:
+        return TimeBase(None, first, "The time column does not rise from its first to last value")
+    step = span / (count - 1)
+    steps = np.diff(times)
+    deviation = float(np.max(np.abs(times - (first + step * np.arange(count)))))
+    rounding = max(resolution, 4 * float(np.spacing(np.max(np.abs(times)))))
+    if deviation > max(JITTER * step, 1.01 * rounding):
+        worst = int(np.argmax(np.abs(steps - step)))
+        percent = 100 * abs(steps[worst] / step - 1)
+        return TimeBase(
+            None,
+            first,
+            f"The time column is not uniform: its steps deviate by up to {percent:.3g} % from "
+            f"their mean of {step:.6g} s (worst after sample {worst}, t = {times[worst]:.9g} s), "
+            f"and its times by up to {deviation / step:.3g} steps from a uniform grid",
+        )
+    # Both ends may be off by what the rounding, or the deviation seen, allows.
+    uncertainty = 2 * max(rounding / 2, deviation) / span
+    return _settled((count - 1) / span, uncertainty, first)
+
+
+def printed_step(text: str, start: float = 0.0) -> TimeBase:
+    """Rate from a sampling step [s] as it is printed."""
+    step = float(text)
+    if not (np.isfinite(step) and step > 0):
+        return TimeBase(None, start, f"The sampling step is given as {text}")
+    return _settled(1 / step, printed_resolution([text]) / 2 / step, start)
+
+
+def _settled(rate: float, uncertainty: float, start: float) -> TimeBase:
+    """Prefer a whole number of hertz if the digits single one out.
+
+    Instruments are set to whole rates, and a step printed as 0.000977 s is 1024 Hz, not
+    1023.54 Hz. Where several whole numbers are possible, none is better than the estimate.
+    """
+    low, high = rate * (1 - uncertainty), rate * (1 + uncertainty)
+    whole = round(rate)
+    if whole > 0 and abs(rate - whole) <= 1e-9 * rate:
+        return TimeBase(float(whole), start)
+    if np.floor(high) >= 1 and np.ceil(low) == np.floor(high):
+        return TimeBase(float(np.floor(high)), start)
+    doubt = ""
+    if uncertainty > DOUBTFUL:
+        doubt = (
+            f"the printed digits of its times leave the rate between {low:.6g} and {high:.6g} Hz; "
+            f"{rate:.6g} Hz is taken, give rate= (--rate) if you know it better"
+        )
+    return TimeBase(rate, start, doubt=doubt)

@@ -1,0 +1,182 @@
+"""The table of file formats, and how a file finds its reader.
+
+To add a format, write one file with a function
+
+    ``open_source(path: pathlib.Path) -> Source``
+
+and add one `Format` to `FORMATS`. The contract of that function (see `Source`, `Signal`):
+
+- It reads headers and metadata only, where the format allows; samples are read by `Source.read`,
+  which touches no more than it is asked for.
+- It checks every size that the file declares against the size of the file, or against
+  `SIZE_LIMIT` if the samples are compressed, before it allocates.
+- It never unpickles, evaluates or runs anything from the file.
+- A signal whose rate the file does not tell has ``rate=None`` and says why in `no_rate`; a file
+  that ends early is opened as far as it goes, and says so in `truncated`.
+- It raises `UnreadableFile` where it knows what is wrong. Any other exception, from it or from
+  the library it uses, is turned into that type by `guarded`, and stays chained.
+- Libraries are imported inside the functions; an optional one is named in the table.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+from ..errors import ImpactsigError, MissingExtra, UnreadableFile
+from ._source import Source
+
+SIZE_LIMIT = 2 << 30
+"""Bytes that a compressed file may grow to in memory; the same content in blocks has no limit."""
+
+_HEAD = 4096
+
+
+@dataclass(frozen=True)
+class Format:
+    """One family of file formats.
+
+    Parameters
+    ----------
+    name : str
+        For messages and for `FileInfo.format` where the reader does not narrow it down.
+    extensions : tuple of str
+        Lower case, with the dot.
+    sniff : callable
+        Whether the first 4096 bytes of a file are of this format.
+    module : str
+        The module of `impactsig.io` that holds `open_source`.
+    library, extra : str
+        The optional library that the reader needs and the extra that installs it.
+    """
+
+    name: str
+    extensions: tuple[str, ...]
+    sniff: Callable[[bytes], bool]
+    module: str
+    library: str = ""
+    extra: str = ""
+
+
+def _is_audio(head: bytes) -> bool:
+    return (
+        (head[:4] in (b"RIFF", b"RIFX", b"RF64") and head[8:12] == b"WAVE")
+        or (head[:4] == b"FORM" and head[8:12] in (b"AIFF", b"AIFC"))
+        or head[:4] in (b"fLaC", b"OggS")
+        or head[:16] == b"riff\x2e\x91\xcf\x11\xa5\xd6\x28\xdb\x04\xc1\x00\x00"
+    )
+
+
+def _is_npz(head: bytes) -> bool:
+    # A zip archive of which the first member is an array; other archives have other names.
+    length = int.from_bytes(head[26:28], "little")
+    return head[:4] == b"PK\x03\x04" and head[30 : 30 + length].endswith(b".npy")
+
+
+def _is_lvm(head: bytes) -> bool:
+    return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"LabVIEW Measurement")
+
+
+def _is_text(head: bytes) -> bool:
+    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return True
+    # Control characters that no text has; what is above 127 may be Latin-1 or UTF-8.
+    return re.search(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]", head) is None and bool(
+        re.search(rb"[0-9]", head)
+    )
+
+
+FORMATS: tuple[Format, ...] = (
+    Format(
+        "audio (WAV, FLAC, OGG, AIFF, W64, RF64)",
+        (".wav", ".flac", ".ogg", ".oga", ".opus", ".aif", ".aiff", ".aifc", ".w64", ".rf64"),
+        _is_audio,
+        "_audio",
+    ),
+    Format("NI TDMS", (".tdms",), lambda head: head[:4] == b"TDSm", "_tdms", "nptdms", "daq"),
+    Format("NumPy npy", (".npy",), lambda head: head[:6] == b"\x93NUMPY", "_npy"),
+    Format("NumPy npz", (".npz",), _is_npz, "_npz"),
+    Format("NI LVM", (".lvm",), _is_lvm, "_lvm"),
+    # Last, because many formats are text: those have sniffers of their own further up.
+    Format("text (CSV, TSV, TXT)", (".csv", ".tsv", ".txt", ".dat", ".asc"), _is_text, "_text"),
+)
+
+
+def recognise(path: Path) -> Format:
+    """The format of a file: by its content, then by its extension.
+
+    A text file without the mark of any format goes to the reader its extension names, if that
+    reads text too (an LVM file without a header), else to the reader of plain tables.
+
+    Raises
+    ------
+    UnreadableFile
+        If there is no such file, it is a folder or empty, or its format is not known.
+    """
+    try:
+        if path.is_dir():
+            raise UnreadableFile(path, "is a folder", "Give the path of a file in it")
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except FileNotFoundError as error:
+        raise UnreadableFile(path, "no such file", "Check the path") from error
+    except (OSError, ValueError) as error:
+        if isinstance(error, ImpactsigError):
+            raise
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UnreadableFile(path, f"cannot be opened ({reason})") from error
+    if not head:
+        raise UnreadableFile(path, "is empty (0 bytes)")
+    named = next((f for f in FORMATS if path.suffix.lower() in f.extensions), None)
+    found = next((f for f in FORMATS if f.sniff(head)), None)
+    if found is not None:
+        textual = found.module == "_text" and named is not None and named.module == "_lvm"
+        return named if textual and named is not None else found
+    known = "; ".join(f"{f.name}: {' '.join(f.extensions)}" for f in FORMATS)
+    begins = f"it begins with {head[:8]!r}"
+    if named is not None:
+        raise UnreadableFile(
+            path,
+            f"is named as {named.name}, but its content is not ({begins})",
+            f"Known formats: {known}",
+        )
+    raise UnreadableFile(path, f"is of no known format ({begins})", f"Known formats: {known}")
+
+
+def open_file(path: Path) -> Source:
+    """Open a file with the reader of its format.
+
+    Raises
+    ------
+    UnreadableFile
+        If it cannot be read.
+    MissingExtra
+        If its format needs a library that is not installed.
+    """
+    found = recognise(path)
+    if found.library:
+        try:
+            import_module(found.library)
+        except ImportError as error:
+            raise MissingExtra(found.library, found.extra, f"Reading {found.name}") from error
+    with guarded(path, found.name):
+        source = import_module(f".{found.module}", __package__).open_source(path)
+        if not source.signals:
+            raise UnreadableFile(path, f"holds no signal that {found.name} could give")
+        return source
+
+
+@contextmanager
+def guarded(path: Path, name: str) -> Iterator[None]:
+    """Turn whatever a reader or its library raises into `UnreadableFile`, chained."""
+    try:
+        yield
+    except ImpactsigError:
+        raise
+    except Exception as error:
+        reason = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        raise UnreadableFile(path, f"cannot be read as {name} ({reason})") from error

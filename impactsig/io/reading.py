@@ -1,0 +1,213 @@
+"""From a path to a Recording, whole or in blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import datetime
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..recording import Recording, Sensor
+from ._plan import Plan, prepare, recording
+from ._source import Source
+from .formats import open_file
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Blocks:
+    """A recording that is read piece by piece, as often as it is iterated over.
+
+    Iterating yields `Recording` objects that follow each other without gap or overlap, each with
+    its own `start`. Every iteration opens the file anew, so that iterations are independent.
+
+    Parameters
+    ----------
+    rate : float
+        Samples per second [Hz].
+    channels, units : tuple of str
+        Name and unit of each channel.
+    size : int
+        Number of samples of each channel in all blocks together.
+    block_size : int
+        Number of samples of each channel in one block; the last may have fewer.
+    start : float
+        Time of the first sample [s].
+    sensor : {"force", "sound"}
+        As in `Recording`.
+    source : str
+        The file.
+    recorded_at : datetime or None
+        As in `Recording`.
+    truncated : bool
+        The file ends before its header says it does.
+    """
+
+    rate: float
+    channels: tuple[str, ...]
+    units: tuple[str, ...]
+    size: int
+    block_size: int
+    start: float
+    sensor: Sensor
+    source: str
+    recorded_at: datetime | None
+    truncated: bool
+    _file: Path | Source = field(repr=False)
+    _plan: Plan = field(repr=False)
+
+    @property
+    def duration(self) -> float:
+        """Length of all blocks together [s]."""
+        return self.size / self.rate
+
+    @property
+    def stop(self) -> float:
+        """Time just after the last sample [s]."""
+        return self.start + self.duration
+
+    def __iter__(self) -> Iterator[Recording]:
+        source = open_file(self._file) if isinstance(self._file, Path) else self._file
+        try:
+            for first in range(self._plan.first, self._plan.last, self.block_size):
+                last = min(first + self.block_size, self._plan.last)
+                block = recording(source, self._plan, first, last, self.source)
+                if len(block):
+                    yield block
+                if len(block) < last - first:
+                    return
+        finally:
+            source.close()
+
+    def __repr__(self) -> str:
+        shape = f"{self.size} samples" + (f" x {len(self.units)}" if len(self.units) > 1 else "")
+        return (
+            f"Blocks({shape}; {self.rate:g} Hz; {self.duration:.6g} s; "
+            f"{self.block_size} a block; {self.sensor}; {self.source})"
+        )
+
+
+def read(
+    path: str | PathLike[str],
+    channel: str | int | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    scale: float = 1.0,
+    offset: float = 0.0,
+    unit: str | None = None,
+    rate: float | None = None,
+    sensor: Sensor | None = None,
+) -> Recording:
+    """Read a recording from a file.
+
+    The format is recognised by the content of the file, then by its extension: audio (WAV, FLAC,
+    OGG, AIFF, W64, RF64), NI TDMS, NI LVM, NumPy npy and npz, and text tables (CSV, TSV, TXT).
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    channel : str or int, optional
+        One channel, by name or index (see `info`). By default all channels that were taken side
+        by side at one rate and with one length; where the file has several such sets, the one
+        with the most samples (the first, if two have as many), and a warning names the others.
+    start, stop : float, optional
+        Read the samples with start <= time < stop [s], where time is that of the file's own time
+        column, if it has one. Only that part is read, except from text and LVM.
+    scale, offset : float, optional
+        Calibration: ``scale * samples + offset``. Samples of audio files run from -1 to 1.
+    unit : str, optional
+        Unit of the result; by default what the file says.
+    rate : float, optional
+        Samples per second [Hz]; takes precedence over what the file says.
+    sensor : {"force", "sound"}, optional
+        How impacts are looked for later. By default an audio file at a usual audio rate (8, 11.025,
+        12, 16, 22.05, 24, 32, 44.1, 48, 88.2, 96, 176.4 or 192 kHz) is "sound" unless `unit` is
+        given, and everything else is "force".
+
+    Returns
+    -------
+    Recording
+        Samples of shape (n,), or (n, channels) if there are several; float32 if that holds the
+        numbers of the file exactly (16 bits, or float32), else float64.
+
+    Raises
+    ------
+    UnreadableFile
+        If the file is missing, empty, corrupt, of no known format, or holds no samples.
+    InvalidInput
+        If there is no such channel, no rate is known, or the span holds no sample.
+    MissingExtra
+        If the format needs a library that is not installed.
+
+    Warns
+    -----
+    ImpactsigWarning
+        If channels are left out, the file is cut short, or its header contradicts its data.
+    """
+    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor)
+    try:
+        return recording(source, plan, plan.first, plan.last, str(path))
+    finally:
+        source.close()
+
+
+def read_blocks(
+    path: str | PathLike[str],
+    seconds: float = 10.0,
+    channel: str | int | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    scale: float = 1.0,
+    offset: float = 0.0,
+    unit: str | None = None,
+    rate: float | None = None,
+    sensor: Sensor | None = None,
+) -> Blocks:
+    """Go through a recording in blocks; joined, they equal what `read` returns, bit for bit.
+
+    Memory is bounded by a block for audio, TDMS and npy files, of any size. Text, LVM and npz
+    files are read whole, once, and then cut.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    seconds : float, optional
+        Length of a block [s]; at least one sample.
+    channel, start, stop, scale, offset, unit, rate, sensor
+        As in `read`.
+
+    Returns
+    -------
+    Blocks
+        Can be iterated over any number of times.
+
+    Raises
+    ------
+    UnreadableFile, InvalidInput, MissingExtra
+        As `read` does; what only shows in the samples is raised while iterating.
+    """
+    if not (np.isfinite(seconds) and seconds > 0):
+        raise InvalidInput("seconds", seconds, "a positive time [s]")
+    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor)
+    signals = [source.signals[index] for index in plan.channels]
+    if not source.in_memory:
+        source.close()
+    return Blocks(
+        rate=plan.rate,
+        channels=tuple(signal.name for signal in signals),
+        units=tuple(signal.unit if unit is None else unit for signal in signals),
+        size=plan.last - plan.first,
+        block_size=max(1, round(seconds * plan.rate)),
+        start=plan.origin + plan.first / plan.rate,
+        sensor=plan.sensor,
+        source=str(path),
+        recorded_at=source.recorded_at,
+        truncated=bool(source.truncated),
+        _file=source if source.in_memory else Path(path),
+        _plan=plan,
+    )
