@@ -83,7 +83,9 @@ def histogram(
             return explain(axes(ax, width=4.2, height=3.6), "No intervals to bin.")
         result = intervals.interval_histogram(found)
     ax = axes(ax, width=4.2, height=3.6)
-    ax.stairs(result.density, result.edges, fill=True, color=BLUE, alpha=0.75)
+    ax.stairs(result.density, result.edges, fill=True, color=BLUE, alpha=0.6)
+    # The outline keeps bins in sight that are narrower than a pixel.
+    ax.stairs(result.density, result.edges, color=BLUE, linewidth=0.8)
     ax.set_xlim(span_of(result.edges))
     seconds(ax.xaxis, "interspike interval $I$", result.edges)
     ax.set_ylabel("density $p(I)$ [1/s]")

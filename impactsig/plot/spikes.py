@@ -79,7 +79,9 @@ def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
     points(ax, impacts.time, impacts.peak)
     seconds(ax.xaxis, "time", [impacts.stop])
     ax.set_ylabel(with_unit("peak", impacts.unit))
-    ax.set_ylim(min(0.0, 1.05 * float(impacts.peak.min())), None)
+    ax.set_ylim(
+        min(0.0, 1.08 * float(impacts.peak.min())), 1.08 * float(impacts.peak.max()) or None
+    )
     return ax
 
 

@@ -79,7 +79,7 @@ def waveform(
             line,
             color=CHANNEL_COLOURS[index % len(CHANNEL_COLOURS)],
             linewidth=0.7,
-            label=plain(name or f"channel {index}"),
+            label=None if one_channel else plain(name or f"channel {index}"),
         )
     if impacts is not None and len(impacts):
         inside = (impacts.time >= shown.start) & (impacts.time <= shown.stop)
@@ -165,8 +165,8 @@ def pulse(
     ax : matplotlib Axes, optional
         Where to draw; a new figure by default.
     margin : float, optional
-        Time shown before the contact, and twice that after it [s]; by default one contact time
-        and at least 12 samples, or 5 ms where contact times were not measured.
+        Time shown before the contact, and three times that after it [s]; by default one contact
+        time and at least 12 samples, or 5 ms where contact times were not measured.
 
     Returns
     -------
@@ -194,7 +194,7 @@ def pulse(
     contact = 0.0 if impacts.contact_time is None else float(impacts.contact_time[index])
     if margin is None:
         margin = max(contact, 12 / recording.rate) if contact else 5e-3
-    shown = recording.between(touch - margin, touch + contact + 2 * margin)
+    shown = recording.between(touch - margin, touch + contact + 3 * margin)
     few = len(shown) < 120
     ax.plot(
         shown.time - touch,
@@ -212,8 +212,8 @@ def pulse(
         ax.axvspan(0, contact, color=BLUE, alpha=0.12, linewidth=0)
         _write_contact(ax, contact, 0.02 if side > 0 else 0.98)
     levels = (
-        ("threshold (filtered)", impacts.threshold, VERMILLION, "--"),
-        ("release (filtered)", impacts.release, ORANGE, "--"),
+        ("threshold", impacts.threshold, VERMILLION, "--"),
+        ("release", impacts.release, ORANGE, "--"),
         # Level 0 stands for the touch itself: there is nothing to draw.
         ("contact level", impacts.contact_level or None, GREEN, ":"),
     )
@@ -221,7 +221,7 @@ def pulse(
         for name, level, colour, style in levels:
             if level is not None:
                 height = rest + side * abs(level)
-                label = plain(f"{name} {level:.3g} {impacts.unit}")
+                label = plain(f"{name} {level:.2g} {impacts.unit}")
                 ax.axhline(height, color=colour, linestyle=style, linewidth=1, label=label)
         if ax.get_legend_handles_labels()[0]:
             ax.legend(

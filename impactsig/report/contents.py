@@ -182,8 +182,8 @@ def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
         (name, f"{value:.6g} {impacts.unit}".rstrip() + note)
         for name, value, note in (
             ("noise level", impacts.noise, ""),
-            ("threshold", impacts.threshold, chosen),
-            ("release", impacts.release, ""),
+            ("threshold, filtered", impacts.threshold, chosen),
+            ("release, filtered", impacts.release, ""),
         )
         if value is not None
     ]
