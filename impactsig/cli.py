@@ -185,28 +185,17 @@ def _parser() -> argparse.ArgumentParser:
         if name != "demo":
             command.add_argument("file", type=Path, metavar="FILE", help="the recording")
         if name == "report":
-            command.add_argument(
-                "--forcing-frequency",
-                type=_number,
-                metavar="HZ",
-                help="frequency of the forcing; without it periods count the motion's own period",
-            )
-            command.add_argument(
-                "-o",
-                "--output",
-                type=Path,
-                metavar="HTML",
-                help="the page to write (default: impactsig-report-FILE.html in this folder)",
-            )
-        if name == "detect":
-            command.add_argument(
-                "-o",
-                "--output",
-                type=Path,
-                metavar="TABLE",
-                help="a .csv or .parquet file (default: CSV to standard output)",
-            )
+            command.add_argument("--forcing-frequency", type=_number, metavar="HZ", help=_FORCING)
+        if name in _OUTPUT:
+            command.add_argument("-o", "--output", type=Path, metavar="OUT", help=_OUTPUT[name])
     return parser
+
+
+_FORCING = "frequency of the forcing; without it periods count the motion's own period"
+_OUTPUT = {
+    "report": "the page to write (default: impactsig-report-FILE.html in this folder)",
+    "detect": "a .csv or .parquet file (default: CSV to standard output)",
+}
 
 
 def _reading_options() -> argparse.ArgumentParser:
