@@ -2,7 +2,8 @@
 
 from .histogram import IntervalHistogram, interval_histogram
 from .maps import return_map
-from .period import Periodicity, identify_period
+from .period import identify_period
+from .periodicity import Periodicity
 from .variation import coefficient_of_variation, cv2, local_variation
 
 __all__ = [

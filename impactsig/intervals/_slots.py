@@ -79,8 +79,8 @@ def _assign(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The slot nearest each impact, the offset from it [cycles], and whether it hits it."""
     slot, offset = _nearest(phase, centre, fold)
-    turn = np.round((cycles - offset - centre[slot]) / fold)
-    return slot, offset, _once(turn, slot, offset, reach)
+    turn = np.round((cycles - offset - centre[slot]) / fold).astype(np.int64)
+    return slot, offset, _once(turn * len(centre) + slot, offset, reach)
 
 
 def _rms(values: np.ndarray) -> float:
@@ -151,14 +151,16 @@ def _nearest(phase: np.ndarray, centre: np.ndarray, fold: int) -> tuple[np.ndarr
     return (between - 1) % len(centre), phase - ring[between]
 
 
-def _once(turn: np.ndarray, slot: np.ndarray, offset: np.ndarray, reach: float) -> np.ndarray:
-    """Which impacts hit their slot: within reach, and nearest where two contend for one."""
-    near = np.flatnonzero(np.abs(offset) <= reach)
-    order = near[np.lexsort((np.abs(offset[near]), slot[near], turn[near]))]
-    first = np.ones(len(order), bool)
-    first[1:] = (np.diff(turn[order]) != 0) | (np.diff(slot[order]) != 0)
-    hit = np.zeros(len(turn), bool)
-    hit[order[first]] = True
+def _once(instant: np.ndarray, offset: np.ndarray, reach: float) -> np.ndarray:
+    """Which impacts hit the instant due that they are numbered with: within reach, the nearest."""
+    hit = np.abs(offset) <= reach
+    near = np.flatnonzero(hit)
+    near = near[np.argsort(instant[near], kind="stable")]
+    again = np.diff(instant[near]) == 0
+    contend = near[np.append(again, False) | np.append(False, again)]
+    if len(contend):
+        contend = contend[np.lexsort((np.abs(offset[contend]), instant[contend]))]
+        hit[contend[1:][np.diff(instant[contend]) == 0]] = False
     return hit
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,10 +10,8 @@ from ..errors import InvalidInput
 from ..impacts import Impacts
 from ._phase import to_cycles
 from ._slots import SlotFit, fit_slots, poisson_score
+from .periodicity import LEAST_IMPACTS, Candidate, Periodicity
 
-Kind = Literal["periodic", "unlocked", "aperiodic", "intermittent", "too few impacts"]
-
-LEAST_IMPACTS = 8
 LEAST_REPEATS = 4
 LEAST_SHARE = 0.8  # of the impacts a period predicts that must come, and of those that come
 LEAST_SLOT_SHARE = 0.7  # of the times that one of the m impacts is due it must come
@@ -23,124 +20,6 @@ WIDEST_FORCED = 0.03  # jitter [forcing periods] beyond which a phase is no phas
 WIDEST_FREE = 0.045  # the same in mean intervals, where no forcing period is given
 CLOCK_ERROR = 2e-3  # relative, of the forcing period given against the clock of the recording
 MOST_FREE = 8  # impacts in a repeat period sought without a forcing period
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One period that was tried.
-
-    Attributes
-    ----------
-    impacts : int
-        m, the impacts that recur.
-    periods : int or None
-        n, the forcing periods in which they do; None where the forcing period is not known.
-    repeat_period : float
-        The time in which they recur [s].
-    score : float
-        Gain in log-likelihood over impacts at random instants, less half the penalty of the
-        Bayesian information criterion.
-    missed, spurious, jitter : float
-        As in `Periodicity`, were this the period.
-    probability : float
-        That this is the period, among the candidates and none.
-    """
-
-    impacts: int
-    periods: int | None
-    repeat_period: float
-    score: float
-    missed: float
-    spurious: float
-    jitter: float
-    probability: float
-
-
-@dataclass(frozen=True, eq=False)
-class Periodicity:
-    """What `identify_period` found, and on what evidence.
-
-    Attributes
-    ----------
-    impacts, periods : int or None
-        m and n of period(m, n): m impacts in n forcing periods. `periods` is None where the
-        forcing period is not known or the repeat period is no multiple of it; both are None where
-        there is no period.
-    kind : str
-        "periodic"; "unlocked" (periodic, but not in multiples of the forcing period given);
-        "aperiodic"; "intermittent" (aperiodic, with long silent stretches, as near grazing);
-        "too few impacts".
-    confidence : float
-        Probability of that answer under the models compared, 0 to 1; 0 for "too few impacts".
-    count : int
-        Impacts looked at.
-    forcing_period : float or None
-        The forcing period [s] in the clock of the recording, refined from the one given.
-    repeat_period : float or None
-        The time after which the motion recurs [s].
-    phases : ndarray, shape (m,)
-        When in the repeat period the impacts come, as shares of it, the first at 0.
-    jitter : float or None
-        Standard deviation of the impacts about their phases [s].
-    missed, spurious : float or None
-        Share of the impacts due that did not come; share of the impacts that were not due.
-    longest_silence : float
-        The longest interval [s].
-    candidates : tuple of Candidate
-        The periods that were tried.
-    """
-
-    impacts: int | None
-    periods: int | None
-    kind: Kind
-    confidence: float
-    count: int
-    forcing_period: float | None = None
-    repeat_period: float | None = None
-    phases: np.ndarray = field(default_factory=lambda: np.empty(0))
-    jitter: float | None = None
-    missed: float | None = None
-    spurious: float | None = None
-    longest_silence: float = 0.0
-    candidates: tuple[Candidate, ...] = ()
-
-    @property
-    def aperiodic(self) -> bool:
-        """Whether the impacts were enough to tell, and do not recur."""
-        return self.kind in ("aperiodic", "intermittent")
-
-    def describe(self) -> str:
-        """The answer in words."""
-        if self.kind == "too few impacts":
-            return f"period unknown: {self.count} impacts, {LEAST_IMPACTS} or more are needed"
-        if self.kind == "aperiodic":
-            return "aperiodic: the impacts do not recur"
-        if self.kind == "intermittent":
-            return (
-                "aperiodic: impacting alternates with silence, "
-                f"intermittently, of up to {self.longest_silence:.3g} s"
-            )
-        assert self.impacts is not None
-        assert self.repeat_period is not None
-        number = f"{self.impacts} impact{'s' if self.impacts > 1 else ''}"
-        if self.periods is not None:
-            span = "per forcing period"
-            if self.periods > 1:
-                span = f"in {self.periods} forcing periods"
-            return f"period({self.impacts},{self.periods}): {number} {span}"
-        words = f"periodic: {number} every {_milliseconds(self.repeat_period)}"
-        if self.kind == "periodic":
-            return f"{words} (forcing period not given)"
-        assert self.forcing_period is not None
-        ratio = self.repeat_period / self.forcing_period
-        return f"{words}, which is {ratio:.4g} forcing periods: check the forcing frequency"
-
-    def __str__(self) -> str:
-        return self.describe()
-
-
-def _milliseconds(seconds: float) -> str:
-    return f"{1e3 * seconds:.4g} ms"
 
 
 def identify_period(
@@ -199,52 +78,45 @@ def identify_period(
         raise InvalidInput("max_periods", max_periods, "a positive whole number")
     if not 0 < resolution < WIDEST_FORCED:
         raise InvalidInput("resolution", resolution, f"a share from 0 to {WIDEST_FORCED}")
-    time = impacts.time
-    silence = float(impacts.intervals().max(initial=0.0))
-    if len(time) < LEAST_IMPACTS or time[-1] == time[0]:
+    time, count = impacts.time, len(impacts)
+    intervals = impacts.intervals()
+    silence = float(intervals.max(initial=0.0))
+    if count < LEAST_IMPACTS or not intervals.any():
         return Periodicity(
-            None, None, "too few impacts", 0.0, len(time), forcing_period, longest_silence=silence
+            None, None, "too few impacts", 0.0, count, forcing_period, longest_silence=silence
         )
-    fits: list[tuple[SlotFit, float, int | None]] = []  # slots, base period [s], n
-    base = forcing_period
+    trials: list[_Trial] = []
     if forcing_period is not None:
         cycles, base = to_cycles(time, forcing_period, CLOCK_ERROR)
         gaps = np.interp(impacts.gaps, time, cycles)
-        for n in range(1, max_periods + 1):
-            if cycles[-1] - cycles[0] >= LEAST_REPEATS * n:
-                fit = fit_slots(cycles, n, gaps, resolution, WIDEST_FORCED)
-                fits.append((fit, base, n))
-    chosen, candidates = _weigh(fits, time, WIDEST_FORCED)
-    if chosen is None:
-        free = _free_fits(impacts, resolution)
-        best, tried = _weigh(free, time, WIDEST_FREE)
-        candidates += tried
-        fits += free
-        chosen = None if best is None else len(fits) - len(free) + best
-    if chosen is None:
+        for n in range(1, min(max_periods, int(cycles[-1] / LEAST_REPEATS)) + 1):
+            fit = fit_slots(cycles, n, gaps, resolution, WIDEST_FORCED)
+            trials.append(_Trial(fit, base, n, WIDEST_FORCED))
+    span = float(time[-1] - time[0] - np.diff(np.clip(impacts.gaps, time[0], time[-1])).sum())
+    best, candidates = _weigh(trials, count, span)
+    if best is None:
+        # together with those before, so that no multiple of what has failed slips through
+        trials += _free_trials(impacts, resolution, forcing_period, max_periods)
+        best, candidates = _weigh(trials, count, span)
+    if best is None:
         return Periodicity(
             None,
             None,
-            "intermittent" if _is_intermittent(impacts.intervals()) else "aperiodic",
-            1.0 - max((c.probability for c in candidates), default=0.0),
-            len(time),
-            base,
+            "intermittent" if _is_intermittent(intervals) else "aperiodic",
+            1.0 - max((candidate.probability for candidate in candidates), default=0.0),
+            count,
+            forcing_period,
             longest_silence=silence,
             candidates=candidates,
         )
-    fit, _, periods = fits[chosen]
-    winner = candidates[chosen]
-    kind: Kind = "periodic"
-    if periods is None and base is not None:
-        periods = _multiple(winner.repeat_period / base)
-        kind = "periodic" if periods else "unlocked"
+    fit, winner = trials[best].fit, candidates[best]
     return Periodicity(
         winner.impacts,
-        periods,
-        kind,
+        winner.periods,
+        "periodic" if winner.periods or forcing_period is None else "unlocked",
         winner.probability,
-        len(time),
-        base,
+        count,
+        winner.repeat_period / winner.periods if winner.periods else forcing_period,
         winner.repeat_period,
         (fit.centre - fit.centre[0]) / fit.fold,
         winner.jitter,
@@ -255,28 +127,49 @@ def identify_period(
     )
 
 
+class _Trial(NamedTuple):
+    fit: SlotFit
+    unit: float  # what the fit counts in [s]
+    periods: int | None
+    widest: float  # jitter that counts as none [unit]
+
+
+def _free_trials(
+    impacts: Impacts, resolution: float, forcing_period: float | None, max_periods: int
+) -> list[_Trial]:
+    """Slots of repeat periods of 1 to 8 impacts, found from the train alone.
+
+    With a forcing period, only those that are no multiple of it up to `max_periods`: these have
+    been tried.
+    """
+    time = impacts.time
+    trials: list[_Trial] = []
+    for m in range(1, MOST_FREE + 1):
+        differences = time[m:] - time[:-m]
+        if len(differences) < LEAST_REPEATS * m:
+            break
+        repeat = _mode(differences)
+        if repeat <= 0 or time[-1] - time[0] < LEAST_REPEATS * repeat:
+            continue
+        cycles, repeat = to_cycles(time, repeat, 5 * CLOCK_ERROR)
+        periods = None if forcing_period is None else _multiple(repeat / forcing_period)
+        if periods is not None and periods <= max_periods:
+            continue
+        # in mean intervals, so that limits mean the same for every m
+        unit, widest, floor = repeat / m, WIDEST_FREE, resolution
+        if forcing_period is not None:
+            widest = min(widest, WIDEST_FORCED * forcing_period / unit)
+            floor = resolution * forcing_period / unit
+        gaps = m * np.interp(impacts.gaps, time, cycles)
+        fit = fit_slots(m * cycles, m, gaps, min(floor, widest / 2), widest)
+        trials.append(_Trial(fit, unit, periods, widest))
+    return trials
+
+
 def _multiple(ratio: float) -> int | None:
     """The whole number of forcing periods that `ratio` is, within what is known of both."""
     nearest = round(ratio)
     return nearest if nearest >= 1 and abs(ratio - nearest) < CLOCK_ERROR * nearest else None
-
-
-def _free_fits(impacts: Impacts, resolution: float) -> list[tuple[SlotFit, float, int | None]]:
-    """Slots of repeat periods of 1 to 8 impacts, found from the train alone."""
-    time = impacts.time
-    fits: list[tuple[SlotFit, float, int | None]] = []
-    for m in range(1, MOST_FREE + 1):
-        if len(time) < (LEAST_REPEATS + 1) * m:
-            break
-        repeat = _mode(time[m:] - time[:-m])
-        if repeat <= 0 or time[-1] - time[0] < LEAST_REPEATS * repeat:
-            continue
-        cycles, repeat = to_cycles(time, repeat, 5 * CLOCK_ERROR)
-        # in mean intervals, so that limits mean the same for every m
-        gaps = m * np.interp(impacts.gaps, time, cycles)
-        fit = fit_slots(m * cycles, m, gaps, resolution, WIDEST_FREE)
-        fits.append((fit, repeat / m, None))
-    return fits
 
 
 def _mode(values: np.ndarray) -> float:
@@ -288,54 +181,59 @@ def _mode(values: np.ndarray) -> float:
 
 
 def _weigh(
-    fits: list[tuple[SlotFit, float, int | None]], time: np.ndarray, widest: float
+    trials: list[_Trial], count: int, span: float
 ) -> tuple[int | None, tuple[Candidate, ...]]:
-    """Probabilities of the fits, and which of them is the period, if any is."""
-    if not fits:
+    """Probabilities of the trials, and which of them is the period, if any is."""
+    if not trials:
         return None, ()
-    from scipy.special import betaincc, ndtr
-
-    n, span = len(time), float(time[-1] - time[0])
     # densities per second: the fits count in different units
-    score = np.array([fit.score - n * np.log(unit) for fit, unit, _ in fits])
-    score -= poisson_score(n, span)
-    weight = np.exp(score - max(float(score.max()), 0.0))
-    weight[_repeats_another(fits, score)] = 0.0
-    weight /= weight.sum() + np.exp(-max(float(score.max()), 0.0))
+    score = np.array([trial.fit.score - count * np.log(trial.unit) for trial in trials])
+    score -= poisson_score(count, span)
+    top = max(float(score.max()), 0.0)
+    weight = np.exp(score - top)
+    weight[_repeats_another(trials, score)] = 0.0
+    weight /= weight.sum() + np.exp(-top)
     candidates = []
-    for (fit, unit, periods), gain, share in zip(fits, score, weight, strict=True):
+    for trial, gain, share in zip(trials, score.tolist(), weight.tolist(), strict=True):
+        fit = trial.fit
         hits, due = int(fit.hits.sum()), int(fit.due.sum())
-        predictive = 0.0
-        if hits:
-            predictive = (
-                betaincc(hits + 1, due - hits + 1, LEAST_SHARE)
-                * betaincc(hits + 1, n - hits + 1, LEAST_SHARE)
-                * np.prod(betaincc(fit.hits + 1, fit.due - fit.hits + 1, LEAST_SLOT_SHARE))
-                * ndtr((widest / max(fit.jitter, 1e-12) - 1) * np.sqrt(2 * hits))
-                * min(1.0, fit.chance / LEAST_CHANCE)
-            )
         candidates.append(
             Candidate(
                 len(fit.centre),
-                periods,
-                fit.fold * unit,
-                float(gain),
+                trial.periods,
+                fit.fold * trial.unit,
+                gain,
                 1 - hits / due if due else 1.0,
-                1 - hits / n,
-                fit.jitter * unit,
-                float(share * predictive),
+                1 - hits / count,
+                fit.jitter * trial.unit,
+                share * _predictive(fit, trial.widest),
             )
         )
     best = int(np.argmax([candidate.probability for candidate in candidates]))
     return (best if candidates[best].probability > 0.5 else None), tuple(candidates)
 
 
-def _repeats_another(
-    fits: list[tuple[SlotFit, float, int | None]], score: np.ndarray
-) -> np.ndarray:
-    """Fits that say no more than a better one does of a whole part of their repeat period."""
-    density = np.array([len(fit.centre) / (fit.fold * unit) for fit, unit, _ in fits])
-    repeat = np.array([fit.fold * unit for fit, unit, _ in fits])
+def _predictive(fit: SlotFit, widest: float) -> float:
+    """Probability that the slots say when impacts come: see the limits at the top of this file."""
+    from scipy.special import betaincc, ndtr
+
+    hits, due = int(fit.hits.sum()), int(fit.due.sum())
+    if not hits:
+        return 0.0
+    chance = (
+        betaincc(hits + 1, due - hits + 1, LEAST_SHARE)
+        * betaincc(hits + 1, fit.impacts - hits + 1, LEAST_SHARE)
+        * np.prod(betaincc(fit.hits + 1, fit.due - fit.hits + 1, LEAST_SLOT_SHARE))
+        * ndtr((widest / max(fit.jitter, 1e-12) - 1) * np.sqrt(2 * hits))
+        * min(1.0, fit.chance / LEAST_CHANCE)
+    )
+    return float(chance)
+
+
+def _repeats_another(trials: list[_Trial], score: np.ndarray) -> np.ndarray:
+    """Trials that say no more than a better one does of a whole part of their repeat period."""
+    repeat = np.array([trial.fit.fold * trial.unit for trial in trials])
+    density = np.array([len(trial.fit.centre) for trial in trials]) / repeat
     ratio = np.round(repeat[:, None] / repeat)
     same = np.isclose(density[:, None], density, rtol=1e-2)
     same &= (ratio > 1) & np.isclose(repeat[:, None], ratio * repeat, rtol=1e-2)
@@ -344,7 +242,5 @@ def _repeats_another(
 
 def _is_intermittent(intervals: np.ndarray) -> bool:
     """Whether silence takes a tenth of the time: intervals four times longer than nine in ten."""
-    if not len(intervals):
-        return False
     long = intervals > 4 * np.quantile(intervals, 0.9)
     return bool(intervals[long].sum() > 0.1 * intervals.sum())
