@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from impactsig import Impacts, ImpactsigWarning, UnwritableFile, cli
+from impactsig import Impacts, ImpactsigWarning, UnreadableFile, UnwritableFile, cli
 
 RATE = 50_000
 TOUCH = 0.02 + 0.05 * np.arange(19)
@@ -111,6 +111,16 @@ def test_demo_writes_its_report_here_and_says_what_it_found(capsys, tmp_path, mo
     assert summary.startswith("period(1,1)")
     assert where == f"report: {tmp_path / 'impactsig-demo.html'}"
     assert [path.name for path in tmp_path.iterdir()] == ["impactsig-demo.html"]
+
+
+def test_samples_are_found_inside_an_installed_package_first(tmp_path, monkeypatch):
+    monkeypatch.setattr(cli, "__file__", str(tmp_path / "site" / "impactsig" / "cli.py"))
+    with pytest.raises(UnreadableFile, match="sample recording is missing"):
+        cli._sample("a.wav")
+    for folder in ("site/data_samples", "site/impactsig/_samples"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "a.wav").touch()
+        assert cli._sample("a.wav") == tmp_path / folder / "a.wav"
 
 
 # -- what goes wrong -------------------------------------------------------------------------
