@@ -120,16 +120,15 @@ def info(chosen: argparse.Namespace) -> None:
         print(f"recorded at {found.recorded_at.isoformat(sep=' ')}")
     if found.truncated:
         print("TRUNCATED: the file ends before its header says it does")
-    print(
-        f"{'':>4}  {'channel':<28} {'unit':<8} {'rate [Hz]':>12} {'samples':>12} {'span [s]':>12}"
-    )
-    for index, channel in enumerate(found.channels):
+    names = [one_line(channel.name) or "(no name)" for channel in found.channels]
+    widest = max(map(len, ["channel", *names]))
+    head = f"{'':>4}  {'channel':<{widest}}  {'unit':<8} {'rate [Hz]':>12} {'samples':>12}"
+    print(f"{head} {'span [s]':>12}")
+    for index, (name, channel) in enumerate(zip(names, found.channels, strict=True)):
         rate = f"{channel.rate:g}" if channel.rate else "unknown"
         span = f"{channel.length / channel.rate:.6g}" if channel.rate else ""
-        print(
-            f"{index:>4}  {one_line(channel.name):<28} {one_line(channel.unit):<8} "
-            f"{rate:>12} {channel.length:>12} {span:>12}"
-        )
+        row = f"{index:>4}  {name:<{widest}}  {one_line(channel.unit):<8} {rate:>12}"
+        print(f"{row} {channel.length:>12} {span:>12}".rstrip())
 
 
 def demo(chosen: argparse.Namespace) -> None:

@@ -69,7 +69,10 @@ def notes(analysis: Analysis) -> list[str]:
         if count:
             told.append(f"{count} of {len(impacts)} impacts flagged: {name}, {_MEANING[bit]}.")
     if not len(impacts):
-        told.append(f"No impacts were found: {impacts.reason}.")
+        told.append(
+            "No impacts were found. If there should be some, look at the waveform and give a "
+            "threshold (--threshold), another channel, or what recorded it (--sensor)."
+        )
     return list(dict.fromkeys(printable(text) for text in told))
 
 
