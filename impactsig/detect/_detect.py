@@ -49,8 +49,8 @@ def detect_impacts(
         Level that the matched response (the mean over the width of a typical pulse less that of
         its flanks; see Notes) must reach: in the recording's unit, or as a multiple of its
         noise, ``"6 sigma"``. For sound it is a multiple of the noise, given either way. By
-        default chosen such that Gaussian noise alone would be taken for an impact once in twenty
-        recordings.
+        default at least 5 sigma, and such that Gaussian noise would be taken for an impact once
+        in twenty recordings, or once in 500 impacts.
     polarity : {"auto", "positive", "negative"}
         Direction of the pulses of a force record; "auto" takes that of the strongest ones.
     contact_level : float
@@ -82,10 +82,11 @@ def detect_impacts(
 
     Notes
     -----
-    Force: the response is the mean of x over a width w less that over both flanks, with w from
-    the strongest pulses, scaled such that a half-sine pulse gives its height. An impact begins where y reaches the threshold and is over where it
-    falls below half of it. `Impacts.noise` is the standard deviation of the samples between
-    impacts. How a pulse is measured is told in `impactsig.detect._pulse`.
+    Force: the matched response is the mean of x over a width w less the mean over both flanks,
+    with w from the strongest pulses, scaled such that a half-sine pulse gives its height. An
+    impact begins where it reaches the threshold and is over where it falls below half of it.
+    `Impacts.noise` is the standard deviation of the samples between impacts. How a pulse is
+    measured is told in `impactsig.detect._pulse`.
 
     Sound: see `impactsig.detect._sound`.
 
@@ -169,9 +170,9 @@ def _find_force(
 ) -> tuple[Columns, dict[str, Any]]:
     from ._force import detect_force
 
-    def choose(automatic: float, noise: float) -> float:
+    def choose(noise: float) -> float | None:
         if threshold is None:
-            return automatic
+            return None
         if threshold[0] == "unit":
             return threshold[1]
         if noise == 0:

@@ -102,17 +102,48 @@ def respond(buffer, origin, total, first, last, matched, sums, y):
 
 @njit(cache=True, nogil=True)
 def _centre_and_side(sums, lo, total, i, matched):
-    """Response without gain, and flank mean (above the reference of `sums`) at sample i, near an end or not."""
+    """Response without gain, and flank mean, at sample i; both above the reference of `sums`.
+
+    Beyond its ends the segment goes on at the mean of its first or last `width` samples.
+    """
+    width, near, far = min(matched.width, total), matched.near, matched.far
     before = (matched.width - 1) // 2
     c0, c1 = max(i - before, 0), min(i - before + matched.width, total)
-    l0, l1 = max(i - matched.far, 0), max(i - matched.near, 0)
-    r0, r1 = min(i + matched.near + 1, total), min(i + matched.far + 1, total)
-    centre = (sums[c1 - lo] - sums[c0 - lo]) / (c1 - c0)
-    count = l1 - l0 + r1 - r0
-    if count == 0:
-        return 0.0, centre
-    side = (sums[l1 - lo] - sums[l0 - lo] + sums[r1 - lo] - sums[r0 - lo]) / count
-    return centre - side, side
+    l0, l1 = max(i - far, 0), max(i - near, 0)
+    r0, r1 = min(i + near + 1, total), min(i + far + 1, total)
+    flanks = sums[l1 - lo] - sums[l0 - lo] + sums[r1 - lo] - sums[r0 - lo]
+    missing_left, missing_right = far - near - (l1 - l0), far - near - (r1 - r0)
+    if missing_left > 0:
+        flanks += missing_left * sums[width] / width  # lo is 0 here
+    if missing_right > 0:
+        flanks += missing_right * (sums[total - lo] - sums[total - width - lo]) / width
+    side = flanks / (2 * (far - near))
+    return (sums[c1 - lo] - sums[c0 - lo]) / (c1 - c0) - side, side
+
+
+@njit(cache=True, nogil=True)
+def strongest_responses(x, whole, trials, out):
+    """For each Matched of `trials`, rows of its greatest and least response over x and where.
+
+    Where x is not the whole segment, only samples with both flanks count; rows without any are
+    zero. Wide responses are smooth: every width/8-th sample tells their extremes.
+    """
+    sums = np.empty(len(x) + 1)
+    _cumulate(x, 0, len(x), sums)
+    for k in range(len(trials)):
+        matched = trials[k]
+        margin = 0 if whole else matched.far + matched.width
+        greatest, least, at_greatest, at_least = -np.inf, np.inf, 0, 0
+        for i in range(margin, len(x) - margin, max(1, matched.width // 8)):
+            value = _centre_and_side(sums, 0, len(x), i, matched)[0]
+            if value > greatest:
+                greatest, at_greatest = value, i
+            if value < least:
+                least, at_least = value, i
+        out[k] = 0.0
+        if greatest >= least:
+            out[k, 0], out[k, 1] = greatest * matched.gain, at_greatest
+            out[k, 2], out[k, 3] = least * matched.gain, at_least
 
 
 @njit(cache=True, nogil=True)
@@ -125,7 +156,7 @@ def scan(buffer, origin, total, first, last, unit, matched, levels, low, high, s
     low, high : ranges of the blocks of the segment
     skip : pass over units whose range shows that they cannot hold an impact
     state : array (inside, peak value, peak index, flank mean there), carried from call to call
-    out : array (m, 2), room for the peak index and flank mean of the impacts found
+    out : array (m, 3), room for peak index, flank mean and response of the impacts found
 
     Returns
     -------
@@ -149,7 +180,7 @@ def scan(buffer, origin, total, first, last, unit, matched, levels, low, high, s
             # The margin covers the rounding of the response.
             if (top - bottom) * abs(matched.gain) * 1.000001 < release:
                 if inside:
-                    out[found, 0], out[found, 1] = at, base
+                    out[found, 0], out[found, 1], out[found, 2] = at, base, greatest
                     found += 1
                     inside = False
                 continue
@@ -158,7 +189,7 @@ def scan(buffer, origin, total, first, last, unit, matched, levels, low, high, s
         for i in range(stop - start):
             value = y[i]
             if inside and value < release:
-                out[found, 0], out[found, 1] = at, base
+                out[found, 0], out[found, 1], out[found, 2] = at, base, greatest
                 found += 1
                 inside = False
             elif value >= threshold and (not inside or value > greatest):

@@ -23,9 +23,10 @@ from numba import njit
 
 from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
 
-MAX_POINTS = 64  # a longer pulse is averaged down to at most this many points for the fit
+MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points for the fit
+NO_PULSE = -1  # flags of a stretch that turned out not to stand out
 PARAMETERS = 6  # A, t0, ln r, ln p, ln d, ln q
-SKEW_SD, FLAT_SD, FLAT_MEAN, POWER_SD = 0.3, 1.0, -2.0, 0.2
+SKEW_SD, FLAT_SD, FLAT_MEAN, POWER_SD = 0.3, 1.0, -2.0, 0.15
 
 
 class Pulse(NamedTuple):
@@ -338,6 +339,14 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
         if x[i] > x[top]:
             top = i
     height = x[top] - base
+    # A stretch beside a pulse of the other sign has a low flank, but does not stand out.
+    foot = -np.inf
+    if top >= width:
+        foot = max(foot, x[:top].min())
+    if end - top >= width:
+        foot = max(foot, x[top + 1 :].min())
+    if x[top] - foot < 0.4 * height:
+        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
     stop = base + max(0.1 * height, min(2.0 * sigma, 0.5 * height))
     left_limit = _valley(x, before - lo, top) if before >= lo and before - lo + 1 < top else 0
     right_limit = _valley(x, top, after - lo) if after < hi and top + 1 < after - lo else end
@@ -428,11 +437,16 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
 
 @njit(cache=True, nogil=True)
 def _integral(x, a, b):
-    """Integral of the linear interpolant of x from a to b, in samples."""
+    """Integral of x from a to b, in samples.
+
+    Cubic between samples where the four around a cell lie inside [a, b], linear at the ends.
+    """
     total = 0.0
     for i in range(int(a), min(int(b) + 1, len(x) - 1)):
         u, v = max(a - i, 0.0), min(b - i, 1.0)
-        if v > u:
+        if a <= i - 1 and i + 2 <= b:
+            total += (13.0 * (x[i] + x[i + 1]) - x[i - 1] - x[i + 2]) / 24.0
+        elif v > u:
             total += (v - u) * (x[i] + 0.5 * (u + v) * (x[i + 1] - x[i]))
     return total
 

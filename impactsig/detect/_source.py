@@ -131,7 +131,7 @@ def _one_channel(block: Recording, channel: str | int | None) -> np.ndarray:
     return np.ascontiguousarray(block.samples)
 
 
-class progress:  # noqa: N801  (used as a function in a with statement)
+class progress:
     """A progress bar for work longer than a second, if a terminal or notebook is watching."""
 
     def __init__(self, total: int | None) -> None:

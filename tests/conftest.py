@@ -1,0 +1,24 @@
+"""What several tests need: the real recordings, where they are there."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SHARED = Path(os.environ.get("IMPACTSIG_SHARED_DATA", ROOT.parent / "shared" / "data"))
+
+
+@pytest.fixture(scope="session")
+def shared_data():
+    """Path of a real recording; the test is skipped where the recordings are absent."""
+
+    def path(relative):
+        found = SHARED / relative
+        if not found.exists():
+            pytest.skip(f"real recording {relative} is not here (set IMPACTSIG_SHARED_DATA)")
+        return found
+
+    return path
