@@ -45,7 +45,7 @@ class FileInfo:
     channels : tuple of ChannelInfo
         Its channels, in order; the position is the index by which `read` knows them.
     recorded_at : datetime or None
-        Beginning of the recording, with a time zone where the file tells it.
+        Beginning of the first channel that has one; with a time zone where the file tells it.
     truncated : bool
         The file ends before its header says it does.
     """
@@ -99,6 +99,6 @@ def info(path: str | PathLike[str]) -> FileInfo:
         source.format,
         file.stat().st_size,
         channels,
-        source.recorded_at,
+        next((s.recorded_at for s in source.signals if s.recorded_at is not None), None),
         bool(source.truncated),
     )

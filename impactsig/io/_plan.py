@@ -107,7 +107,7 @@ def recording(
         units=tuple(signal.unit for signal in signals),
         channels=tuple(signal.name for signal in signals),
         start=plan.origin + first / plan.rate,
-        recorded_at=source.recorded_at,
+        recorded_at=signals[0].recorded_at,
         source=name,
         sensor=plan.sensor,
         truncated=truncated,
@@ -132,7 +132,7 @@ def _sets(signals: tuple[Signal, ...]) -> list[list[int]]:
     """Indices of the signals that were taken side by side, set by set."""
     sets: dict[tuple, list[int]] = {}
     for index, signal in enumerate(signals):
-        key = (signal.rate, signal.length, signal.start, signal.segment)
+        key = (signal.rate, signal.length, signal.start, signal.segment, signal.recorded_at)
         sets.setdefault(key, []).append(index)
     return list(sets.values())
 

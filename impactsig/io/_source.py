@@ -29,6 +29,8 @@ class Signal:
         Signals of different segments were not recorded side by side.
     alias : str
         Short name, accepted where it is the only one of its kind.
+    recorded_at : datetime or None
+        Wall-clock time at time 0; with a time zone where the file tells it.
     no_rate : str
         Why there is no rate, where there is none.
     """
@@ -40,6 +42,7 @@ class Signal:
     start: float = 0.0
     segment: int = 0
     alias: str = ""
+    recorded_at: datetime | None = None
     no_rate: str = ""
 
 
@@ -63,8 +66,6 @@ class Source:
         The samples are held already; opening again would only repeat the work.
     audio : bool
         A container made for sound.
-    recorded_at : datetime or None
-        Beginning of the recording: with a time zone where the file tells it.
     truncated : str
         How much is missing, where the file ends before its header says so.
     notes : tuple of str
@@ -77,7 +78,6 @@ class Source:
     close: Callable[[], None] = lambda: None
     in_memory: bool = False
     audio: bool = False
-    recorded_at: datetime | None = None
     truncated: str = ""
     notes: tuple[str, ...] = ()
 

@@ -72,9 +72,7 @@ def open_source(path: Path) -> Source:
         column = table.columns[index]
         if column is None:
             continue
-        length = _filled(column)
-        if length < table.rows:
-            notes.append(f"column {names[index] or index} ends after {length} of {table.rows} rows")
+        length = filled(column)
         name = names[index] if named else ("" if len(kept) == 1 else f"channel {position}")
         signals.append(
             Signal(name, units[index], base.rate, length, base.start, no_rate=base.problem)
@@ -82,6 +80,9 @@ def open_source(path: Path) -> Source:
         columns.append(column)
     if not signals:
         raise UnreadableFile(path, "; ".join(notes) or "holds no column of samples")
+    longest = max(signal.length for signal in signals)
+    if longest < table.rows:
+        notes.append(f"its samples end after {longest} of {table.rows} rows")
     if base.doubt:
         notes.append(base.doubt)
     return Source(
@@ -196,7 +197,7 @@ def _is_counter(names: list[str], index: int) -> bool:
     return names[index].strip().lower().strip("#. ") in _COUNTERS and index == 0 and len(names) > 1
 
 
-def _filled(column: np.ndarray) -> int:
+def filled(column: np.ndarray) -> int:
     """Number of samples up to the last that is a number."""
     if len(column) and not np.isnan(column[-1]):
         return len(column)

@@ -77,7 +77,8 @@ def _is_npz(head: bytes) -> bool:
     return head[:4] == b"PK\x03\x04" and head[30 : 30 + length].endswith(b".npy")
 
 
-def _is_lvm(head: bytes) -> bool:
+def is_lvm(head: bytes) -> bool:
+    """Whether a file begins with the header that LVM files may also do without."""
     return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"LabVIEW Measurement")
 
 
@@ -100,7 +101,7 @@ FORMATS: tuple[Format, ...] = (
     Format("NI TDMS", (".tdms",), lambda head: head[:4] == b"TDSm", "_tdms", "nptdms", "daq"),
     Format("NumPy npy", (".npy",), lambda head: head[:6] == b"\x93NUMPY", "_npy"),
     Format("NumPy npz", (".npz",), _is_npz, "_npz"),
-    Format("NI LVM", (".lvm",), _is_lvm, "_lvm"),
+    Format("NI LVM", (".lvm",), is_lvm, "_lvm"),
     # Last, because many formats are text: those have sniffers of their own further up.
     Format("text (CSV, TSV, TXT)", (".csv", ".tsv", ".txt", ".dat", ".asc"), _is_text, "_text"),
 )

@@ -206,7 +206,7 @@ def read_blocks(
         start=plan.origin + plan.first / plan.rate,
         sensor=plan.sensor,
         source=str(path),
-        recorded_at=source.recorded_at,
+        recorded_at=signals[0].recorded_at,
         truncated=bool(source.truncated),
         _file=source if source.in_memory else Path(path),
         _plan=plan,
