@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from .errors import UnwritableFile
+from .errors import ImpactsigError, UnwritableFile
 
 
 @contextmanager
@@ -39,6 +39,9 @@ def atomic_path(path: Any) -> Iterator[Path]:
         os.umask(umask)
         temporary.chmod(0o666 & ~umask)
         temporary.replace(target)
+    except ImpactsigError:
+        # What went wrong inside, such as an unreadable source, tells more than that it did.
+        raise
     except OSError as error:
         raise UnwritableFile(path, f"cannot be written ({error})") from error
     finally:
