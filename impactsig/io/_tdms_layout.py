@@ -40,10 +40,8 @@ class Layout(NamedTuple):
             stride, size = int(self.strides[run]), self.dtype.itemsize
             file.seek(int(self.offsets[run]) + within * stride)
             raw = file.read((count - 1) * stride + size if count else 0)
-            order = ">" if self.swapped[run] else "<"
-            samples[done : done + count] = np.ndarray(
-                (count,), self.dtype.newbyteorder(order), raw, strides=(stride,)
-            )
+            stored = self.dtype.newbyteorder(">" if self.swapped[run] else "<")
+            samples[done : done + count] = np.ndarray((count,), stored, raw, strides=(stride,))
             done, run = done + count, run + 1
         if self.scaling is None:
             return samples
@@ -55,8 +53,8 @@ class Layout(NamedTuple):
 def layout(tdms: Any, channel: Any, size: int) -> Layout | None:
     """Where a channel stands in a file of `size` bytes; None if npTDMS has to read it."""
     try:
-        runs = [_runs(segment, channel.path) for segment in tdms._reader._segments]
-        runs = [run for run in runs if run is not None]
+        found = (_runs(segment, channel.path) for segment in tdms._reader._segments)
+        runs = [run for run in found if run is not None]
         kinds = {run[0] for run in runs}
         scaling = channel._scaling
     except (AttributeError, TypeError, LookupError):
