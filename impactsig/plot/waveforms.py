@@ -88,7 +88,7 @@ def waveform(
         heights = marker_heights(seen, time, low[column], high[column])
         label = f"{len(seen)} impacts" if len(seen) != 1 else "1 impact"
         points(ax, seen.time, heights, color=VERMILLION, label=label, zorder=3)
-    if shown.samples.ndim == 2 or impacts is not None:
+    if ax.get_legend_handles_labels()[0]:
         ax.legend(loc="upper right", frameon=False, ncols=4, borderaxespad=0)
         ax.margins(y=0.12)
     ax.margins(x=0.01)

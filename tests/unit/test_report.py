@@ -360,7 +360,7 @@ def test_several_channels_ask_for_a_choice(tmp_path):
 
 
 def test_a_missing_recording_leaves_nothing_behind(tmp_path):
-    with pytest.raises(UnreadableFile, match="none.wav") as caught:
+    with pytest.raises(UnreadableFile, match=r"none\.wav") as caught:
         write_report(tmp_path / "none.wav", tmp_path / "page.html")
     assert caught.type is UnreadableFile
     assert not list(tmp_path.iterdir())
