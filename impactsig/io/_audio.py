@@ -51,9 +51,16 @@ def open_source(path: Path) -> Source:
                 f"would grow to {size / 1e9:.1f} GB in memory",
                 "Go through it with read_blocks, or choose a part with start and stop",
             )
-        if file.tell() != first:
-            file.seek(first)
-        samples = file.read(last - first, dtype=dtype, always_2d=True)
+        try:
+            if file.tell() != first:
+                file.seek(first)
+            samples = file.read(last - first, dtype=dtype, always_2d=True)
+        except soundfile.LibsndfileError as error:
+            raise UnreadableFile(
+                path,
+                f"cannot be decoded between samples {first} and {last} ({error})",
+                "It is cut short or corrupt; the part before may be read with stop=",
+            ) from error
         return samples if len(channels) == count else samples[:, channels]
 
     return Source(

@@ -90,14 +90,13 @@ def info(path: str | PathLike[str]) -> FileInfo:
     UnreadableFile, MissingExtra
         As `read` does.
     """
-    file = Path(path)
-    source = open_file(file)
+    source = open_file(path)
     source.close()
     channels = tuple(ChannelInfo(s.name, s.unit, s.rate, s.length) for s in source.signals)
     return FileInfo(
         str(path),
         source.format,
-        file.stat().st_size,
+        Path(path).stat().st_size,
         channels,
         next((s.recorded_at for s in source.signals if s.recorded_at is not None), None),
         bool(source.truncated),

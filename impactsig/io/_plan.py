@@ -53,8 +53,7 @@ def prepare(
         raise InvalidInput("rate", rate, "a positive number [Hz]")
     if sensor not in (None, "force", "sound"):
         raise InvalidInput("sensor", sensor, '"force" or "sound"')
-    file = Path(path)
-    source = open_file(file)
+    source = open_file(path)
     try:
         signals = source.signals
         if rate is not None:
@@ -74,7 +73,7 @@ def prepare(
         if sensor is None:
             sound = source.audio and unit is None and chosen.rate in AUDIO_RATES
             sensor = "sound" if sound else "force"
-        _tell(source, signals, channels if channel is None else None, file)
+        _tell(source, signals, channels if channel is None else None, path)
     except BaseException:
         source.close()
         raise
@@ -142,7 +141,7 @@ def _largest_set(signals: tuple[Signal, ...]) -> list[int]:
 
 
 def _tell(
-    source: Source, signals: tuple[Signal, ...], loaded: list[int] | None, path: Path
+    source: Source, signals: tuple[Signal, ...], loaded: list[int] | None, path: str | PathLike[str]
 ) -> None:
     """Warn of what the file lacks, and of the channels that are not among those loaded."""
     tell = partial(warnings.warn, category=ImpactsigWarning, stacklevel=4)

@@ -25,9 +25,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
+from os import PathLike
 from pathlib import Path
 
-from ..errors import ImpactsigError, MissingExtra, UnreadableFile
+from ..errors import ImpactsigError, InvalidInput, MissingExtra, UnreadableFile
 from ._source import Source
 
 SIZE_LIMIT = 2 << 30
@@ -121,6 +122,8 @@ def recognise(path: Path) -> Format:
     try:
         if path.is_dir():
             raise UnreadableFile(path, "is a folder", "Give the path of a file in it")
+        if path.exists() and not path.is_file():
+            raise UnreadableFile(path, "is not a regular file")
         with path.open("rb") as file:
             head = file.read(_HEAD)
     except FileNotFoundError as error:
@@ -148,16 +151,22 @@ def recognise(path: Path) -> Format:
     raise UnreadableFile(path, f"is of no known format ({begins})", f"Known formats: {known}")
 
 
-def open_file(path: Path) -> Source:
+def open_file(path: str | PathLike[str]) -> Source:
     """Open a file with the reader of its format.
 
     Raises
     ------
+    InvalidInput
+        If `path` is no path.
     UnreadableFile
         If it cannot be read.
     MissingExtra
         If its format needs a library that is not installed.
     """
+    try:
+        path = Path(path)
+    except TypeError:
+        raise InvalidInput("path", path, "a path as text or pathlib.Path") from None
     found = recognise(path)
     if found.library:
         try:

@@ -30,7 +30,7 @@ class Blocks:
         Samples per second [Hz].
     channels, units : tuple of str
         Name and unit of each channel.
-    size : int
+    samples : int
         Number of samples of each channel in all blocks together.
     block_size : int
         Number of samples of each channel in one block; the last may have fewer.
@@ -49,7 +49,7 @@ class Blocks:
     rate: float
     channels: tuple[str, ...]
     units: tuple[str, ...]
-    size: int
+    samples: int
     block_size: int
     start: float
     sensor: Sensor
@@ -62,7 +62,7 @@ class Blocks:
     @property
     def duration(self) -> float:
         """Length of all blocks together [s]."""
-        return self.size / self.rate
+        return self.samples / self.rate
 
     @property
     def stop(self) -> float:
@@ -83,7 +83,7 @@ class Blocks:
             source.close()
 
     def __repr__(self) -> str:
-        shape = f"{self.size} samples" + (f" x {len(self.units)}" if len(self.units) > 1 else "")
+        shape = f"{self.samples} samples" + (f" x {len(self.units)}" if len(self.units) > 1 else "")
         return (
             f"Blocks({shape}; {self.rate:g} Hz; {self.duration:.6g} s; "
             f"{self.block_size} a block; {self.sensor}; {self.source})"
@@ -201,7 +201,7 @@ def read_blocks(
         rate=plan.rate,
         channels=tuple(signal.name for signal in signals),
         units=tuple(signal.unit if unit is None else unit for signal in signals),
-        size=plan.last - plan.first,
+        samples=plan.last - plan.first,
         block_size=max(1, round(seconds * plan.rate)),
         start=plan.origin + plan.first / plan.rate,
         sensor=plan.sensor,
