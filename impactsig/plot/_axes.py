@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -46,12 +47,11 @@ def explain(ax: Axes, text: str) -> Axes:
     ax.text(
         0.5,
         0.5,
-        plain(text),
+        textwrap.fill(plain(text, longest=400), 44),
         ha="center",
         va="center",
         transform=ax.transAxes,
         color=GREY,
-        wrap=True,
     )
     return ax
 
