@@ -124,18 +124,18 @@ def detect_impacts(
     if merge_within > 0:
         columns = merge(columns, merge_within)
     head = opened.head
-    name = head.channels[0] if channel is None else str(channel)
+    known: dict[str, Any] = {**columns, **run}
+    settings |= known.pop("settings")
     return Impacts(
-        **columns,
+        **known,
         start=head.start,
         duration=opened.samples / head.rate,
-        unit=head.units[0] if channel is None else head.channel(channel).unit,
+        unit=head.unit,
         gaps=np.array(opened.spans).reshape(-1, 2),
         sensor=kind,
         source=head.source,
         recorded_at=head.recorded_at,
-        settings={**settings, "channel": name, **run.pop("settings")},
-        **run,
+        settings={**settings, "channel": head.channels[0]},
     )
 
 

@@ -240,7 +240,7 @@ def matched_response(
     for x, whole in strong:
         octaves = [_matched(1.0, width) for width in _widths(len(x), steps=1)]
         extremes = np.empty((len(octaves), 4))
-        strongest_responses(x, whole, octaves, extremes)
+        strongest_responses(x, whole, np.array(octaves), extremes)
         for sign, column, best in ((1.0, 0, up), (-1.0, 2, down)):
             best.append(_best_width(x, sign, octaves, extremes[:, column : column + 2]))
         middle = shortest_half(x[:: max(1, len(x) // 2048)])[0]

@@ -123,7 +123,7 @@ def _centre_and_side(sums, lo, total, i, matched):
 
 @njit(cache=True, nogil=True)
 def strongest_responses(x, whole, trials, out):
-    """For each Matched of `trials`, rows of its greatest and least response over x and where.
+    """For each row of `trials`, the fields of a Matched: its extremes over x and where they are.
 
     Where x is not the whole segment, only samples with both flanks count; rows without any are
     zero. Wide responses are smooth: every width/8-th sample tells their extremes.
@@ -131,7 +131,7 @@ def strongest_responses(x, whole, trials, out):
     sums = np.empty(len(x) + 1)
     _cumulate(x, 0, len(x), sums)
     for k in range(len(trials)):
-        matched = trials[k]
+        matched = Matched(trials[k, 0], int(trials[k, 1]), int(trials[k, 2]), int(trials[k, 3]))
         margin = 0 if whole else matched.far + matched.width
         greatest, least, at_greatest, at_least = -np.inf, np.inf, 0, 0
         for i in range(margin, len(x) - margin, max(1, matched.width // 8)):
@@ -140,7 +140,8 @@ def strongest_responses(x, whole, trials, out):
                 greatest, at_greatest = value, i
             if value < least:
                 least, at_least = value, i
-        out[k] = 0.0
+        for column in range(4):
+            out[k, column] = 0.0
         if greatest >= least:
             out[k, 0], out[k, 1] = greatest * matched.gain, at_greatest
             out[k, 2], out[k, 3] = least * matched.gain, at_least

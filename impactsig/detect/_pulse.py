@@ -50,7 +50,9 @@ def _model(p, points, x, normal):
     r, flat, d, q = math.exp(p[2]), math.exp(p[3]), math.exp(p[4]), math.exp(p[5])
     top, end = r + flat, r + flat + d
     rise, fall = 0.5 * math.pi / r, 0.5 * math.pi / d
-    normal[:] = 0.0
+    for i in range(PARAMETERS):
+        for j in range(PARAMETERS + 1):
+            normal[i, j] = 0.0
     misfit = 0.0
     for k in range(len(points)):
         u = points[k] - t0
@@ -193,7 +195,8 @@ def fit_pulse(points, x, p):
         new_misfit, new_cost = _model(trial, points, x, there)
         if new_cost < cost:
             gain = cost - new_cost
-            p[:] = trial
+            for i in range(PARAMETERS):
+                p[i] = trial[i]
             here, there = there, here
             misfit, cost = new_misfit, new_cost
             damping *= 0.1
@@ -254,6 +257,14 @@ def _touch(x, top, step, limit, level):
 
 
 @njit(cache=True, nogil=True)
+def _least(x, a, b):
+    least = x[a]
+    for i in range(a, b):
+        least = min(least, x[i])
+    return least
+
+
+@njit(cache=True, nogil=True)
 def _valley(x, a, b):
     """Index of the least three-sample mean strictly between a < b."""
     best = a + 1
@@ -281,8 +292,10 @@ def _remove_baseline(x, a, b, c, d, sigma, height):
         side[i], at[i] = x[a + i], a + i
     for i in range(right):
         side[left + i], at[left + i] = x[c + i], c + i
-    mean, centre = side.mean(), at.mean()
-    cross = square = scatter = slope = 0.0
+    mean = centre = cross = square = scatter = slope = 0.0
+    for i in range(count):
+        mean += side[i] / count
+        centre += at[i] / count
     if left >= 4 and right >= 4:
         for i in range(count):
             cross += (at[i] - centre) * (side[i] - mean)
@@ -329,7 +342,9 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
     """
     reach = measure_reach(width)
     lo, hi = max(0, peak - reach), min(total, peak + reach + 1)
-    x = sign * signal[lo - origin : hi - origin].astype(np.float64)
+    x = np.empty(hi - lo)
+    for i in range(hi - lo):
+        x[i] = sign * signal[lo - origin + i]
     end = len(x) - 1
     top = peak - lo
     # Not past half-way to a neighbour: one crest is never measured twice.
@@ -342,9 +357,9 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
     # A stretch beside a pulse of the other sign has a low flank, but does not stand out.
     foot = -np.inf
     if top >= width:
-        foot = max(foot, x[:top].min())
+        foot = _least(x, 0, top)
     if end - top >= width:
-        foot = max(foot, x[top + 1 :].min())
+        foot = max(foot, _least(x, top + 1, end + 1))
     if x[top] - foot < 0.4 * height:
         return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
     stop = base + max(0.1 * height, min(2.0 * sigma, 0.5 * height))

@@ -24,7 +24,7 @@ class Source:
     blocks: Iterable[Recording]
     channel: str | int | None
     gaps: Gaps
-    head: Recording  # the first block: rate, unit, sensor, where from
+    head: Recording  # that channel of the first block: rate, unit, sensor, where from
     in_memory: bool
     total: int | None  # samples, where known beforehand
     samples: int = 0  # samples gone through, gaps included
@@ -100,6 +100,7 @@ def open_source(
         source, channel = read_blocks(source, channel=channel, sensor=sensor), None
     in_memory = isinstance(source, Recording)
     blocks: Iterable[Recording]
+    total: int | None
     if isinstance(source, Recording):
         blocks, total = [source], len(source)
     elif isinstance(source, Iterable) and iter(source) is not source:
@@ -115,6 +116,7 @@ def open_source(
     if not isinstance(head, Recording):
         raise InvalidInput("source", f"blocks of {type(head).__name__}", "blocks of Recordings")
     _one_channel(head, channel)
+    head = head.channel(0 if channel is None else channel)
     return Source(blocks, channel, gaps, head, in_memory, total)
 
 
