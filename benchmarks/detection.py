@@ -1,0 +1,302 @@
+"""Impact detection beside the tools a user would pick instead: error against time.
+
+Both synthetic recordings (`recordings.py`) are searched by impactsig, with defaults, and by the
+peers, on the same array in the same process; tuned peers are tuned on the truth. Writes
+results/detection.json, detection.md and detection.png.
+
+    python -m benchmarks.detection            # needs: pip install -e ".[benchmarks]"
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+import time
+import warnings
+from collections.abc import Callable
+from importlib.metadata import version
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from scipy import signal
+
+import impactsig
+
+from .recordings import PULSES, load_cell, microphone, score
+
+RESULTS = Path(__file__).parent / "results"
+REPEATS = 5
+
+
+def timed(find: Callable, samples: np.ndarray, rate: float):
+    """What `find` returns, and the median time of some runs after one that is not counted [s]."""
+    find(samples, rate)
+    times = []
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        found = find(samples, rate)
+        times.append(time.perf_counter() - start)
+    return found, float(np.median(times))
+
+
+def row(name: str, find: Callable, truth, tolerances) -> dict:
+    """One line of the table: F1 at each tolerance, timing and contact time errors, speed."""
+    (instants, contacts), seconds = timed(find, truth.samples, truth.rate)
+    line = {"detector": name, "MS/s": len(truth.samples) / seconds / 1e6}
+    for tolerance in tolerances:
+        f1, rms, pairs = score(instants, truth.time, tolerance)
+        line[f"F1 {tolerance * 1e3:g} ms"] = f1
+        if tolerance == tolerances[0]:
+            line["timing RMS us"] = rms * 1e6
+            if contacts is not None and len(pairs):
+                error = (contacts[pairs[:, 0]] - truth.contact_time[pairs[:, 1]]) * 1e6
+                line["contact bias us"] = error.mean()
+                line["contact RMS us"] = np.sqrt(np.mean(error**2))
+    return line
+
+
+def tuned(make: Callable, grid: dict, truth, tolerance=1e-3) -> tuple[Callable, dict]:
+    """The member of a family of detectors with the best F1 on the truth itself."""
+    best = max(
+        (dict(zip(grid, values, strict=True)) for values in product(*grid.values())),
+        key=lambda options: score(
+            make(**options)(truth.samples, truth.rate)[0], truth.time, tolerance
+        )[0],
+    )
+    return make(**best), best
+
+
+# -- detectors: (samples, rate) -> instants [s], contact times [s] or None ---------------------
+
+
+def by_impactsig(sensor: str, **options) -> Callable:
+    def find(x, rate):
+        found = impactsig.detect_impacts(impactsig.Recording(x, rate, sensor=sensor), **options)
+        return found.time, found.contact_time
+
+    return find
+
+
+def find_peaks_above(level: Callable) -> Callable:
+    return lambda x, rate: (signal.find_peaks(x, level(x))[0] / rate, None)
+
+
+def band_passed(x, rate):
+    sos = signal.butter(2, [300, 6000], "bandpass", fs=rate, output="sos")
+    y = signal.sosfiltfilt(sos, x)
+    return y, 5 * np.median(np.abs(y)) / 0.6745
+
+
+def find_peaks_band_passed(x, rate):
+    y, level = band_passed(x, rate)
+    peaks, _ = signal.find_peaks(y, level, distance=int(0.6e-3 * rate))
+    return peaks / rate, signal.peak_widths(y, peaks, 0.5)[0] * 1.5 / rate
+
+
+def linear_crossings(x, rate):
+    y, level = band_passed(x, rate)
+    above = y >= level
+    up = np.flatnonzero(~above[:-1] & above[1:])
+    down = np.flatnonzero(above[:-1] & ~above[1:])
+    down = down[np.searchsorted(down, up[0]) :][: len(up)]
+    up = up[: len(down)]
+    first = up + (level - y[up]) / (y[up + 1] - y[up])
+    last = down + (y[down] - level) / (y[down] - y[down + 1])
+    return first / rate, (last - first) / rate
+
+
+def sta_lta(kind: str) -> Callable:
+    from obspy.signal import trigger
+
+    ratio = getattr(trigger, f"{kind}_sta_lta")
+
+    def make(sta, lta, on) -> Callable:
+        def find(x, rate):
+            y = x - x.mean()
+            picks = trigger.trigger_onset(ratio(y, int(sta * rate), int(lta * rate)), on, on / 2)
+            picks = np.asarray(picks).reshape(-1, 2)
+            return picks[:, 0] / rate, (picks[:, 1] - picks[:, 0]) / rate
+
+        return find
+
+    return make
+
+
+def by_librosa(hop=512, delta=0.07) -> Callable:
+    import librosa
+
+    def find(x, rate):
+        return librosa.onset.onset_detect(
+            y=x.astype(np.float32), sr=int(rate), hop_length=hop, delta=delta, units="time"
+        ), None
+
+    return find
+
+
+def by_aubio(method="hfc", threshold=0.3, hop=64) -> Callable:
+    import aubio
+
+    def find(x, rate):
+        onset = aubio.onset(method, 512, hop, int(rate))
+        onset.set_threshold(threshold)
+        y = np.concatenate((x, np.zeros(-len(x) % hop))).astype(np.float32)
+        return np.array(
+            [onset.get_last_s() for k in range(0, len(y), hop) if onset(y[k : k + hop])[0]]
+        ), None
+
+    return find
+
+
+# -- tables ------------------------------------------------------------------------------------
+
+
+def force_table() -> list[dict]:
+    truth = load_cell()
+    stations = {"sta": [1e-4, 3e-4, 1e-3], "lta": [0.01, 0.03, 0.1], "on": [3, 5, 8, 12]}
+    detectors = [
+        ("impactsig, defaults", by_impactsig("force")),
+        ("scipy find_peaks, 0.6", find_peaks_above(lambda x: 0.6)),
+        ("scipy find_peaks, mean + 4 sigma", find_peaks_above(lambda x: x.mean() + 4 * x.std())),
+        ("band-pass, 5 MAD, find_peaks, widths x 1.5", find_peaks_band_passed),
+        ("band-pass, 5 MAD, linear crossings", linear_crossings),
+    ]
+    for kind in ("classic", "recursive"):
+        find, best = tuned(sta_lta(kind), stations, truth)
+        detectors.append((f"obspy {kind} STA/LTA, tuned {best}", find))
+    detectors.append(("librosa, default", by_librosa()))
+    find, best = tuned(by_librosa, {"hop": [64], "delta": [0.02, 0.07, 0.2, 0.4]}, truth)
+    detectors.append((f"librosa, tuned {best}", find))
+    return [row(name, find, truth, [1e-3]) for name, find in detectors]
+
+
+def sound_table() -> list[dict]:
+    truth = microphone()
+    detectors = [("impactsig, defaults", by_impactsig("sound"))]
+    stations = {"sta": [1e-3, 2e-3, 4e-3], "lta": [0.02, 0.05, 0.1], "on": [2, 3, 4, 6]}
+    for kind in ("classic", "recursive"):
+        find, best = tuned(sta_lta(kind), stations, truth)
+        detectors.append((f"obspy {kind} STA/LTA, tuned {best}", find))
+    methods = {"method": ["hfc", "energy", "complex"], "threshold": [0.1, 0.3, 0.6]}
+    find, best = tuned(by_aubio, methods, truth)
+    detectors.append((f"aubio, tuned {best}", find))
+    detectors.append(("librosa, default", by_librosa()))
+    find, best = tuned(by_librosa, {"hop": [64, 128], "delta": [0.02, 0.07, 0.2]}, truth)
+    detectors.append((f"librosa, tuned {best}", find))
+    return [row(name, find, truth, [1e-3, 25e-3]) for name, find in detectors]
+
+
+def shape_table() -> list[dict]:
+    """Contact time on pulses of other shapes, five recordings of each."""
+    lines = []
+    for pulse in PULSES:
+        errors, timings, scores = [], [], []
+        for seed in range(5):
+            truth = load_cell(pulse=pulse, seed=seed)
+            found, contacts = by_impactsig("force")(truth.samples, truth.rate)
+            f1, rms, pairs = score(found, truth.time)
+            errors.append(contacts[pairs[:, 0]] - truth.contact_time[pairs[:, 1]])
+            timings.append(rms)
+            scores.append(f1)
+        error = np.concatenate(errors) * 1e6
+        lines.append(
+            {
+                "pulse": pulse,
+                "F1 least of 5": min(scores),
+                "timing RMS us, greatest of 5": max(timings) * 1e6,
+                "contact bias us": error.mean(),
+                "contact RMS us": np.sqrt(np.mean(error**2)),
+            }
+        )
+    return lines
+
+
+def skip_table() -> list[dict]:
+    """What skipping saves: the same recording with and without, and how much of it is silent."""
+    lines = []
+    rng = np.random.default_rng(0)
+    burst = load_cell(duration=2.0, noise=0.05, drift=False).samples
+    for share in (0.0, 0.9, 0.99, 1.0):
+        x = np.zeros(20_000_000)
+        for start in range(0, len(x), len(burst)):
+            if rng.random() >= share:
+                x[start : start + len(burst)] = burst
+        x[1000:1010] += 1.0
+        rec = impactsig.Recording(x, 50_000.0)
+        (kept, with_skip), (all_, without) = (
+            timed(lambda y, rate, r=rec, s=s: impactsig.detect_impacts(r, skip_quiet=s), x, 5e4)
+            for s in (True, False)
+        )
+        lines.append(
+            {
+                "silent share": share,
+                "MS/s with": len(x) / with_skip / 1e6,
+                "MS/s without": len(x) / without / 1e6,
+                "gain": without / with_skip,
+                "same result": bool(np.array_equal(kept.time, all_.time)),
+            }
+        )
+    return lines
+
+
+def markdown(lines: list[dict]) -> str:
+    columns = list(dict.fromkeys(key for line in lines for key in line))
+
+    def shown(value) -> str:
+        return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+    head = f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}\n"
+    return head + "".join(
+        f"| {' | '.join(shown(line.get(key, '–')) for key in columns)} |\n" for line in lines
+    )
+
+
+def figure(tables: dict[str, list[dict]], path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    picture = Figure(figsize=(11, 4.5), layout="constrained")
+    for ax, name in zip(picture.subplots(1, 2), ("load cell", "microphone"), strict=True):
+        for line in tables[name]:
+            missed = 1 - line["F1 1 ms"]
+            ours = line["detector"].startswith("impactsig")
+            ax.loglog(
+                1 / line["MS/s"],
+                max(missed, 1e-4),
+                "o" if ours else "s",
+                color="C3" if ours else "C0",
+            )
+            ax.annotate(
+                line["detector"].split(", tuned")[0],
+                (1 / line["MS/s"], max(missed, 1e-4)),
+                textcoords="offset points",
+                xytext=(5, 3),
+                fontsize=7,
+            )
+        ax.set(xlabel="time per sample [µs]", ylabel="1 − F1 at ±1 ms", title=name)
+    picture.savefig(path, dpi=150)
+
+
+def main() -> None:
+    warnings.filterwarnings("ignore", category=UserWarning)
+    tables = {
+        "load cell": force_table(),
+        "pulse shapes": shape_table(),
+        "microphone": sound_table(),
+        "skipping": skip_table(),
+    }
+    RESULTS.mkdir(exist_ok=True)
+    peers = ("numpy", "scipy", "numba", "obspy", "librosa", "aubio")
+    about = {
+        "python": platform.python_version(),
+        "impactsig": impactsig.__version__,
+        **{name: version(name) for name in peers},
+    }
+    (RESULTS / "detection.json").write_text(json.dumps({"about": about, **tables}, indent=1))
+    text = "".join(f"## {name}\n\n{markdown(lines)}\n" for name, lines in tables.items())
+    (RESULTS / "detection.md").write_text(text)
+    figure(tables, RESULTS / "detection.png")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
