@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -139,8 +140,7 @@ def analyse(
     }
     detecting = {name: value for name, value in detecting.items() if value is not None}
     reading = {name: value for name, value in reading.items() if value is not None}
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", ImpactsigWarning)
+    with _collected_warnings() as told:
         file = info(path)
         source = open_recording(file, **reading)
         impacts = detect_impacts(source, **detecting)
@@ -150,9 +150,6 @@ def analyse(
         excerpts = tuple(
             (index, _around(impacts, index, source, reading)) for index in typical(impacts)
         )
-    told = dict.fromkeys(str(w.message) for w in caught if w.category is ImpactsigWarning)
-    for message in told:
-        warnings.warn(message, ImpactsigWarning, stacklevel=2)
     return Analysis(
         file=file,
         rate=source.rate,
@@ -167,13 +164,43 @@ def analyse(
     )
 
 
+@contextmanager
+def _collected_warnings() -> Iterator[list[str]]:
+    """The texts of the warnings of the block, each once; they are passed on when it ends."""
+    told: list[str] = []
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", ImpactsigWarning)
+            yield told
+    finally:
+        for warning in caught:
+            message, kind = str(warning.message), warning.category
+            if message not in told:
+                warnings.warn(message, kind, stacklevel=4)
+                if issubclass(kind, ImpactsigWarning):
+                    told.append(message)
+
+
 def open_recording(file: FileInfo, **reading: Any) -> Recording | Blocks:
-    """The recording, or its blocks where it is too long to be held in memory."""
+    """One channel of a file: the recording, or its blocks where it is too long for memory.
+
+    Raises
+    ------
+    InvalidInput
+        If there are several channels and none was chosen; the message lists those of the file,
+        under the numbers by which they are chosen.
+    """
     from ..io import read, read_blocks
 
     longest = max((channel.length for channel in file.channels), default=0)
     opened = read if longest <= WHOLE_BELOW else read_blocks
-    return opened(file.path, **reading)
+    source = opened(file.path, **reading)
+    if len(source.channels) > 1:
+        listed = ", ".join(f"{i}: {channel.name!r}" for i, channel in enumerate(file.channels))
+        raise InvalidInput(
+            "channel", None, f"one of {listed}", "Impacts are looked for in one channel"
+        )
+    return source
 
 
 def overview_of(source: Recording | Iterable[Recording], duration: float) -> Recording:

@@ -152,6 +152,28 @@ def test_warnings_are_kept_and_passed_on(recording, monkeypatch):
     assert result.warnings == ("channel b was left out",)
 
 
+def test_warnings_are_passed_on_although_the_analysis_failed(tmp_path, monkeypatch):
+    import warnings
+
+    from impactsig import io as readers
+
+    def warn(path):
+        warnings.warn("the header lies", ImpactsigWarning, stacklevel=2)
+        raise UnreadableFile(path, "cannot be read")
+
+    monkeypatch.setattr(readers, "info", warn)
+    with pytest.warns(ImpactsigWarning, match="lies"), pytest.raises(UnreadableFile):
+        analyse(tmp_path / "x.wav")
+
+
+def test_channels_are_offered_under_the_numbers_by_which_they_are_chosen(tmp_path):
+    path = tmp_path / "rig.csv"
+    path.write_text("a,b,c\n" + "".join(f"{i},{i},\n" for i in range(50)))
+    with pytest.raises(InvalidInput, match="0: 'a', 1: 'b'"):
+        analyse(path, rate=100.0)
+    assert analyse(path, rate=100.0, channel="1").overview.channels == ("b",)
+
+
 @pytest.mark.parametrize("frequency", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_forcing_frequency_is_positive(recording, frequency):
     with pytest.raises(InvalidInput, match="forcing_frequency"):
