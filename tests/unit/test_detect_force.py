@@ -7,7 +7,8 @@ import pytest
 
 import impactsig
 from benchmarks.recordings import add_pulses, load_cell, score
-from impactsig.detect._force import Matched, _matched, _response, shortest_half
+from impactsig.detect._force_kernels import BLOCK, Matched, block_ranges, scan
+from impactsig.detect._levels import _matched, _response, discovery_level, shortest_half
 from impactsig.detect._pulse import fit_pulse
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
@@ -243,8 +244,6 @@ def test_response_is_its_definition(matched):
 
 
 def test_hysteresis_is_its_definition():
-    from impactsig.detect._force_kernels import BLOCK, block_ranges, scan
-
     x = np.random.default_rng(9).standard_normal(20_000)
     matched = Matched(1.0, 5, 9, 33)
     low, high = np.empty(-(-len(x) // BLOCK)), np.empty(-(-len(x) // BLOCK))
@@ -283,6 +282,17 @@ def test_shortest_half_of_gaussian_values():
     assert middle == pytest.approx(3, abs=0.1)
     assert sigma == pytest.approx(2, rel=0.02)
     assert shortest_half(np.array([5.0]))[1] == 0.0
+
+
+def test_discovery_level_of_noise_and_of_impacts():
+    # Rice's formula for a sliding mean: u^2 Q(u) excursions a width; 0.05 in 10^5 widths.
+    from scipy.stats import norm
+
+    level = discovery_level(np.empty(0), 1e5)
+    assert 1e5 * level**2 * norm.sf(level) == pytest.approx(0.05, rel=0.06)
+    # Among a thousand certain impacts two false ones are borne, so the level falls to 5 sigma.
+    assert discovery_level(np.r_[np.full(1000, 50.0), 5.01], 1e5) == 5.01
+    assert discovery_level(np.r_[np.full(10, 50.0), 5.01], 1e5) == level
 
 
 # -- arguments -----------------------------------------------------------------------------------
