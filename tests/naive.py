@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import cos, pi, sqrt
 
 import numpy as np
@@ -101,3 +102,44 @@ def one_impact_orbit(omega, *, n=1, damping=DAMPING, amplitude=AMPLITUDE, restit
     )
     forced = amplitude**2 / ((1 - omega**2) ** 2 + (2 * damping * omega) ** 2)
     return max(np.roots([alpha**2 + (gamma / omega) ** 2, 2 * alpha, 1 - forced]))
+
+
+def cv2(intervals):
+    """Holt et al. (1996): mean of twice the difference over the sum of neighbouring intervals."""
+    pairs = [2 * abs(b - a) / (b + a) for a, b in pairwise(intervals)]
+    return sum(pairs) / len(pairs)
+
+
+def local_variation(intervals):
+    """Shinomoto et al. (2003)."""
+    pairs = [3 * ((a - b) / (a + b)) ** 2 for a, b in pairwise(intervals)]
+    return sum(pairs) / len(pairs)
+
+
+def leave_one_out_score(values, edges):
+    """Integral of the squared histogram density less twice its mean where each value was left out.
+
+    This is what Rudemo's formula abbreviates: an estimate, up to a constant, of the integrated
+    squared error.
+    """
+    n, width = len(values), edges[1] - edges[0]
+    count = np.histogram(values, edges)[0]
+    squared = sum((c / (n * width)) ** 2 * width for c in count)
+    left_out = sum(c * (c - 1) / ((n - 1) * width) for c in count) / n
+    return squared - 2 * left_out
+
+
+def slot_hits(cycles, fold, centres, reach, gaps=()):
+    """Hits and instants due of each slot, going from instant to instant through the run."""
+    hits, due = [0] * len(centres), [0] * len(centres)
+    first, last = min(cycles), max(cycles)
+    for k, centre in enumerate(centres):
+        turn = int(np.floor((first - centre) / fold)) - 1
+        while centre + turn * fold <= last + reach:
+            instant = centre + turn * fold
+            turn += 1
+            if instant < first - reach or any(low < instant <= high for low, high in gaps):
+                continue
+            due[k] += 1
+            hits[k] += any(abs(u - instant) <= reach for u in cycles)
+    return hits, due

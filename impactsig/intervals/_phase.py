@@ -29,8 +29,7 @@ def to_cycles(time: np.ndarray, period: float, tolerance: float) -> tuple[np.nda
     cycles = cycles * rate
     if len(cycles) >= 2 * BLOCK:
         cycles = cycles - _drift(cycles)
-    span = cycles[-1] - cycles[0]
-    return cycles, (time[-1] - time[0]) / span
+    return cycles, float((time[-1] - time[0]) / (cycles[-1] - cycles[0]))
 
 
 def harmonics(cycles: np.ndarray) -> np.ndarray:
@@ -46,15 +45,17 @@ def _refine_rate(cycles: np.ndarray, tolerance: float) -> float:
     block = BLOCK * max(span / len(cycles), 1e-9)
     longest = min(span, block) * 1.001
     window = min(FIRST_WINDOW, longest)
+    limits = rate - tolerance, rate + tolerance
     while True:
+        # four samples to a peak of the highest harmonic
         step = 1 / (4 * window * HARMONICS[-1])
         count = int(np.ceil(tolerance / step))
-        trial = rate + step * np.arange(-count, count + 1)
+        trial = np.clip(rate + step * np.arange(-count, count + 1), *limits)
         power = _coherence(cycles, window, trial)
         best = int(np.argmax(power))
-        rate = trial[best] + step * _vertex(power, best)
+        rate = float(np.clip(trial[best] + step * _vertex(power, best), *limits))
         if window >= longest:
-            return float(rate)
+            return rate
         tolerance = 2 * step
         window = min(8 * window, longest)
 
@@ -96,11 +97,11 @@ def _drift(cycles: np.ndarray) -> np.ndarray:
         slope += 0.5 * moved
         # the template fades, so that it follows an orbit that slowly changes
         template = 0.8 * template + turned * np.exp(-2j * np.pi * HARMONICS * moved)
-    outside = np.interp(cycles, centre, phase)
-    for end, inner, side in ((0, 1, cycles < centre[0]), (-1, -2, cycles > centre[-1])):
-        slope = (phase[end] - phase[inner]) / (centre[end] - centre[inner])
-        outside[side] = phase[end] + slope * (cycles[side] - centre[end])
-    return outside
+    drift = np.interp(cycles, centre, phase)
+    for end, inner, beyond in ((0, 1, cycles < centre[0]), (-1, -2, cycles > centre[-1])):
+        trend = (phase[end] - phase[inner]) / (centre[end] - centre[inner])
+        drift[beyond] = phase[end] + trend * (cycles[beyond] - centre[end])
+    return drift
 
 
 def _vertex(values: np.ndarray, best: int) -> float:

@@ -7,13 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 REACH = 4.0  # a slot reaches this many standard deviations to either side
-LEAST_SHARE = 0.6  # of its occasions a slot must be hit
+LEAST_SHARE = 0.6  # of the instants it is due a slot must be hit
 
 
 class SlotFit(NamedTuple):
     """m slots in a fold of n cycles, and how well they predict the impacts."""
 
     fold: int
+    recurrence: float  # the fold in the cycles that went in, before the last refinement
     centre: np.ndarray  # (m,) [cycles], ascending in [0, fold)
     jitter: float  # standard deviation about the centres [cycles]
     hits: np.ndarray  # (m,) how often each slot was hit
@@ -49,19 +50,25 @@ def fit_slots(
     phase = cycles % fold
     width = _recurrence_jitter(cycles, fold, floor, widest)
     centre = _peel(np.sort(phase), fold, width, 0.5 * span / fold)
+    stretch = 1.0
     for _ in range(8):
         if not len(centre):
             none = np.zeros(0, np.int64)
-            return SlotFit(fold, centre, 0.0, none, none, n, 1.0, poisson_score(n, span))
+            return SlotFit(fold, fold, centre, 0.0, none, none, n, 1.0, poisson_score(n, span))
         slot, offset, hit = _assign(cycles, phase, centre, fold, REACH * width)
         hits = np.bincount(slot[hit], minlength=len(centre))
         due = np.maximum(_due(centre, fold, cycles, gaps, REACH * width), hits)
         strong = hits >= LEAST_SHARE * due
         mean = np.bincount(slot[hit], offset[hit], len(centre)) / np.maximum(hits, 1)
-        jitter = _rms(offset[hit] - mean[slot[hit]])
+        spread = offset[hit] - mean[slot[hit]]
+        jitter = _rms(spread)
         if strong.all() and abs(jitter - width) < 1e-3 * width:
             break
         centre, width = np.sort((centre + mean)[strong] % fold), min(max(jitter, floor), widest)
+        since = cycles - cycles[hit].mean()
+        slope = float(spread @ since[hit] / max(since[hit] @ since[hit], 1e-300))
+        cycles, stretch = cycles - slope * since, stretch * (1 - slope)
+        phase = cycles % fold
     total, others = int(hits.sum()), n - int(hits.sum())
     jitter = _rms(offset[hit])
     sigma = max(jitter, floor)
@@ -71,7 +78,7 @@ def fit_slots(
     score -= (len(centre) + 1.5) * np.log(n)
     score -= 0.5 * total * (floor / sigma) ** 2 * (1 - 1 / len(centre))
     chance = _bunching_chance(phase[~hit], offset[~hit], fold, len(centre), width)
-    return SlotFit(fold, centre, jitter, hits, due, n, chance, float(score))
+    return SlotFit(fold, fold / stretch, centre, jitter, hits, due, n, chance, float(score))
 
 
 def _assign(
@@ -132,8 +139,9 @@ def _peel(phase: np.ndarray, fold: int, width: float, least: float) -> np.ndarra
     centre: list[float] = []
     while len(phase) >= max(least, 1):
         round_once = np.concatenate((phase - fold, phase, phase + fold))
-        low = np.searchsorted(round_once, phase - 2 * width)
-        high = np.searchsorted(round_once, phase + 2 * width, side="right")
+        about = phase[:: len(phase) // 4096 + 1]  # no heap worth a slot slips through so few
+        low = np.searchsorted(round_once, about - 2 * width)
+        high = np.searchsorted(round_once, about + 2 * width, side="right")
         top = int(np.argmax(high - low))
         if high[top] - low[top] < least:
             break

@@ -59,7 +59,8 @@ def identify_period(
     Raises
     ------
     InvalidInput
-        If `forcing_period`, `max_periods` or `resolution` is not positive.
+        If `forcing_period`, `max_periods` or `resolution` is not positive, the forcing period is
+        too short for the times to resolve it, or the gaps of the run leave nothing of it.
 
     Notes
     -----
@@ -85,6 +86,16 @@ def identify_period(
         return Periodicity(
             None, None, "too few impacts", 0.0, count, forcing_period, longest_silence=silence
         )
+    span = float(time[-1] - time[0] - np.diff(np.clip(impacts.gaps, time[0], time[-1])).sum())
+    if span <= 0:
+        raise InvalidInput("impacts.gaps", impacts.gaps.tolist(), "gaps that leave some of the run")
+    if forcing_period is not None and time[-1] - time[0] > 1e9 * forcing_period:
+        raise InvalidInput(
+            "forcing_period",
+            forcing_period,
+            f"more than a billionth of the run of {time[-1] - time[0]:.6g} s",
+            "Give it in seconds",
+        )
     trials: list[_Trial] = []
     if forcing_period is not None:
         cycles, base = to_cycles(time, forcing_period, CLOCK_ERROR)
@@ -92,11 +103,10 @@ def identify_period(
         for n in range(1, min(max_periods, int(cycles[-1] / LEAST_REPEATS)) + 1):
             fit = fit_slots(cycles, n, gaps, resolution, WIDEST_FORCED)
             trials.append(_Trial(fit, base, n, WIDEST_FORCED))
-    span = float(time[-1] - time[0] - np.diff(np.clip(impacts.gaps, time[0], time[-1])).sum())
     best, candidates = _weigh(trials, count, span)
     if best is None:
         # together with those before, so that no multiple of what has failed slips through
-        trials += _free_trials(impacts, resolution, forcing_period, max_periods)
+        trials += _free_trials(impacts, span, resolution, forcing_period, max_periods)
         best, candidates = _weigh(trials, count, span)
     if best is None:
         return Periodicity(
@@ -135,7 +145,11 @@ class _Trial(NamedTuple):
 
 
 def _free_trials(
-    impacts: Impacts, resolution: float, forcing_period: float | None, max_periods: int
+    impacts: Impacts,
+    span: float,
+    resolution: float,
+    forcing_period: float | None,
+    max_periods: int,
 ) -> list[_Trial]:
     """Slots of repeat periods of 1 to 8 impacts, found from the train alone.
 
@@ -149,7 +163,8 @@ def _free_trials(
         if len(differences) < LEAST_REPEATS * m:
             break
         repeat = _mode(differences)
-        if repeat <= 0 or time[-1] - time[0] < LEAST_REPEATS * repeat:
+        # as often as that, the impacts there are would have to come, roughly
+        if not 0.6 < repeat * (len(time) - 1) / (m * span) < 1.6:
             continue
         cycles, repeat = to_cycles(time, repeat, 5 * CLOCK_ERROR)
         periods = None if forcing_period is None else _multiple(repeat / forcing_period)
@@ -201,7 +216,7 @@ def _weigh(
             Candidate(
                 len(fit.centre),
                 trial.periods,
-                fit.fold * trial.unit,
+                fit.recurrence * trial.unit,
                 gain,
                 1 - hits / due if due else 1.0,
                 1 - hits / count,

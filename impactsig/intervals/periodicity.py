@@ -99,7 +99,8 @@ class Periodicity:
     def describe(self) -> str:
         """The answer in words."""
         if self.kind == "too few impacts":
-            return f"period unknown: {self.count} impacts, {LEAST_IMPACTS} or more are needed"
+            needed = f"{LEAST_IMPACTS} or more at different instants are needed"
+            return f"period unknown: too few impacts ({self.count}; {needed})"
         if self.kind == "intermittent":
             return (
                 "aperiodic (intermittent): impacting alternates with silence "

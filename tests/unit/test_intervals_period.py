@@ -1,0 +1,340 @@
+"""identify_period: right under jitter, missed and spurious spikes, and silent about chaos."""
+
+import time as clock
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impactsig
+from impactsig import Impacts, InvalidInput
+from impactsig.intervals._slots import fit_slots
+from tests import naive
+
+T = 1 / 22.1
+SAMPLES = Path(__file__).resolve().parents[2] / "data_samples"
+
+
+def phases(name, rng):
+    """Phases, in forcing periods, of an orbit of that period, drawn anew for each trial."""
+
+    def off(low, high):
+        return rng.uniform(low, high) * rng.choice([-1, 1])
+
+    return {
+        (1, 1): [0],
+        (1, 2): [0],
+        (1, 3): [0],
+        (1, 4): [0],
+        (2, 1): [0, rng.uniform(0.1, 0.45)],
+        (2, 2): [0, 1 + off(0.04, 0.3)],
+        (2, 3): [0, 1 + off(0, 0.2)],
+        (2, 4): [0, rng.choice([1, 3]) + off(0, 0.4)],
+        (3, 2): [0, 0.3 + off(0, 0.1), 1.2],
+        (3, 3): [0, 1 + off(0.05, 0.15), 2 + off(0.2, 0.3)],
+        (4, 4): [0, 1 + off(0.05, 0.1), 2 + off(0.05, 0.2), 3 + off(0.25, 0.3)],
+    }[name]
+
+
+PERIODS = [(1, 1), (1, 2), (1, 3), (1, 4), (2, 1), (2, 2), (2, 3), (2, 4), (3, 2), (3, 3), (4, 4)]
+
+
+def spoil(cycles, rng, jitter=0.01, missed=0.05, spurious=0.05):
+    """Jitter of 1 % of the period, 5 % of the spikes missed and 5 % spurious, all together."""
+    number, low, high = len(cycles), cycles[0], cycles[-1]
+    kept = cycles[rng.random(number) > missed]
+    kept = kept + jitter * rng.standard_normal(len(kept))
+    extra = rng.uniform(low, high, rng.poisson(spurious * number))
+    return np.sort(np.concatenate((kept, extra)))
+
+
+def train(name, count, rng, **spoilt):
+    """About `count` impacts of an orbit; the clock of the recording is off by up to 0.1 %."""
+    m, n = name
+    turns = np.arange(-(-count // m))[:, None] * n
+    cycles = spoil((turns + np.array(phases(name, rng))).ravel(), rng, **spoilt)
+    time = cycles * T * (1 + 1e-3 * rng.uniform(-1, 1))
+    return Impacts.from_times(time - time[0] + rng.uniform(0, 10))
+
+
+@pytest.fixture(scope="module")
+def chaos():
+    """Impact times of the chaotic runs, in forcing periods."""
+    runs = {}
+    for frequency in (20.1, 20.3355):
+        omega = naive.frequency_ratio(frequency)
+        _, _, state = naive.integrate_impacts(omega, 200, steps=150)
+        instants, _, _ = naive.integrate_impacts(omega, 2000, steps=150, state=state)
+        runs[frequency] = naive.seconds(instants) * frequency
+    return runs
+
+
+def found(periodicity):
+    return periodicity.impacts, periodicity.periods
+
+
+@pytest.mark.parametrize("name", PERIODS)
+@pytest.mark.parametrize("count", [200, 1000])
+def test_spoilt_periodic_trains(name, count):
+    rng = np.random.default_rng([count, *name])
+    for _ in range(10):
+        result = impactsig.identify_period(train(name, count, rng), T)
+        assert found(result) == name
+        assert result.kind == "periodic"
+        assert result.confidence > 0.9
+        # the standard errors at 200 are 0.05 % of T (jitter) and 1.6 %
+        assert result.jitter == pytest.approx(0.01 * T, rel=0.25)
+        assert result.missed == pytest.approx(0.05, abs=0.07)
+        assert result.spurious == pytest.approx(0.05, abs=0.07)
+
+
+@pytest.mark.parametrize("name", [name for name in PERIODS if name[0] < 4])
+def test_without_the_forcing_period_the_repeat_period_is_found(name):
+    rng = np.random.default_rng([7, *name])
+    for _ in range(5):
+        result = impactsig.identify_period(train(name, 200, rng))
+        assert found(result) == (name[0], None)
+        assert result.forcing_period is None
+        assert result.repeat_period == pytest.approx(name[1] * T, rel=3e-3)
+        assert "forcing period not given" in str(result)
+
+
+@pytest.mark.parametrize("name", PERIODS)
+def test_clean_trains_give_the_phases_back(name):
+    rng = np.random.default_rng(3)
+    cycles = np.array(phases(name, rng))
+    n = name[1]
+    time = T * (np.arange(40)[:, None] * n + cycles).ravel()
+    result = impactsig.identify_period(Impacts.from_times(np.sort(time)), T)
+    assert found(result) == name
+    assert result.repeat_period == pytest.approx(n * T, rel=1e-6)
+    assert result.forcing_period == pytest.approx(T, rel=1e-6)
+    assert (result.missed, result.spurious) == (0, 0)
+    # the first phase is 0 whichever impact that is: compare the intervals round the orbit
+    orbit = np.sort(cycles % n) / n
+    around = np.sort(np.diff(np.append(orbit, orbit[0] + 1)))
+    assert np.sort(np.diff(np.append(result.phases, 1.0))) == pytest.approx(around, abs=1e-5)
+
+
+@pytest.mark.parametrize("forcing_period", [T, None])
+def test_a_period_doubled_by_4_percent_is_seen_under_1_percent_of_jitter(forcing_period):
+    rng = np.random.default_rng(11)
+    for _ in range(20):
+        cycles = (2 * np.arange(150)[:, None] + np.array([0, 1.04])).ravel()
+        impacts = Impacts.from_times(T * spoil(cycles, rng))
+        result = impactsig.identify_period(impacts, forcing_period)
+        assert result.impacts == 2
+        assert result.repeat_period == pytest.approx(2 * T, rel=3e-3)
+
+
+@pytest.mark.parametrize("frequency", [20.1, 20.3355])
+@pytest.mark.parametrize("spoilt", [False, True])
+@pytest.mark.parametrize("count", [200, 1000])
+@pytest.mark.parametrize("told", [True, False])
+def test_chaotic_runs_are_aperiodic(chaos, frequency, spoilt, count, told):
+    rng = np.random.default_rng([count, spoilt])
+    cycles = chaos[frequency]
+    for first in range(0, len(cycles) - count + 1, max(count // 2, (len(cycles) - count) // 4)):
+        some = cycles[first : first + count]
+        some = spoil(some, rng) if spoilt else some
+        impacts = Impacts.from_times(some / frequency)
+        result = impactsig.identify_period(impacts, 1 / frequency if told else None)
+        assert result.kind == "aperiodic", str(result)
+        assert found(result) == (None, None)
+        assert result.confidence > 0.5
+
+
+@pytest.mark.parametrize("rate", [0.3, 1.0, 4.0])
+@pytest.mark.parametrize("forcing_period", [T, None])
+def test_poisson_trains_are_aperiodic(rate, forcing_period):
+    rng = np.random.default_rng(5)
+    for count in (60, 200, 1000):
+        impacts = Impacts.from_times(np.cumsum(rng.exponential(T / rate, count)))
+        result = impactsig.identify_period(impacts, forcing_period)
+        assert result.aperiodic
+        assert result.confidence > 0.9
+
+
+def test_grazing_with_long_silence_is_intermittent():
+    impacts = Impacts.read_csv(SAMPLES / "sound_grazing_19.3Hz.truth.csv")
+    result = impactsig.identify_period(impacts, 1 / 19.3)
+    assert result.kind == "intermittent"
+    assert result.aperiodic
+    assert result.longest_silence == np.diff(impacts.time).max()
+    assert "silence of up to" in result.describe()
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 7])
+@pytest.mark.parametrize("forcing_period", [T, None])
+def test_too_few_impacts_make_no_claim(count, forcing_period):
+    result = impactsig.identify_period(Impacts.from_times(T * np.arange(count)), forcing_period)
+    assert result.kind == "too few impacts"
+    assert found(result) == (None, None)
+    assert not result.aperiodic
+    assert result.confidence == 0
+    assert "needed" in str(result)
+
+
+def test_impacts_all_at_one_instant_make_no_claim():
+    result = impactsig.identify_period(Impacts.from_times(np.full(20, 3.0)), T)
+    assert result.kind == "too few impacts"
+
+
+def test_a_few_regular_impacts_are_claimed_with_less_confidence_than_many():
+    confidence = [
+        impactsig.identify_period(Impacts.from_times(T * np.arange(count)), T).confidence
+        for count in (8, 16, 64)
+    ]
+    assert 0.5 < confidence[0] < confidence[1] < confidence[2] <= 1
+    assert confidence[2] > 0.999
+
+
+@pytest.mark.parametrize("wrong", [20.1, 22.0, 31.7])
+def test_a_wrong_forcing_frequency_is_named(wrong):
+    impacts = Impacts.from_times(T * spoil(np.arange(300.0), np.random.default_rng(2)))
+    result = impactsig.identify_period(impacts, 1 / wrong)
+    assert result.kind == "unlocked"
+    assert result.impacts == 1
+    assert result.periods is None
+    assert result.repeat_period == pytest.approx(T, rel=1e-4)
+    ratio = result.repeat_period * wrong
+    assert f"{ratio:.4g} forcing periods: check the forcing frequency" in str(result)
+
+
+@pytest.mark.parametrize("factor", [2, 3, 12])
+def test_repeats_are_counted_in_the_forcing_period_given(factor):
+    impacts = train((1, 1), 300, np.random.default_rng(factor), jitter=1e-3)
+    result = impactsig.identify_period(impacts, T / factor)
+    assert found(result) == (1, factor)
+
+
+def test_a_drifting_clock_does_not_smear_the_period():
+    """The rate swings by 1e-4 within 200 s: by up to 0.14 periods against a steady clock."""
+    rng = np.random.default_rng(4)
+    time = train((2, 2), 20_000, rng).time
+    time = time + 1e-4 * 200 / (2 * np.pi) * np.sin(2 * np.pi * time / 200)
+    result = impactsig.identify_period(Impacts.from_times(time), T)
+    assert found(result) == (2, 2)
+    assert result.jitter == pytest.approx(0.01 * T, rel=0.05)
+
+
+def test_impacts_due_in_a_gap_are_not_missed():
+    rng = np.random.default_rng(8)
+    whole = train((1, 1), 400, rng)
+    lost = [whole.time[150] - 0.3 * T, whole.time[280] + 0.3 * T]
+    kept = (whole.time < lost[0]) | (whole.time > lost[1])
+    declared = Impacts.from_times(whole.time[kept], gaps=[lost])
+    result = impactsig.identify_period(declared, T)
+    assert found(result) == (1, 1)
+    assert result.missed == pytest.approx(0.05, abs=0.05)
+    undeclared = impactsig.identify_period(Impacts.from_times(whole.time[kept]), T)
+    assert undeclared.aperiodic
+
+
+def test_hum_on_the_signal_is_not_a_doubled_period():
+    """50 Hz hum shifts every other crossing of a 20 Hz train; 20 us is below the resolution."""
+    time = np.arange(2000) / 20
+    hum = 20e-6 * np.cos(2 * np.pi * 50 * time)
+    impacts = Impacts.from_times(time + hum)
+    assert found(impactsig.identify_period(impacts, 1 / 20)) == (1, 1)
+    finer = impactsig.identify_period(impacts, 1 / 20, resolution=1e-5)
+    assert found(finer) == (2, 2)
+
+
+def test_an_impact_that_comes_only_now_and_then_is_no_part_of_a_period():
+    rng = np.random.default_rng(9)
+    steady = np.arange(400) * 2.0
+    sometimes = steady[rng.random(400) < 0.15] + 1.04
+    impacts = Impacts.from_times(T * np.sort(np.concatenate((steady, sometimes))))
+    result = impactsig.identify_period(impacts, T)
+    assert result.kind == "aperiodic"
+    assert "nearest to period(1,2)" in str(result)
+    # the same number at any phase is spurious
+    strewn = np.concatenate((steady, rng.uniform(0, 800, len(sometimes))))
+    result = impactsig.identify_period(Impacts.from_times(T * np.sort(strewn)), T)
+    assert found(result) == (1, 2)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ((1, 1), "period(1,1): 1 impact per forcing period"),
+        ((2, 1), "period(2,1): 2 impacts per forcing period"),
+        ((1, 3), "period(1,3): 1 impact in 3 forcing periods"),
+        ((2, 4), "period(2,4): 2 impacts in 4 forcing periods"),
+    ],
+)
+def test_the_answer_in_words(name, words):
+    assert str(impactsig.identify_period(train(name, 200, np.random.default_rng(1)), T)) == words
+
+
+def test_the_evidence_stands_beside_the_answer():
+    result = impactsig.identify_period(train((2, 2), 300, np.random.default_rng(1)), T)
+    assert [candidate.periods for candidate in result.candidates] == list(range(1, 9))
+    best = max(result.candidates, key=lambda candidate: candidate.probability)
+    assert (best.impacts, best.periods) == (2, 2)
+    assert best.probability == result.confidence
+    assert sum(candidate.probability for candidate in result.candidates) <= 1
+
+
+@pytest.mark.parametrize("frequency", [22.1, 20.1])
+def test_the_samples(frequency):
+    expected = {22.1: "periodic", 20.1: "aperiodic"}[frequency]
+    for path in SAMPLES.glob(f"*_{frequency}Hz*.truth.csv"):
+        result = impactsig.identify_period(Impacts.read_csv(path), 1 / frequency)
+        assert result.kind == expected, path
+
+
+def test_gaps_that_leave_nothing_of_the_run_are_refused():
+    impacts = Impacts.from_times(T * np.arange(20), gaps=[[0.0, 1.0]])
+    with pytest.raises(InvalidInput, match="gaps"):
+        impactsig.identify_period(impacts)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        ({"forcing_period": 0.0}, "forcing_period"),
+        ({"forcing_period": -1.0}, "forcing_period"),
+        ({"forcing_period": np.nan}, "forcing_period"),
+        ({"forcing_period": 1e-12}, "forcing_period"),
+        ({"max_periods": 0}, "max_periods"),
+        ({"max_periods": 2.5}, "max_periods"),
+        ({"resolution": 0.0}, "resolution"),
+        ({"resolution": 0.5}, "resolution"),
+    ],
+)
+def test_arguments_that_cannot_be_used(arguments, name):
+    with pytest.raises(InvalidInput, match=name):
+        impactsig.identify_period(Impacts.from_times(T * np.arange(50)), **arguments)
+
+
+@pytest.mark.parametrize("name", [(1, 1), (2, 2), (2, 1), (3, 3)])
+def test_hits_are_counted_as_the_slow_twin_counts_them(name):
+    rng = np.random.default_rng([13, *name])
+    m, n = name
+    steady = (np.arange(300 // m)[:, None] * n + np.array(phases(name, rng))).ravel()
+    cycles = spoil(steady, rng, jitter=0.002)
+    gaps = np.array([[40.6, 55.7]])
+    cycles = cycles[(cycles < gaps[0, 0]) | (cycles > gaps[0, 1])]
+    fit = fit_slots(cycles, name[1], gaps, 1e-3, 0.03)
+    width = max(fit.jitter, 1e-3)
+    hits, due = naive.slot_hits(cycles, name[1], fit.centre, 4 * width, gaps)
+    assert len(fit.centre) == name[0]
+    assert fit.hits.tolist() == hits
+    assert fit.due.tolist() == due
+
+
+@pytest.mark.slow
+def test_the_rate_of_errors():
+    """At 200 impacts and more 99 % right in every class; the table is printed."""
+    for count in (60, 100, 200, 400, 1000):
+        for name in PERIODS:
+            rng = np.random.default_rng([99, count, *name])
+            begun = clock.perf_counter()
+            answers = [
+                found(impactsig.identify_period(train(name, count, rng), T)) for _ in range(200)
+            ]
+            right = np.mean([answer == name for answer in answers])
+            print(count, name, f"{right:.3f}", f"{(clock.perf_counter() - begun) / 0.2:.1f} ms")
+            assert right >= (0.99 if count >= 200 else 0.95)
