@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..errors import ImpactsigWarning, InvalidInput
-from ..recording import Recording
+from ..recording import Recording, Sensor
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
@@ -83,13 +83,20 @@ def analyse(
     path: str | Path,
     *,
     forcing_frequency: float | None = None,
+    channel: str | int | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    scale: float | None = None,
+    offset: float | None = None,
+    unit: str | None = None,
+    rate: float | None = None,
+    sensor: Sensor | None = None,
     threshold: float | str | None = None,
     polarity: Literal["auto", "positive", "negative"] | None = None,
     contact_level: float | None = None,
     merge_within: float | None = None,
     dead_time: float | None = None,
     gaps: Literal["refuse", "split"] | None = None,
-    **reading: Any,
 ) -> Analysis:
     """Read one channel of a file, find its impacts and identify its period.
 
@@ -101,10 +108,10 @@ def analyse(
         The recording.
     forcing_frequency : float, optional
         Frequency of the forcing [Hz]; periods are then counted in forcing periods.
+    channel, start, stop, scale, offset, unit, rate, sensor : optional
+        As for `impactsig.read`.
     threshold, polarity, contact_level, merge_within, dead_time, gaps : optional
         As for `impactsig.detect_impacts`.
-    **reading
-        As for `impactsig.read`: channel, start, stop, scale, offset, unit, rate, sensor.
 
     Returns
     -------
@@ -130,16 +137,24 @@ def analyse(
         np.isfinite(forcing_frequency) and forcing_frequency > 0
     ):
         raise InvalidInput("forcing_frequency", forcing_frequency, "a positive frequency [Hz]")
-    detecting: dict[str, Any] = {
-        "threshold": threshold,
-        "polarity": polarity,
-        "contact_level": contact_level,
-        "merge_within": merge_within,
-        "dead_time": dead_time,
-        "gaps": gaps,
-    }
-    detecting = {name: value for name, value in detecting.items() if value is not None}
-    reading = {name: value for name, value in reading.items() if value is not None}
+    reading = _given(
+        channel=channel,
+        start=start,
+        stop=stop,
+        scale=scale,
+        offset=offset,
+        unit=unit,
+        rate=rate,
+        sensor=sensor,
+    )
+    detecting = _given(
+        threshold=threshold,
+        polarity=polarity,
+        contact_level=contact_level,
+        merge_within=merge_within,
+        dead_time=dead_time,
+        gaps=gaps,
+    )
     with _collected_warnings() as told:
         file = info(path)
         source = open_recording(file, **reading)
@@ -162,6 +177,11 @@ def analyse(
         forcing_frequency=forcing_frequency,
         warnings=tuple(told),
     )
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """The options that were given; for the others the defaults of the layers below hold."""
+    return {name: value for name, value in options.items() if value is not None}
 
 
 @contextmanager
