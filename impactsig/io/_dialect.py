@@ -7,6 +7,7 @@ which most lines are rows of numbers.
 from __future__ import annotations
 
 import codecs
+import csv
 import re
 from collections import Counter
 from typing import NamedTuple
@@ -19,6 +20,7 @@ _NUMBER = re.compile(
 _COMMENT = re.compile(r"\s*(?:#|%|;|!|//)+\s?")
 _WAYS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (" ", "."), (" ", ","))
 _SAMPLED = 60  # lines that decide
+_LEAST = 0.3  # share of numbers in a table
 
 
 class Dialect(NamedTuple):
@@ -57,7 +59,10 @@ def split_line(line: str, delimiter: str) -> list[str]:
     """The cells of a line, without the white space and quotes around them."""
     if delimiter == " ":
         return line.split()
-    cells = line.split(delimiter) if delimiter else [line]
+    if delimiter and '"' in line:
+        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    else:
+        cells = line.split(delimiter) if delimiter else [line]
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
@@ -78,13 +83,14 @@ def find_dialect(head: bytes, whole: bool) -> Dialect | None:
         lines.pop()
     # The first character of a comment may also be what separates empty cells.
     bodies = [line for line in lines if line.strip() and not re.match(r"\s*[#%!]", line)]
-    sample = bodies[-_SAMPLED:]
-    if not sample:
+    # Of a short file the second half, which headings do not reach into.
+    sample = bodies[-min(_SAMPLED, (len(bodies) + 1) // 2) :]
+    if not bodies:
         return None
     score, delimiter, decimal, columns = max(
         (_score(sample, *way) for way in (*_WAYS, ("", "."), ("", ","))), key=lambda s: s[0]
     )
-    if score == 0:
+    if score < _LEAST:
         return None
     if delimiter == "," and columns == 2 and _decimals_after_comma(sample):
         delimiter, decimal, columns = "", ",", 1

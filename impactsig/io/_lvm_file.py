@@ -197,7 +197,7 @@ def _whole_lines(region: bytes, declared: int, separator: str) -> bytes:
     """Without a last line that was cut: one that is not ended and lacks cells or successors."""
     start = region.rfind(b"\n") + 1
     last, before = region[start:], region[region.rfind(b"\n", 0, max(0, start - 1)) + 1 : start]
-    if not last.strip() or start == 0:
+    if not last or start == 0:
         return region
     lacks_cells = last.count(separator.encode()) < before.count(separator.encode())
     return region[:start] if lacks_cells or region.count(b"\n") + 1 < declared else region
@@ -226,4 +226,4 @@ def length_of(column: LvmColumn, segment: LvmSegment) -> int:
     values = segment.numbers.get(column.position)
     if values is None:
         return 0
-    return max(filled(values), min(column.declared, len(values)))
+    return max(filled(values), column.declared if column.declared <= len(values) else 0)

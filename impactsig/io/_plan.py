@@ -83,9 +83,7 @@ def prepare(
     return source, plan
 
 
-def recording(
-    source: Source, plan: Plan, first: int, last: int, name: str, stacklevel: int = 3
-) -> Recording:
+def recording(source: Source, plan: Plan, first: int, last: int, name: str) -> Recording:
     """Samples [first, last) as a Recording; fewer, and a warning, if the file ends early."""
     with guarded(Path(name), source.format):
         samples = source.read(plan.channels, first, last)
@@ -97,7 +95,7 @@ def recording(
         warnings.warn(
             f"{name}: cut short after {first + len(samples)} of {last} samples",
             ImpactsigWarning,
-            stacklevel=stacklevel,
+            stacklevel=3,
         )
     signals = [source.signals[index] for index in plan.channels]
     found = Recording(

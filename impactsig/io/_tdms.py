@@ -34,7 +34,7 @@ def open_source(path: Path) -> Source:
             tdms = TdmsFile.open(file)
         size = path.stat().st_size
         status = tdms.file_status
-        truncated = _lacking(status) if status.incomplete_final_segment else ""
+        truncated = _lacking(status)
         channels, layouts, signals, notes = [], [], [], []
         for group in tdms.groups():
             found = [channel for channel in group.channels() if len(channel)]
@@ -154,14 +154,14 @@ def _recorded_at(channel: Any) -> datetime | None:
 
 
 def _lacking(status: Any) -> str:
-    """What an incomplete last segment lacks."""
+    """What the last segment lacks, or ""."""
     short = {
         path: (state.read_length, state.expected_length)
         for path, state in (status.channel_statuses or {}).items()
         if state.read_length < state.expected_length
     }
     if not short:
-        return "its last segment was not closed"
+        return "its last segment was not closed" if status.incomplete_final_segment else ""
     path, (got, expected) = max(short.items(), key=lambda item: item[1][1] - item[1][0])
     return f"its last segment holds {got} of {expected} samples of {path}"
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 JITTER = 0.01  # of a sampling step: how far a time may lie from the uniform grid
+RARE = 0.01  # of the steps: fewer that differ by a printed digit are gaps, not rounding
 DOUBTFUL = 1e-4  # relative uncertainty of a rate that the user is told of
 
 _PLAIN = frozenset(("t", "time", "times", "zeit", "temps", "tiempo", "tempo", "x_value"))
@@ -81,7 +82,8 @@ def time_base(times: np.ndarray, resolution: float = 0.0) -> TimeBase:
     """Rate of uniformly spaced times: (n - 1) / (last - first).
 
     Times count as uniform if each lies within `JITTER` steps of the grid from the first to the
-    last, or within the resolution of the printed digits.
+    last, or within the resolution of the printed digits. Rounding makes steps of two lengths, both
+    of them often; where fewer than `RARE` of the steps stand out, samples are missing there.
 
     Parameters
     ----------
@@ -103,7 +105,10 @@ def time_base(times: np.ndarray, resolution: float = 0.0) -> TimeBase:
     steps = np.diff(times)
     deviation = float(np.max(np.abs(times - (first + step * np.arange(count)))))
     rounding = max(resolution, 4 * float(np.spacing(np.max(np.abs(times)))))
-    if deviation > max(JITTER * step, 1.01 * rounding):
+    uneven = float(np.max(np.abs(steps - step))) > 2 * JITTER * step + 1.01 * rounding
+    odd = np.abs(steps - np.median(steps)) > max(2 * JITTER * step, rounding / 2)
+    gaps = 0 < np.count_nonzero(odd) < RARE * len(steps)
+    if uneven or gaps or deviation > max(JITTER * step, 1.01 * rounding):
         worst = int(np.argmax(np.abs(steps - step)))
         percent = 100 * abs(steps[worst] / step - 1)
         return TimeBase(

@@ -1,0 +1,238 @@
+"""Text tables: how they are written, what counts as time, what is wrong with them."""
+
+import numpy as np
+import pytest
+
+import impactsig.io as io
+from impactsig.errors import ImpactsigWarning, InvalidInput, UnreadableFile
+from impactsig.io._units import split_heading
+
+
+def write(tmp_path, text, name="a.csv", encoding="utf-8"):
+    path = tmp_path / name
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+ROWS = [(0.0, 1.5, -2.0), (0.25, 2.5, -3.0), (0.5, 3.5, -4.5), (0.75, 4.5, 5.0)]
+F, A = np.array(ROWS).T[1:]
+
+
+def table(delimiter=",", decimal=".", heading="time [s],Force [N],acc (m/s^2)", rows=ROWS):
+    lines = [heading.replace(",", delimiter)] if heading else []
+    for row in rows:
+        lines.append(delimiter.join(str(x).replace(".", decimal) for x in row))
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "decimal"),
+    [(",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), ("  ", "."), (", ", ".")],
+)
+@pytest.mark.parametrize("heading", ["time,Force,acc", "", "# time,Force,acc"])
+@pytest.mark.parametrize("ending", ["\n", "\r\n"])
+def test_delimiters_decimal_signs_and_headings(tmp_path, delimiter, decimal, heading, ending):
+    text = table(delimiter, decimal, heading).replace("\n", ending)
+    rec = io.read(write(tmp_path, text))
+    assert (rec.rate, rec.start, rec.sensor) == (4.0, 0.0, "force")
+    assert rec.channels == (("Force", "acc") if heading else ("channel 0", "channel 1"))
+    np.testing.assert_array_equal(rec.samples, np.column_stack([F, A]))
+
+
+@pytest.mark.parametrize(
+    ("heading", "names", "units"),
+    [
+        ("time [s],Force [N],acc (m/s^2)", ("Force", "acc"), ("N", "m/s^2")),
+        ("Time (s),F / kN,a / m/s²", ("F", "a"), ("kN", "m/s²")),
+        ("t,Excitation (Trigger),in/out", ("Excitation (Trigger)", "in/out"), ("", "")),
+        ("time,force,acc\ns,N,m/s^2", ("force", "acc"), ("N", "m/s^2")),
+        ("time,force,acc\n[s],[N],[g]", ("force", "acc"), ("N", "g")),
+        ("time,force,acc\ntime - seconds (later),load - kN,acc - g", ("force", "acc"), ("kN", "g")),
+        ("# rig 3\n% t [s],x [mV],y []", ("x", "y"), ("mV", "")),
+        ('"time","load, upper","y"', ("load, upper", "y"), ("", "")),
+        ("Rig;3\nOperator;Meier\ntime,force,acc", ("force", "acc"), ("", "")),
+    ],
+)
+def test_names_and_units(tmp_path, heading, names, units):
+    rows = table(heading="")
+    rec = io.read(write(tmp_path, f"{heading}\n{rows}"))
+    assert (rec.channels, rec.units, rec.rate) == (names, units, 4.0)
+
+
+def test_a_unit_in_round_brackets_must_read_as_one():
+    assert split_heading("Force (N)") == ("Force", "N")
+    assert split_heading("Strain (µm/m)") == ("Strain", "µm/m")
+    assert split_heading("Response (Trigger)") == ("Response (Trigger)", "")
+    assert split_heading("Response [Trigger]") == ("Response", "Trigger")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+def test_encodings(tmp_path, encoding):
+    rec = io.read(write(tmp_path, table(heading="time,Kraft µ,acc"), encoding=encoding))
+    assert rec.channels == ("Kraft µ", "acc")
+    np.testing.assert_array_equal(rec.samples[:, 0], F)
+
+
+@pytest.mark.parametrize("mark", ["#", "%", "!", ";"])
+def test_comment_lines_above_and_among_the_data(tmp_path, mark):
+    head, *rows = table().splitlines()
+    lines = [f"{mark} rig 3", head, *rows[:2], f"{mark} paused here", *rows[2:]]
+    rec = io.read(write(tmp_path, "\n".join(lines)))
+    np.testing.assert_array_equal(rec.samples[:, 1], A)
+
+
+@pytest.mark.parametrize(
+    ("heading", "factor"),
+    [
+        ("time [ms]", 1e-3),
+        ("Zeit (µs)", 1e-6),
+        ("t_ms", 1e-3),
+        ("ms", 1e-3),
+        ("seconds", 1.0),
+        ("Time (h)", 3600.0),
+        ("X_Value", 1.0),
+    ],
+)
+def test_the_time_column_by_name_and_unit_anywhere(tmp_path, heading, factor):
+    lines = [f"force,{heading}"] + [f"{f},{3 + 0.5 * i:.6f}" for i, f in enumerate(F)]
+    rec = io.read(write(tmp_path, "\n".join(lines)))
+    assert rec.rate == pytest.approx(2 / factor, rel=1e-12)
+    assert rec.start == pytest.approx(3 * factor)
+    assert rec.channels == ("force",)
+
+
+def test_parts_go_by_the_times_of_the_file(tmp_path):
+    path = write(tmp_path, "time,x\n" + "\n".join(f"{12 + i / 8},{i}" for i in range(80)))
+    rec = io.read(path, start=13, stop=14)
+    np.testing.assert_array_equal(rec.samples, np.arange(8, 16))
+    assert (rec.start, rec.time[-1]) == (13.0, 13.875)
+    with pytest.raises(InvalidInput, match="inside 12 to 22 s"):
+        io.read(path, start=0, stop=5)
+
+
+@pytest.mark.parametrize("digits", [5, 6])
+def test_rounding_of_the_printed_times_is_no_jitter(tmp_path, digits):
+    # 48 kHz: the step is 20.8333 us, so that printed steps differ by half of it and more.
+    lines = [f"{i / 48_000:.{digits}f}\t{i}" for i in range(4801)]
+    rec = io.read(write(tmp_path, "time\tx\n" + "\n".join(lines), "a.txt"))
+    assert rec.rate == pytest.approx(48_000, rel=10.0**-digits / 0.1)
+
+
+def test_a_whole_rate_is_found_through_rounded_times(tmp_path):
+    # The last of 51 200 times, 0.99998046875, is printed as 0.999980: 51 200.024 Hz if believed.
+    lines = ["time,x"] + [f"{i / 51_200:.6f},{i}" for i in range(51_200)]
+    assert io.read(write(tmp_path, "\n".join(lines))).rate == 51_200.0
+
+
+def test_times_printed_too_coarsely_to_fix_the_rate_are_told(tmp_path):
+    lines = ["time,x"] + [f"{i / 51_282.05:.4f},{i}" for i in range(5000)]
+    path = write(tmp_path, "\n".join(lines))
+    with pytest.warns(ImpactsigWarning, match=r"leave the rate between .* give rate= \(--rate\)"):
+        rec = io.read(path)
+    assert rec.rate == pytest.approx(51_282.05, rel=2e-3)
+
+
+def test_a_missing_row_is_named(tmp_path):
+    times = np.delete(np.arange(1000) / 1000, 700)
+    lines = ["time,x"] + [f"{t:.6f},1.0" for t in times]
+    path = write(tmp_path, "\n".join(lines))
+    # The mean step is 999/998 of the true one, and the gap is two true steps: 99.8 % too long.
+    with pytest.raises(InvalidInput, match=r"up to 99\.8 % .*after sample 699, t = 0\.699 s"):
+        io.read(path)
+    assert io.read(path, rate=1000).channels == ("x",)
+
+
+def test_a_missing_row_is_found_even_where_the_digits_end_at_the_step(tmp_path):
+    lines = ["time,x"] + [f"{t:.3f},1.0" for t in np.delete(np.arange(1000) / 1000, 700)]
+    with pytest.raises(InvalidInput, match="after sample 699"):
+        io.read(write(tmp_path, "\n".join(lines)))
+
+
+def test_a_clock_that_drifts_is_not_uniform(tmp_path):
+    times = np.cumsum(np.linspace(1e-3, 1.01e-3, 1000))
+    lines = ["time,x"] + [f"{t:.9f},1.0" for t in times]
+    with pytest.raises(InvalidInput, match="not uniform"):
+        io.read(write(tmp_path, "\n".join(lines)))
+
+
+@pytest.mark.parametrize("times", ["1 1 1 1", "4 3 2 1", "1 2 x 4"])
+def test_columns_that_are_no_times(tmp_path, times):
+    lines = ["time,x"] + [f"{t},1.0" for t in times.split()]
+    with pytest.raises(InvalidInput, match="give rate="):
+        io.read(write(tmp_path, "\n".join(lines)))
+
+
+@pytest.mark.parametrize("heading", ["", "sample,x,y\n", ",x,y\n"])
+def test_a_column_that_counts_rows_is_no_time(tmp_path, heading):
+    rows = "".join(f"{i},{a},{b}\n" for i, (_, a, b) in enumerate(ROWS))
+    path = write(tmp_path, heading + rows)
+    with pytest.raises(InvalidInput, match="no column of times"):
+        io.read(path)
+    np.testing.assert_array_equal(io.read(path, rate=2).samples, np.column_stack([F, A]))
+
+
+def test_a_first_column_without_a_name_that_is_not_uniform_is_a_signal(tmp_path):
+    path = write(tmp_path, "0.10 5.0\n0.40 6.0\n0.50 7.0\n", "a.txt")
+    with pytest.raises(InvalidInput, match=r"its first column is none: .*not uniform"):
+        io.read(path)
+    np.testing.assert_array_equal(io.read(path, rate=1).samples[:, 0], [0.1, 0.4, 0.5])
+
+
+@pytest.mark.parametrize("text", ["1,5\n2,0625\n3,25\n", "x\n1,5\n2,0625\n3,25\n"])
+def test_one_column_with_decimal_comma(tmp_path, text):
+    rec = io.read(write(tmp_path, text), rate=1)
+    np.testing.assert_array_equal(rec.samples, [1.5, 2.0625, 3.25])
+
+
+def test_two_columns_of_whole_numbers_are_not_decimals(tmp_path):
+    rec = io.read(write(tmp_path, "1,5\n3,6\n2,25\n"), rate=1)
+    np.testing.assert_array_equal(rec.samples, [[1, 5], [3, 6], [2, 25]])
+
+
+def test_a_given_rate_takes_precedence(tmp_path):
+    assert io.read(write(tmp_path, table()), rate=5).rate == 5.0
+
+
+def test_a_column_of_text_is_left_out_and_told(tmp_path):
+    lines = ["time,state,x"] + [f"{i / 4},ok,{i}" for i in range(8)]
+    path = write(tmp_path, "\n".join(lines))
+    with pytest.warns(ImpactsigWarning, match="column state holds text and is left out"):
+        assert io.read(path).channels == ("x",)
+
+
+def test_columns_of_two_lengths(tmp_path):
+    lines = ["time,x,y"] + [f"{i / 4},{i}," + (f"{i}" if i < 3 else "") for i in range(8)]
+    path = write(tmp_path, "\n".join(lines))
+    with pytest.warns(ImpactsigWarning, match=r"'y' \(3 samples at 4 Hz\).*channel='y'"):
+        assert len(io.read(path)) == 8
+    np.testing.assert_array_equal(io.read(path, channel="y").samples, [0, 1, 2])
+
+
+def test_a_missing_value_inside_stays_a_gap(tmp_path):
+    lines = ["time,x"] + [f"{i / 4}," + (f"{i}" if i != 3 else "") for i in range(8)]
+    samples = io.read(write(tmp_path, "\n".join(lines))).samples
+    assert np.flatnonzero(np.isnan(samples)).tolist() == [3]
+
+
+def test_a_last_line_cut_in_the_middle_is_left_out_and_told(tmp_path):
+    text = table()
+    path = write(tmp_path, text[: text.rindex(",")])
+    with pytest.warns(ImpactsigWarning, match="its last line, '0.75,4.5', is not complete"):
+        rec = io.read(path)
+    assert rec.truncated
+    np.testing.assert_array_equal(rec.samples, np.column_stack([F, A])[:3])
+
+
+@pytest.mark.parametrize(
+    "text", ["no numbers here, 1\nnot one, no\n", "<html>1</html>\n", "a,b1,c\n"]
+)
+def test_text_without_rows_of_numbers(tmp_path, text):
+    with pytest.raises(UnreadableFile, match="no rows of numbers"):
+        io.read(write(tmp_path, text), rate=1)
+
+
+def test_rows_of_changing_width_name_the_line(tmp_path):
+    path = write(tmp_path, "1,2\n3,4\n5,6\n7,8\n9,10,11\n")
+    with pytest.raises(UnreadableFile, match="line 5") as caught:
+        io.read(path, rate=1)
+    assert caught.value.__cause__ is not None
