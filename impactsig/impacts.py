@@ -195,7 +195,7 @@ class Impacts:
         """Whether the interval after each impact but the last crosses a gap, shape (n - 1,)."""
         if len(self.time) < 2:
             return np.zeros(max(len(self.time) - 1, 0), bool)
-        before = np.searchsorted(np.sort(self.gaps[:, 0]), self.time, side="right")
+        before = np.searchsorted(np.sort(self.gaps[:, 0]), self.time)
         return np.diff(before) > 0
 
     def time_in_contact(self) -> float:

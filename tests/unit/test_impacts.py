@@ -1,0 +1,176 @@
+"""Impacts: validation, intervals, selection, bursts, tables."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from impactsig import Impacts, InvalidInput, UnreadableFile, UnwritableFile
+from impactsig.impacts import CLIPPED, OPEN_END, flag_names
+
+
+def five(**known):
+    return Impacts(
+        [1.0, 2.0, 4.0, 7.0, 11.0],
+        contact_time=[0.1, 0.2, 0.3, 0.4, 0.5],
+        start=0.0,
+        duration=15.0,
+        unit="N",
+        **known,
+    )
+
+
+def test_intervals_and_gaps():
+    np.testing.assert_array_equal(five().intervals(), [1, 2, 3, 4])
+    gapped = five(gaps=[[2.5, 3.0], [7.0, 8.0]])
+    np.testing.assert_array_equal(gapped.intervals(), [1, 3])
+    assert Impacts([]).intervals().shape == Impacts([3.0]).intervals().shape == (0,)
+
+
+def test_time_in_contact():
+    assert five().time_in_contact() == pytest.approx(0.1)
+    assert five(gaps=[[2.5, 7.5]]).time_in_contact() == pytest.approx(0.15)
+    with pytest.raises(InvalidInput, match="contact_time"):
+        Impacts([1.0]).time_in_contact()
+
+
+def test_bursts():
+    train = Impacts.from_times([0.0, 0.1, 0.2, 5.0, 9.0, 9.1])
+    first, size = train.bursts(0.5)
+    assert first.tolist() == [0, 3, 4]
+    assert size.tolist() == [3, 1, 2]
+    assert [len(part) for part in Impacts([]).bursts(1.0)] == [0, 0]
+    with pytest.raises(InvalidInput):
+        train.bursts(0)
+
+
+def test_selection_keeps_the_run():
+    chosen = five()[np.array([True, False, True, False, False])]
+    assert chosen.time.tolist() == [1.0, 4.0]
+    assert chosen.contact_time.tolist() == [0.1, 0.3]
+    assert (chosen.duration, chosen.unit) == (15.0, "N")
+    assert five()[-1].time.tolist() == [11.0]
+    assert len(five()[:0]) == 0
+
+
+def test_between_makes_a_new_run():
+    part = five(gaps=[[2.5, 3.0], [12, 13]]).between(2.0, 7.0)
+    assert part.time.tolist() == [2.0, 4.0]
+    assert (part.start, part.stop) == (2.0, 7.0)
+    assert part.gaps.tolist() == [[2.5, 3.0]]
+    assert five().between(stop=1.5).time.tolist() == [1.0]
+    with pytest.raises(InvalidInput):
+        five().between(20.0)
+
+
+def test_from_times_sorts_with_what_belongs_to_them():
+    train = Impacts.from_times([3.0, 1.0], peak=[30.0, 10.0], flags=[4, 0])
+    assert train.time.tolist() == [1.0, 3.0]
+    assert train.peak.tolist() == [10.0, 30.0]
+    assert train.flags.tolist() == [0, 4]
+    assert (train.start, train.duration) == (1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("argument", "known"),
+    [
+        ("time", {"time": [2.0, 1.0]}),
+        ("time", {"time": [1.0, np.nan]}),
+        ("time", {"time": [[1.0]]}),
+        ("time", {"time": ["a"]}),
+        ("time", {"time": [-1.0]}),
+        ("time", {"time": [99.0]}),
+        ("peak", {"peak": [1.0, 2.0]}),
+        ("peak", {"peak": [np.inf]}),
+        ("flags", {"flags": [1, 2]}),
+        ("start, duration", {"duration": -1.0}),
+    ],
+)
+def test_bad_arguments_are_named(argument, known):
+    with pytest.raises(InvalidInput) as caught:
+        Impacts(**{"time": [1.0], "start": 0.0, "duration": 5.0, **known})
+    assert caught.value.argument == argument
+
+
+def test_arrays_cannot_be_changed_in_place():
+    with pytest.raises(ValueError, match="read-only"):
+        five().time[0] = 0.0
+
+
+def equal(a, b):
+    for name in Impacts.__dataclass_fields__:
+        x, y = getattr(a, name), getattr(b, name)
+        if isinstance(x, np.ndarray):
+            np.testing.assert_array_equal(x, y, err_msg=name)
+            assert x.dtype == y.dtype
+        else:
+            assert x == y, name
+
+
+finite = st.floats(-1e300, 1e300, allow_nan=False)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(0, 1e9), finite, st.integers(0, 15)), max_size=20),
+    st.text(max_size=20),
+    st.sampled_from(["csv", "parquet"]),
+)
+def test_tables_come_back_without_loss(tmp_path_factory, rows, text, kind):
+    path = tmp_path_factory.mktemp("tables") / f"impacts.{kind}"
+    rows.sort()
+    train = Impacts(
+        [row[0] for row in rows],
+        peak=[row[1] for row in rows],
+        flags=[row[2] for row in rows],
+        start=0.0,
+        duration=1e9,
+        unit=text,
+        source=text,
+        gaps=[[0.1, 0.30000000000000004]],
+        threshold=1 / 3,
+        settings={"channel": text},
+        recorded_at=datetime(2024, 1, 2, 3, 4, 5, 6),
+    )
+    getattr(train, f"to_{kind}")(path)
+    equal(train, getattr(Impacts, f"read_{kind}")(path))
+
+
+def test_any_table_of_times_can_be_read(tmp_path):
+    path = tmp_path / "times.csv"
+    path.write_text("time,peak,remark\n1.5,2,a\n2.5,3,b\n")
+    assert Impacts.read_csv(path).peak.tolist() == [2.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    "text", ["", "a,b\n1,2\n", "time\nsoon\n", "# impactsig {broken\ntime\n1\n"]
+)
+def test_what_is_no_table_of_impacts_is_refused(tmp_path, text):
+    path = tmp_path / "x.csv"
+    path.write_text(text)
+    with pytest.raises(UnreadableFile, match=r"x\.csv"):
+        Impacts.read_csv(path)
+    path.with_suffix(".parquet").write_text(text)
+    with pytest.raises(UnreadableFile):
+        Impacts.read_parquet(path.with_suffix(".parquet"))
+    with pytest.raises(UnreadableFile):
+        Impacts.read_csv(tmp_path / "absent.csv")
+
+
+def test_nothing_is_left_where_writing_fails(tmp_path):
+    with pytest.raises(UnwritableFile, match="cannot be written"):
+        five().to_csv(tmp_path / "absent" / "x.csv")
+    with pytest.raises(UnwritableFile):
+        five().to_csv(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_repr_says_what_there_is():
+    assert "5 impacts in 15 s" in repr(five())
+    assert repr(Impacts([], reason="too quiet")) == "Impacts(0 impacts in 0 s; too quiet)"
+    assert "<td>" in five()._repr_html_()
+    assert flag_names(CLIPPED | OPEN_END) == "open end, clipped"
