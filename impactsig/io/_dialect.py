@@ -12,14 +12,13 @@ import re
 from collections import Counter
 from typing import NamedTuple
 
-from ._units import is_unit, split_heading, unit_cell
+from ._units import split_heading, unit_cell
 
 _NUMBER = re.compile(
     r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.I
 )
 _COMMENT = re.compile(r"\s*(?:#|%|;|!|//)+\s?")
 _WAYS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (" ", "."), (" ", ","))
-_SAMPLED = 60  # lines that decide
 _LEAST = 0.3  # share of numbers in a table
 
 
@@ -83,14 +82,17 @@ def find_dialect(head: bytes, whole: bool) -> Dialect | None:
         lines.pop()
     # The first character of a comment may also be what separates empty cells.
     bodies = [line for line in lines if line.strip() and not re.match(r"\s*[#%!]", line)]
-    # Of a short file the second half, which headings do not reach into.
-    sample = bodies[-min(_SAMPLED, (len(bodies) + 1) // 2) :]
     if not bodies:
         return None
-    score, delimiter, decimal, columns = max(
-        (_score(sample, *way) for way in (*_WAYS, ("", "."), ("", ","))), key=lambda s: s[0]
-    )
-    if score < _LEAST:
+    # Of a short file the second half, or less: headings may be longer than the data.
+    for most in (60, 12, 3):
+        sample = bodies[-min(most, (len(bodies) + 1) // 2) :]
+        score, delimiter, decimal, columns = max(
+            (_score(sample, *way) for way in (*_WAYS, ("", "."), ("", ","))), key=lambda s: s[0]
+        )
+        if score >= _LEAST:
+            break
+    else:
         return None
     if delimiter == "," and columns == 2 and _decimals_after_comma(sample):
         delimiter, decimal, columns = "", ",", 1
@@ -183,8 +185,6 @@ def _headings(
         names = [split_heading(cell) for cell in rows[0]]
         paired = zip(names, units, strict=True)
         return tuple(n for n, _ in names), tuple(below or beside for (_, beside), below in paired)
-    if columns == 1 and is_unit(rows[-1][0]):
-        return ("",), (rows[-1][0],)
     split = [split_heading(cell) for cell in rows[-1]]
     return tuple(name for name, _ in split), tuple(unit for _, unit in split)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..errors import UnreadableFile
 from ._dialect import is_number
-from ._text import filled
+from ._table import filled
 
 _END = b"***End_of_Header***"
 

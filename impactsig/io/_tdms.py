@@ -30,6 +30,9 @@ def open_source(path: Path) -> Source:
     # A file object and not a path: an index file beside it may be stale.
     file = path.open("rb")
     try:
+        if file.read(4) == b"TDSh":
+            raise UnreadableFile(path, "is the index of a TDMS file", "Give the .tdms beside it")
+        file.seek(0)
         with _quiet():
             tdms = TdmsFile.open(file)
         size = path.stat().st_size

@@ -72,6 +72,10 @@ def _is_audio(head: bytes) -> bool:
     )
 
 
+def _is_tdms(head: bytes) -> bool:
+    return head[:4] in (b"TDSm", b"TDSh")
+
+
 def _is_npz(head: bytes) -> bool:
     # A zip archive of which the first member is an array; other archives have other names.
     length = int.from_bytes(head[26:28], "little")
@@ -99,7 +103,7 @@ FORMATS: tuple[Format, ...] = (
         _is_audio,
         "_audio",
     ),
-    Format("NI TDMS", (".tdms",), lambda head: head[:4] == b"TDSm", "_tdms", "nptdms", "daq"),
+    Format("NI TDMS", (".tdms",), _is_tdms, "_tdms", "nptdms", "daq"),
     Format("NumPy npy", (".npy",), lambda head: head[:6] == b"\x93NUMPY", "_npy"),
     Format("NumPy npz", (".npz",), _is_npz, "_npz"),
     Format("NI LVM", (".lvm",), is_lvm, "_lvm"),
@@ -189,4 +193,6 @@ def guarded(path: Path, name: str) -> Iterator[None]:
         raise
     except Exception as error:
         reason = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        reason = " ".join(reason.split())  # libraries quote what they choked on, line ends and all
+        reason = reason if len(reason) <= 200 else reason[:197] + "..."
         raise UnreadableFile(path, f"cannot be read as {name} ({reason})") from error

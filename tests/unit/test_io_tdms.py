@@ -214,6 +214,12 @@ def test_corrupt_files_are_typed_errors(tmp_path, content):
         io.read(write(tmp_path, content))
 
 
+def test_an_index_file_points_to_its_data(tmp_path):
+    path = write(tmp_path, segment({"a": A}).replace(b"TDSm", b"TDSh"))
+    with pytest.raises(UnreadableFile, match="index of a TDMS file"):
+        io.read(path)
+
+
 def test_a_header_that_claims_more_samples_than_bytes_is_not_believed(tmp_path):
     content = segment({"a": A})
     claimed = content.replace(struct.pack("<IIQ", 10, 1, 12), struct.pack("<IIQ", 10, 1, 1 << 50))

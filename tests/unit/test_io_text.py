@@ -1,5 +1,7 @@
 """Text tables: how they are written, what counts as time, what is wrong with them."""
 
+from datetime import datetime, timedelta
+
 import numpy as np
 import pytest
 
@@ -155,7 +157,7 @@ def test_a_clock_that_drifts_is_not_uniform(tmp_path):
         io.read(write(tmp_path, "\n".join(lines)))
 
 
-@pytest.mark.parametrize("times", ["1 1 1 1", "4 3 2 1", "1 2 x 4"])
+@pytest.mark.parametrize("times", ["1 1 1 1", "4 3 2 1", "a b c d", "01.05.2024 02.05.2024 3 4"])
 def test_columns_that_are_no_times(tmp_path, times):
     lines = ["time,x"] + [f"{t},1.0" for t in times.split()]
     with pytest.raises(InvalidInput, match="give rate="):
@@ -198,6 +200,59 @@ def test_a_column_of_text_is_left_out_and_told(tmp_path):
     path = write(tmp_path, "\n".join(lines))
     with pytest.warns(ImpactsigWarning, match="column state holds text and is left out"):
         assert io.read(path).channels == ("x",)
+
+
+@pytest.mark.parametrize("stray", ["End of file\n", "0.3;oops", "x;1.0"])
+def test_text_among_numbers_is_an_error_that_names_the_row(tmp_path, stray):
+    path = write(tmp_path, "time;F\n0.0;1.5\n0.1;2.5\n0.2;3.5\n" + stray)
+    with pytest.raises(UnreadableFile, match="in row 3 of the data"):
+        io.read(path, rate=1)
+
+
+def test_a_last_line_of_text_that_is_not_ended_is_left_out(tmp_path):
+    path = write(tmp_path, "time;F\n0,0;1,5\n0,1;2,5\n0,2;3,5\nEnd of fi")
+    with pytest.warns(ImpactsigWarning, match="'End of fi', is not complete"):
+        rec = io.read(path)
+    assert (rec.rate, rec.truncated) == (10.0, True)
+    np.testing.assert_array_equal(rec.samples, [1.5, 2.5, 3.5])
+
+
+def test_a_last_line_that_is_a_comment_is_not_a_row_cut_short(tmp_path):
+    rec = io.read(write(tmp_path, table() + "# end"))
+    assert (len(rec), rec.truncated) == (4, False)
+
+
+def test_more_headings_than_data(tmp_path):
+    path = write(tmp_path, "Channel;Place;Remark\n" * 40 + "t;F;G\n" + table(";", heading=""))
+    assert io.read(path).channels == ("F", "G")
+
+
+MIDNIGHT = datetime(2024, 2, 28, 23, 59, 59, 900_000)
+
+
+@pytest.mark.parametrize(
+    ("heading", "shown"),
+    [
+        ("timestamp;F", "{:%Y-%m-%dT%H:%M:%S.%f}"),
+        ("Date/Time;F", "{:%Y-%m-%d %H:%M:%S.%f}"),
+        ("", "{:%Y-%m-%d %H:%M:%S,%f}"),
+    ],
+)
+def test_dates_as_times(tmp_path, heading, shown):
+    stamps = [shown.format(MIDNIGHT + i * timedelta(milliseconds=2)) for i in range(100)]
+    lines = [heading] + [f"{stamp};{i}" for i, stamp in enumerate(stamps)]
+    rec = io.read(write(tmp_path, "\n".join(lines)))
+    assert (rec.rate, rec.start, rec.recorded_at) == (500.0, 0.0, MIDNIGHT)
+    np.testing.assert_array_equal(rec.samples, np.arange(100))
+
+
+def test_times_of_day_printed_to_milliseconds(tmp_path):
+    # 300 Hz: the step of 3.33 ms is printed as 3 or 4 ms.
+    begin = datetime(2024, 2, 28, 9)
+    stamps = [begin + timedelta(microseconds=round(i * 1e6 / 300)) for i in range(3001)]
+    lines = ["time,F"] + [f"{t:%H:%M:%S}.{t.microsecond // 1000:03},1" for t in stamps]
+    rec = io.read(write(tmp_path, "\n".join(lines)))
+    assert rec.rate == pytest.approx(300.0, rel=1e-4)
 
 
 def test_columns_of_two_lengths(tmp_path):
