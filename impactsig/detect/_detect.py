@@ -226,4 +226,21 @@ def _find_force(
 def _find_sound(
     source: Source, threshold: tuple[str, float] | None, sign: float, level: float, skip: bool
 ) -> tuple[Columns, dict[str, Any]]:
-    raise NotImplementedError
+    from ._sound import detect_sound
+
+    if sign or level:
+        name, value = ("polarity", sign) if sign else ("contact_level", level)
+        raise InvalidInput(name, value, "its default for sound", "A sound has no contact time")
+    multiple = None if threshold is None else threshold[1]
+    found = detect_sound(source.pieces, source.head.rate, threshold=multiple, skip=skip)
+    columns: Columns = {
+        "time": source.head.start + found.time,
+        "peak": found.peak,
+        "flags": found.flags,
+    }
+    return columns, {
+        "threshold": found.threshold,
+        "noise": found.noise,
+        "reason": found.reason,
+        "settings": {"least_rise": found.least_rise, "background": found.background},
+    }
