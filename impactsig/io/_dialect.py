@@ -14,9 +14,7 @@ from typing import NamedTuple
 
 from ._units import split_heading, unit_cell
 
-_NUMBER = re.compile(
-    r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.I
-)
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.I)
 _COMMENT = re.compile(r"\s*(?:#|%|;|!|//)+\s?")
 _WAYS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (" ", "."), (" ", ","))
 _LEAST = 0.3  # share of numbers in a table

@@ -25,7 +25,7 @@ class LvmColumn(NamedTuple):
     """One channel of a segment, as its header describes it.
 
     `position` is its column and `x_position` that of its X values, or -1. `declared` is the number
-    of samples that the header names, or 0. Numbers stay as texts, for their printed digits.
+    of samples that the header names, or 0. `x0` and `delta_x` stay as text, for their digits.
     """
 
     name: str
@@ -45,11 +45,6 @@ class LvmSegment(NamedTuple):
     columns: list[LvmColumn]
     numbers: dict[int, np.ndarray]
     lines: LvmLines
-
-    @property
-    def rows(self) -> int:
-        """Number of rows of numbers."""
-        return max((len(column) for column in self.numbers.values()), default=0)
 
 
 class LvmLines(NamedTuple):
@@ -77,7 +72,7 @@ def read_segments(path: Path) -> list[LvmSegment]:
     ends = [match.start() for match in re.finditer(rb"^" + re.escape(_END), content, re.M)]
     if not ends:
         raise UnreadableFile(path, "its header does not end", "The file is cut short")
-    file_header = _header(content[: ends[0]].decode("latin-1"), "")
+    file_header = _header(_decoded(content[: ends[0]]), "")
     separator = "," if file_header.get("Separator", ["Tab"])[0].lower() == "comma" else "\t"
     if len(ends) == 1:
         raise UnreadableFile(path, "has a file header but no segment of data")
@@ -89,11 +84,11 @@ def read_segments(path: Path) -> list[LvmSegment]:
             regions[-1] = (regions[-1][0], regions[-1][1], start)
         names = _next_line(content, end)
         begin = _next_line(content, names)
-        regions.append((content[start:end].decode("latin-1"), names, len(content)))
+        regions.append((_decoded(content[start:end]), names, len(content)))
     segments = []
     for header, names, stop in regions:
         begin = _next_line(content, names)
-        name_line = content[names:begin].decode("latin-1").strip("\n")
+        name_line = _decoded(content[names:begin]).strip("\n")
         segments.append(
             _segment(
                 path,
@@ -107,14 +102,25 @@ def read_segments(path: Path) -> list[LvmSegment]:
 
 
 def _header(text: str, separator: str) -> dict[str, list[str]]:
-    """Values of a header by key; those of a segment stand in the columns they belong to."""
+    """Values of a header by key; those of a segment stand in the columns they belong to.
+
+    Without a separator, as in the file header that has yet to name it, the first tab or comma of a
+    line ends its key.
+    """
     values = {}
     for line in text.splitlines():
-        # The file header names the separator only within; it is the first of the two there.
         cells = line.split(separator) if separator else re.split(r"[\t,]", line, maxsplit=1)
         if cells[0].strip():
             values[cells[0].strip()] = [cell.strip().strip("\t,") for cell in cells[1:]]
     return values
+
+
+def _decoded(raw: bytes) -> str:
+    """Text of a header, which older versions write in the code page of their computer."""
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")
 
 
 def _next_line(content: bytes, position: int) -> int:
@@ -167,9 +173,11 @@ def _segment(
             )
         )
     region = _whole_lines(region, max(column.declared for column in columns), separator)
-    first = region[:4096].decode("latin-1")
-    decimal = "," if separator == "\t" and re.search(r"\d,\d", first) else "."
     wanted = sorted({c.position for c in columns} | {c.x_position for c in columns} - {-1})
+    first = [line.split(separator) for line in region[:4096].decode("latin-1").splitlines()]
+    # The header may name no decimal sign, or another than its numbers have.
+    seen = "".join(row[position] for row in first for position in wanted if position < len(row))
+    decimal = "," if "," in seen else "."
     if not region.strip():
         return LvmSegment(columns, {}, LvmLines(b"", separator, decimal))
     frame = pd.read_csv(
@@ -177,7 +185,7 @@ def _segment(
         sep=separator,
         decimal=decimal,
         header=None,
-        names=list(range(max(len(names), first.split("\n", 1)[0].count(separator) + 1))),
+        names=list(range(max(len(names), len(first[0])))),
         index_col=False,
         encoding="latin-1",
         engine="c",

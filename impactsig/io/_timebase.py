@@ -52,6 +52,8 @@ class TimeBase(NamedTuple):
 
 def time_factor(name: str, unit: str) -> float | None:
     """Seconds in one unit of a column with this name; None if it is not a column of times."""
+    if name.strip() in ("T", "S"):  # temperature, strain: capital letters are other quantities
+        return None
     plain = name.strip().lower()
     unit = unit.strip().lower()
     ending = re.fullmatch(r"(t|time|zeit)[_ ]?(s|ms|us|µs|ns)", plain)
@@ -142,7 +144,7 @@ def _settled(rate: float, uncertainty: float, start: float) -> TimeBase:
     if whole > 0 and abs(rate - whole) <= 1e-9 * rate:
         return TimeBase(float(whole), start)
     if np.floor(high) >= 1 and np.ceil(low) == np.floor(high):
-        return TimeBase(float(np.floor(high)), start)
+        rate = float(np.floor(high))
     doubt = ""
     if uncertainty > DOUBTFUL:
         doubt = (

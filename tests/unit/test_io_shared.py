@@ -108,10 +108,14 @@ def test_the_shock_commanded_in_lvm_is_where_its_origin_says(shared_data):
 def test_lvm_appended_to_under_one_header(shared_data):
     path = shared_data("formats/lvm_long_single_header_multi_ch.lvm")
     units = {"F": "g", "m_1": "m/s^2", "m_2": "m/s^2"}
-    # 16406 lines, 22 of them headers; a step printed as 0.000977 s allows one whole rate: 1024 Hz.
+    # 16406 lines, 22 of them headers.
     assert all_channels(path) == [(name, unit, 1024.0, 16_384) for name, unit in units.items()]
-    with pytest.warns(ImpactsigWarning, match="announces 8192 samples and 16384 are there"):
+    with pytest.warns(ImpactsigWarning) as caught:
         rec = io.read(path)
+    told = " ".join(str(w.message) for w in caught)
+    assert "announces 8192 samples and 16384 are there" in told
+    # The step is printed as 0.000977 s.
+    assert "between 1023.02 and 1024.07 Hz; 1024 Hz is taken" in told
     np.testing.assert_array_equal(
         rec.samples[[0, -1]], [[0.052530, 0.234571, 0.244440], [0.052073, 0.235689, 0.263686]]
     )

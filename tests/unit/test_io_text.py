@@ -103,6 +103,11 @@ def test_the_time_column_by_name_and_unit_anywhere(tmp_path, heading, factor):
     assert rec.channels == ("force",)
 
 
+def test_a_capital_t_is_a_temperature(tmp_path):
+    path = write(tmp_path, "T,t\n20.5,0.0\n21.0,0.5\n21.5,1.0\n")
+    assert (io.read(path).channels, io.read(path).rate) == (("T",), 2.0)
+
+
 def test_parts_go_by_the_times_of_the_file(tmp_path):
     path = write(tmp_path, "time,x\n" + "\n".join(f"{12 + i / 8},{i}" for i in range(80)))
     rec = io.read(path, start=13, stop=14)
