@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from ..impacts import Impacts
     from ..recording import Recording
 
+ATTACK = 4e-3
+"""Time after a touch in which its peak is looked for where no contact was measured [s]."""
+
 BINS = 2000
 """Spans a waveform is reduced to; a figure has fewer pixels than that."""
 
@@ -134,7 +137,7 @@ def marker_heights(
     )
     height = np.nan_to_num(np.where(rise == high - middle, high, low), nan=middle)
     rise = np.nan_to_num(rise, nan=-np.inf)
-    contact = impacts.contact_time if impacts.contact_time is not None else 0.0
+    contact = impacts.contact_time if impacts.contact_time is not None else ATTACK
     # One span more on each side: the peak may lie just over the edge.
     first = np.maximum(np.searchsorted(time, impacts.time, side="right") - 2, 0)
     last = np.searchsorted(time, impacts.time + contact, side="right") + 1

@@ -89,29 +89,37 @@ def pictures(analysis: Analysis) -> Iterator[Picture]:
             "Interspike intervals in the order of time.",
             size="wide",
         )
-    if count > 1:
-        yield Picture(
-            draw(lambda ax: plot.return_map(impacts, ax=ax), 4.4, 3.6),
-            f"Return map of {count} interspike intervals",
-            "Return map: each interval against the one before it. A period is a set of points, "
-            "chaos a curve or a cloud with structure, noise a cloud without.",
-        )
-        yield Picture(
-            draw(lambda ax: plot.histogram(impacts, ax), 4.4, 3.6),
-            f"Density of {count} interspike intervals",
-            "Density of the interspike intervals.",
-        )
-    if count and impacts.contact_time is not None:
-        yield Picture(
-            draw(lambda ax: plot.contact_against_interval(impacts, ax), 4.4, 3.6),
-            "Contact time of each impact against the interval before it",
-            "Contact time against the interval that led up to the impact.",
-        )
     if len(impacts) and impacts.peak is not None:
         yield Picture(
-            draw(lambda ax: plot.peak_against_time(impacts, ax), 4.4, 3.6),
+            draw(lambda ax: plot.peak_against_time(impacts, ax), 9.2, 2.7),
             "Peak of each impact against time",
-            "Peak of each impact; a drift here is wear, loosening or a changed gain.",
+            "Peak of each impact; a drift here may mean wear, loosening or a changed gain.",
+            size="wide",
+        )
+    if count < 2:
+        return
+    contact = impacts.contact_time is not None
+    size: Literal["third", "half"] = "third" if contact else "half"
+    width = 3.6 if contact else 4.4
+    yield Picture(
+        draw(lambda ax: plot.return_map(impacts, ax=ax), width, 3.3),
+        f"Return map of {count} interspike intervals",
+        "Return map: each interval against the one before it. A period is a set of points, "
+        "chaos a curve or a cloud with structure, noise a cloud without.",
+        size=size,
+    )
+    yield Picture(
+        draw(lambda ax: plot.histogram(impacts, ax), width, 3.3),
+        f"Density of {count} interspike intervals",
+        "Density of the interspike intervals.",
+        size=size,
+    )
+    if contact:
+        yield Picture(
+            draw(lambda ax: plot.contact_against_interval(impacts, ax), width, 3.3),
+            "Contact time of each impact against the interval before it",
+            "Contact time against the interval that led up to the impact.",
+            size=size,
         )
 
 
