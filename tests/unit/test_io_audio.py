@@ -123,6 +123,16 @@ def test_refused_codecs_never_reach_the_library(tmp_path, monkeypatch):
         io.read(path)
 
 
+def test_a_codec_is_found_behind_the_extensible_tag_too(tmp_path):
+    content = bytearray(write(tmp_path / "a.wav", "WAVEX").read_bytes())
+    subformat = content.index(b"fmt ") + 8 + 24
+    assert content[subformat : subformat + 2] == b"\x01\x00"
+    content[subformat] = 2
+    (tmp_path / "a.wav").write_bytes(content)
+    with pytest.raises(UnreadableFile, match="codec 0x0002"):
+        io.read(tmp_path / "a.wav")
+
+
 @pytest.mark.parametrize("rate", [8000, 22_050, 44_100, 48_000, 96_000])
 def test_audio_at_an_audio_rate_is_sound_unless_it_has_a_unit(tmp_path, rate):
     path = write(tmp_path / "a.wav", rate=rate)

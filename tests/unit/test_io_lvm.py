@@ -175,6 +175,13 @@ def test_segments_with_a_gap_stay_apart(tmp_path):
     assert later.recorded_at == datetime(2024, 2, 29, 12, 0, 9)
 
 
+def test_segments_that_begin_at_the_same_time_are_not_side_by_side(tmp_path):
+    text = segment(["\t1.0", "\t2.0", "\t3.0"])
+    path = write(tmp_path, header() + text + "\n" + text)
+    with pytest.warns(ImpactsigWarning, match="left out: 'segment 1/F'|follow each other"):
+        assert io.read(path).channels == ("segment 0/F",)
+
+
 @pytest.mark.parametrize("rest", ["\t3.", "\t3.0", "\t"])
 def test_a_file_cut_in_a_row_loses_that_row(tmp_path, rest):
     text = header() + segment(["\t1.5", "\t2.5"], samples=[100])

@@ -205,6 +205,22 @@ def test_a_file_cut_short_is_told_and_nothing_is_printed(tmp_path, capfd, caplog
     assert not [r for r in caplog.records if r.levelno >= logging.WARNING]
 
 
+def test_a_last_chunk_with_a_part_of_each_channel(tmp_path):
+    full = segment({"a": A[:8], "b": B[:8]}, chunks=2)
+    # The second chunk keeps 2 of 4 samples of a channel, one channel after the other.
+    end = len(full) - 64
+    rest = full[end : end + 16] + full[end + 32 : end + 48]
+    size = struct.unpack("<Q", full[12:20])[0] - 32
+    short = full[:12] + struct.pack("<Q", size) + full[20:end] + rest
+    path = write(tmp_path, short)
+    with pytest.warns(ImpactsigWarning, match="holds 2 of 4 samples"):
+        rec = io.read(path)
+    np.testing.assert_array_equal(rec.samples, np.column_stack([A, B])[:6])
+    rec = io.read(write(tmp_path, short, segment({"a": A, "b": B})))
+    expected = np.column_stack([A, B])
+    np.testing.assert_array_equal(rec.samples, np.vstack([expected[:6], expected]))
+
+
 @pytest.mark.parametrize(
     "content",
     [b"TDSm", b"TDSm" + bytes(60), b"TDSm" + b"\xff" * 200, segment({"a": A})[:60]],
