@@ -13,6 +13,7 @@ from ..impacts import Impacts
 from ..recording import Sensor
 from ._merge import Columns, keep_first, merge
 from ._source import Gaps, Source, open_source
+from ._watching import compiling
 
 Polarity = Literal["auto", "positive", "negative"]
 _SIGNS = {"auto": 0.0, "positive": 1.0, "negative": -1.0}
@@ -118,7 +119,8 @@ def detect_impacts(
         "gaps": gaps,
     }
     find = _find_sound if kind == "sound" else _find_force
-    columns, run = find(opened, chosen, _SIGNS[polarity], contact_level, skip_quiet)
+    with compiling():
+        columns, run = find(opened, chosen, _SIGNS[polarity], contact_level, skip_quiet)
     if dead_time > 0:
         columns = keep_first(columns, dead_time)
     if merge_within > 0:

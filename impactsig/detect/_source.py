@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from ..errors import InvalidInput
 from ..recording import Recording, Sensor
 from ._stream import Piece, finite_runs
+from ._watching import progress
 
 Gaps = Literal["refuse", "split"]
 
@@ -131,22 +131,3 @@ def _one_channel(block: Recording, channel: str | int | None) -> np.ndarray:
             )
         block = block.channel(0)
     return np.ascontiguousarray(block.samples)
-
-
-class progress:
-    """A progress bar for work longer than a second, if a terminal or notebook is watching."""
-
-    def __init__(self, total: int | None) -> None:
-        watched = sys.stderr is not None and sys.stderr.isatty()
-        self.bar = None
-        if watched or "ipykernel" in sys.modules:
-            from tqdm import tqdm
-
-            self.bar = tqdm(total=total, unit="S", unit_scale=True, delay=1.0, leave=False)
-
-    def __enter__(self) -> Any:
-        return self.bar.update if self.bar is not None else (lambda count: None)
-
-    def __exit__(self, *exc: object) -> None:
-        if self.bar is not None:
-            self.bar.close()

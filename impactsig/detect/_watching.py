@@ -1,0 +1,48 @@
+"""What a terminal or notebook is told while work goes on; nobody else is told anything."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+
+def watched() -> bool:
+    """Whether a terminal or a notebook is watching."""
+    return "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
+
+
+@contextmanager
+def progress(total: int | None) -> Iterator[Callable[[int], Any]]:
+    """A progress bar over samples, for work longer than a second."""
+    if not watched():
+        yield lambda count: None
+        return
+    from tqdm import tqdm
+
+    with tqdm(total=total, unit="S", unit_scale=True, delay=1.0, leave=False) as bar:
+        yield bar.update
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """Say so, once, if kernels have to be compiled: it takes seconds, and happens once."""
+    if not watched():
+        yield
+        return
+    from numba.core import event
+
+    class Teller(event.Listener):
+        told = False
+
+        def on_start(self, event: Any) -> None:
+            if not self.told:
+                self.told = True
+                print("impactsig: compiling for this machine, once (about 15 s)", file=sys.stderr)
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    with event.install_listener("numba:compile", Teller()):
+        yield
