@@ -7,7 +7,7 @@ import numpy as np
 HARMONICS = np.arange(1, 9)
 FIRST_WINDOW = 32.0  # [cycles]
 BLOCK = 200  # impacts in which the phase is taken as steady
-MOST_REFINED = 4000  # impacts used to refine the period; they are spread over the run
+MOST_REFINED = 2000  # impacts used to refine the period; they are spread over the run
 
 
 def to_cycles(time: np.ndarray, period: float, tolerance: float) -> tuple[np.ndarray, float]:
@@ -28,7 +28,10 @@ def to_cycles(time: np.ndarray, period: float, tolerance: float) -> tuple[np.nda
     rate = _refine_rate(cycles, tolerance)
     cycles = cycles * rate
     if len(cycles) >= 2 * BLOCK:
-        cycles = cycles - _drift(cycles)
+        drift = _drift(cycles)
+        cycles = cycles - drift
+        if np.ptp(drift) > 0.1:  # enough to have blurred the blocks it was read from
+            cycles = cycles - _drift(cycles)
     return cycles, float((time[-1] - time[0]) / (cycles[-1] - cycles[0]))
 
 

@@ -51,7 +51,8 @@ def interval_histogram(
     """Density p(I) of interspike intervals.
 
     Without `bins` the width h is the one that makes the histogram the best estimate of the density
-    by leave-one-out least squares [Rudemo]_: of at most 4096 equal bins with counts c, the least
+    by leave-one-out least squares [Rudemo1982]_: of at most 4096 equal bins with counts
+    c, the least of
 
         J(h) = 2 / ((n - 1) h) - (n + 1) / ((n - 1) h n^2) sum(c^2).
 

@@ -19,6 +19,7 @@ LEAST_CHANCE = 1e-3  # of the other impacts coming at random
 WIDEST_FORCED = 0.03  # jitter [forcing periods] beyond which a phase is no phase
 WIDEST_FREE = 0.045  # the same in mean intervals, where no forcing period is given
 CLOCK_ERROR = 2e-3  # relative, of the forcing period given against the clock of the recording
+MODE_ERROR = 0.02  # relative, of a repeat period read off the intervals
 MOST_FREE = 8  # impacts in a repeat period sought without a forcing period
 
 
@@ -35,11 +36,11 @@ def identify_period(
     phase is followed through the run, so that neither a clock that is off nor one that drifts
     matters. For n = 1, 2, ... the run is folded with n periods, and the impacts are explained as
     hits of m slots of the fold, normally distributed about them, each slot missing some of its
-    hits and others being spurious. The Bayesian information criterion chooses n. It is a period
-    only if 80 % of the impacts due came, 80 % of those that came were due, and they scatter by
-    less than 3 % of the forcing period; the probability of that, given the numbers seen, enters
-    the confidence. Chaos near grazing fails here: its impacts gather about a phase, but whether one
-    comes cannot be told.
+    hits and others being spurious; the likelihood, less a penalty for every slot, chooses n. It is
+    a period only if 80 % of the impacts due came, 80 % of those that came were due, they scatter by
+    less than 3 % of the forcing period, and what was not due came at no phase of its own; the
+    probability of that, given the numbers seen, enters the confidence. Chaos near grazing fails
+    here: its impacts gather about a phase, but whether one comes cannot be told.
 
     Parameters
     ----------
@@ -166,7 +167,7 @@ def _free_trials(
         # as often as that, the impacts there are would have to come, roughly
         if not 0.6 < repeat * (len(time) - 1) / (m * span) < 1.6:
             continue
-        cycles, repeat = to_cycles(time, repeat, 5 * CLOCK_ERROR)
+        cycles, repeat = to_cycles(time, repeat, MODE_ERROR)
         periods = None if forcing_period is None else _multiple(repeat / forcing_period)
         if periods is not None and periods <= max_periods:
             continue
@@ -206,7 +207,6 @@ def _weigh(
     score -= poisson_score(count, span)
     top = max(float(score.max()), 0.0)
     weight = np.exp(score - top)
-    weight[_repeats_another(trials, score)] = 0.0
     weight /= weight.sum() + np.exp(-top)
     candidates = []
     for trial, gain, share in zip(trials, score.tolist(), weight.tolist(), strict=True):
@@ -243,16 +243,6 @@ def _predictive(fit: SlotFit, widest: float) -> float:
         * min(1.0, fit.chance / LEAST_CHANCE)
     )
     return float(chance)
-
-
-def _repeats_another(trials: list[_Trial], score: np.ndarray) -> np.ndarray:
-    """Trials that say no more than a better one does of a whole part of their repeat period."""
-    repeat = np.array([trial.fit.fold * trial.unit for trial in trials])
-    density = np.array([len(trial.fit.centre) for trial in trials]) / repeat
-    ratio = np.round(repeat[:, None] / repeat)
-    same = np.isclose(density[:, None], density, rtol=1e-2)
-    same &= (ratio > 1) & np.isclose(repeat[:, None], ratio * repeat, rtol=1e-2)
-    return np.any(same & (score[:, None] <= score), axis=1)
 
 
 def _is_intermittent(intervals: np.ndarray) -> bool:

@@ -24,8 +24,7 @@ class Candidate:
     repeat_period : float
         The time in which they recur [s].
     score : float
-        Gain in log-likelihood over impacts at random instants, less half the penalty of the
-        Bayesian information criterion.
+        Gain in log-likelihood over impacts at random instants, less a penalty for every parameter.
     missed, spurious, jitter : float
         As in `Periodicity`, were this the period.
     probability : float

@@ -31,7 +31,7 @@ def coefficient_of_variation(intervals: Intervals) -> float:
 
 
 def cv2(intervals: Intervals) -> float:
-    """Mean of 2 |I_{k+1} - I_k| / (I_{k+1} + I_k) over neighbouring intervals [Holt]_.
+    """Mean of 2 |I_{k+1} - I_k| / (I_{k+1} + I_k) over neighbouring intervals [Holt1996]_.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def cv2(intervals: Intervals) -> float:
 
 
 def local_variation(intervals: Intervals) -> float:
-    """LV = mean of 3 ((I_k - I_{k+1}) / (I_k + I_{k+1}))^2 over neighbours [Shinomoto]_.
+    """LV = mean of 3 ((I_k - I_{k+1}) / (I_k + I_{k+1}))^2 over neighbours [Shinomoto2003]_.
 
     Parameters
     ----------
