@@ -40,12 +40,14 @@ from ._sound_kernels import (
     survey,
 )
 from ._stream import Piece
-from ._windows import windows
+from ._windows import Window, windows
 
 LONGEST_HOP = 0.5e-3  # [s]
 FORWARD = 4e-3  # [s]
 PAST = 4e-3  # [s]
 SPACING = 3e-3  # [s], between impacts
+LAG_RATES = (22_050.0, 8_000.0)  # [Hz], of the innovations an attack is timed in
+SLOPE = 0.25e-3  # [s], of the straight line they are taken from
 SIGMAS = 2.0  # of the noise: weaker sound does not count
 TIMES_BACKGROUND = 22.0
 LEAST_RISE = 0.5  # in the mean over octaves [neper of power]: 2.2 dB
@@ -74,6 +76,7 @@ class Levels:
     """What the first pass learns of the record."""
 
     samples: int = 0
+    resolution: float = 0.0  # relative, of the numbers that hold the samples
     lowest: float = math.inf
     highest: float = -math.inf
     counts: np.ndarray = field(default_factory=lambda: np.empty(0))  # of the noise powers
@@ -107,12 +110,13 @@ def detect_sound(
 
     Notes
     -----
-    Settings found right on real recordings: drums, `merge_within` 0.03 s (one stroke of several
-    drums is one); taps on a desk, `merge_within` 0.1 s (the finger bounces); keys of a keyboard,
-    `threshold` 12 and `merge_within` 0.3 s (press and release are two sounds, and the clicks of a
-    mouse are duller).
+    Settings found right on real recordings: drums, `merge_within` 0.03 s (strokes on two drums
+    are never quite at once); taps on a desk, `merge_within` 0.1 s (a finger bounces); keys of a
+    keyboard, `threshold` 15 and `merge_within` 0.3 s (press and release are two sounds; the mouse
+    that starts and stops the recording is duller than a key).
 
-    An impact in the first 4 ms of a stretch has too short a past to be told.
+    An impact in the first 4 ms or the last 6 ms of a stretch cannot be told: there is too little
+    beside it to compare.
     """
     scale = scale_at(rate)
     left = scale.past + scale.spacing + EDGE
@@ -144,8 +148,8 @@ def detect_sound(
         x, valid = window.samples(left * scale.hop, right * scale.hop, scale.hop)
         count = -(-len(window.core) // scale.hop)
         out = np.empty((count // scale.spacing + 2, 3))
-        start = scale.past - window.first // scale.hop
-        n = search(x, left, count, valid, start, floor, limits, active, scale, out)
+        telling = telling_frames(window, scale)
+        n = search(x, left, count, valid, telling, floor, limits, active, scale, out)
         out[:n, 0] += window.segment + window.first - left * scale.hop
         found.append(out[:n])
     columns = np.concatenate(found)
@@ -188,9 +192,10 @@ def scale_at(rate: float) -> Scale:
     octaves = int(math.log2(rate * LONGEST_HOP))
     hop = 2**octaves
     past, forward, spacing = (max(round(t * rate / hop), 1) for t in (PAST, FORWARD, SPACING))
-    # Differences over more than one sample do not raise the noise above the sound's own octaves.
-    lag = max(1, round(rate / 44_100))
-    return Scale(hop, octaves, past, forward, spacing, lag, spacing * hop // 2)
+    short_lag, long_lag = (max(round(rate / f), 1) for f in LAG_RATES)
+    slope = max(round(rate * SLOPE), 1)
+    reach = spacing * hop // 2
+    return Scale(hop, octaves, past, forward, spacing, short_lag, long_lag, slope, reach)
 
 
 def survey_levels(
@@ -205,6 +210,7 @@ def survey_levels(
         core = window.core
         x, _ = window.samples(left * scale.hop, right * scale.hop, scale.hop)
         count = -(-len(core) // scale.hop)
+        whole = min((len(core) + len(window.after)) // scale.hop - EDGE, count)
         shape = (scale.octaves, -(-count // BLOCK))
         levels.greatest.append(np.empty(shape))
         levels.least.append(np.empty(shape))
@@ -213,7 +219,7 @@ def survey_levels(
             x,
             left,
             count,
-            len(core) // scale.hop,
+            max(whole, 0),
             levels.counts,
             scale,
             after,
@@ -221,10 +227,13 @@ def survey_levels(
             levels.greatest[-1],
             levels.least[-1],
         )
-        # A frame with too short a past has no rise.
-        after[:, : max(scale.past - window.first // scale.hop, 0)] = 0.0
+        first, last = telling_frames(window, scale)
+        after[:, : max(first, 0)] = 0.0
+        after[:, max(last, 0) :] = 0.0
         levels.strongest = np.maximum(levels.strongest, strongest)
         levels.samples += len(core)
+        if np.issubdtype(core.dtype, np.floating):
+            levels.resolution = float(np.finfo(core.dtype).eps)
         levels.lowest = min(levels.lowest, float(core.min()))
         levels.highest = max(levels.highest, float(core.max()))
         for k in range(0, count, STRETCH):
@@ -238,6 +247,12 @@ def survey_levels(
     return levels
 
 
+def telling_frames(window: Window, scale: Scale) -> tuple[int, int]:
+    """First and last (exclusive) frame, from the core's first, with all that D needs beside it."""
+    last = (len(window.core) + len(window.after)) // scale.hop - EDGE - scale.forward
+    return scale.past - window.first // scale.hop, last
+
+
 def noise_floor(levels: Levels, scale: Scale) -> tuple[np.ndarray, float]:
     """Power below which a rise does not count, per octave; RMS of the noise [unit].
 
@@ -245,6 +260,7 @@ def noise_floor(levels: Levels, scale: Scale) -> tuple[np.ndarray, float]:
     with the probability of z (Wilson and Hilferty).
     """
     seen = levels.counts.sum(axis=1)
+    rounding = (levels.resolution * max(-levels.lowest, levels.highest)) ** 2
     total = 0.0
     floor = np.zeros(scale.octaves)
     for b, gain in enumerate(white_gains(scale)):
@@ -252,7 +268,7 @@ def noise_floor(levels: Levels, scale: Scale) -> tuple[np.ndarray, float]:
         power = 2.0 ** ((place + 0.5) / 64.0 - 300.0) if place else 0.0
         n = GROUP * scale.hop / 2 ** (b + 1)
         power /= (1.0 - 2.0 / (9.0 * n) + NORMAL_QUANTILE * math.sqrt(2.0 / (9.0 * n))) ** 3
-        floor[b] = SIGMAS**2 * max(power, RANGE * levels.strongest[b])
+        floor[b] = SIGMAS**2 * max(power, RANGE * levels.strongest[b], rounding)
         total += power / (gain * 2 ** (b + 1))
     return floor, math.sqrt(total)
 

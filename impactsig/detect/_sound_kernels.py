@@ -23,14 +23,16 @@ _LEAST_EXPONENT = -300.0
 
 
 class Scale(NamedTuple):
-    """Lengths: hop, lag and reach in samples; past, forward and spacing in frames of one hop."""
+    """Lengths: in samples, but past, forward and spacing in frames of one hop."""
 
     hop: int
     octaves: int
     past: int
     forward: int
     spacing: int
-    lag: int
+    short_lag: int
+    long_lag: int
+    slope: int
     reach: int
 
 
@@ -100,7 +102,8 @@ def rises(after, before, floor, count, ratio):
 def survey(x, left, frames, full, octaves_counts, scale, after, before, greatest, least):
     """Both-sided powers of the `frames` frames of a window, their block ranges, and noise counts.
 
-    The window x begins `left` frames before them. Only the first `full` of them count as noise.
+    The window x begins `left` frames before them. Only the first `full` of them are as they would
+    be in a longer record, and count as noise.
     `octaves_counts` (octaves, BINS) is added to. Returns the greatest group power of each octave.
     """
     n = len(x)
@@ -139,14 +142,14 @@ def _is_crest(ratio, j, spacing):
 
 
 @njit(cache=True, nogil=True)
-def search(x, left, frames, valid, start, floor, limits, active, scale, out):
+def search(x, left, frames, valid, telling, floor, limits, active, scale, out):
     """Find the impacts among the `frames` frames of a window and measure their attack and peak.
 
     Parameters
     ----------
     x : samples from `left` frames before the first frame to as many after the last as D needs
     valid : first and last (exclusive) index of x that is a sample of the record
-    start : the frames before this one have too short a past to be told from
+    telling : first and last (exclusive) frame whose past and forward stretches are complete
     floor : (octaves,) power below which a rise does not count
     limits : (ratio, least power over floor in every octave, least and greatest sample)
     active : for each block of frames, whether to search it
@@ -179,8 +182,9 @@ def search(x, left, frames, valid, start, floor, limits, active, scale, out):
         both_sides(power, margin - spacing, count, scale, after, before)
         ratio = np.empty(count)
         rises(after, before, floor, count, ratio)
-        for j in range(min(max(start - first + spacing, 0), count)):
-            ratio[j] = 1.0
+        for j in range(count):
+            if not telling[0] <= first + j - spacing < telling[1]:
+                ratio[j] = 1.0
         for j in range(spacing, count - spacing):
             if ratio[j] < limits[0] or not _is_crest(ratio, j, spacing):
                 continue
@@ -201,34 +205,61 @@ def search(x, left, frames, valid, start, floor, limits, active, scale, out):
 
 @njit(cache=True, nogil=True)
 def attack(x, at, valid, scale):
-    """First sample after the change of variance nearest to `at` [Maeda1985]_.
+    """First sample after the greatest change of variance near `at`.
 
-    The split k of the differences y over the past and forward stretches around `at` that makes
-    AIC(k) = k log var(y[:k]) + (N - k) log var(y[k:]) least, at most `reach` samples from `at`;
-    `at` itself where no such split raises the variance.
+    Of the innovations over the short and the long lag, those whose change is the more likely
+    count: room noise is weakest in the former, white noise in the latter. `at` itself where the
+    variance rises in neither.
     """
-    i0 = max(at - scale.past * scale.hop, valid[0] + scale.lag)
-    i1 = min(at + scale.forward * scale.hop, valid[1])
+    first = max(at - scale.past * scale.hop, valid[0] + scale.long_lag + scale.slope)
+    last = min(at + scale.forward * scale.hop, valid[1])
+    squares = np.empty(max(last - first, 0))
+    squared_innovations(x, first, scale.short_lag, scale.slope, squares)
+    short_split, short_gain = variance_change(squares, at - first, scale.reach)
+    squared_innovations(x, first, scale.long_lag, scale.slope, squares)
+    long_split, long_gain = variance_change(squares, at - first, scale.reach)
+    return first + (short_split if short_gain >= long_gain else long_split)
+
+
+@njit(cache=True, nogil=True)
+def squared_innovations(x, first, lag, slope, out):
+    """Squares of what a straight line through two earlier samples leaves of those from `first`.
+
+    y[i] = x[i] - x[i - lag] - lag / slope (x[i - lag] - x[i - lag - slope]): hum is straight.
+    """
+    share = lag / slope
+    for k in range(len(out)):
+        i = first + k
+        out[k] = (x[i] - (1.0 + share) * x[i - lag] + share * x[i - lag - slope]) ** 2
+
+
+@njit(cache=True, nogil=True)
+def variance_change(squares, at, reach):
+    """The split k of N squares at most `reach` from `at` after which they are greater [Maeda1985]_.
+
+    That which makes AIC(k) = k ln mean(squares[:k]) + (N - k) ln mean(squares[k:]) least; and by
+    how much that is less than N ln mean(squares). (at, -1) where the mean rises nowhere.
+    """
+    count = len(squares)
     total = 0.0
-    for i in range(i0, i1):
-        total += (x[i] - x[i - scale.lag]) ** 2
-    least_variance = 1e-12 * total / max(i1 - i0, 1)
-    best, best_at = np.inf, at
+    for k in range(count):
+        total += squares[k]
+    split, gain = at, -1.0
+    if total == 0.0:
+        return split, gain
+    whole, least = count * np.log(total / count), 1e-12 * total / count
     head = 0.0
-    for i in range(i0, i1 - 1):
-        head += (x[i] - x[i - scale.lag]) ** 2
-        k = i + 1
-        if k < at - scale.reach:
+    for k in range(1, min(count, at + reach + 1)):
+        head += squares[k - 1]
+        if k < at - reach:
             continue
-        if k > at + scale.reach:
-            break
-        v1 = max(head / (k - i0), least_variance)
-        v2 = max((total - head) / (i1 - k), least_variance)
-        if v2 > v1:
-            aic = (k - i0) * np.log(v1) + (i1 - k) * np.log(v2)
-            if aic < best:
-                best, best_at = aic, k
-    return best_at
+        before = max(head / k, least)
+        after = max((total - head) / (count - k), least)
+        if after > before:
+            gained = whole - k * np.log(before) - (count - k) * np.log(after)
+            if gained > gain:
+                split, gain = k, gained
+    return split, gain
 
 
 @njit(cache=True, nogil=True)
