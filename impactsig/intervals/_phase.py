@@ -89,15 +89,13 @@ def _drift(cycles: np.ndarray) -> np.ndarray:
     shift = np.linspace(-0.1, 0.1, 201)
     turn = np.exp(-2j * np.pi * shift[:, None] * HARMONICS)
     phase = np.zeros(len(centre))
-    template, slope = sums[:, 0].copy(), 0.0
+    template = sums[:, 0].copy()
     for k in range(1, len(centre)):
-        expected = phase[k - 1] + slope
-        turned = sums[:, k] * np.exp(-2j * np.pi * HARMONICS * expected)
+        turned = sums[:, k] * np.exp(-2j * np.pi * HARMONICS * phase[k - 1])
         overlap = ((turn * turned) @ template.conj()).real
         best = int(np.argmax(overlap))
         moved = shift[best] + (shift[1] - shift[0]) * _vertex(overlap, best)
-        phase[k] = expected + moved
-        slope += 0.5 * moved
+        phase[k] = phase[k - 1] + moved
         # the template fades, so that it follows an orbit that slowly changes
         template = 0.8 * template + turned * np.exp(-2j * np.pi * HARMONICS * moved)
     drift = np.interp(cycles, centre, phase)
