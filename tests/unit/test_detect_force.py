@@ -401,6 +401,7 @@ def test_nothing_in_the_negative_controls(shared_data, file, channel):
         assert len(impactsig.detect_impacts(rec, **settings)) == 0
 
 
+@pytest.mark.filterwarnings("ignore::impactsig.ImpactsigWarning")
 def test_commanded_shock_is_found_at_its_time(shared_data):
     rec = impactsig.read(
         shared_data("impact/ds7_lvm/impact0.3_vib0.5.lvm"), channel="excitation_shock"
