@@ -112,8 +112,8 @@ def detect_sound(
     -----
     Settings found right on real recordings: drums, `merge_within` 0.03 s (strokes on two drums
     are never quite at once); taps on a desk, `merge_within` 0.1 s (a finger bounces); keys of a
-    keyboard, `threshold` 15 and `merge_within` 0.3 s (press and release are two sounds; the mouse
-    that starts and stops the recording is duller than a key).
+    keyboard, `threshold` 15 and `merge_within` 0.3 s (press and release are two sounds; clicks at
+    both ends of those recordings, perhaps of a mouse, are duller than a key).
 
     An impact in the first 4 ms or the last 6 ms of a stretch cannot be told: there is too little
     beside it to compare.
