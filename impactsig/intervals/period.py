@@ -15,7 +15,7 @@ from .periodicity import LEAST_IMPACTS, Candidate, Periodicity
 LEAST_REPEATS = 4
 LEAST_SHARE = 0.8  # of the impacts a period predicts that must come, and of those that come
 LEAST_SLOT_SHARE = 0.7  # of the times that one of the m impacts is due it must come
-LEAST_CHANCE = 1e-3  # of the other impacts coming at random
+LEAST_CHANCE = 1e-4  # of the other impacts coming at random
 WIDEST_FORCED = 0.03  # jitter [forcing periods] beyond which a phase is no phase
 WIDEST_FREE = 0.045  # the same in mean intervals, where no forcing period is given
 CLOCK_ERROR = 2e-3  # relative, of the forcing period given against the clock of the recording
