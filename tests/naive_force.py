@@ -46,7 +46,7 @@ def pulse_shape(t, amplitude, start, rise, flat, fall, power):
     return amplitude * y
 
 
-def posterior_residuals(p, t, x):
+def posterior_residuals(p, t, x, log_edge):
     """Residuals of samples (in units of the noise) and of the priors."""
     amplitude, start, log_rise, log_flat, log_fall, log_power = p
     shape = pulse_shape(t, amplitude, start, *np.exp([log_rise, log_flat, log_fall, log_power]))
@@ -57,12 +57,13 @@ def posterior_residuals(p, t, x):
                 (log_rise - log_fall) / _pulse.SKEW_SD,
                 (log_flat - 0.5 * (log_rise + log_fall) - _pulse.FLAT_MEAN) / _pulse.FLAT_SD,
                 log_power / _pulse.POWER_SD,
+                (0.5 * (log_rise + log_fall) - log_edge) / _pulse.LENGTH_SD,
             ],
         )
     )
 
 
-def fit_pulse(t, x, p):
+def fit_pulse(t, x, log_edge, p):
     """The posterior's minimum by scipy, with finite differences: parameters and cost."""
-    result = least_squares(posterior_residuals, p, args=(t, x), xtol=1e-12, ftol=1e-12)
+    result = least_squares(posterior_residuals, p, args=(t, x, log_edge), xtol=1e-12, ftol=1e-12)
     return result.x, 2 * result.cost

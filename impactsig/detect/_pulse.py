@@ -8,7 +8,7 @@ and a quarter-sine fall, both edges raised to a common power q:
            A cos^q(pi/2 (t - t0 - r - p)/d)    r + p <= t - t0 < r + p + d
 
 Half-sines, skewed and flat-topped pulses and Hertzian contacts are (nearly) members; weak priors
-on symmetry, flatness and q keep the noise of faint pulses from being read as shape. A pulse that
+on length, symmetry, flatness and q keep the noise of faint pulses from being read as shape. A pulse that
 clearly is no member (residual variance more than twice the noise) is measured on its own edges:
 level crossings, extrapolated to the baseline along the edge.
 """
@@ -27,6 +27,7 @@ MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points 
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
 PARAMETERS = 6  # A, t0, ln r, ln p, ln d, ln q
 SKEW_SD, FLAT_SD, FLAT_MEAN, POWER_SD = 0.3, 1.0, -2.0, 0.15
+LENGTH_SD = 0.7  # of the logarithm of the edges, about the pulses the detector is matched to
 
 
 class Pulse(NamedTuple):
@@ -41,7 +42,7 @@ class Pulse(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def _model(p, points, x, normal):
+def _model(p, points, x, log_edge, normal):
     """Misfit, and with the priors the cost, at `p`; J^T J and J^T e go into `normal` (6 x 7).
 
     Samples and amplitude are in units of the noise. Only the lower triangle of J^T J is filled.
@@ -128,19 +129,22 @@ def _model(p, points, x, normal):
     skew = (p[2] - p[4]) / SKEW_SD
     flatness = (p[3] - 0.5 * (p[2] + p[4]) - FLAT_MEAN) / FLAT_SD
     power = p[5] / POWER_SD
+    length = (0.5 * (p[2] + p[4]) - log_edge) / LENGTH_SD
     a, b = 1.0 / SKEW_SD**2, 1.0 / FLAT_SD**2
-    normal[2, 2] += a + 0.25 * b
-    normal[4, 4] += a + 0.25 * b
-    normal[4, 2] += -a + 0.25 * b
+    c = 0.25 / LENGTH_SD**2
+    normal[2, 2] += a + 0.25 * b + c
+    normal[4, 4] += a + 0.25 * b + c
+    normal[4, 2] += -a + 0.25 * b + c
     normal[3, 3] += b
     normal[3, 2] -= 0.5 * b
     normal[4, 3] -= 0.5 * b
     normal[5, 5] += 1.0 / POWER_SD**2
-    normal[2, 6] -= skew / SKEW_SD - 0.5 * flatness / FLAT_SD
-    normal[4, 6] -= -skew / SKEW_SD - 0.5 * flatness / FLAT_SD
+    normal[2, 6] -= skew / SKEW_SD - 0.5 * flatness / FLAT_SD + 0.5 * length / LENGTH_SD
+    normal[4, 6] -= -skew / SKEW_SD - 0.5 * flatness / FLAT_SD + 0.5 * length / LENGTH_SD
     normal[3, 6] -= flatness / FLAT_SD
     normal[5, 6] -= power / POWER_SD
-    return misfit, misfit + skew * skew + flatness * flatness + power * power
+    priors = skew * skew + flatness * flatness + power * power + length * length
+    return misfit, misfit + priors
 
 
 @njit(cache=True, nogil=True)
@@ -174,16 +178,16 @@ def _solve(normal, damping, step):
 
 
 @njit(cache=True, nogil=True)
-def fit_pulse(points, x, p):
+def fit_pulse(points, x, log_edge, p):
     """Levenberg-Marquardt from `p`, in place; returns the residual variance over the noise's.
 
-    x and p[0] are in units of the noise.
+    x and p[0] are in units of the noise; log_edge is the logarithm of a typical edge's length.
     """
     here = np.empty((PARAMETERS, PARAMETERS + 1))
     there = np.empty((PARAMETERS, PARAMETERS + 1))
     step = np.empty(PARAMETERS)
     trial = np.empty(PARAMETERS)
-    misfit, cost = _model(p, points, x, here)
+    misfit, cost = _model(p, points, x, log_edge, here)
     damping = 1e-2
     for _ in range(25):
         if not _solve(here, damping, step):
@@ -192,7 +196,7 @@ def fit_pulse(points, x, p):
         for i in range(PARAMETERS):
             # Logarithms move by at most a factor of e a step, so no exponential overflows.
             trial[i] = p[i] + (step[i] if i < 2 else min(max(step[i], -1.0), 1.0))
-        new_misfit, new_cost = _model(trial, points, x, there)
+        new_misfit, new_cost = _model(trial, points, x, log_edge, there)
         if new_cost < cost:
             gain = cost - new_cost
             for i in range(PARAMETERS):
@@ -235,11 +239,15 @@ def _touch(x, top, step, limit, level):
     """Where the edge, followed outward to the last sample above `level`, comes down to zero.
 
     The parabola through that sample and the two before it, or their line where it does not
-    reach zero; never further out than the line from once to twice its slope allows.
+    reach zero; within a factor of two of the line, and not beyond the first sample that lies
+    below half of `level`.
     """
     last = top
     while last != limit and x[last + step] >= level:
         last += step
+    low = last
+    while low != limit and x[low] >= 0.5 * level:
+        low += step
     if last == limit or (top - last) * -step < 2:
         return _crossing(x, top, step, limit, level)
     x0, x1, x2 = x[last], x[last - step], x[last - 2 * step]
@@ -253,7 +261,7 @@ def _touch(x, top, step, limit, level):
     if square >= 0.0 and linear > 0.0:
         out = min(max(2.0 * x0 / (linear + math.sqrt(square)), 0.5 * out), 2.0 * out)
     touch = last + step * out
-    return max(touch, float(limit)) if step < 0 else min(touch, float(limit))
+    return max(touch, float(low)) if step < 0 else min(touch, float(low))
 
 
 @njit(cache=True, nogil=True)
@@ -277,15 +285,17 @@ def _valley(x, a, b):
 
 
 @njit(cache=True, nogil=True)
-def _remove_baseline(x, a, b, c, d, sigma, height):
+def _remove_baseline(x, a, b, c, d, sigma, height, at_top):
     """Subtract from x, in place, the line through x[a:b] and x[c:d] (a level where one is empty).
+
+    Returns its value at index `at_top`.
 
     Where the sides scatter far more than noise does (ringing, a neighbour), their median is used.
     """
     left, right = max(b - a, 0), max(d - c, 0)
     count = left + right
     if count < 4:
-        return
+        return 0.0
     side = np.empty(count)
     at = np.empty(count)
     for i in range(left):
@@ -308,6 +318,7 @@ def _remove_baseline(x, a, b, c, d, sigma, height):
         mean, slope = np.median(side), 0.0
     for i in range(len(x)):
         x[i] -= mean + slope * (i - centre)
+    return mean + slope * (at_top - centre)
 
 
 @njit(cache=True, nogil=True)
@@ -353,14 +364,24 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
     for i in range(first_top, last_top + 1):
         if x[i] > x[top]:
             top = i
-    height = x[top] - base
+    crest = x[top]
+    if crest - base < 12.0 * sigma:
+        # The greatest sample of a faint pulse is noise's choice; the response knows the middle.
+        top = peak - lo
+        count = 0
+        crest = 0.0
+        for i in range(max(0, top - width // 4), min(end, top + width // 4) + 1):
+            crest += x[i]
+            count += 1
+        crest /= count
+    height = crest - base
     # A stretch beside a pulse of the other sign has a low flank, but does not stand out.
     foot = -np.inf
     if top >= width:
         foot = _least(x, 0, top)
     if end - top >= width:
         foot = max(foot, _least(x, top + 1, end + 1))
-    if x[top] - foot < 0.4 * height:
+    if crest - foot < 0.4 * height:
         return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
     stop = base + max(0.1 * height, min(2.0 * sigma, 0.5 * height))
     left_limit = _valley(x, before - lo, top) if before >= lo and before - lo + 1 < top else 0
@@ -377,8 +398,8 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
             flags |= OPEN_END if x[index] >= stop else 0
         elif x[index] > base + 0.25 * height:
             flags |= UNRESOLVED
-    left = max(min(left, top - width // 2), left_limit)
-    right = min(max(right, top + width // 2), right_limit)
+    left = max(min(left, top - (width + 1) // 2), left_limit)
+    right = min(max(right, top + (width + 1) // 2), right_limit)
     margin = 2 + (right - left) // 4
     extent = 4 * (right - left)
     clear_left = max(0, left - margin - extent, before - lo + 2 * width if before >= lo else 0)
@@ -387,8 +408,10 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
     )
     for i in range(len(x)):
         x[i] -= base
-    _remove_baseline(x, clear_left, left - margin, right + margin + 1, clear_right, sigma, height)
-    height = x[top]
+    shift = _remove_baseline(
+        x, clear_left, left - margin, right + margin + 1, clear_right, sigma, height, top
+    )
+    height = max(height - shift, 1e-3 * abs(height))
 
     pad = max(3, (right - left) // 2)
     a, b = max(left_limit, left - pad), min(right_limit, right + pad) + 1
@@ -407,8 +430,7 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
                 total_k += x[i]
             means[k] = total_k / (per * unit)
         # A faint pulse has no half-height crossings to trust; it starts from the matched width.
-        half_left = peak - lo - 0.45 * width
-        half_right = peak - lo + 0.45 * width
+        half_left, half_right = top - 0.45 * width, top + 0.45 * width
         if height > 12.0 * sigma:
             half_left = _crossing(x, top, -1, a, 0.5 * height)
             half_right = _crossing(x, top, 1, b - 1, 0.5 * height)
@@ -418,13 +440,15 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
         p[2] = p[4] = math.log(0.45 * span)
         p[3] = math.log(0.1 * span)
         p[5] = 0.0
-        misfit = fit_pulse(points, means, p)
+        misfit = fit_pulse(points, means, math.log(0.6 * width), p)
         length = math.exp(p[2]) + math.exp(p[3]) + math.exp(p[4])
         # An edge beyond the valley to a neighbour would be read from the neighbour's samples.
         left_most = left_limit - 1.0 if a == left_limit else a - pad
         right_most = right_limit + 1.0 if b == right_limit + 1 else b + pad
         inside = p[1] > left_most and p[1] + length < right_most
-        fits = misfit < 2.0 and p[0] > 0.0 and inside
+        # What does not fit a faint pulse is not its shape, and its edges tell even less.
+        faint = height < 8.0 * sigma
+        fits = (misfit < 2.0 or faint) and p[0] > 0.0 and inside
     if fits:
         start, contact, crest = p[1], length, p[0] * unit
         rise = math.exp(p[2]) + 0.5 * math.exp(p[3])

@@ -268,9 +268,9 @@ def test_pulse_fit_finds_the_posterior_minimum():
         )
         first = np.array([amplitude, 7.5, np.log(6.5), np.log(1.5), np.log(6.5), 0.0])
         p = first.copy()
-        fit_pulse(t, x, p)
-        cost = np.sum(naive_force.posterior_residuals(p, t, x) ** 2)
-        worse += cost > naive_force.fit_pulse(t, x, first)[1] + 0.05
+        fit_pulse(t, x, np.log(6.0), p)
+        cost = np.sum(naive_force.posterior_residuals(p, t, x, np.log(6.0)) ** 2)
+        worse += cost > naive_force.fit_pulse(t, x, np.log(6.0), first)[1] + 0.05
     # The cost has kinks where a sample enters the pulse: now and then either stops at another
     # of its minima.
     assert worse <= 12
