@@ -47,11 +47,12 @@ def detect_impacts(
     channel : str or int, optional
         Which channel, where there are several.
     threshold : float or str, optional
-        Level that the matched response (the mean over the width of a typical pulse less that of
-        its flanks; see Notes) must reach: in the recording's unit, or as a multiple of its
-        noise, ``"6 sigma"``. For sound it is a multiple of the noise, given either way. By
-        default at least 5 sigma, and such that Gaussian noise would be taken for an impact once
-        in twenty recordings, or once in 500 impacts.
+        Force: level that the matched response must reach (see Notes), in the recording's unit, or
+        as a multiple of its noise, ``"6 sigma"``. By default at least 5 sigma, and such that
+        Gaussian noise would be taken for an impact once in twenty recordings, or once in 500
+        impacts.
+        Sound: how many times the noise an impact must reach in every octave, given either way.
+        By default it need not; what counts is the rise of power.
     polarity : {"auto", "positive", "negative"}
         Direction of the pulses of a force record; "auto" takes that of the strongest ones.
     contact_level : float
