@@ -8,9 +8,9 @@ and a quarter-sine fall, both edges raised to a common power q:
            A cos^q(pi/2 (t - t0 - r - p)/d)    r + p <= t - t0 < r + p + d
 
 Half-sines, skewed and flat-topped pulses and Hertzian contacts are (nearly) members; weak priors
-on length, symmetry, flatness and q keep the noise of faint pulses from being read as shape. A pulse that
-clearly is no member (residual variance more than twice the noise) is measured on its own edges:
-level crossings, extrapolated to the baseline along the edge.
+on length, symmetry, flatness and q keep the noise of faint pulses from being read as shape. A
+pulse that clearly is no member (residual variance more than twice the noise) is measured on its
+own edges: the last samples above a level, extrapolated to the baseline along the edge.
 """
 
 from __future__ import annotations
