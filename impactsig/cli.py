@@ -78,14 +78,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def report(chosen: argparse.Namespace) -> None:
     """Analyse a file and write the HTML report."""
-    from .report import write_report
+    from .report import analyse_to_page
 
-    path = write_report(
+    analysis, path = analyse_to_page(
         chosen.file,
         chosen.output,
         forcing_frequency=chosen.forcing_frequency,
         **_given(chosen, READING + DETECTING),
     )
+    print(one_line(analysis.summary()))
     print(f"report: {one_line(path)}")
 
 
@@ -133,12 +134,15 @@ def info(chosen: argparse.Namespace) -> None:
 
 def demo(chosen: argparse.Namespace) -> None:
     """Analyse a recording that comes with the package; its report is written to this folder."""
-    from .report import analyse, write_page
+    from .report import analyse_to_page
 
-    analysis = analyse(
-        _sample("loadcell_periodic_22.1Hz.wav"), sensor="force", unit="V", forcing_frequency=22.1
+    analysis, path = analyse_to_page(
+        _sample("loadcell_periodic_22.1Hz.wav"),
+        "impactsig-demo.html",
+        sensor="force",
+        unit="V",
+        forcing_frequency=22.1,
     )
-    path = write_page(analysis, "impactsig-demo.html")
     print(analysis.summary())
     print(f"report: {one_line(path.resolve())}")
 

@@ -224,7 +224,7 @@ def pulse(
         for name, level, colour, style in levels:
             if level is not None:
                 height = rest + side * abs(level)
-                label = plain(f"{name} {level:.2g} {impacts.unit}")
+                label = plain(f"{name} {level:.3g} {impacts.unit}")
                 ax.axhline(height, color=colour, linestyle=style, linewidth=1, label=label)
         if ax.get_legend_handles_labels()[0]:
             ax.legend(

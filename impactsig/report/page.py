@@ -61,12 +61,20 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
     UnwritableFile
         If the page cannot be written; what stood there before is untouched.
     """
+    return analyse_to_page(source_path, output, **options)[1]
+
+
+def analyse_to_page(
+    source_path: str | Path, output: str | Path | None = None, **options: Any
+) -> tuple[Analysis, Path]:
+    """As `write_report`, with the analysis that the page shows."""
     name = Path(source_path).name
     target = Path(f"impactsig-report-{name}.html") if output is None else Path(output)
     with atomic_path(target) as temporary:
         # Opened first: hours of analysis must not end at a folder that cannot be written.
-        temporary.write_text(render(analyse(source_path, **options)), encoding="utf-8")
-    return target
+        analysis = analyse(source_path, **options)
+        temporary.write_text(render(analysis), encoding="utf-8")
+    return analysis, target
 
 
 def write_page(analysis: Analysis, output: str | Path) -> Path:

@@ -97,10 +97,12 @@ def test_info_lists_the_channels(recording, capsys):
     assert "TRUNCATED" not in out
 
 
-def test_report_says_where_it_was_written(recording, capsys, tmp_path, monkeypatch):
+def test_report_says_what_was_found_and_where_it_stands(recording, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run("report", recording, "--sensor=force", "--forcing-frequency=20") == 0
-    assert capsys.readouterr().out == "report: impactsig-report-rig.wav.html\n"
+    summary, where = capsys.readouterr().out.splitlines()
+    assert summary.startswith("period(1,1): 1 impact per forcing period; 19 impacts in 1 s")
+    assert where == "report: impactsig-report-rig.wav.html"
     assert "period(1,1)" in (tmp_path / "impactsig-report-rig.wav.html").read_text()
 
 

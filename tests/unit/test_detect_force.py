@@ -38,7 +38,7 @@ def half_sines(times, contact=300e-6, amplitude=1.0, duration=0.2, offset=0.0, n
 # -- the numbers promised ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1, 2, 109])
 def test_load_cell_with_defaults(seed):
     truth = load_cell(seed=seed)
     found = impactsig.detect_impacts(recording(truth.samples))
