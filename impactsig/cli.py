@@ -274,7 +274,12 @@ def _number(text: str) -> float:
 
 
 def _threshold(text: str) -> float | str:
-    return text if text.endswith(("sigma", "sigmas", "σ")) else _number(text)
+    if text.endswith(("sigma", "sigmas", "σ")):
+        return text
+    try:
+        return _number(text)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f'{error}, nor noise levels such as "6 sigma"') from None
 
 
 def _given(chosen: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:

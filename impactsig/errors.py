@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 from typing import Any
 
 
@@ -31,7 +33,8 @@ class InvalidInput(ImpactsigError, ValueError):
 
     def __init__(self, argument: str, value: Any, required: str, remedy: str = "") -> None:
         self.argument, self.value, self.required, self.remedy = argument, value, required, remedy
-        shown = value if isinstance(value, str) and value else repr(value)
+        text = os.fspath(value) if isinstance(value, os.PathLike) else value
+        shown = text if isinstance(text, str) and text else repr(value)
         if len(shown) > 80:
             shown = shown[:77] + "..."
         message = f"{argument}: got {shown}; required: {required}"
@@ -92,6 +95,24 @@ class MissingExtra(ImpactsigError, ImportError):
     def __reduce__(self) -> tuple[Any, ...]:
         """Keep the fields when the error crosses a process boundary."""
         return type(self), (self.library, self.extra, self.purpose)
+
+
+def finite_number(argument: str, value: Any, required: str) -> float:
+    """`value` as a float.
+
+    Raises
+    ------
+    InvalidInput
+        If it is no number, or not finite.
+    """
+    try:
+        # Text that could be read as a number would fail later, in arithmetic.
+        number = math.nan if isinstance(value, (str, bytes)) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise InvalidInput(argument, value, required)
+    return number
 
 
 class ImpactsigWarning(UserWarning):

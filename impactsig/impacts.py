@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._atomic import atomic_path
-from .errors import InvalidInput, MissingExtra, UnreadableFile
+from .errors import InvalidInput, MissingExtra, UnreadableFile, finite_number
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -127,9 +127,13 @@ class Impacts:
         if store["flags"].shape != time.shape:
             raise InvalidInput("flags", f"shape {flags.shape}", f"shape {time.shape}")
         store["gaps"] = np.asarray(self.gaps, float).reshape(-1, 2)
-        start = float(time[0]) if self.start is None and len(time) else float(self.start or 0.0)
+        start = float(time[0]) if len(time) else 0.0
+        if self.start is not None:
+            start = finite_number("start", self.start, "a finite time [s]")
         last = float(time[-1]) if len(time) else start
-        duration = last - start if self.duration is None else float(self.duration)
+        duration = last - start
+        if self.duration is not None:
+            duration = finite_number("duration", self.duration, "a finite time, 0 or greater [s]")
         if not (np.isfinite(start) and np.isfinite(duration) and duration >= 0):
             raise InvalidInput(
                 "start, duration", f"{start}, {duration}", "finite, duration >= 0 [s]"
@@ -337,9 +341,9 @@ class Impacts:
         arrow, parquet = _pyarrow()
         try:
             table = parquet.read_table(path)
-        except (OSError, arrow.ArrowException) as error:
-            raise UnreadableFile(path, f"not a Parquet table ({error})") from error
-        run = json.loads((table.schema.metadata or {}).get(b"impactsig", b"{}"))
+            run = json.loads((table.schema.metadata or {}).get(b"impactsig", b"{}"))
+        except (OSError, ValueError, arrow.ArrowException) as error:
+            raise UnreadableFile(path, f"not a Parquet table of impacts ({error})") from error
         return cls._from_frame(path, table.to_pandas(), run)
 
     def _run(self) -> dict[str, Any]:
@@ -380,9 +384,11 @@ class Impacts:
         return plot.spike_train(self, ax=ax, **options)
 
     def __repr__(self) -> str:
-        parts = [f"{len(self)} impacts in {self.duration:.6g} s"]
-        if len(self) > 1:
-            parts.append(f"median interval {np.median(np.diff(self.time)):.4g} s")
+        count = "1 impact" if len(self) == 1 else f"{len(self)} impacts"
+        parts = [f"{count} in {self.duration:.6g} s"]
+        intervals = self.intervals()
+        if len(intervals):
+            parts.append(f"median interval {np.median(intervals):.4g} s")
         if self.contact_time is not None and len(self):
             parts.append(f"median contact {np.median(self.contact_time):.3g} s")
         if self.threshold is not None:
@@ -403,7 +409,11 @@ def flag_names(flags: int) -> str:
 
 def _vector(name: str, value: Iterable[float], length: int | None = None) -> np.ndarray:
     try:
-        array = np.array(value, dtype=np.float64)
+        given = np.asarray(value)
+        if given.dtype.kind in "mMc":
+            # NumPy would count dates in a unit of its own, and drop imaginary parts.
+            raise TypeError
+        array = np.array(given, dtype=np.float64)
     except (TypeError, ValueError):
         raise InvalidInput(name, value, "an array of real numbers") from None
     if array.ndim != 1 or (length is not None and len(array) != length):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .errors import InvalidInput
+from .errors import InvalidInput, finite_number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,37 +63,41 @@ class Recording:
     truncated: bool = field(default=False)
 
     def __post_init__(self) -> None:
-        samples = np.asarray(self.samples)
+        try:
+            samples = np.asarray(self.samples)
+        except ValueError:
+            raise InvalidInput("samples", self.samples, "rows of equal length") from None
         if samples.ndim not in (1, 2):
             raise InvalidInput("samples", f"shape {samples.shape}", "shape (n,) or (n, channels)")
         if samples.dtype.kind not in "biuf":
             raise InvalidInput("samples", f"dtype {samples.dtype}", "real numbers")
         if samples.dtype not in (np.float32, np.float64):
             samples = samples.astype(np.float64)
+        if isinstance(self.samples, np.ma.MaskedArray):
+            # What lies under the mask is no measurement.
+            samples = np.where(
+                np.ma.getmaskarray(self.samples), samples.dtype.type(np.nan), samples
+            )
         count = 1 if samples.ndim == 1 else samples.shape[1]
         if count == 0:
             raise InvalidInput("samples", f"shape {samples.shape}", "at least one channel")
-        try:
-            rate = float(self.rate)
-        except (TypeError, ValueError):
-            raise InvalidInput("rate", self.rate, "a positive number [Hz]") from None
-        if not (np.isfinite(rate) and rate > 0):
+        rate = finite_number("rate", self.rate, "a positive number [Hz]")
+        if rate <= 0:
             raise InvalidInput("rate", self.rate, "a positive number [Hz]")
-        if not np.isfinite(self.start):
-            raise InvalidInput("start", self.start, "a finite time [s]")
+        start = finite_number("start", self.start, "a finite time [s]")
         if self.sensor not in ("force", "sound"):
             raise InvalidInput("sensor", self.sensor, '"force" or "sound"')
-        units = (self.units,) * count if isinstance(self.units, str) else tuple(self.units)
+        units = (self.units,) * count if isinstance(self.units, str) else tuple(self.units or ())
         units = units or ("",) * count
-        names = (self.channels,) if isinstance(self.channels, str) else tuple(self.channels)
+        names = (self.channels,) if isinstance(self.channels, str) else tuple(self.channels or ())
         names = names or (("",) if count == 1 else tuple(f"channel {i}" for i in range(count)))
         for argument, given in (("units", units), ("channels", names)):
-            if len(given) != count:
-                raise InvalidInput(argument, given, f"one entry a channel ({count})")
+            if len(given) != count or not all(isinstance(text, str) for text in given):
+                raise InvalidInput(argument, given, f"one text a channel ({count})")
         for name, value in (
             ("samples", samples),
             ("rate", rate),
-            ("start", float(self.start)),
+            ("start", start),
             ("units", units),
             ("channels", names),
         ):
@@ -160,6 +164,8 @@ class Recording:
             If scale is zero, or either number is not finite.
         """
         check_calibration(scale, offset)
+        if not isinstance(unit, str | None):
+            raise InvalidInput("unit", unit, "text")
         units = self.units if unit is None else (unit,) * len(self.units)
         samples = self.samples
         if scale != 1.0 or offset != 0.0:
@@ -179,7 +185,7 @@ class Recording:
         """
         from scipy.signal import firwin, resample_poly
 
-        if not (np.isfinite(rate) and rate > 0):
+        if finite_number("rate", rate, "a positive number [Hz]") <= 0:
             raise InvalidInput("rate", rate, "a positive number [Hz]")
         ratio = Fraction(rate / self.rate).limit_denominator(10_000)
         if ratio == 0 or ratio.numerator > 10_000 or abs(self.rate * ratio / rate - 1) > 1e-9:
@@ -207,8 +213,8 @@ class Recording:
             Start of each span [s].
         low, high : ndarray, shape (m,) or (m, channels)
         """
-        if bins < 1:
-            raise InvalidInput("bins", bins, "at least 1")
+        if not isinstance(bins, (int, np.integer)) or bins < 1:
+            raise InvalidInput("bins", bins, "a whole number, at least 1")
         count = len(self.samples)
         edges = np.unique(np.linspace(0, count, min(bins, count) + 1).astype(np.intp)[:-1])
         if count == 0:
@@ -288,10 +294,9 @@ def sample_span(
     end = origin + count / rate
     bounds = []
     for name, value, default in (("start", start, origin), ("stop", stop, end)):
-        if value is not None and not np.isfinite(value):
-            raise InvalidInput(name, value, "a finite time [s]")
+        bound = default if value is None else finite_number(name, value, "a finite time [s]")
         # A bound that names a sample's own time must hit it in spite of rounding.
-        index = np.ceil(((default if value is None else value) - origin) * rate - 1e-6)
+        index = np.ceil((bound - origin) * rate - 1e-6)
         bounds.append(int(np.clip(index, 0, count)))
     first, last = bounds
     if first >= last and not (count == 0 and start is None and stop is None):
@@ -305,10 +310,9 @@ def sample_span(
 
 def check_calibration(scale: float, offset: float) -> None:
     """Raise InvalidInput unless `scale` is finite and not zero, and `offset` finite."""
-    if not np.isfinite(scale) or scale == 0:
+    if finite_number("scale", scale, "a finite number other than 0") == 0:
         raise InvalidInput("scale", scale, "a finite number other than 0")
-    if not np.isfinite(offset):
-        raise InvalidInput("offset", offset, "a finite number")
+    finite_number("offset", offset, "a finite number")
 
 
 def _sparkline(rec: Recording, width: int = 360, height: int = 60) -> str:

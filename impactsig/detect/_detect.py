@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..errors import InvalidInput
+from ..errors import InvalidInput, finite_number
 from ..impacts import Impacts
 from ..recording import Sensor
 from ._merge import Columns, keep_first, merge
@@ -98,7 +98,7 @@ def detect_impacts(
     >>> impacts = impactsig.detect_impacts("hammer.tdms", channel="F", contact_level=5.0)
     ...                                                                    # doctest: +SKIP
     """
-    if polarity not in _SIGNS:
+    if polarity not in tuple(_SIGNS):
         raise InvalidInput("polarity", polarity, '"auto", "positive" or "negative"')
     if sensor not in (None, "force", "sound"):
         raise InvalidInput("sensor", sensor, '"force" or "sound"')
@@ -107,7 +107,7 @@ def detect_impacts(
         ("merge_within", merge_within),
         ("dead_time", dead_time),
     ):
-        if not (math.isfinite(value) and value >= 0):
+        if finite_number(name, value, "a finite number, 0 or greater") < 0:
             raise InvalidInput(name, value, "a finite number, 0 or greater")
     chosen = parse_threshold(threshold)
     opened = open_source(source, channel, sensor, gaps)
@@ -208,10 +208,19 @@ def _find_force(
     reason = ""
     if not len(start):
         shown = f" {unit}" if unit else ""
-        reason = (
-            f"the strongest response is {found.strongest:.3g}{shown}, below the threshold of "
-            f"{levels.threshold:.3g}{shown} (noise of the response {levels.matched_noise:.3g})"
-        )
+        level_text = f"the threshold of {levels.threshold:.3g}{shown}"
+        noise_text = f"(noise of the response {levels.matched_noise:.3g})"
+        if found.reached >= levels.threshold:
+            reason = (
+                f"what exceeds {level_text} is no pulse: it does not come back down on both "
+                "sides (a step, a ramp)"
+            )
+        elif found.strongest < levels.threshold:
+            strongest = f"{found.strongest:.3g}{shown}"
+            reason = f"the strongest response is {strongest}, below {level_text} {noise_text}"
+        else:
+            # At another width than that of the search it may be above.
+            reason = f"all responses are below {level_text} {noise_text}"
     return columns, {
         "threshold": levels.threshold,
         "release": levels.release,

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..errors import InvalidInput
-from ..recording import Recording, Sensor
+from ..recording import Recording, Sensor, channel_index
 from ._stream import Piece, finite_runs
 from ._watching import progress
 
@@ -37,12 +37,22 @@ class Source:
         expected = 0
         with progress(self.total) as advance:
             for block in self.blocks:
+                if not isinstance(block, Recording):
+                    kind = type(block).__name__
+                    raise InvalidInput("source", f"a block of {kind}", "blocks of Recordings")
                 x = _one_channel(block, self.channel)
                 if block.rate != rate:
                     raise InvalidInput(
                         "source",
                         f"a block at {block.rate:g} Hz",
                         f"blocks at one rate ({rate:g} Hz)",
+                    )
+                chosen = 0 if self.channel is None else channel_index(block.channels, self.channel)
+                if block.units[chosen] != self.head.unit:
+                    raise InvalidInput(
+                        "source",
+                        f"a block in {block.units[chosen] or 'no unit'}",
+                        f"blocks in one unit ({self.head.unit or 'none'})",
                     )
                 first = round((block.start - start) * rate)
                 if first != expected:

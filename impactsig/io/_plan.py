@@ -9,9 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
-from ..errors import ImpactsigWarning, InvalidInput, UnreadableFile
+from ..errors import ImpactsigWarning, InvalidInput, UnreadableFile, finite_number
 from ..recording import Recording, Sensor, channel_index, check_calibration, sample_span
 from ._source import Signal, Source
 from .formats import guarded, open_file
@@ -49,7 +47,7 @@ def prepare(
 ) -> tuple[Source, Plan]:
     """Open the file and settle what is to be read of it."""
     check_calibration(scale, offset)
-    if rate is not None and not (np.isfinite(rate) and rate > 0):
+    if rate is not None and finite_number("rate", rate, "a positive number [Hz]") <= 0:
         raise InvalidInput("rate", rate, "a positive number [Hz]")
     if sensor not in (None, "force", "sound"):
         raise InvalidInput("sensor", sensor, '"force" or "sound"')

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ..errors import ImpactsigWarning, InvalidInput
+from ..errors import ImpactsigWarning, InvalidInput, finite_number
 from ..recording import Recording, Sensor
 
 if TYPE_CHECKING:
@@ -133,10 +133,11 @@ def analyse(
     from ..intervals import identify_period
     from ..io import info
 
-    if forcing_frequency is not None and not (
-        np.isfinite(forcing_frequency) and forcing_frequency > 0
+    required = "a positive frequency [Hz]"
+    if forcing_frequency is not None and (
+        finite_number("forcing_frequency", forcing_frequency, required) <= 0
     ):
-        raise InvalidInput("forcing_frequency", forcing_frequency, "a positive frequency [Hz]")
+        raise InvalidInput("forcing_frequency", forcing_frequency, required)
     reading = _given(
         channel=channel,
         start=start,

@@ -62,7 +62,7 @@ def notes(analysis: Analysis) -> list[str]:
     if len(impacts.gaps):
         lost = float(np.diff(impacts.gaps, axis=1).sum())
         told.append(
-            f"{len(impacts.gaps)} gaps, {lost:.4g} s in all, hold no valid samples; "
+            f"{_counted(len(impacts.gaps), 'gap')}, {lost:.4g} s in all, without valid samples; "
             "no interval is taken across one."
         )
     for bit, name in FLAG_NAMES.items():
@@ -75,6 +75,10 @@ def notes(analysis: Analysis) -> list[str]:
             "threshold (--threshold), another channel, or what recorded it (--sensor)."
         )
     return list(dict.fromkeys(printable(text) for text in told))
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 _MEANING = {

@@ -173,6 +173,11 @@ def test_a_wrong_command_line_exits_with_2(words, capsys):
     assert "usage: impactsig" in capsys.readouterr().err
 
 
+def test_what_a_threshold_may_be_is_told(capsys):
+    assert run("detect", "x.wav", "--threshold", "5 bananas") == 2
+    assert '"6 sigma"' in capsys.readouterr().err
+
+
 def test_an_output_of_no_known_kind_is_refused_before_work_begins(tmp_path, capsys):
     assert run("detect", tmp_path / "none.wav", "-o", tmp_path / "table.xlsx") == 1
     assert ".csv or .parquet" in capsys.readouterr().err

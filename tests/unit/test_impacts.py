@@ -174,3 +174,33 @@ def test_repr_says_what_there_is():
     assert repr(Impacts([], reason="too quiet")) == "Impacts(0 impacts in 0 s; too quiet)"
     assert "<td>" in five()._repr_html_()
     assert flag_names(CLIPPED | OPEN_END) == "open end, clipped"
+
+
+@pytest.mark.parametrize(
+    "time", [np.array(["2020-01-01", "2020-01-02"], "M8[s]"), [1 + 1j, 2 + 1j]]
+)
+def test_dates_and_complex_numbers_are_no_times(time):
+    with pytest.raises(InvalidInput, match="real numbers"):
+        Impacts.from_times(time)
+
+
+@pytest.mark.parametrize("span", [{"duration": "x"}, {"start": "x"}, {"start": np.nan}])
+def test_a_span_that_is_no_number_is_refused(span):
+    with pytest.raises(InvalidInput, match=next(iter(span))):
+        Impacts([1.0, 2.0], **span)
+
+
+def test_repr_takes_no_interval_across_a_gap():
+    assert "median interval 1 s" in repr(Impacts([0.0, 1.0, 9.0, 10.0], gaps=[[2.0, 8.0]]))
+    assert "interval" not in repr(Impacts([0.0, 9.0], gaps=[[2.0, 8.0]]))
+    assert "(1 impact in" in repr(Impacts([1.0]))
+
+
+def test_a_foreign_note_in_a_parquet_file_is_told(tmp_path):
+    arrow = pytest.importorskip("pyarrow")
+    from pyarrow import parquet
+
+    table = arrow.table({"time": [1.0]}).replace_schema_metadata({b"impactsig": b"{"})
+    parquet.write_table(table, tmp_path / "x.parquet")
+    with pytest.raises(UnreadableFile, match="Parquet"):
+        Impacts.read_parquet(tmp_path / "x.parquet")

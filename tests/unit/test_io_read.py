@@ -184,3 +184,8 @@ def test_importing_the_readers_costs_nothing():
     code = f"import sys, impactsig.io; print([m for m in {heavy.split()!r} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_rate_that_is_text_is_refused(stereo):
+    with pytest.raises(InvalidInput, match="rate"):
+        io.read(stereo, rate="100")

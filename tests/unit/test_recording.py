@@ -116,3 +116,38 @@ def test_text_and_picture_are_safe_and_short():
     assert "<svg" in page
     assert Recording(np.full(4, np.nan), 1.0)._repr_html_()
     assert Recording(np.empty(0), 1.0)._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("argument", "known"),
+    [
+        ("samples", {"samples": [[1.0], [1.0, 2.0]]}),
+        ("start", {"start": None}),
+        ("start", {"start": "noon"}),
+        ("units", {"units": [5]}),
+        ("channels", {"channels": [5]}),
+    ],
+)
+def test_what_is_no_number_or_no_text_is_named(argument, known):
+    with pytest.raises(InvalidInput, match=argument):
+        Recording(**{"samples": np.zeros(5), "rate": RATE, **known})
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda x: x.between("1", 2),
+        lambda x: x.calibrate("2"),
+        lambda x: x.calibrate(2.0, unit=5),
+        lambda x: x.resample(None),
+        lambda x: x.envelope(2.5),
+    ],
+)
+def test_methods_refuse_what_is_no_number(call):
+    with pytest.raises(InvalidInput):
+        call(ramp())
+
+
+def test_masked_samples_are_missing_ones():
+    samples = np.ma.masked_greater(np.array([1.0, 2.0, 99.0]), 50.0)
+    np.testing.assert_array_equal(Recording(samples, RATE).samples, [1.0, 2.0, np.nan])

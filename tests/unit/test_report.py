@@ -30,7 +30,7 @@ from impactsig import (
 from impactsig.report import Analysis, analyse, write_page
 from impactsig.report import analysis as analysis_module
 from impactsig.report.analysis import mean_and_spread, overview_of, typical
-from impactsig.report.contents import download, printable, table
+from impactsig.report.contents import download, notes, printable, table
 from impactsig.report.interactive import MARKED, marked, script_safe
 
 RATE = 50_000
@@ -176,7 +176,7 @@ def test_channels_are_offered_under_the_numbers_by_which_they_are_chosen(tmp_pat
     assert analyse(path, rate=100.0, channel="1").overview.channels == ("b",)
 
 
-@pytest.mark.parametrize("frequency", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("frequency", [0.0, -1.0, float("nan"), float("inf"), "20"])
 def test_a_forcing_frequency_is_positive(recording, frequency):
     with pytest.raises(InvalidInput, match="forcing_frequency"):
         analyse(recording, forcing_frequency=frequency)
@@ -454,3 +454,12 @@ def test_a_browser_draws_the_waveform_under_the_policy_of_the_page(page, tmp_pat
     told = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
     assert len(told) == 1
     assert "document idle" in told[0]
+
+
+def test_one_gap_is_one(tmp_path):
+    path = tmp_path / "x.csv"
+    samples = np.random.default_rng(0).normal(size=1000)
+    samples[400:410] = np.nan
+    np.savetxt(path, samples)
+    told = notes(analyse(path, rate=1000.0, gaps="split"))
+    assert any(text.startswith("1 gap, 0.01 s in all, without valid") for text in told)

@@ -1,0 +1,44 @@
+"""What `detect_impacts` refuses, and what it says where it finds nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from impactsig import InvalidInput, Recording, detect_impacts
+
+RATE = 10_000.0
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"polarity": ["up"]},
+        {"contact_level": "x"},
+        {"merge_within": None},
+        {"merge_within": "x"},
+        {"dead_time": None},
+    ],
+)
+def test_what_is_no_number_is_named(options):
+    with pytest.raises(InvalidInput, match=next(iter(options))):
+        detect_impacts(Recording(np.zeros(100), RATE), **options)
+
+
+def test_a_block_that_is_no_recording_is_named():
+    with pytest.raises(InvalidInput, match="a block of int"):
+        detect_impacts([Recording(np.zeros(100), RATE), 3])
+
+
+def test_a_step_is_not_said_to_stay_below_the_threshold():
+    found = detect_impacts(Recording(np.repeat([0.0, 1.0], 500), RATE, units="N"))
+    assert len(found) == 0
+    assert "no pulse" in found.reason
+    assert "below" not in found.reason
+
+
+def test_blocks_in_different_units_are_refused():
+    force = Recording(np.zeros(100), RATE, units="N")
+    volts = Recording(np.zeros(100), RATE, units="V", start=force.stop)
+    with pytest.raises(InvalidInput, match="a block in V"):
+        detect_impacts([force, volts])
