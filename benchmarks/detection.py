@@ -49,7 +49,7 @@ def row(name: str, find: Callable, truth, tolerances) -> dict:
         line[f"F1 {tolerance * 1e3:g} ms"] = f1
         if tolerance == tolerances[0]:
             line["timing RMS us"] = rms * 1e6
-            if contacts is not None and len(pairs):
+            if contacts is not None and np.isfinite(truth.contact_time).all():
                 error = (contacts[pairs[:, 0]] - truth.contact_time[pairs[:, 1]]) * 1e6
                 line["contact bias us"] = error.mean()
                 line["contact RMS us"] = np.sqrt(np.mean(error**2))

@@ -24,7 +24,7 @@ from ._survey import Survey, survey
 
 LEAST_SAMPLES = 32  # a shorter record shows no noise to tell an impact from
 FLOOR = 0.005  # of the strongest response: the least automatic threshold
-ROW = 8  # start, contact, peak, impulse, rise, flags, clipped, response
+ROW = 9  # start, contact, peak, impulse, rise, flags, clipped, response, noise of it
 
 
 class ForceImpacts(NamedTuple):
@@ -78,16 +78,21 @@ def detect_force(
     search: _Search | None = None
     for frame in frames(pieces(), size):
         if frame.offset == 0:
-            search = _Search(record, frame.segment, matched, levels, contact_level, skip)
+            search = _Search(
+                record, frame.segment, matched, levels, given is None, contact_level, skip
+            )
         assert search is not None
         found.append(search.feed(frame))
     rows = np.concatenate(found)
     reached = float(rows[:, 7].max(initial=0.0))
     rows = rows[rows[:, 5] != NO_PULSE]
-    if given is None and matched_noise > 0:
-        certain = discovery_level(rows[:, 7] / matched_noise, record.samples / matched.width)
+    if given is None:
+        # Where there is no noise at all, every response is certain.
+        sigmas = np.full(len(rows), np.inf)
+        np.divide(rows[:, 7], rows[:, 8], out=sigmas, where=rows[:, 8] > 0)
+        certain = discovery_level(sigmas, record.samples / matched.width)
+        rows = rows[sigmas >= certain]
         levels = levels._replace(threshold=max(level, certain * matched_noise))
-        rows = rows[rows[:, 7] >= levels.threshold]
     rows = rows[_distinct(rows)]
     flags = rows[:, 5].astype(np.uint8) | (CLIPPED * rows[:, 6]).astype(np.uint8)
     return ForceImpacts(rows[:, :5], flags, levels, matched, strongest, reached)
@@ -122,22 +127,30 @@ class _Search:
         segment: int,
         matched: Matched,
         levels: Levels,
+        adaptive: bool,
         contact_level: float,
         skip: bool,
     ) -> None:
         index = next(i for i, part in enumerate(record.segments) if part[0] == segment)
         self.segment, self.total = record.segments[index]
         self.low, self.high = record.low[index], record.high[index]
-        self.matched, self.levels = matched, levels
+        self.matched = matched
+        self.limits = (
+            levels.threshold,
+            levels.release,
+            levels.noise,
+            levels.matched_noise,
+            LEAST_SIGMA if adaptive else 0.0,
+        )
         self.contact_level, self.skip = contact_level, skip
         self.limit = record.highest if matched.gain > 0 else -record.lowest
-        self.reach = matched.far + matched.width
-        self.unit = max(1024, 1 << (4 * self.reach - 1).bit_length())
+        # Long against the reach of the response, which is summed anew for each unit.
+        self.unit = max(1024, 1 << (4 * (matched.far + matched.width) - 1).bit_length())
         self.buffer = np.empty(0)
         self.origin = 0  # sample of the segment that buffer[0] is
         self.scanned = 0
-        self.state = np.zeros(4)
-        self.candidates = np.empty((0, 3))
+        self.state = np.zeros(6)
+        self.candidates = np.empty((0, 5))
         self.measured = 0
 
     def feed(self, frame: Frame) -> np.ndarray:
@@ -146,9 +159,10 @@ class _Search:
             np.concatenate((self.buffer, frame.samples)) if len(self.buffer) else frame.samples
         )
         end = self.origin + len(self.buffer)
-        ready = self.total if frame.last else (end - self.reach) // self.unit * self.unit
+        # The noise of the unit after the last one searched is looked at as well.
+        ready = self.total if frame.last else (end - self.unit) // self.unit * self.unit
         if ready > self.scanned:
-            out = np.empty(((ready - self.scanned) // 2 + 2, 3))
+            out = np.empty(((ready - self.scanned) // 2 + 2, 5))
             found = scan(
                 self.buffer,
                 self.origin,
@@ -157,7 +171,7 @@ class _Search:
                 ready,
                 self.unit,
                 self.matched,
-                (self.levels.threshold, self.levels.release),
+                self.limits,
                 self.low,
                 self.high,
                 self.skip,
@@ -167,13 +181,12 @@ class _Search:
             self.candidates = np.concatenate((self.candidates, out[:found]))
             self.scanned = ready
         if frame.last and self.state[0]:
-            last = self.state[[2, 3, 1]]
-            self.candidates = np.concatenate((self.candidates, last[None]))
+            self.candidates = np.concatenate((self.candidates, self.state[None, 1:]))
         complete = len(self.candidates)
         reach = measure_reach(self.matched.width)
         if not frame.last:
             # A neighbour may still turn up within reach, or be the one under way.
-            horizon = min(self.scanned, self.state[2] if self.state[0] else math.inf) - reach - 1
+            horizon = min(self.scanned, self.state[1] if self.state[0] else math.inf) - reach - 1
             complete = int(np.searchsorted(self.candidates[:, 0], horizon))
         rows = np.empty((max(complete - self.measured, 0), ROW))
         if len(rows):
@@ -185,19 +198,18 @@ class _Search:
                 (self.measured, complete),
                 math.copysign(1.0, self.matched.gain),
                 self.matched.width,
-                self.levels.noise,
                 self.contact_level,
                 self.limit,
                 rows,
             )
             rows[:, 0] += self.segment
-            rows[:, 7] = self.candidates[self.measured : complete, 2]
+            rows[:, 7:] = self.candidates[self.measured : complete][:, [2, 4]]
             self.measured = complete
-        needed = self.scanned - self.reach
+        needed = self.scanned - self.unit
         if self.measured < len(self.candidates):
             needed = min(needed, int(self.candidates[self.measured, 0]) - reach)
         if self.state[0]:
-            needed = min(needed, int(self.state[2]) - reach)
+            needed = min(needed, int(self.state[1]) - reach)
         keep = max(needed - self.origin, 0)
         self.buffer, self.origin = self.buffer[keep:], self.origin + keep
         return rows

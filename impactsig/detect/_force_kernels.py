@@ -148,29 +148,66 @@ def strongest_responses(x, whole, trials, out):
 
 
 @njit(cache=True, nogil=True)
+def _local_noise(buffer, first, last, width):
+    """Standard deviation of the noise of buffer[first:last], from its quiet stretches.
+
+    A quarter of 24 stretches of a pulse's width stay below it, but for the factor that makes it
+    right for white noise in stretches of eleven samples. Zero where there are too few stretches.
+    """
+    length = max(width, 8)
+    count = min(24, (last - first) // length)
+    if count < 4:
+        return 0.0
+    deviations = np.empty(count)
+    for k in range(count):
+        a = first + (last - first - length) * k // (count - 1)
+        mean = square = 0.0
+        for i in range(a, a + length):
+            mean += buffer[i] - buffer[a]
+        mean = mean / length + buffer[a]
+        for i in range(a, a + length):
+            square += (buffer[i] - mean) ** 2
+        j = k
+        value = math.sqrt(square / length)
+        while j > 0 and deviations[j - 1] > value:
+            deviations[j] = deviations[j - 1]
+            j -= 1
+        deviations[j] = value
+    return 1.25 * deviations[count // 4]
+
+
+@njit(cache=True, nogil=True)
 def scan(buffer, origin, total, first, last, unit, matched, levels, low, high, skip, state, out):
     """Search samples [first, last) for stretches where the response exceeds the threshold.
 
     Parameters
     ----------
-    levels : (threshold, release)
+    levels : (threshold, release, noise, noise of the response, least threshold in that noise)
+        Where a unit, or the one before or after it, is more than twice as noisy as the record,
+        that noise sets the threshold.
     low, high : ranges of the blocks of the segment
     skip : pass over units whose range shows that they cannot hold an impact
-    state : array (inside, peak value, peak index, flank mean there), carried from call to call
-    out : array (m, 3), room for peak index, flank mean and response of the impacts found
+    state : array (6,), carried from call to call: the impact under way, as in `out`, if state[0]
+    out : array (m, 5), room for the impacts found: peak index, flank mean, response, noise, noise
+        of the response
 
     Returns
     -------
     number of impacts found
     """
-    threshold, release = levels
-    inside, greatest, at, base = state[0] != 0.0, state[1], state[2], state[3]
+    threshold, release, noise, matched_noise, least_sigma = levels
+    whitened = abs(matched.gain) * math.sqrt(1.125 / matched.width)
+    inside, at, base, greatest = state[0] != 0.0, state[1], state[2], state[3]
+    sigma, matched_sigma = state[4], state[5]
     reach = matched.far + matched.width
     sums = np.empty(unit + 2 * reach + 1)
     y = np.empty(unit)
     found = 0
+    nearby = np.zeros(3)  # noise of the units before, here and after
+    newest = -1  # start of the unit that nearby[2] is of
     for start in range(first, last, unit):
         stop = min(start + unit, last)
+        quiet = False
         if skip:
             b0 = max(0, start - reach) // BLOCK
             b1 = (min(total, stop + reach) - 1) // BLOCK + 1
@@ -179,25 +216,40 @@ def scan(buffer, origin, total, first, last, unit, matched, levels, low, high, s
                 bottom = min(bottom, low[k])
                 top = max(top, high[k])
             # The margin covers the rounding of the response.
-            if (top - bottom) * abs(matched.gain) * 1.000001 < release:
-                if inside:
-                    out[found, 0], out[found, 1], out[found, 2] = at, base, greatest
-                    found += 1
-                    inside = False
-                continue
-        respond(buffer, origin, total, start, stop, matched, sums, y)
+            quiet = (top - bottom) * abs(matched.gain) * 1.000001 < release
+        here, matched_here, on, off = noise, matched_noise, threshold, release
+        if not quiet:
+            fresh = 1 if newest == start else 3
+            for k in range(3 - fresh):
+                nearby[k] = nearby[k + 1]
+            for k in range(3 - fresh, 3):
+                a = max(start + (k - 1) * unit, 0)
+                b = min(start + k * unit, total)
+                nearby[k] = _local_noise(buffer, a - origin, b - origin, matched.width)
+            newest = start + unit
+            local = max(nearby[0], nearby[1], nearby[2])
+            if local > 2.0 * noise:
+                here, matched_here = local, max(matched_noise, local * whitened)
+                on = max(threshold, least_sigma * matched_here)
+                off = max(release, 0.5 * on)
+            respond(buffer, origin, total, start, stop, matched, sums, y)
         lo = max(0, start - reach)
         for i in range(stop - start):
-            value = y[i]
-            if inside and value < release:
+            value = 0.0 if quiet else y[i]
+            if inside and value < off:
                 out[found, 0], out[found, 1], out[found, 2] = at, base, greatest
+                out[found, 3], out[found, 4] = sigma, matched_sigma
                 found += 1
                 inside = False
-            elif value >= threshold and (not inside or value > greatest):
+            elif value >= on and (not inside or value > greatest):
                 inside = True
                 greatest, at = value, float(start + i)
+                sigma, matched_sigma = here, matched_here
                 side = _centre_and_side(sums, lo, total, start + i, matched)[1]
                 base = math.copysign(1.0, matched.gain) * (side + buffer[lo - origin])
+            if quiet:
+                break
     state[0] = 1.0 if inside else 0.0
-    state[1], state[2], state[3] = greatest, at, base
+    state[1], state[2], state[3] = at, base, greatest
+    state[4], state[5] = sigma, matched_sigma
     return found

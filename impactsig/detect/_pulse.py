@@ -491,11 +491,11 @@ def _integral(x, a, b):
 
 
 @njit(cache=True, nogil=True)
-def measure_all(signal, origin, total, candidates, span, sign, width, sigma, level, limit, out):
+def measure_all(signal, origin, total, candidates, span, sign, width, level, limit, out):
     """Measure the candidates first ... last - 1 of `span` into rows of `out`.
 
-    A row holds the fields of Pulse, then 1 if the pulse is clipped.
-
+    A candidate is its peak's index, its flanks' mean, its response, the noise there. A row holds
+    the fields of Pulse, then 1 if the pulse is clipped.
 
     `limit` is the greatest value of the record (times sign): three samples in a row at it are
     called clipped.
@@ -516,7 +516,7 @@ def measure_all(signal, origin, total, candidates, span, sign, width, sigma, lev
             before,
             after,
             width,
-            sigma,
+            candidates[k, 3],
             level,
         )
         row = k - first

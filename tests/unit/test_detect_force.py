@@ -143,6 +143,26 @@ def test_drift_and_hum_change_nothing_of_note():
     np.testing.assert_allclose(humming.peak, plain.peak, atol=0.03)
 
 
+@pytest.mark.parametrize("idle", [0.0, 0.002])
+def test_record_that_is_idle_most_of_the_time(idle):
+    # One second in ten is recorded with a noise of 0.1, every other of these with impacts.
+    rng = np.random.default_rng(12)
+    x = idle * rng.standard_normal(60 * 50_000)
+    truth = load_cell(duration=1.0, drift=False, seed=13)
+    times = []
+    for second in range(5, 60, 10):
+        part = slice(second * 50_000, (second + 1) * 50_000)
+        x[part] = 0.1 * rng.standard_normal(50_000)
+        if second % 20 == 5:
+            x[part] = truth.samples
+            times.append(second + truth.time)
+    found = impactsig.detect_impacts(recording(x))
+    f1, timing, pairs = score(found.time, np.concatenate(times))
+    assert f1 >= 0.985
+    assert len(found) - len(pairs) <= 1
+    assert timing <= 13e-6
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_alone_holds_no_impact(seed):
     x = np.random.default_rng(seed).standard_normal(500_000)
@@ -248,10 +268,9 @@ def test_hysteresis_is_its_definition():
     matched = Matched(1.0, 5, 9, 33)
     low, high = np.empty(-(-len(x) // BLOCK)), np.empty(-(-len(x) // BLOCK))
     block_ranges(x, low, high)
-    out = np.empty((len(x), 3))
-    found = scan(
-        x, 0, len(x), 0, len(x), 1024, matched, (0.9, 0.3), low, high, True, np.zeros(4), out
-    )
+    out = np.empty((len(x), 5))
+    levels, state = (0.9, 0.3, 1.0, 0.5, 0.0), np.zeros(6)
+    found = scan(x, 0, len(x), 0, len(x), 1024, matched, levels, low, high, True, state, out)
     slow = naive_force.regions(naive_force.matched_response(x, *matched), 0.9, 0.3)
     assert len(slow) > 100
     assert out[:found, 0].astype(int).tolist() == slow
