@@ -27,7 +27,7 @@ OPEN_END = 2
 CLIPPED = 4
 """The peak reached the limit of the instrument: peak and impulse are lower bounds."""
 UNRESOLVED = 8
-"""The pulse overlaps a neighbour or fits no single pulse: its contact time is a crossing time."""
+"""The pulse overlaps a neighbour: it is measured as far as the valley between them."""
 
 FLAG_NAMES = {
     OPEN_START: "open start",

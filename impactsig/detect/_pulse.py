@@ -226,6 +226,8 @@ def _walk(x, index, step, limit, level):
 @njit(cache=True, nogil=True)
 def _crossing(x, index, step, limit, level):
     """Where the signal first falls below `level`, going outward; linear between samples."""
+    if x[index] < level:
+        return float(index)
     while index != limit:
         following = index + step
         if x[following] < level:
@@ -251,6 +253,10 @@ def _touch(x, top, step, limit, level):
     if last == limit or (top - last) * -step < 2:
         return _crossing(x, top, step, limit, level)
     x0, x1, x2 = x[last], x[last - step], x[last - 2 * step]
+    drop = x0 - x[last + step]
+    if drop > x1 - x0:
+        # A steep side: the edge lies between two samples.
+        return last + step * min(x0 / drop, 1.0)
     slope, bend = x1 - x0, x2 - 2.0 * x1 + x0
     if slope <= 0.0:
         return _crossing(x, top, step, limit, level)
@@ -411,13 +417,15 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
     shift = _remove_baseline(
         x, clear_left, left - margin, right + margin + 1, clear_right, sigma, height, top
     )
-    height = max(height - shift, 1e-3 * abs(height))
+    height -= shift
+    if height <= 0.0:
+        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
 
     pad = max(3, (right - left) // 2)
     a, b = max(left_limit, left - pad), min(right_limit, right + pad) + 1
     fits = False
     p = np.empty(PARAMETERS)
-    if height > 0.0 and flags == 0:
+    if flags == 0:
         per = (b - a + MAX_POINTS - 1) // MAX_POINTS
         count = (b - a) // per
         points, means = np.empty(count), np.empty(count)
@@ -429,16 +437,19 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
             for i in range(a + k * per, a + (k + 1) * per):
                 total_k += x[i]
             means[k] = total_k / (per * unit)
-        # A faint pulse has no half-height crossings to trust; it starts from the matched width.
-        half_left, half_right = top - 0.45 * width, top + 0.45 * width
+        # A quarter-sine is at 0.2 and 0.8 of its height after 0.128 and 0.590 of its length.
+        # A faint pulse has no crossings to trust; it starts from the matched width.
+        start, rise, fall, flat = top - 0.675 * width, 0.6 * width, 0.6 * width, 0.14 * width
         if height > 12.0 * sigma:
-            half_left = _crossing(x, top, -1, a, 0.5 * height)
-            half_right = _crossing(x, top, 1, b - 1, 0.5 * height)
-        span = 1.5 * max(half_right - half_left, 1.0)
+            early = _crossing(x, top, -1, a, 0.2 * height)
+            late = _crossing(x, top, 1, b - 1, 0.2 * height)
+            rise = max((_crossing(x, top, -1, a, 0.8 * height) - early) / 0.462, 0.5)
+            fall = max((late - _crossing(x, top, 1, b - 1, 0.8 * height)) / 0.462, 0.5)
+            start = early - 0.128 * rise
+            flat = max(late + 0.128 * fall - start - rise - fall, 0.1 * (rise + fall))
         p[0] = height / unit
-        p[1] = 0.5 * (half_left + half_right - span)
-        p[2] = p[4] = math.log(0.45 * span)
-        p[3] = math.log(0.1 * span)
+        p[1] = start
+        p[2], p[3], p[4] = math.log(rise), math.log(flat), math.log(fall)
         p[5] = 0.0
         misfit = fit_pulse(points, means, math.log(0.6 * width), p)
         length = math.exp(p[2]) + math.exp(p[3]) + math.exp(p[4])
@@ -457,21 +468,24 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
         start = _touch(x, top, -1, left_limit, edge)
         contact = _touch(x, top, 1, right_limit, edge) - start
         crest, shift = height, 0.0
-        if 0 < top < end:
+        # Between samples only where the crest stands out: a plateau's edge would overshoot.
+        if 0 < top < end and x[top] - max(x[top - 1], x[top + 1]) > 4.0 * sigma:
             bend = x[top - 1] - 2.0 * x[top] + x[top + 1]
-            if bend < 0.0:
-                shift = 0.5 * (x[top - 1] - x[top + 1]) / bend
-                crest = x[top] - 0.25 * (x[top - 1] - x[top + 1]) * shift
+            shift = 0.5 * (x[top - 1] - x[top + 1]) / bend
+            crest = x[top] - 0.25 * (x[top - 1] - x[top + 1]) * shift
         rise = top + shift - start
-    start = max(start, 0.0)
+    start, contact = max(start, 0.0), contact + min(start, 0.0)
     contact = min(contact, end - start)
     impulse = _integral(x, start, start + contact)
+    if contact <= 0.0 or crest <= 0.0 or impulse <= 0.0:
+        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
+    rise = min(max(rise, 0.0), contact)
     if level > 0.0:
         contact = 0.0
         if height > level:
             contact = _crossing(x, top, 1, right_limit, level)
             contact -= _crossing(x, top, -1, left_limit, level)
-    return Pulse(lo + start, contact, crest, impulse, max(rise, 0.0), flags)
+    return Pulse(lo + start, contact, crest, impulse, rise, flags)
 
 
 @njit(cache=True, nogil=True)

@@ -52,21 +52,32 @@ def test_offset_and_start_only_shift(offset, start):
     np.testing.assert_allclose(found.peak, WHOLE.peak, rtol=1e-3, atol=1e-3)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     st.integers(0, 2000),
     st.sampled_from([0.0, 1e-12, 1.0, 1e6]),
     st.integers(0, 2**32 - 1),
     st.booleans(),
+    st.sampled_from(["as it is", "whole numbers", "mostly zero"]),
+    st.sampled_from([None, 1.0, "3 sigma"]),
 )
-def test_no_record_crashes_and_results_are_sound(count, noise, seed, steps):
+def test_no_record_crashes_and_results_are_sound(count, noise, seed, steps, kind, threshold):
     rng = np.random.default_rng(seed)
     x = noise * rng.standard_normal(count)
     if steps:
         x += np.repeat(rng.standard_normal(count // 50 + 1) * 10.0, 50)[:count]
-    found = impactsig.detect_impacts(impactsig.Recording(x, RATE))
+    if kind == "whole numbers":
+        x = np.round(x)
+    if kind == "mostly zero":
+        x = (rng.random(count) < 0.05) * rng.integers(-5, 6, count).astype(float)
+    rec = impactsig.Recording(x, RATE)
+    found = impactsig.detect_impacts(rec)
+    if threshold is not None and found.noise:
+        found = impactsig.detect_impacts(rec, threshold=threshold)
     assert np.all(np.diff(found.time) > 0)
-    assert np.all(found.contact_time >= 0)
+    assert np.all(found.contact_time > 0)
+    assert np.all(found.impulse > 0)
+    assert np.all((found.rise_time >= 0) & (found.rise_time <= found.contact_time))
     assert np.all((found.time >= 0) & (found.time + found.contact_time <= found.stop + 1e-9))
     assert np.all(found.peak > 0)
     assert bool(found.reason) == (len(found) == 0)

@@ -91,6 +91,20 @@ def test_clean_half_sine(contact, sign):
     assert not found.flags.any()
 
 
+@pytest.mark.parametrize("edge", [0, 1, 3])
+@pytest.mark.parametrize("plateau", [20, 100])
+def test_steep_sided_pulses(plateau, edge):
+    pulse = np.convolve(np.ones(plateau), np.ones(edge + 1) / (edge + 1)) * 10
+    x = 0.03 * np.random.default_rng(14).standard_normal(40_000)
+    for k in range(500, 39_000, 500):
+        x[k : k + len(pulse)] += pulse
+    found = impactsig.detect_impacts(recording(x, 1e4))
+    assert len(found) == 77
+    # The sides lie between the last sample at the foot and the first at the top.
+    np.testing.assert_allclose(found.contact_time, (plateau + edge) / 1e4, atol=3.5e-4)
+    np.testing.assert_allclose(found.peak, 10, atol=0.15)
+
+
 def test_contact_time_at_a_level():
     x = half_sines([0.05, 0.1], 1e-3, [1.0, 4.0])
     found = impactsig.detect_impacts(recording(x), contact_level=0.5)
