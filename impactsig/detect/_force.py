@@ -19,7 +19,7 @@ from ..impacts import CLIPPED
 from ._force_kernels import Matched, scan
 from ._levels import LEAST_SIGMA, Levels, discovery_level, matched_response, noise_levels
 from ._pulse import NO_PULSE, measure_all, measure_reach
-from ._stream import FRAME, Frame, Piece, frames
+from ._stream import FRAME, Frame, Piece, frames, refuse_huge
 from ._survey import Survey, survey
 
 LEAST_SAMPLES = 32  # a shorter record shows no noise to tell an impact from
@@ -67,6 +67,7 @@ def detect_force(
     record = survey(frames(pieces()), copy=not in_memory)
     if record.samples < LEAST_SAMPLES or record.lowest == record.highest:
         return None
+    refuse_huge(record.lowest, record.highest)
     matched, strongest = matched_response(record.strong, polarity)
     noise, matched_noise = noise_levels(record.spread, matched, strongest)
     automatic = max(LEAST_SIGMA * matched_noise, FLOOR * strongest)

@@ -39,7 +39,7 @@ from ._sound_kernels import (
     search,
     survey,
 )
-from ._stream import Piece
+from ._stream import Piece, refuse_huge
 from ._windows import Window, windows
 
 LONGEST_HOP = 0.5e-3  # [s]
@@ -125,6 +125,7 @@ def detect_sound(
     if not levels.samples or levels.lowest == levels.highest:
         reason = "the record is constant" if levels.samples else "the record has no valid sample"
         return _nothing(reason)
+    refuse_huge(levels.lowest, levels.highest)
     floor, noise = noise_floor(levels, scale)
     background = background_rise(levels.kept, floor, scale)
     least_rise = max(LEAST_RISE, TIMES_BACKGROUND * background)
@@ -183,11 +184,11 @@ def scale_at(rate: float) -> Scale:
     Raises
     ------
     InvalidInput
-        If the rate leaves no octave above 1 kHz.
+        If the rate leaves no octave above 1 kHz, or is beyond that of any sound.
     """
-    if rate < 4000:
+    if not 4e3 <= rate <= 1e6:
         raise InvalidInput(
-            "rate", rate, "at least 4000 Hz for sound", 'Give sensor="force" for slower records'
+            "rate", rate, "4 kHz to 1 MHz for sound", 'Give sensor="force" for other records'
         )
     octaves = int(math.log2(rate * LONGEST_HOP))
     hop = 2**octaves

@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import InvalidInput
+
 FRAME = 1 << 16
 
 
@@ -69,3 +71,15 @@ def finite_runs(samples: np.ndarray) -> list[tuple[int, int]]:
     finite = np.concatenate(([False], np.isfinite(samples), [False]))
     edges = np.flatnonzero(np.diff(finite.astype(np.int8)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def refuse_huge(lowest: float, highest: float) -> None:
+    """Raise InvalidInput if squares of the samples would overflow."""
+    greatest = max(abs(lowest), abs(highest))
+    if greatest > 1e100:
+        raise InvalidInput(
+            "samples",
+            f"{greatest:.3g}",
+            "magnitudes below 1e100",
+            "Calibrate the recording to another unit",
+        )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -65,7 +66,8 @@ def identify_period(
 
     Notes
     -----
-    Too few impacts, and none, give an answer that says so, not an error.
+    Too few impacts, and a run shorter than four forcing periods, give an answer that says so, not
+    an error.
 
     Examples
     --------
@@ -74,11 +76,20 @@ def identify_period(
     >>> print(identify_period(train, forcing_period=0.1))
     period(2,2): 2 impacts in 2 forcing periods
     """
-    if forcing_period is not None and not (np.isfinite(forcing_period) and forcing_period > 0):
+    if not isinstance(impacts, Impacts):
+        raise InvalidInput(
+            "impacts",
+            type(impacts).__name__,
+            "Impacts",
+            "Impacts.from_times makes them of instants",
+        )
+    if forcing_period is not None and not (_is_number(forcing_period) and forcing_period > 0):
         raise InvalidInput("forcing_period", forcing_period, "a positive time [s]")
-    if not isinstance(max_periods, (int, np.integer)) or max_periods < 1:
+    if isinstance(max_periods, bool) or not isinstance(max_periods, (int, np.integer)):
         raise InvalidInput("max_periods", max_periods, "a positive whole number")
-    if not 0 < resolution < WIDEST_FORCED:
+    if max_periods < 1:
+        raise InvalidInput("max_periods", max_periods, "a positive whole number")
+    if not (_is_number(resolution) and 0 < resolution < WIDEST_FORCED):
         raise InvalidInput("resolution", resolution, f"a share from 0 to {WIDEST_FORCED}")
     time, count = impacts.time, len(impacts)
     intervals = impacts.intervals()
@@ -90,6 +101,10 @@ def identify_period(
     span = float(time[-1] - time[0] - np.diff(np.clip(impacts.gaps, time[0], time[-1])).sum())
     if span <= 0:
         raise InvalidInput("impacts.gaps", impacts.gaps.tolist(), "gaps that leave some of the run")
+    if forcing_period is not None and span < LEAST_REPEATS * forcing_period:
+        return Periodicity(
+            None, None, "too short a run", 0.0, count, forcing_period, longest_silence=silence
+        )
     if forcing_period is not None and time[-1] - time[0] > 1e9 * forcing_period:
         raise InvalidInput(
             "forcing_period",
@@ -136,6 +151,11 @@ def identify_period(
         silence,
         candidates,
     )
+
+
+def _is_number(value: Any) -> bool:
+    real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    return real and math.isfinite(value)
 
 
 class _Trial(NamedTuple):

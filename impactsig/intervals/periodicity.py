@@ -7,7 +7,9 @@ from typing import Literal
 
 import numpy as np
 
-Kind = Literal["periodic", "unlocked", "aperiodic", "intermittent", "too few impacts"]
+Kind = Literal[
+    "periodic", "unlocked", "aperiodic", "intermittent", "too few impacts", "too short a run"
+]
 LEAST_IMPACTS = 8
 
 
@@ -54,9 +56,9 @@ class Periodicity:
     kind : str
         "periodic"; "unlocked" (periodic, but not in multiples of the forcing period given);
         "aperiodic"; "intermittent" (aperiodic, with long silent stretches, as near grazing);
-        "too few impacts".
+        "too few impacts"; "too short a run" (of less than four forcing periods).
     confidence : float
-        Probability of that answer under the models compared, 0 to 1; 0 for "too few impacts".
+        Probability of that answer under the models compared, 0 to 1; 0 where it cannot be told.
     count : int
         Impacts looked at.
     forcing_period : float or None
@@ -100,6 +102,8 @@ class Periodicity:
         if self.kind == "too few impacts":
             needed = f"{LEAST_IMPACTS} or more at different instants are needed"
             return f"period unknown: too few impacts ({self.count}; {needed})"
+        if self.kind == "too short a run":
+            return f"period unknown: less than four forcing periods of {self.forcing_period:.4g} s"
         if self.kind == "intermittent":
             return (
                 "aperiodic (intermittent): impacting alternates with silence "

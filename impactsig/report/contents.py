@@ -97,7 +97,7 @@ def tiles(analysis: Analysis) -> list[tuple[str, str, str]]:
     rate = f"{len(impacts) / impacts.duration:.4g} per second" if impacts.duration else ""
     shown = [("impacts", f"{len(impacts):,}", rate)]
     found = analysis.periodicity
-    if found.kind != "too few impacts":
+    if found.kind not in ("too few impacts", "too short a run"):
         word = found.kind if found.periods is None else f"({found.impacts}, {found.periods})"
         sure = min(found.confidence, 0.99)
         shown.append(("period", word, f"confidence {'over ' if sure == 0.99 else ''}{sure:.2f}"))

@@ -42,3 +42,16 @@ def test_blocks_in_different_units_are_refused():
     volts = Recording(np.zeros(100), RATE, units="V", start=force.stop)
     with pytest.raises(InvalidInput, match="a block in V"):
         detect_impacts([force, volts])
+
+
+@pytest.mark.parametrize("sensor", ["force", "sound"])
+def test_magnitudes_that_overflow_are_refused(sensor):
+    x = 1e300 * np.random.default_rng(0).standard_normal(5000)
+    with pytest.raises(InvalidInput, match="1e100"):
+        detect_impacts(Recording(x, 22_050.0, sensor=sensor))
+
+
+def test_rates_beyond_sound_are_refused():
+    rec = Recording(np.random.default_rng(0).standard_normal(5000), 1e9, sensor="sound")
+    with pytest.raises(InvalidInput, match="1 MHz"):
+        detect_impacts(rec)

@@ -384,3 +384,30 @@ def test_the_rate_of_errors():
             right = np.mean([answer == name for answer in answers])
             print(count, name, f"{right:.3f}", f"{(clock.perf_counter() - begun) / 0.2:.1f} ms")
             assert right >= (0.99 if count >= 200 else 0.95)
+
+
+def test_a_run_of_few_forcing_periods_tells_nothing():
+    train = Impacts.from_times(np.arange(50) * 0.1)
+    for forcing_period in (2.0, 1e9):
+        result = impactsig.identify_period(train, forcing_period)
+        assert (result.kind, result.confidence, result.impacts) == ("too short a run", 0.0, None)
+        assert "less than four forcing periods" in result.describe()
+    assert not result.aperiodic
+
+
+@pytest.mark.parametrize(
+    ("argument", "known"),
+    [
+        ("impacts", {"impacts": np.arange(20.0)}),
+        ("impacts", {"impacts": None}),
+        ("forcing_period", {"forcing_period": "0.1"}),
+        ("forcing_period", {"forcing_period": True}),
+        ("max_periods", {"max_periods": True}),
+        ("resolution", {"resolution": None}),
+    ],
+)
+def test_wrong_types_are_named(argument, known):
+    train = Impacts.from_times(np.arange(50) * 0.1)
+    with pytest.raises(InvalidInput) as caught:
+        impactsig.identify_period(**{"impacts": train, **known})
+    assert caught.value.argument == argument
