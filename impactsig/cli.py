@@ -96,14 +96,14 @@ def detect(chosen: argparse.Namespace) -> None:
     from .io import info as read_info
     from .report.analysis import open_recording
 
-    if chosen.output is not None and chosen.output.suffix not in _TABLES:
+    if chosen.output is not None and chosen.output.suffix.lower() not in _TABLES:
         raise InvalidInput("output", chosen.output, f"a name ending in {' or '.join(_TABLES)}")
     source = open_recording(read_info(chosen.file), **_given(chosen, READING))
     impacts = detect_impacts(source, **_given(chosen, DETECTING))
     if chosen.output is None:
         impacts.to_csv(sys.stdout)
     else:
-        getattr(impacts, _TABLES[chosen.output.suffix])(chosen.output)
+        getattr(impacts, _TABLES[chosen.output.suffix.lower()])(chosen.output)
     if not len(impacts):
         warnings.warn(f"no impacts: {impacts.reason}", ImpactsigWarning, stacklevel=1)
 

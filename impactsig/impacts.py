@@ -126,7 +126,7 @@ class Impacts:
         store["flags"] = flags if len(flags) or not len(time) else np.zeros(len(time), np.uint8)
         if store["flags"].shape != time.shape:
             raise InvalidInput("flags", f"shape {flags.shape}", f"shape {time.shape}")
-        store["gaps"] = np.asarray(self.gaps, float).reshape(-1, 2)
+        store["gaps"] = _spans(self.gaps)
         start = float(time[0]) if len(time) else 0.0
         if self.start is not None:
             start = finite_number("start", self.start, "a finite time [s]")
@@ -423,6 +423,18 @@ def _vector(name: str, value: Iterable[float], length: int | None = None) -> np.
         where = int(np.argmax(~np.isfinite(array)))
         raise InvalidInput(name, f"{array[where]} at index {where}", "finite numbers")
     return array
+
+
+def _spans(gaps: Any) -> np.ndarray:
+    try:
+        spans = np.array(gaps, dtype=np.float64)
+    except (TypeError, ValueError):
+        spans = np.full(1, np.nan)
+    if not spans.size:
+        return np.empty((0, 2))
+    if spans.ndim != 2 or spans.shape[1] != 2 or not np.all(spans[:, 0] <= spans[:, 1]):
+        raise InvalidInput("gaps", gaps, "pairs of start and stop [s], start <= stop")
+    return spans
 
 
 def _pyarrow() -> tuple[Any, Any]:

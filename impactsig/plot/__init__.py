@@ -2,13 +2,12 @@
 
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
-from .waveforms import marker_heights, pulse, waveform
+from .waveforms import pulse, waveform
 
 __all__ = [
     "contact_against_interval",
     "histogram",
     "interval_sequence",
-    "marker_heights",
     "peak_against_time",
     "pulse",
     "return_map",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..plot import marker_heights
+from ..plot.waveforms import marker_heights
 
 if TYPE_CHECKING:
     from .analysis import Analysis

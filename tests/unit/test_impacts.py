@@ -87,6 +87,10 @@ def test_from_times_sorts_with_what_belongs_to_them():
         ("peak", {"peak": [1.0, 2.0]}),
         ("peak", {"peak": [np.inf]}),
         ("flags", {"flags": [1, 2]}),
+        ("gaps", {"gaps": [1.0, 2.0, 3.0]}),
+        ("gaps", {"gaps": [[2.0, 1.0]]}),
+        ("gaps", {"gaps": [[np.nan, 1.0]]}),
+        ("gaps", {"gaps": "none"}),
         ("start, duration", {"duration": -1.0}),
     ],
 )
