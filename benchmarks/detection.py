@@ -256,22 +256,17 @@ def figure(tables: dict[str, list[dict]], path: Path) -> None:
 
     picture = Figure(figsize=(11, 4.5), layout="constrained")
     for ax, name in zip(picture.subplots(1, 2), ("load cell", "microphone"), strict=True):
-        for line in tables[name]:
-            missed = 1 - line["F1 1 ms"]
-            ours = line["detector"].startswith("impactsig")
+        for k, line in enumerate(tables[name]):
             ax.loglog(
                 1 / line["MS/s"],
-                max(missed, 1e-4),
-                "o" if ours else "s",
-                color="C3" if ours else "C0",
+                max(1 - line["F1 1 ms"], 1e-4),
+                "*" if k == 0 else "osD^v<>ph"[k % 9],
+                markersize=14 if k == 0 else 8,
+                linestyle="none",
+                label=line["detector"].split(", tuned")[0],
             )
-            ax.annotate(
-                line["detector"].split(", tuned")[0],
-                (1 / line["MS/s"], max(missed, 1e-4)),
-                textcoords="offset points",
-                xytext=(5, 3),
-                fontsize=7,
-            )
+        ax.legend(fontsize=7)
+        ax.grid(alpha=0.3)
         ax.set(xlabel="time per sample [µs]", ylabel="1 − F1 at ±1 ms", title=name)
     picture.savefig(path, dpi=150)
 
