@@ -85,7 +85,7 @@ def detect_force(
         assert search is not None
         found.append(search.feed(frame))
     rows = np.concatenate(found)
-    reached = float(rows[:, 7].max(initial=0.0))
+    reached = float(np.max(rows[:, 7], initial=0.0))
     rows = rows[rows[:, 5] != NO_PULSE]
     if given is None:
         # Where there is no noise at all, every response is certain.

@@ -115,7 +115,7 @@ def _bunching_chance(
     from scipy.special import bdtrc
 
     ring = np.concatenate((phase, phase + fold))
-    inside = int((np.searchsorted(ring, phase + window) - np.arange(len(phase))).max())
+    inside = int(np.max(np.searchsorted(ring, phase + window) - np.arange(len(phase))))
     more = bdtrc(inside - 2, len(phase) - 1, window / free) if inside > 1 else 1.0
     return float(min(1.0, len(phase) * more))
 

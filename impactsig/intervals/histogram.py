@@ -135,4 +135,4 @@ def _rounding_step(values: np.ndarray) -> float:
     """The step of rounded intervals, which ties betray and which would ask for ever finer bins."""
     resolution = 1e-9 * float(values.max())  # below it equal intervals differ by arithmetic alone
     distinct, count = np.unique(np.round(values / resolution), return_counts=True)
-    return resolution * float(np.diff(distinct).min()) if np.mean(count > 1) > 0.1 else 0.0
+    return resolution * float(np.min(np.diff(distinct))) if np.mean(count > 1) > 0.1 else 0.0
