@@ -143,3 +143,12 @@ def slot_hits(cycles, fold, centres, reach, gaps=()):
             due[k] += 1
             hits[k] += any(abs(u - instant) <= reach for u in cycles)
     return hits, due
+
+
+def outside_dead_time(time, dead_time):
+    """The instants that are counted: each more than the dead time after the one counted before."""
+    counted = []
+    for instant in time:
+        if not dead_time or not counted or instant > counted[-1] + dead_time:
+            counted.append(instant)
+    return counted

@@ -1,0 +1,1 @@
+"""Motions of machines that hit a stop, and what instruments would have seen of them."""
