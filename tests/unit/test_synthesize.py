@@ -238,8 +238,8 @@ def test_a_quiet_load_cell_measures_what_was_put_in(rate):
     contact = found.contact_time[pairs[:, 0]] - truth.contact_time[pairs[:, 1]]
     given = 2 / np.pi * truth.peak * truth.contact_time
     impulse = found.impulse[pairs[:, 0]] / given[pairs[:, 1]] - 1
-    assert np.median(np.abs(contact)) < 0.06 / rate  # a twentieth of a sample
-    assert np.median(np.abs(impulse)) < 5e-3
+    assert np.median(np.abs(contact)) < 0.06 / rate  # [s]: a twentieth of a sample
+    assert np.median(np.abs(impulse)) < 1e-2
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
