@@ -264,14 +264,19 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_PAIR)
         elif name != "demo":
             command.add_argument("file", type=Path, metavar="FILE", help="the recording")
-        if name in ("report", "compare"):
-            command.add_argument("--forcing-frequency", type=number, metavar="HZ", help=_FORCING)
+        if name in _FORCING:
+            command.add_argument(
+                "--forcing-frequency", type=number, metavar="HZ", help=_FORCING[name]
+            )
         if name in _OUTPUT:
             command.add_argument("-o", "--output", type=Path, metavar="OUT", help=_OUTPUT[name])
     return parser
 
 
-_FORCING = "frequency of the forcing; without it periods count the motion's own period"
+_FORCING = {
+    "report": "frequency of the forcing; without it periods count the motion's own period",
+    "compare": "frequency of the forcing, by which the period of each is identified",
+}
 _PAIR = "a recording, or a .csv or .parquet table of impacts as detect writes them"
 _SEARCHING = ("report", "detect", "compare")
 _OUTPUT = {
