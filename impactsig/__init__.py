@@ -33,8 +33,10 @@ if TYPE_CHECKING:
         return_map,
     )
     from .io import info, read, read_blocks
+    from .oscillators import BaseMotion, Force, KelvinVoigt, Oscillator, Rigid, Stop, scenes
     from .recording import Recording
     from .report import write_report
+    from .simulate import Motion, simulate
 
 _HOME = {
     "errors": (
@@ -59,20 +61,37 @@ _HOME = {
         "local_variation",
         "return_map",
     ),
+    "oscillators": (
+        "BaseMotion",
+        "Force",
+        "KelvinVoigt",
+        "Oscillator",
+        "Rigid",
+        "Stop",
+        "scenes",
+    ),
     "report": ("write_report",),
+    "simulate": ("Motion",),
     "plot": (),
 }
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "BaseMotion",
+    "Force",
     "Impacts",
     "ImpactsigError",
     "ImpactsigWarning",
     "IntervalHistogram",
     "InvalidInput",
+    "KelvinVoigt",
     "MissingExtra",
+    "Motion",
+    "Oscillator",
     "Periodicity",
     "Recording",
+    "Rigid",
+    "Stop",
     "UnreadableFile",
     "UnwritableFile",
     "coefficient_of_variation",
@@ -86,6 +105,8 @@ __all__ = [
     "read",
     "read_blocks",
     "return_map",
+    "scenes",
+    "simulate",
     "write_report",
 ]
 
