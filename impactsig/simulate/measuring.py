@@ -169,11 +169,8 @@ def _chance_of_missing(impacts: Impacts, missed_weak: Any) -> np.ndarray:
 
 def strength_of(impacts: Impacts) -> np.ndarray | None:
     """Peak, or else approach velocity, or else impulse of each impact; None where none is known."""
-    for name in ("peak", "approach_velocity", "impulse"):
-        known: np.ndarray | None = getattr(impacts, name, None)
-        if known is not None:
-            return known
-    return None
+    known = (impacts.peak, impacts.approach_velocity, impacts.impulse)
+    return next((strength for strength in known if strength is not None), None)
 
 
 def _uniform_instants(impacts: Impacts, share: np.ndarray) -> np.ndarray:

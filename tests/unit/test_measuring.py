@@ -51,6 +51,9 @@ def test_weak_impacts_are_missed_by_the_logistic_law():
         inside = (truth.peak >= low) & (truth.peak < low + 0.1)
         expected = np.mean(1 / (1 + np.exp((truth.peak[inside] - 0.3) / 0.05)))
         near(lost[inside].mean(), expected, inside.sum())
+    # Without peaks it is the approach velocity that tells the weak.
+    hard = train(peak=None, approach_velocity=truth.peak)
+    assert set(measure(hard, missed_weak=(0.3, 0.05), seed=3).missed) == set(np.flatnonzero(lost))
     # A scale that is next to nothing is a threshold, and must not overflow.
     sharp = measure(truth, missed_weak=(0.3, 1e-9), seed=3)
     np.testing.assert_array_equal(sharp.missed, np.flatnonzero(truth.peak < 0.3))

@@ -77,6 +77,8 @@ def test_a_span_of_the_run_is_that_part_of_the_whole():
         ({"impulse": [1e-3]}, 2 * np.pi * 1e-3 / (2 * 3e-4), 3e-4),
         ({"impulse": [1e-3], "contact_time": [1e-3]}, np.pi, 1e-3),
         ({"impulse": [1e-3], "peak": [5.0]}, 10.0, 3e-4),
+        ({"approach_velocity": [3.0]}, 6.0, 3e-4),
+        ({"approach_velocity": [3.0], "peak": [5.0]}, 10.0, 3e-4),
     ],
 )
 def test_a_pulse_is_what_is_known_of_its_impact(known, peak, contact):
