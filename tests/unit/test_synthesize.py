@@ -228,6 +228,15 @@ def test_a_load_cell_at_20_db_loses_no_impact(seed, rate):
         assert np.median(np.abs(error)) < 0.05
 
 
+@pytest.mark.parametrize("noise", [0.1, 0.01])
+def test_a_ringing_sensor_makes_no_impacts_of_its_own(noise):
+    truth = train(0)
+    made = synthesize(truth, LoadCell(noise=noise, ringing=0.1), seed=1)
+    f1, rms, _ = score(impactsig.detect_impacts(made).time, truth.time)
+    assert f1 >= 0.995
+    assert rms < 25e-6
+
+
 @pytest.mark.parametrize("rate", [50_000.0, 20_000.0])
 def test_a_quiet_load_cell_measures_what_was_put_in(rate):
     truth = train(3, after=0.004)
