@@ -11,8 +11,9 @@ followed by conservative advancement: where |q''| <= M from now on, a gap g stay
     h = (g' + sqrt(g'^2 + 2 M g)) / M,
 
 so no step can jump over a first contact. Once g' < 0 and g <= g'^2 / 2M the gap closes without
-turning, and Newton's method, kept in that bracket, finishes. The bound uses that z'' of the free
-motion is a free motion itself, whose energy does not grow.
+turning, and roots of parabolas, kept in that bracket, finish. M is the lesser of two bounds: z''
+of the free motion is a free motion itself, whose energy does not grow; and the energy of q'' is
+fed by the forcing alone.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ START, IMPACT, STICK, RELEASE, TOUCH, PART = range(6)
 DONE, FULL, EXHAUSTED, DIVERGED = range(4)  # statuses
 COLUMNS = 7  # of an event: turns, phase, kind, side, position, velocity, approach velocity
 ORDER = 12  # of the Taylor series that serves short legs
+INVERSE = tuple([0.0] + [1 / n for n in range(1, ORDER + 1)])
 
 TURN = 2 * math.pi
 TURN_LOW = 2.4492935982947064e-16  # 2 pi - TURN
@@ -60,9 +62,34 @@ class Problem(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for one leg: phases at its start, Taylor coefficients, and its free motion."""
+    """Room for one leg: a row (ratio, cosine, sine) a component; Taylor coefficients.
 
-    theta: np.ndarray
+    Cosine and sine are of the angle passed since the start of the leg, which has more digits than
+    the phase.
+    """
+
+    waves: np.ndarray
+    series: np.ndarray
+
+
+class Leg(NamedTuple):
+    """One leg, as numbers: its region, its free motion at the start, and what `Scratch` holds.
+
+    Numbers rather than `Problem`, because passing arrays to the innermost functions costs more
+    than these compute.
+    """
+
+    kappa: float
+    delta: float
+    root: float
+    sort: float
+    rest: float
+    drift: float
+    rate: float
+    reach: float  # bound of the second derivative of the forced response
+    z: float
+    w: float
+    waves: np.ndarray
     series: np.ndarray
 
 
@@ -84,24 +111,24 @@ def phase_of(ratio, turns, phase):
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def free(p, i, z0, w0, tau):
+def free(leg, tau):
     """Free motion (z, z') after tau; near critical damping both forms meet without cancelling."""
-    delta, root = p.delta[i], p.root[i]
-    if p.sort[i] > 0:
+    delta, root = leg.delta, leg.root
+    if leg.sort > 0:
         decay = math.exp(-delta * tau) if delta > 0 else 1.0
         c = decay * math.cos(root * tau)
         s = decay * math.sin(root * tau) / root
-    elif p.sort[i] < 0:
-        slow = math.exp(-p.kappa[i] / (delta + root) * tau)
+    elif leg.sort < 0:
+        slow = math.exp(-leg.kappa / (delta + root) * tau)
         gone = -math.expm1(-2 * root * tau)
         c = slow * (1 - gone / 2)
         s = slow * gone / (2 * root)
     else:
         c = math.exp(-delta * tau)
         s = c * tau
-    z = z0 * c + (w0 + delta * z0) * s
-    w = w0 * c - (p.kappa[i] * z0 + delta * w0) * s
-    f = p.drift[i]
+    z = leg.z * c + (leg.w + delta * leg.z) * s
+    w = leg.w * c - (leg.kappa * leg.z + delta * leg.w) * s
+    f = leg.drift
     if f != 0.0:  # kappa = 0: a constant force makes it drift
         x = 2 * delta * tau
         if x < 0.03:  # tau^2 / 2 less what damping takes, where the closed form would cancel
@@ -113,132 +140,174 @@ def free(p, i, z0, w0, tau):
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def bound(p, i, y, y1):
+def bound(kappa, delta, root, sort, y, y1):
     """Bound from now on of a free motion that is at y, y1: by its energy, or mode by mode."""
-    kappa = p.kappa[i]
     if kappa == 0.0:
         return abs(y)  # asked of z'' and higher only: one decaying exponential
     most = math.sqrt(y * y + y1 * y1 / kappa)
-    if p.sort[i] < 0:
-        root = p.root[i]
-        fast = p.delta[i] + root
+    if sort < 0:
+        fast = delta + root
         slow = kappa / fast
         most = min(most, (abs(fast * y + y1) + abs(slow * y + y1)) / (2 * root))
     return most
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def forced(p, i, theta, tau):
-    """Forced response and its first two derivatives, tau after the phases theta."""
-    x = v = a = 0.0
-    for j in range(len(p.ratio)):
-        ratio = p.ratio[j]
-        angle = theta[j] + ratio * tau
-        c, s = math.cos(angle), math.sin(angle)
-        value = p.cosine[i, j] * c + p.sine[i, j] * s
+def forced(waves, tau):
+    """Forced response and its first three derivatives, tau after the start of the leg."""
+    x = v = a = jerk = 0.0
+    for j in range(len(waves)):
+        ratio = waves[j, 0]
+        c, s = math.cos(ratio * tau), math.sin(ratio * tau)
+        value = waves[j, 1] * c + waves[j, 2] * s
+        speed = ratio * (waves[j, 2] * c - waves[j, 1] * s)
         x += value
-        v += ratio * (p.sine[i, j] * c - p.cosine[i, j] * s)
+        v += speed
         a -= ratio * ratio * value
-    return x, v, a
+        jerk -= ratio * ratio * speed
+    return x, v, a, jerk
+
+
+@njit(cache=True, nogil=True)
+def steady(p, i, turns, phase):
+    """Forced response and its derivative at a phase."""
+    x = v = 0.0
+    for j in range(len(p.ratio)):
+        angle = phase_of(p.ratio[j], turns, phase)
+        c, s = math.cos(angle), math.sin(angle)
+        x += p.cosine[i, j] * c + p.sine[i, j] * s
+        v += p.ratio[j] * (p.sine[i, j] * c - p.cosine[i, j] * s)
+    return x, v
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def push(p, i, theta, tau):
-    """Forcing with the constant of region i, and its derivative."""
-    f, f1 = p.constant[i], 0.0
+def push(p, clock, tau):
+    """Forcing with the constant of the free region, and its derivative."""
+    f, f1 = p.constant[FREE], 0.0
     for j in range(len(p.ratio)):
         ratio = p.ratio[j]
-        angle = theta[j] + ratio * tau
+        angle = phase_of(ratio, clock[0], clock[1]) + ratio * tau
         c, s = math.cos(angle), math.sin(angle)
         f += p.force_cos[j] * c + p.force_sin[j] * s
         f1 += ratio * (p.force_sin[j] * c - p.force_cos[j] * s)
     return f, f1
 
 
-@njit(cache=True, nogil=True, forceinline=True)
-def expand(p, i, q, v, scratch):
-    """Taylor coefficients of q about the start of a leg, from the equation of motion."""
-    series = scratch.series
+@njit(cache=True, nogil=True)
+def begin(p, scratch, i, turns, phase, low, q, v):
+    """The leg in region i that starts from q, v at that phase (and what the phase lacks).
+
+    The Taylor coefficients of q come from the equation of motion, order by order.
+    """
+    waves, series = scratch.waves, scratch.series
+    delta, kappa = p.delta[i], p.kappa[i]
     series[0], series[1] = q, v
     for n in range(ORDER - 1):
         series[n + 2] = p.constant[i] if n == 0 else 0.0
-    for j in range(len(p.ratio)):
+    z, w = q - p.rest[i], v
+    for j in range(len(waves)):
         ratio = p.ratio[j]
-        c, s = math.cos(scratch.theta[j]), math.sin(scratch.theta[j])
+        angle = phase_of(ratio, turns, phase)
+        c, s = math.cos(angle), math.sin(angle)
+        c, s = c - s * ratio * low, s + c * ratio * low
+        waves[j, 0] = ratio
+        waves[j, 1] = p.cosine[i, j] * c + p.sine[i, j] * s
+        waves[j, 2] = p.sine[i, j] * c - p.cosine[i, j] * s
+        z -= waves[j, 1]
+        w -= ratio * waves[j, 2]
         term = p.force_cos[j] * c + p.force_sin[j] * s
         other = p.force_sin[j] * c - p.force_cos[j] * s
         for n in range(ORDER - 1):
             series[n + 2] += term
-            term, other = other * ratio / (n + 1), -term * ratio / (n + 1)
+            term, other = other * ratio * INVERSE[n + 1], -term * ratio * INVERSE[n + 1]
     for n in range(ORDER - 1):
-        series[n + 2] -= 2 * p.delta[i] * (n + 1) * series[n + 1] + p.kappa[i] * series[n]
-        series[n + 2] /= (n + 1) * (n + 2)
+        series[n + 2] -= 2 * delta * (n + 1) * series[n + 1] + kappa * series[n]
+        series[n + 2] *= INVERSE[n + 1] * INVERSE[n + 2]
+    return Leg(
+        kappa,
+        delta,
+        p.root[i],
+        p.sort[i],
+        p.rest[i],
+        p.drift[i],
+        p.rate[i],
+        p.reach[i, 2],
+        z,
+        w,
+        waves,
+        series,
+    )
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def locate(p, i, scratch, z0, w0, tau):
-    """Position less that at the start of the leg, velocity, acceleration, and bound of |q''|.
+def locate(leg, tau):
+    """Position less that at the start of the leg, its three derivatives, and a bound of |q''|.
 
     Short legs go by their Taylor series, which keeps the digits of tiny gaps; its bound is the
     caller's (returned as -1).
     """
-    if tau * p.rate[i] < 0.25:
-        series = scratch.series
-        x = v = a = 0.0
-        for n in range(ORDER, 1, -1):
+    if tau * leg.rate < 0.25:
+        series = leg.series
+        x = v = a = jerk = 0.0
+        for n in range(ORDER, 2, -1):
             x = (x + series[n]) * tau
             v = v * tau + n * series[n]
             a = a * tau + n * (n - 1) * series[n]
-        return (x + series[1]) * tau, v * tau + series[1], a, -1.0
-    x, v, a = forced(p, i, scratch.theta, tau)
-    z, w = free(p, i, z0, w0, tau)
-    b = p.drift[i] - 2 * p.delta[i] * w - p.kappa[i] * z
-    most = bound(p, i, b, -2 * p.delta[i] * b - p.kappa[i] * w) + p.reach[i, 2]
-    return x + z + p.rest[i] - scratch.series[0], v + w, a + b, most
+            jerk = jerk * tau + n * (n - 1) * (n - 2) * series[n]
+        x = (x + series[2]) * tau
+        v = v * tau + 2 * series[2]
+        a = a * tau + 2 * series[2]
+        return (x + series[1]) * tau, v * tau + series[1], a, jerk, -1.0
+    x, v, a, jerk = forced(leg.waves, tau)
+    z, w = free(leg, tau)
+    b = leg.drift - 2 * leg.delta * w - leg.kappa * z
+    b1 = -2 * leg.delta * b - leg.kappa * w
+    most = bound(leg.kappa, leg.delta, leg.root, leg.sort, b, b1) + leg.reach
+    return x + z + leg.rest - leg.series[0], v + w, a + b, jerk + b1, most
 
 
-@njit(cache=True, nogil=True, forceinline=True)
-def close(p, i, scratch, z0, w0, tau, side, gap, speed, most, distance):
+@njit(cache=True, nogil=True)
+def close(leg, tau, side, gap, speed, a, jerk, high, third, distance):
     """Instant and velocity at which a gap closes that is certain to close without turning.
 
-    `gap` and `speed` (its derivative, negative) hold at tau; `distance` is the gap at the start of
-    the leg; side is 1 for a stop above, -1 below.
+    `gap`, `speed` (its derivative, negative), the acceleration `a` and `jerk` hold at tau; the gap
+    closes before tau + high. `distance` is the gap at the start of the leg; side is 1 for a stop
+    above, -1 below; third bounds |q'''|. Each step goes to the root of the parabola at hand.
     """
-    low, high = tau, tau - speed / most if most > 0 else math.inf
+    low, high = tau, tau + high
     before = math.inf
     velocity = -side * speed
     for _ in range(60):
-        step = -gap / speed if speed < 0 else math.inf
+        square = speed * speed + 2 * side * a * gap
+        step = 2 * gap / (math.sqrt(square) - speed) if square > 0 else math.inf
         if not (low <= tau + step <= high):
             step = (low + high) / 2 - tau
+        elif third * abs(step) ** 3 <= -1e-17 * speed * tau:
+            # What this step misses would not be seen.
+            return tau + step, velocity + step * (a + jerk * step / 2)
+        elif abs(step) >= before / 2 and abs(step) < 1e-9 * tau:
+            return tau, velocity  # down to rounding
+        before = abs(step)
         tau += step
-        x, velocity, a, _most = locate(p, i, scratch, z0, w0, tau)
+        x, velocity, a, jerk, _most = locate(leg, tau)
         gap, speed = distance - side * x, -side * velocity
         if gap > 0:
             low = tau
         else:
             high = tau
-        if speed < 0:
-            step = -gap / speed
-            # The next step would be of the order of the square of this one: take it unseen.
-            if abs(step) <= 1e-16 * tau or most * step * step <= -1e-17 * speed * tau:
-                return tau + step, velocity + a * step
-            if abs(step) >= before / 2 and abs(step) < 1e-9 * tau:
-                return tau, velocity  # down to rounding
-            before = abs(step)
-        if high - low <= 2e-16 * high:
+        if speed >= 0 or high - low <= 2e-16 * high:
             break
     return tau, velocity
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def unstick(p, side, theta, end):
+def unstick(p, clock, side, end):
     """Time until the force that presses the mass to a stop vanishes, or `end` if it is sooner."""
     tau = 0.0
     most = p.force_bound[2]
     pressing = p.constant[FREE] - p.kappa[FREE] * p.stop[0 if side > 0 else 1]
     for _ in range(10000):
-        f, f1 = push(p, FREE, theta, tau)
+        f, f1 = push(p, clock, tau)
         f, f1 = side * (f - p.constant[FREE] + pressing), side * f1
         if f <= 0 and (f1 < 0 or most == 0.0) and tau > 0:
             return tau
@@ -273,22 +342,18 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         count[6] += 1
         i = count[0]
         end = (end_turns - clock[0]) * TURN + (end_phase - clock[1]) - clock[2]
-        for j in range(len(p.ratio)):
-            scratch.theta[j] = phase_of(p.ratio[j], clock[0], clock[1])
         if end <= 0:
             return DONE
 
         if count[1] != 0:  # stuck to a rigid stop
             side = count[1]
-            tau = unstick(p, side, scratch.theta, end)
+            tau = unstick(p, clock, side, end)
             if tau >= end:
                 clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
                 return DONE
             pass_time(clock, tau)
             count[1] = 0
             note(events, count, clock, RELEASE, side, state[0], 0.0, 0.0)
-            for j in range(len(p.ratio)):
-                scratch.theta[j] = phase_of(p.ratio[j], clock[0], clock[1])
             end -= tau
             released = True
         else:
@@ -297,25 +362,23 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         q, v = state[0], state[1]
         if not (math.isfinite(q) and math.isfinite(v)):
             return DIVERGED
-        x, u, _ = forced(p, i, scratch.theta, 0.0)
-        z0, w0 = q - p.rest[i] - x, v - u
-        b = p.drift[i] - 2 * p.delta[i] * w0 - p.kappa[i] * z0
-        b1 = -2 * p.delta[i] * b - p.kappa[i] * w0
-        start_bound = bound(p, i, b, b1) + p.reach[i, 2]
-        expand(p, i, q, v, scratch)
+        leg = begin(p, scratch, i, clock[0], clock[1], clock[2], q, v)
+        kappa, delta, root, sort = leg.kappa, leg.delta, leg.root, leg.sort
+        b = leg.drift - 2 * delta * leg.w - kappa * leg.z
+        b1 = -2 * delta * b - kappa * leg.w
+        b2 = -2 * delta * b1 - kappa * b
+        start_bound = bound(kappa, delta, root, sort, b, b1) + leg.reach
+        third = bound(kappa, delta, root, sort, b1, b2) + p.reach[i, 3]
         upper, lower = p.stop[0], p.stop[1]
         if i == UPPER:
             upper, lower = math.inf, 0.0
         elif i == LOWER:
             upper, lower = 0.0, -math.inf
         if p.skip and i == FREE and p.kappa[i] > 0 and not released and q < upper and q > lower:
-            swing = bound(p, i, z0, w0) + p.reach[i, 0]
+            swing = bound(kappa, delta, root, sort, leg.z, leg.w) + p.reach[i, 0]
             if p.rest[i] + swing < upper and p.rest[i] - swing > lower:
-                x, u, _ = forced(p, i, scratch.theta, end)
-                if p.ratio[0] == 1.0 and len(p.ratio) == 1:
-                    scratch.theta[0] = end_phase  # exact, however many turns away
-                    x, u, _ = forced(p, i, scratch.theta, 0.0)
-                z, w = free(p, i, z0, w0, end)
+                z, w = free(leg, end)
+                x, u = steady(p, i, end_turns, end_phase)
                 state[0], state[1] = x + z + p.rest[i], u + w
                 clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
                 return DONE
@@ -326,17 +389,15 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         side = 0
         if v == 0.0 and q in (upper, lower):
             side = 1 if q == upper else -1
-            away = -side * 2 * scratch.series[2]
-            away1 = -side * 6 * scratch.series[3]
+            away = -side * 2 * leg.series[2]
+            away1 = -side * 6 * leg.series[3]
             if released:
-                away, scratch.series[2] = 0.0, 0.0
-            b2 = -2 * p.delta[i] * b1 - p.kappa[i] * b
-            third = bound(p, i, b1, b2) + p.reach[i, 3]
+                away, leg.series[2] = 0.0, 0.0
             if away > 0:
                 h = 1.5 * away / third if third > 0 else math.inf
             elif away == 0 and away1 > 0:
-                b3 = -2 * p.delta[i] * b2 - p.kappa[i] * b1
-                fourth = bound(p, i, b2, b3) + p.reach[i, 4]
+                b3 = -2 * delta * b2 - kappa * b1
+                fourth = bound(kappa, delta, root, sort, b2, b3) + p.reach[i, 4]
                 h = 2 * away1 / fourth if fourth > 0 else math.inf
             elif i != FREE:
                 if away < 0 or away1 < 0:
@@ -354,17 +415,18 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
             side = 0
 
         most = start_bound
-        d, u = 0.0, v
+        d, u, a, jerk = 0.0, v, 2 * leg.series[2], 6 * leg.series[3]
+        fed = p.force_bound[2] / math.sqrt(kappa) if kappa > 0 else p.force_bound[1]
         arrived = False
         while True:
             if h == 0.0:
                 h = math.inf
                 for k in range(2):
                     s = 1 if k == 0 else -1
-                    gap = (upper - q) - d if k == 0 else (q - lower) + d
-                    if gap == math.inf:
+                    distance = upper - q if k == 0 else q - lower
+                    if distance == math.inf:
                         continue
-                    speed = -s * u
+                    gap, speed = distance - s * d, -s * u
                     if gap <= 0.0 and speed < 0:
                         arrived, side = True, s
                         break
@@ -373,13 +435,20 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                         arrived, side = True, 0
                         q = upper if k == 0 else lower
                         break
-                    if speed < 0 and 2 * most * gap <= speed * speed:
-                        first = (upper - q) if k == 0 else (q - lower)
-                        tau, u = close(p, i, scratch, z0, w0, tau, s, gap, speed, most, first)
+                    # q'' is itself an oscillator's motion, and only the forcing feeds its energy:
+                    # near resonance a bound far below what holds from now on.
+                    local, window = most, math.inf
+                    energy = math.sqrt(a * a + jerk * jerk / kappa) if kappa > 0 else abs(a)
+                    if energy > 0:
+                        window = (abs(speed) + math.sqrt(speed * speed + 2 * energy * gap)) / energy
+                        local = min(most, energy + fed * window)
+                    if speed < 0 and 2 * local * gap <= speed * speed:
+                        last = -speed / local if local > 0 else math.inf
+                        tau, u = close(leg, tau, s, gap, speed, a, jerk, last, third, distance)
                         arrived, side = True, s
                         break
-                    if most > 0:
-                        step = (speed + math.sqrt(speed * speed + 2 * most * gap)) / most
+                    if local > 0:
+                        step = (speed + math.sqrt(speed * speed + 2 * local * gap)) / local
                         h = min(h, step)
                 if arrived:
                     break
@@ -388,12 +457,12 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                 break
             tau += h
             h = 0.0
-            d, u, _a, new = locate(p, i, scratch, z0, w0, tau)
+            d, u, a, jerk, new = locate(leg, tau)
             most = new if new >= 0 else most
             if tau > TURN:
                 break
         if tau >= end or (not arrived and h > 0.0):
-            d, u, _a, _new = locate(p, i, scratch, z0, w0, end)
+            d, u, _a, _jerk, _new = locate(leg, end)
             state[0], state[1] = q + d, u
             if q + d > upper or q + d < lower:
                 state[0] = upper if q + d > upper else lower
@@ -414,7 +483,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         if i != FREE or p.restitution[0 if side > 0 else 1] < 0:
             touch_stop(p, clock, state, count, events, i, side)
             continue
-        rebound(p, clock, state, count, events, scratch, side, end - tau, end_turns, end_phase)
+        rebound(p, clock, state, count, events, side, end - tau, end_turns, end_phase)
 
 
 @njit(cache=True, nogil=True, forceinline=True)
@@ -467,7 +536,7 @@ def touch_stop(p, clock, state, count, events, i, side):
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def rebound(p, clock, state, count, events, scratch, side, end, end_turns, end_phase):
+def rebound(p, clock, state, count, events, side, end, end_turns, end_phase):
     """Reset the velocity at a rigid stop; sum chatter to its end, where the mass sticks."""
     v = abs(state[1])
     r = p.restitution[0 if side > 0 else 1]
@@ -479,9 +548,7 @@ def rebound(p, clock, state, count, events, scratch, side, end, end_turns, end_p
     note(events, count, clock, IMPACT, side, state[0], state[1], v)
     if out == 0.0 or out > p.chatter * state[2] or r == 1.0:
         return
-    for j in range(len(p.ratio)):
-        scratch.theta[j] = phase_of(p.ratio[j], clock[0], clock[1])
-    f, f1 = push(p, FREE, scratch.theta, 0.0)
+    f, f1 = push(p, clock, 0.0)
     pressing = side * (f - p.kappa[FREE] * state[0])
     if pressing <= 0:
         return
@@ -519,25 +586,20 @@ def follow(p, scratch, row, turns, phase):
         i = UPPER if side > 0 else (LOWER if side < 0 else FREE)
     if row[2] == STICK:
         return i, row[4], 0.0
-    for j in range(len(p.ratio)):
-        scratch.theta[j] = phase_of(p.ratio[j], row[0], row[1])
+    leg = begin(p, scratch, i, row[0], row[1], 0.0, row[4], row[5])
     tau = max((turns - row[0]) * TURN + (phase - row[1]), 0.0)
-    if tau * p.rate[i] < 0.25:
-        expand(p, i, row[4], row[5], scratch)
-        d, v, _a, _most = locate(p, i, scratch, 0.0, 0.0, tau)
+    if tau * leg.rate < 0.25:
+        d, v, _a, _jerk, _most = locate(leg, tau)
         return i, row[4] + d, v
-    x, u, _ = forced(p, i, scratch.theta, 0.0)
-    z, w = free(p, i, row[4] - p.rest[i] - x, row[5] - u, tau)
-    for j in range(len(p.ratio)):
-        scratch.theta[j] = phase_of(p.ratio[j], turns, phase)
-    x, u, _ = forced(p, i, scratch.theta, 0.0)
-    return i, p.rest[i] + x + z, u + w
+    z, w = free(leg, tau)
+    x, v = steady(p, i, turns, phase)
+    return i, leg.rest + x + z, v + w
 
 
 @njit(cache=True, nogil=True)
 def sample(p, segments, where, turns, phase):
     """Position and velocity at instants, each in the segment that `where` names."""
-    scratch = Scratch(np.empty(len(p.ratio)), np.empty(ORDER + 1))
+    scratch = Scratch(np.empty((len(p.ratio), 3)), np.empty(ORDER + 1))
     q, v = np.empty(len(turns)), np.empty(len(turns))
     for k in range(len(turns)):
         i, x, u = follow(p, scratch, segments[where[k]], turns[k], phase[k])
@@ -549,29 +611,31 @@ def sample(p, segments, where, turns, phase):
 
 @njit(cache=True, nogil=True)
 def peak_forces(p, rows, which, lasts, stiffness, damping):
-    """Greatest force of each contact: the greatest of a scan, refined by a search."""
-    scratch = Scratch(np.empty(len(p.ratio)), np.empty(ORDER + 1))
+    """Greatest force of each contact: the greatest of a scan, refined by golden section."""
+    scratch = Scratch(np.empty((len(p.ratio), 3)), np.empty(ORDER + 1))
     peak = np.empty(len(which))
     for n in range(len(which)):
         row = rows[which[n]]
         k = 0 if row[3] > 0 else 1
+        leg = begin(p, scratch, k + 1, row[0], row[1], 0.0, row[4], row[5])
+        spring, damper = row[3] * stiffness[k], row[3] * damping[k]
         steps = min(max(int(8 * p.rate[k + 1] * lasts[n]), 16), 100_000)
         best, at = -math.inf, 0.0
         for m in range(steps + 1):
             tau = lasts[n] * m / steps
-            _i, y, v = follow(p, scratch, row, row[0], row[1] + tau)
-            force = row[3] * (stiffness[k] * y + damping[k] * v)
+            y, v, _a, _jerk, _most = locate(leg, tau)
+            force = spring * y + damper * v
             if force > best:
                 best, at = force, tau
         width = lasts[n] / steps
         low, high = max(at - width, 0.0), min(at + width, lasts[n])
-        for _ in range(60):  # golden section; the force has one maximum between two steps
-            left, right = high - 0.6180339887498949 * (high - low), 0.0
+        for _ in range(44):  # the force has one maximum between two steps
+            left = high - 0.6180339887498949 * (high - low)
+            y, v, _a, _jerk, _most = locate(leg, left)
+            one = spring * y + damper * v
             right = low + (high - left)
-            _i, y, v = follow(p, scratch, row, row[0], row[1] + left)
-            one = row[3] * (stiffness[k] * y + damping[k] * v)
-            _i, y, v = follow(p, scratch, row, row[0], row[1] + right)
-            two = row[3] * (stiffness[k] * y + damping[k] * v)
+            y, v, _a, _jerk, _most = locate(leg, right)
+            two = spring * y + damper * v
             best = max(best, one, two)
             if one < two:
                 low = left

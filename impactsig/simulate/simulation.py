@@ -89,13 +89,13 @@ def simulate(
     before = _number("transient", transient, least=0.0)
     phase = math.fmod(_number("phase", phase), 2 * math.pi) % (2 * math.pi)
 
-    from ._engine import START, STICK, Scratch
+    from ._engine import ORDER, START, STICK, Scratch
 
     problem = pose(oscillator, chatter, skip_unreachable)
     omega = reference_frequency(oscillator)
     state, count = _begin(oscillator, problem, initial, phase, omega)
     clock = np.array([0.0, phase, 0.0])
-    scratch = Scratch(np.empty(len(problem.ratio)), np.empty(13))
+    scratch = Scratch(np.empty((len(problem.ratio), 3)), np.empty(ORDER + 1))
     per_turn = 1.0 if duration is None else omega / (2 * math.pi * oscillator.time_unit)
     middle, end = _after(phase, before * per_turn), _after(phase, (before + length) * per_turn)
 
@@ -125,7 +125,7 @@ def _run(
     """Call the engine until it is done; its status, and the events of all calls."""
     from ._engine import FULL, run
 
-    legs = 1_000_000 + int(min(LEGS_PER_PERIOD * max(end[0] - clock[0], 0), 2**62))
+    legs = 100_000 + int(min(LEGS_PER_PERIOD * max(end[0] - clock[0], 0), 2**62))
     parts = []
     count[6] = 0
     while True:
