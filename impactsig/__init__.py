@@ -12,6 +12,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from . import plot
+    from .comparison import Comparison, compare
     from .detect import detect_impacts
     from .errors import (
         ImpactsigError,
@@ -33,8 +34,13 @@ if TYPE_CHECKING:
         return_map,
     )
     from .io import info, read, read_blocks
+    from .oscillators import BaseMotion, Force, KelvinVoigt, Oscillator, Rigid, Stop, scenes
     from .recording import Recording
     from .report import write_report
+    from .simulate import Motion, simulate
+    from .simulate.measuring import Measured, measure
+    from .simulate.sensors import LoadCell, Microphone
+    from .simulate.synthesis import synthesize
 
 _HOME = {
     "errors": (
@@ -59,33 +65,63 @@ _HOME = {
         "local_variation",
         "return_map",
     ),
+    "oscillators": (
+        "BaseMotion",
+        "Force",
+        "KelvinVoigt",
+        "Oscillator",
+        "Rigid",
+        "Stop",
+        "scenes",
+    ),
     "report": ("write_report",),
+    "simulate": ("Motion",),
+    "simulate.measuring": ("Measured", "measure"),
+    "simulate.sensors": ("LoadCell", "Microphone"),
+    "simulate.synthesis": ("synthesize",),
+    "comparison": ("Comparison", "compare"),
     "plot": (),
 }
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "BaseMotion",
+    "Comparison",
+    "Force",
     "Impacts",
     "ImpactsigError",
     "ImpactsigWarning",
     "IntervalHistogram",
     "InvalidInput",
+    "KelvinVoigt",
+    "LoadCell",
+    "Measured",
+    "Microphone",
     "MissingExtra",
+    "Motion",
+    "Oscillator",
     "Periodicity",
     "Recording",
+    "Rigid",
+    "Stop",
     "UnreadableFile",
     "UnwritableFile",
     "coefficient_of_variation",
+    "compare",
     "cv2",
     "detect_impacts",
     "identify_period",
     "info",
     "interval_histogram",
     "local_variation",
+    "measure",
     "plot",
     "read",
     "read_blocks",
     "return_map",
+    "scenes",
+    "simulate",
+    "synthesize",
     "write_report",
 ]
 

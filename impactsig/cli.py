@@ -7,20 +7,26 @@ from __future__ import annotations
 
 import argparse
 import io
-import math
 import os
-import re
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import __version__
+from ._options import (
+    DETECTING,
+    READING,
+    detecting_options,
+    number,
+    reading_options,
+    with_negative_numbers,
+)
 from .errors import ImpactsigError, ImpactsigWarning, InvalidInput, UnreadableFile
 
-READING = ("channel", "start", "stop", "rate", "scale", "offset", "unit", "sensor")
-DETECTING = ("threshold", "polarity", "contact_level", "merge_within", "dead_time", "gaps")
+if TYPE_CHECKING:
+    from .impacts import Impacts
 
 DEBUG = "IMPACTSIG_DEBUG"
 INTERRUPTED, PIPE_CLOSED = 128 + 2, 128 + 13
@@ -42,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         the reader of standard output has gone. A wrong command line exits with 2.
     """
     words = sys.argv[1:] if arguments is None else arguments
-    chosen = _parser().parse_args(_with_negative_numbers(words))
+    chosen = _parser().parse_args(with_negative_numbers(words))
     run: Callable[[argparse.Namespace], None] = chosen.run
     if isinstance(sys.stdout, io.TextIOWrapper):
         # A channel may be named in letters that the terminal's encoding does not have.
@@ -92,14 +98,8 @@ def report(chosen: argparse.Namespace) -> None:
 
 def detect(chosen: argparse.Namespace) -> None:
     """Find the impacts of a file and write them as a table."""
-    from .detect import detect_impacts
-    from .io import info as read_info
-    from .report.analysis import open_recording
-
-    if chosen.output is not None and chosen.output.suffix.lower() not in _TABLES:
-        raise InvalidInput("output", chosen.output, f"a name ending in {' or '.join(_TABLES)}")
-    source = open_recording(read_info(chosen.file), **_given(chosen, READING))
-    impacts = detect_impacts(source, **_given(chosen, DETECTING))
+    _check_ending(chosen.output, _TABLES)
+    impacts = _detected(chosen.file, chosen)
     if chosen.output is None:
         impacts.to_csv(sys.stdout)
     else:
@@ -109,6 +109,84 @@ def detect(chosen: argparse.Namespace) -> None:
 
 
 _TABLES = {".csv": "to_csv", ".parquet": "to_parquet"}
+
+
+def _detected(path: Path, chosen: argparse.Namespace) -> Impacts:
+    from .detect import detect_impacts
+    from .io import info as read_info
+    from .report.analysis import open_recording
+
+    source = open_recording(read_info(path), **_given(chosen, READING))
+    return detect_impacts(source, **_given(chosen, DETECTING))
+
+
+def compare(chosen: argparse.Namespace) -> None:
+    """Set the impacts of two files side by side: recordings, or tables of impacts."""
+    from .comparison import compare as side_by_side
+
+    _check_ending(chosen.output, _FIGURES)
+    frequency = chosen.forcing_frequency
+    if frequency is not None and frequency <= 0:
+        raise InvalidInput("forcing_frequency", frequency, "a positive frequency [Hz]")
+    a, b = (
+        _tabulated(path) if _holds_impacts(path) else _detected(path, chosen)
+        for path in chosen.files
+    )
+    first, second = chosen.files
+    if first.name != second.name:
+        first, second = first.name, second.name
+    result = side_by_side(
+        a,
+        b,
+        forcing_period=None if frequency is None else 1 / frequency,
+        names=(one_line(first), one_line(second)),
+    )
+    print(result)
+    if chosen.output is not None:
+        _write_figure(result.plot, chosen.output)
+
+
+_FIGURES = (".png", ".pdf", ".svg")
+
+
+def _holds_impacts(path: Path) -> bool:
+    """Whether this is a table of impacts: written by `detect`, or of columns that impacts have."""
+    if path.suffix != ".csv":
+        return path.suffix == ".parquet"
+    from .impacts import _PER_IMPACT
+
+    try:
+        with path.open(encoding="utf-8") as file:
+            head = file.readline(10_000)
+    except (OSError, UnicodeDecodeError):
+        return False  # the reader of recordings says what is wrong
+    known = {"time", *_PER_IMPACT, "flags"}
+    names = [name.strip() for name in head.split(",")]
+    return head.startswith("# impactsig ") or ("time" in names and known.issuperset(names))
+
+
+def _tabulated(path: Path) -> Impacts:
+    from .impacts import Impacts
+
+    return Impacts.read_parquet(path) if path.suffix == ".parquet" else Impacts.read_csv(path)
+
+
+def _write_figure(draw: Callable[[Any], Any], path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    from ._atomic import atomic_path
+
+    figure = Figure(figsize=(8.4, 7.6), layout="constrained")
+    draw(figure)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, format=path.suffix[1:], dpi=150)
+    print(f"figure: {one_line(path)}")
+
+
+def _check_ending(output: Path | None, endings: Iterable[str]) -> None:
+    """Refuse an output of no known kind before any work is done."""
+    if output is not None and output.suffix.lower() not in endings:
+        raise InvalidInput("output", output, f"a name ending in {' or '.join(endings)}")
 
 
 def info(chosen: argparse.Namespace) -> None:
@@ -160,6 +238,7 @@ def _sample(name: str) -> Path:
 COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
     "report": report,
     "detect": detect,
+    "compare": compare,
     "info": info,
     "demo": demo,
 }
@@ -177,109 +256,38 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"impactsig {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    reading, detecting = _reading_options(), _detecting_options()
+    reading, detecting = reading_options(), detecting_options()
     for name, run in COMMANDS.items():
         text = (run.__doc__ or "").strip()
-        parents = [reading, detecting] if name in ("report", "detect") else []
+        parents = [reading, detecting] if name in _SEARCHING else []
         command = commands.add_parser(
             name, help=text, description=text, parents=parents, allow_abbrev=False
         )
         command.set_defaults(run=run)
-        if name != "demo":
+        if name == "compare":
+            command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_PAIR)
+        elif name != "demo":
             command.add_argument("file", type=Path, metavar="FILE", help="the recording")
-        if name == "report":
-            command.add_argument("--forcing-frequency", type=_number, metavar="HZ", help=_FORCING)
+        if name in _FORCING:
+            command.add_argument(
+                "--forcing-frequency", type=number, metavar="HZ", help=_FORCING[name]
+            )
         if name in _OUTPUT:
             command.add_argument("-o", "--output", type=Path, metavar="OUT", help=_OUTPUT[name])
     return parser
 
 
-_FORCING = "frequency of the forcing; without it periods count the motion's own period"
+_FORCING = {
+    "report": "frequency of the forcing; without it periods count the motion's own period",
+    "compare": "frequency of the forcing, by which the period of each is identified",
+}
+_PAIR = "a recording, or a .csv or .parquet table of impacts as detect writes them"
+_SEARCHING = ("report", "detect", "compare")
 _OUTPUT = {
     "report": "the page to write (default: impactsig-report-FILE.html in this folder)",
     "detect": "a .csv or .parquet file (default: CSV to standard output)",
+    "compare": "a .png, .pdf or .svg file for the figure (default: none)",
 }
-
-
-def _reading_options() -> argparse.ArgumentParser:
-    options = argparse.ArgumentParser(add_help=False)
-    group = options.add_argument_group("reading")
-    group.add_argument("--channel", metavar="NAME", help="channel, by name or number from 0")
-    group.add_argument("--start", type=_number, metavar="S", help="begin here [s]")
-    group.add_argument("--stop", type=_number, metavar="S", help="end before here [s]")
-    group.add_argument("--rate", type=_number, metavar="HZ", help="samples per second")
-    group.add_argument("--scale", type=_number, metavar="X", help="multiply the samples by this")
-    group.add_argument("--offset", type=_number, metavar="X", help="then add this")
-    group.add_argument("--unit", help="unit of the result")
-    group.add_argument("--sensor", choices=("force", "sound"), help="what recorded it")
-    return options
-
-
-def _detecting_options() -> argparse.ArgumentParser:
-    options = argparse.ArgumentParser(add_help=False)
-    group = options.add_argument_group("detection")
-    group.add_argument(
-        "--threshold",
-        type=_threshold,
-        metavar="LEVEL",
-        help='in the unit of the recording, or in noise levels such as "6sigma" (default: chosen)',
-    )
-    group.add_argument(
-        "--polarity",
-        choices=("auto", "positive", "negative"),
-        help="direction of the pulses of a force record (default: that of the strongest)",
-    )
-    group.add_argument(
-        "--contact-level",
-        type=_number,
-        metavar="LEVEL",
-        help="take contact times above this level, not from first to last touch",
-    )
-    group.add_argument(
-        "--merge-within",
-        type=_number,
-        metavar="S",
-        help="make one of impacts this close to the first of them [s]",
-    )
-    group.add_argument(
-        "--dead-time", type=_number, metavar="S", help="ignore impacts this soon after another [s]"
-    )
-    group.add_argument(
-        "--gaps",
-        choices=("refuse", "split"),
-        help="missing samples: refuse the file (default) or split the run there",
-    )
-    return options
-
-
-def _with_negative_numbers(words: Sequence[str]) -> list[str]:
-    """The words with ``--scale -2e3`` made ``--scale=-2e3``, which argparse would take amiss."""
-    joined: list[str] = []
-    for word in words:
-        if joined and joined[-1].startswith("--") and re.match(r"-[.\d]", word):
-            joined[-1] += f"={word}"
-        else:
-            joined.append(word)
-    return joined
-
-
-def _number(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
-    return value
-
-
-def _threshold(text: str) -> float | str:
-    if text.endswith(("sigma", "sigmas", "σ")):
-        return text
-    try:
-        return _number(text)
-    except argparse.ArgumentTypeError as error:
-        raise argparse.ArgumentTypeError(f'{error}, nor noise levels such as "6 sigma"') from None
 
 
 def _given(chosen: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:

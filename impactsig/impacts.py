@@ -36,7 +36,7 @@ FLAG_NAMES = {
     UNRESOLVED: "unresolved",
 }
 
-_PER_IMPACT = ("contact_time", "peak", "impulse", "rise_time")
+_PER_IMPACT = ("contact_time", "peak", "impulse", "rise_time", "approach_velocity")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,6 +56,8 @@ class Impacts:
         Integral above the baseline over the contact [unit * s].
     rise_time : array_like, shape (n,), optional
         From first touch to peak [s].
+    approach_velocity : array_like, shape (n,), optional
+        Speed towards the stop at first touch, relative to it; of simulated impacts.
     flags : array_like of uint8, shape (n,), optional
         Bits `OPEN_START`, `OPEN_END`, `CLIPPED`, `UNRESOLVED`.
     start, duration : float
@@ -92,6 +94,7 @@ class Impacts:
     peak: np.ndarray | None = None
     impulse: np.ndarray | None = None
     rise_time: np.ndarray | None = None
+    approach_velocity: np.ndarray | None = None
     flags: np.ndarray = field(default_factory=lambda: np.empty(0, np.uint8))
     # Once made they are numbers; None only asks for the default.
     start: float = None  # type: ignore[assignment]

@@ -143,3 +143,29 @@ def slot_hits(cycles, fold, centres, reach, gaps=()):
             due[k] += 1
             hits[k] += any(abs(u - instant) <= reach for u in cycles)
     return hits, due
+
+
+def outside_dead_time(time, dead_time):
+    """The instants that are counted: each more than the dead time after the one counted before."""
+    counted = []
+    for instant in time:
+        if not dead_time or not counted or instant > counted[-1] + dead_time:
+            counted.append(instant)
+    return counted
+
+
+def greatest_difference(x, y):
+    """Kolmogorov-Smirnov: over every value, the shares of both samples up to it compared."""
+    return max(
+        abs(sum(u <= value for u in x) / len(x) - sum(u <= value for u in y) / len(y))
+        for value in (*x, *y)
+    )
+
+
+def area_between(x, y):
+    """Wasserstein: the area between the cumulative distributions of two samples."""
+    steps = sorted((*x, *y))
+    return sum(
+        abs(sum(u <= low for u in x) / len(x) - sum(u <= low for u in y) / len(y)) * (high - low)
+        for low, high in pairwise(steps)
+    )

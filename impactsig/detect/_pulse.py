@@ -254,8 +254,8 @@ def _touch(x, top, step, limit, level):
         return _crossing(x, top, step, limit, level)
     x0, x1, x2 = x[last], x[last - step], x[last - 2 * step]
     drop = x0 - x[last + step]
-    if drop > x1 - x0:
-        # A steep side: the edge lies between two samples.
+    if drop > 2.0 * (x1 - x0):
+        # A steep side, not the curve of a crest: the edge lies between two samples.
         return last + step * min(x0 / drop, 1.0)
     slope, bend = x1 - x0, x2 - 2.0 * x1 + x0
     if slope <= 0.0:
@@ -429,8 +429,9 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
         per = (b - a + MAX_POINTS - 1) // MAX_POINTS
         count = (b - a) // per
         points, means = np.empty(count), np.empty(count)
-        # Noise of the averaged samples; a thousandth of the peak stands for a silent record's.
-        unit = max(sigma / math.sqrt(per), 1e-3 * height)
+        # Noise of the averaged samples; a thousandth of the peak stands for a silent record's. A
+        # few samples fit many shapes exactly: a hundredth leaves the choice to the priors.
+        unit = max(sigma / math.sqrt(per), (1e-2 if width < 8 else 1e-3) * height)
         for k in range(count):
             points[k] = a + k * per + 0.5 * (per - 1)
             total_k = 0.0

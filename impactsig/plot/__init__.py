@@ -1,10 +1,12 @@
 """Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes."""
 
+from .comparison import comparison
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
 from .waveforms import pulse, waveform
 
 __all__ = [
+    "comparison",
     "contact_against_interval",
     "histogram",
     "interval_sequence",

@@ -83,8 +83,9 @@ def test_clean_half_sine(contact, sign):
     amplitude = np.array([1.0, 2.0, 0.5, 1.5])
     assert len(found) == 4
     assert found.settings["polarity"] == ("positive" if sign > 0 else "negative")
-    np.testing.assert_allclose(found.time, times, atol=2e-3 * contact)
-    np.testing.assert_allclose(found.contact_time, contact, rtol=5e-3)
+    # A twenty-fifth of a sample where a pulse has less than eight of them.
+    np.testing.assert_allclose(found.time, times, atol=max(2e-3 * contact, 0.04 / RATE))
+    np.testing.assert_allclose(found.contact_time, contact, rtol=5e-3, atol=0.05 / RATE)
     np.testing.assert_allclose(found.peak, amplitude, rtol=5e-3)
     np.testing.assert_allclose(found.impulse, amplitude * contact * 2 / np.pi, rtol=5e-3)
     np.testing.assert_allclose(found.rise_time, contact / 2, rtol=2e-2)

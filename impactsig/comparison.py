@@ -1,0 +1,276 @@
+"""Two trains of impacts side by side: measured and simulated, or any two runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .errors import InvalidInput
+from .impacts import Impacts
+from .intervals import (
+    Periodicity,
+    coefficient_of_variation,
+    cv2,
+    identify_period,
+    local_variation,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+EXACT_BELOW = 10_000
+"""Product of the sample sizes up to which the p-value is exact; beyond it is the limit law's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Train:
+    """What one of the trains shows.
+
+    Attributes
+    ----------
+    name : str
+        What it is called.
+    impacts : Impacts
+        The train.
+    count : int
+        Its impacts.
+    rate : float or None
+        Impacts per second of the run less its gaps; None where that has no length.
+    cv, cv2, lv : float or None
+        Coefficient of variation of the intervals, CV2 and local variation; None where there are
+        too few.
+    period : Periodicity or None
+        What `identify_period` says; None where no forcing period was given.
+    """
+
+    name: str
+    impacts: Impacts
+    count: int
+    rate: float | None
+    cv: float | None
+    cv2: float | None
+    lv: float | None
+    period: Periodicity | None
+
+    def describe(self) -> str:
+        """The numbers in a line of words."""
+        words = f"{self.name}: {_impacts(self.count)} in {self.impacts.duration:.6g} s"
+        if self.rate is not None:
+            words += f", {self.rate:.5g} per second"
+        known = (("CV", self.cv), ("CV2", self.cv2), ("LV", self.lv))
+        words += "".join(f"; {name} {value:.3g}" for name, value in known if value is not None)
+        if self.cv is None:
+            words += "; too few intervals to say how they vary"
+        return words + (f"; {self.period.describe()}" if self.period is not None else "")
+
+
+@dataclass(frozen=True)
+class Distance:
+    """How far apart two samples of one quantity are.
+
+    Attributes
+    ----------
+    count : (int, int)
+        Sizes of the samples.
+    mean, deviation : (float, float)
+        Mean and standard deviation of each, in the unit of the quantity.
+    statistic : float
+        Kolmogorov-Smirnov: the greatest difference of the cumulative distributions, 0 to 1.
+    p_value : float
+        Probability of such a difference or a greater one between two samples of the same
+        distribution, were their values independent. Those of one machine are not: take it as a
+        scale, not as a verdict.
+    wasserstein : float
+        Mean distance that values must be moved to make one sample of the other, in the unit of
+        the quantity.
+    """
+
+    count: tuple[int, int]
+    mean: tuple[float, float]
+    deviation: tuple[float, float]
+    statistic: float
+    p_value: float
+    wasserstein: float
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What `compare` found.
+
+    Attributes
+    ----------
+    a, b : Train
+        Each train by itself.
+    interval : Distance or None
+        Of the interspike intervals [s]; None where a train has none.
+    contact_time, peak, impulse, approach_velocity : Distance or None
+        Of what was measured of every impact; None where one train does not have it, or the units
+        differ.
+    notes : tuple of str
+        What was not compared, and why.
+    """
+
+    a: Train
+    b: Train
+    interval: Distance | None
+    contact_time: Distance | None
+    peak: Distance | None
+    impulse: Distance | None
+    approach_velocity: Distance | None
+    notes: tuple[str, ...]
+
+    def describe(self) -> str:
+        """The numbers in a few lines of words."""
+        force = self.a.impacts.unit
+        rows = (
+            ("intervals", self.interval, "s"),
+            ("contact time", self.contact_time, "s"),
+            ("peak", self.peak, force),
+            ("impulse", self.impulse, f"{force} s" if force else ""),
+            ("approach velocity", self.approach_velocity, ""),
+        )
+        return "\n".join(
+            (
+                self.a.describe(),
+                self.b.describe(),
+                *(_told(name, found, unit) for name, found, unit in rows if found is not None),
+                *self.notes,
+            )
+        )
+
+    def plot(self, figure: Figure | None = None) -> Any:
+        """Draw it; see `impactsig.plot.comparison`."""
+        from . import plot
+
+        return plot.comparison(self, figure)
+
+    def __str__(self) -> str:
+        return self.describe()
+
+
+def compare(
+    a: Impacts,
+    b: Impacts,
+    *,
+    forcing_period: float | None = None,
+    names: tuple[str, str] = ("a", "b"),
+) -> Comparison:
+    """Set two trains of impacts side by side, in numbers.
+
+    The distributions of the intervals are compared by the Kolmogorov-Smirnov statistic, which sees
+    any difference of shape however small in time, and by the Wasserstein distance, which says how
+    much time that is: of two periodic trains that differ by a microsecond the first is 1, the
+    second a microsecond. Contact times and strengths are compared likewise.
+
+    Parameters
+    ----------
+    a, b : Impacts
+        Measured or simulated.
+    forcing_period : float, optional
+        Period of the forcing [s], of both; with it the period of each train is identified.
+    names : (str, str), optional
+        What to call them.
+
+    Returns
+    -------
+    Comparison
+        Trains with few impacts or none are told so; what cannot be said of them is None.
+
+    Raises
+    ------
+    InvalidInput
+        If a train is not Impacts, or `forcing_period` is not positive.
+
+    Examples
+    --------
+    >>> steady = Impacts.from_times(0.05 * np.arange(100))
+    >>> late = Impacts.from_times(0.051 * np.arange(100))
+    >>> round(compare(steady, late).interval.wasserstein, 6)
+    0.001
+    """
+    for name, train in (("a", a), ("b", b)):
+        if not isinstance(train, Impacts):
+            raise InvalidInput(name, train, "Impacts", "Of instants make them by from_times")
+    first, second = (
+        _train(name, train, forcing_period) for name, train in zip(names, (a, b), strict=True)
+    )
+    notes: list[str] = []
+    found = {
+        "interval": _distance(a.intervals(), b.intervals()),
+        **{
+            name: _distance(getattr(a, name), getattr(b, name))
+            for name in ("contact_time", "approach_velocity")
+        },
+        **dict.fromkeys(("peak", "impulse")),
+    }
+    if found["interval"] is None:
+        notes.append("intervals not compared: a train has fewer than two impacts")
+    if a.unit == b.unit:
+        for name in ("peak", "impulse"):
+            found[name] = _distance(getattr(a, name), getattr(b, name))
+    elif a.peak is not None and b.peak is not None:
+        units = " and ".join(unit or "no unit" for unit in (a.unit, b.unit))
+        notes.append(f"strengths not compared: their units differ, {units}")
+    return Comparison(first, second, **found, notes=tuple(notes))
+
+
+def _train(name: str, impacts: Impacts, forcing_period: float | None) -> Train:
+    valid = impacts.duration - float(np.sum(impacts.gaps[:, 1] - impacts.gaps[:, 0]))
+    period = None if forcing_period is None else identify_period(impacts, forcing_period)
+    return Train(
+        name,
+        impacts,
+        len(impacts),
+        len(impacts) / valid if valid > 0 else None,
+        _if_enough(coefficient_of_variation, impacts),
+        _if_enough(cv2, impacts),
+        _if_enough(local_variation, impacts),
+        period,
+    )
+
+
+def _if_enough(measure: Callable[[Impacts], float], impacts: Impacts) -> float | None:
+    """The measure, or None where it has too few intervals or none longer than 0."""
+    try:
+        return measure(impacts)
+    except InvalidInput:
+        return None
+
+
+def _distance(x: np.ndarray | None, y: np.ndarray | None) -> Distance | None:
+    if x is None or y is None or not len(x) or not len(y):
+        return None
+    from scipy.stats import ks_2samp, wasserstein_distance
+
+    method = "exact" if len(x) * len(y) <= EXACT_BELOW else "asymp"
+    test = ks_2samp(x, y, method=method)
+    return Distance(
+        (len(x), len(y)),
+        (float(x.mean()), float(y.mean())),
+        (float(x.std()), float(y.std())),
+        float(test.statistic),
+        float(test.pvalue),
+        float(wasserstein_distance(x, y)),
+    )
+
+
+def _told(name: str, found: Distance, unit: str) -> str:
+    shown = [_quantity(value, unit) for value in (*found.mean, found.wasserstein)]
+    return (
+        f"{name}: mean {shown[0]} and {shown[1]}; Kolmogorov-Smirnov {found.statistic:.3g} "
+        f"(p {found.p_value:.2g}), Wasserstein {shown[2]}"
+    )
+
+
+def _quantity(value: float, unit: str) -> str:
+    if unit == "s" and 0 < abs(value) < 1:
+        factor, unit = (1e3, "ms") if abs(value) >= 1e-4 else (1e6, "µs")
+        value *= factor
+    return f"{value:.5g} {unit}".rstrip()
+
+
+def _impacts(count: int) -> str:
+    return f"{count} impact" if count == 1 else f"{count} impacts"

@@ -1,0 +1,115 @@
+"""Two trains in one figure: the intervals' densities and distributions, and both return maps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .. import intervals
+from ._axes import BLUE, GREY, VERMILLION, explain, plain, points, seconds, span_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+
+    from ..comparison import Comparison, Train
+
+COLOURS = (BLUE, VERMILLION)
+
+
+def comparison(result: Comparison, figure: Figure | SubFigure | None = None) -> np.ndarray:
+    """Draw two trains of impacts side by side.
+
+    Above, the densities of their intervals over common bins, and the cumulative distributions with
+    the place of their greatest difference; below, the return map of each, at the same scale.
+
+    Parameters
+    ----------
+    result : Comparison
+        What `impactsig.compare` found.
+    figure : matplotlib Figure or SubFigure, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    ndarray of matplotlib Axes, shape (2, 2)
+        Densities and distributions; return maps of a and b.
+    """
+    if figure is None:
+        # Only here: a figure handed in needs no window system, and so no pyplot.
+        from matplotlib import pyplot
+
+        figure = pyplot.figure(figsize=(8.4, 7.6), layout="constrained")
+    panels: np.ndarray = figure.subplots(2, 2)
+    for ax in panels.flat:
+        ax.spines[["top", "right"]].set_visible(False)
+    trains = (result.a, result.b)
+    values = [train.impacts.intervals() for train in trains]
+    both = np.concatenate(values)
+    if not both.any():
+        for ax in panels.flat:
+            explain(ax, "Neither train has two impacts at different instants: no intervals.")
+        return panels
+    labels = [
+        plain(f"{one.name}: {len(v)} intervals") for one, v in zip(trains, values, strict=True)
+    ]
+    _densities(panels[0, 0], values, labels, both)
+    _distributions(panels[0, 1], values, labels, both)
+    for ax, train, colour in zip(panels[1], trains, COLOURS, strict=True):
+        _map(ax, train, colour, both)
+    return panels
+
+
+def _densities(ax: Axes, values: list[np.ndarray], labels: list[str], both: np.ndarray) -> None:
+    edges = intervals.interval_histogram(both).edges
+    for one, label, colour in zip(values, labels, COLOURS, strict=True):
+        if len(one):
+            density = intervals.interval_histogram(one, edges).density
+            ax.stairs(density, edges, fill=True, color=colour, alpha=0.25)
+            # The outline keeps bins in sight that are narrower than a pixel.
+            ax.stairs(density, edges, color=colour, linewidth=1.0, label=label)
+    ax.set(xlim=span_of(edges), ylabel="density $p(I)$ [1/s]")
+    ax.set_ylim(0, 1.25 * ax.get_ylim()[1])
+    seconds(ax.xaxis, "interspike interval $I$", edges)
+    ax.legend(frameon=False, fontsize="small", loc="upper left", borderaxespad=0)
+
+
+def _distributions(ax: Axes, values: list[np.ndarray], labels: list[str], both: np.ndarray) -> None:
+    span = span_of(both)
+    for one, label, colour in zip(values, labels, COLOURS, strict=True):
+        if len(one):
+            steps = np.concatenate(([span[0]], np.sort(one), [span[1]]))
+            share = np.concatenate((np.arange(len(one) + 1) / len(one), [1.0]))
+            ax.step(steps, share, where="post", color=colour, linewidth=1.2, label=label)
+    if all(len(one) for one in values):
+        where = np.sort(both)
+        low, high = (
+            np.searchsorted(np.sort(one), where, side="right") / len(one) for one in values
+        )
+        widest = int(np.argmax(np.abs(low - high)))
+        ax.vlines(where[widest], *sorted((low[widest], high[widest])), color="black", linewidth=1)
+        ax.text(
+            0.98,
+            0.03,
+            f"greatest difference {abs(low - high)[widest]:.3g}",
+            transform=ax.transAxes,
+            ha="right",
+            fontsize="small",
+        )
+    ax.set(xlim=span, ylim=(0, 1.02), ylabel="share of intervals up to $I$")
+    seconds(ax.xaxis, "interspike interval $I$", both)
+
+
+def _map(ax: Axes, train: Train, colour: str, both: np.ndarray) -> None:
+    ax.set_title(plain(train.name), loc="left", fontsize="medium")
+    first, later = intervals.return_map(train.impacts)
+    if not len(first):
+        explain(ax, "Too few intervals for a return map.")
+        return
+    span = span_of(both)
+    ax.plot(span, span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+    points(ax, first, later, color=colour)
+    ax.set(xlim=span, ylim=span, aspect="equal")
+    seconds(ax.xaxis, "interval $I_k$", both)
+    seconds(ax.yaxis, "interval $I_{k+1}$", both)

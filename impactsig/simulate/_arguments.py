@@ -1,0 +1,68 @@
+"""Arguments that the measuring chain shares: bounded numbers, and independent random streams."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+
+Seed = int | np.random.SeedSequence | np.random.Generator | None
+
+
+def number(
+    name: str,
+    value: Any,
+    *,
+    least: float = -math.inf,
+    most: float = math.inf,
+    positive: bool = False,
+) -> float:
+    """A finite number within bounds.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none.
+    """
+    try:
+        given = float(value)
+    except (TypeError, ValueError):
+        given = math.nan
+    if math.isfinite(given) and least <= given <= most and (given > 0 or not positive):
+        return given
+    required = "a positive number" if positive else "a finite number"
+    if math.isfinite(most):
+        required += f" from {least:g} to {most:g}"
+    elif math.isfinite(least):
+        required += f", {least:g} or greater"
+    raise InvalidInput(name, value, required)
+
+
+def streams(seed: Seed, count: int) -> list[np.random.Generator]:
+    """Independent generators, the same ones for the same seed.
+
+    A SeedSequence is not spawned from but read: given twice, it gives the same streams twice. A
+    Generator is drawn from, so that successive calls with it differ.
+
+    Raises
+    ------
+    InvalidInput
+        If the seed is not of a kind that NumPy knows.
+    """
+    if isinstance(seed, np.random.Generator):
+        seed = np.random.SeedSequence(seed.integers(2**63, size=2).tolist())
+    if not isinstance(seed, np.random.SeedSequence):
+        try:
+            seed = np.random.SeedSequence(seed)
+        except (TypeError, ValueError):
+            raise InvalidInput(
+                "seed", seed, "a whole number >= 0, a SeedSequence or a Generator"
+            ) from None
+    children = (
+        np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, child))
+        for child in range(count)
+    )
+    return [np.random.default_rng(child) for child in children]

@@ -1,0 +1,81 @@
+"""Simulated beams recorded and found again: the whole circle against its own truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import impactsig
+from benchmarks.recordings import score
+from impactsig.comparison import compare
+from impactsig.simulate.measuring import measure
+from impactsig.simulate.sensors import LoadCell, Microphone
+from impactsig.simulate.synthesis import SPEED_OF_SOUND, synthesize
+
+VOLTS = 0.6  # per unit of approach velocity
+
+
+def beam(frequency, initial=(0.0, 0.0), seconds=60.0):
+    scene = impactsig.scenes.karpodinis(frequency=frequency)
+    return impactsig.simulate(
+        scene, periods=seconds * frequency, transient=500, initial=initial
+    ).impacts
+
+
+@pytest.mark.parametrize("rate", [50_000.0, 60_000.0, 100_000.0])
+@pytest.mark.parametrize(
+    ("frequency", "initial"), [(22.1, (0, 0)), (24.0, (0, 0)), (20.1, (0, 0)), (20.1, (0.3, 0.1))]
+)
+def test_a_load_cell_finds_the_impacts_of_the_beam(frequency, initial, rate):
+    truth = beam(frequency, initial)
+    noise = 0.1 * VOLTS * np.median(truth.approach_velocity)  # 20 dB below the peaks
+    cell = LoadCell(gain=VOLTS, noise=noise, drift=0.02, hum=0.01, unit="V")
+    made = synthesize(truth, cell, rate=rate, bits=16, full_scale=2.0, seed=int(rate))
+    found = impactsig.detect_impacts(made)
+    _, rms, pairs = score(found.time, truth.time)
+    missed = np.setdiff1d(np.arange(len(truth)), pairs[:, 1])
+    # Chaos has impacts near grazing, weaker than the noise: those, and only those, may be lost.
+    assert np.all(VOLTS * truth.approach_velocity[missed] < 3 * noise)
+    assert len(missed) < 0.03 * len(truth)
+    sure = len(truth) - len(missed)
+    assert 2 * len(pairs) / (len(found) + sure) >= 0.995
+    assert frequency == 20.1 or len(found) == len(truth) == len(pairs)
+    assert rms < 20e-6
+    contact = found.contact_time[pairs[:, 0]] - 300e-6
+    assert abs(np.median(contact)) < 10e-6
+    peak = found.peak[pairs[:, 0]] / (VOLTS * truth.approach_velocity[pairs[:, 1]])
+    assert np.median(peak) == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("frequency", "period"), [(22.1, (1, 1)), (20.1, (None, None))])
+def test_what_is_read_from_the_record_is_what_was_simulated(frequency, period):
+    truth = beam(frequency)
+    made = synthesize(truth, LoadCell(gain=VOLTS, noise=0.005), seed=5)
+    apart = compare(truth, impactsig.detect_impacts(made), forcing_period=1 / frequency)
+    for one in (apart.a, apart.b):
+        assert (one.period.impacts, one.period.periods) == period
+    assert apart.b.cv == pytest.approx(apart.a.cv, abs=0.01)
+    assert apart.interval.wasserstein < 1e-3
+
+
+@pytest.mark.parametrize(("frequency", "seed"), [(22.1, 1), (20.1, 2), (20.1, 3)])
+def test_a_microphone_finds_the_impacts_of_the_beam(frequency, seed):
+    truth = beam(frequency)
+    microphone = Microphone(distance=0.5, noise=0.1 * np.median(truth.approach_velocity) / 0.5)
+    found = impactsig.detect_impacts(synthesize(truth, microphone, seed=seed))
+    f1, rms, _ = score(found.time - 0.5 / SPEED_OF_SOUND, truth.time)
+    assert f1 >= 0.98
+    assert rms < 80e-6
+
+
+def test_a_worn_instrument_is_told_by_the_comparison():
+    truth = beam(22.1)
+    seen = measure(truth, jitter=2e-4, missed=0.05, spurious=0.03, seed=4)
+    apart = compare(truth, seen.impacts, forcing_period=1 / 22.1)
+    assert apart.a.period.missed == 0
+    told = apart.b.period
+    assert (told.impacts, told.periods) == (1, 1)
+    assert told.missed == pytest.approx(len(seen.missed) / len(truth), abs=0.005)
+    assert told.spurious == pytest.approx(len(seen.spurious) / len(seen.impacts), abs=0.01)
+    assert told.jitter == pytest.approx(2e-4, rel=0.1)
+    assert apart.b.cv > 10 * apart.a.cv
