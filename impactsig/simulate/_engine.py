@@ -13,7 +13,7 @@ followed by conservative advancement: where |q''| <= M from now on, a gap g stay
 so no step can jump over a first contact. Once g' < 0 and g <= g'^2 / 2M the gap closes without
 turning, and roots of parabolas, kept in that bracket, finish. M is the lesser of two bounds: z''
 of the free motion is a free motion itself, whose energy does not grow; and the energy of q'' is
-fed by the forcing alone.
+fed by the forcing alone. A bound of q''' sharpens both uses in the same way.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Leg(NamedTuple):
     series: np.ndarray
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def phase_of(ratio, turns, phase):
     """Ratio * (2 pi turns + phase) modulo 2 pi, without losing digits to the number of turns."""
     if ratio == 1.0:
@@ -110,7 +110,7 @@ def phase_of(ratio, turns, phase):
     return TURN * ((product - math.floor(product)) + error) + ratio * phase
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def free(leg, tau):
     """Free motion (z, z') after tau; near critical damping both forms meet without cancelling."""
     delta, root = leg.delta, leg.root
@@ -139,7 +139,7 @@ def free(leg, tau):
     return z, w
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def bound(kappa, delta, root, sort, y, y1):
     """Bound from now on of a free motion that is at y, y1: by its energy, or mode by mode."""
     if kappa == 0.0:
@@ -152,7 +152,7 @@ def bound(kappa, delta, root, sort, y, y1):
     return most
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def forced(waves, tau):
     """Forced response and its first three derivatives, tau after the start of the leg."""
     x = v = a = jerk = 0.0
@@ -168,7 +168,7 @@ def forced(waves, tau):
     return x, v, a, jerk
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def steady(p, i, turns, phase):
     """Forced response and its derivative at a phase."""
     x = v = 0.0
@@ -180,7 +180,7 @@ def steady(p, i, turns, phase):
     return x, v
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def push(p, clock, tau):
     """Forcing with the constant of the free region, and its derivative."""
     f, f1 = p.constant[FREE], 0.0
@@ -193,7 +193,7 @@ def push(p, clock, tau):
     return f, f1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def begin(p, scratch, i, turns, phase, low, q, v):
     """The leg in region i that starts from q, v at that phase (and what the phase lacks).
 
@@ -239,7 +239,7 @@ def begin(p, scratch, i, turns, phase, low, q, v):
     )
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def locate(leg, tau):
     """Position less that at the start of the leg, its three derivatives, and a bound of |q''|.
 
@@ -266,7 +266,7 @@ def locate(leg, tau):
     return x + z + leg.rest - leg.series[0], v + w, a + b, jerk + b1, most
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def close(leg, tau, side, gap, speed, a, jerk, high, third, distance):
     """Instant and velocity at which a gap closes that is certain to close without turning.
 
@@ -300,7 +300,7 @@ def close(leg, tau, side, gap, speed, a, jerk, high, third, distance):
     return tau, velocity
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def unstick(p, clock, side, end):
     """Time until the force that presses the mass to a stop vanishes, or `end` if it is sooner."""
     tau = 0.0
@@ -321,7 +321,7 @@ def unstick(p, clock, side, end):
     return end
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs):
     """Move to the end phase, writing events as rows; to be called again when they are full.
 
@@ -437,19 +437,33 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                         break
                     # q'' is itself an oscillator's motion, and only the forcing feeds its energy:
                     # near resonance a bound far below what holds from now on.
-                    local, window = most, math.inf
+                    local, jolt, window = most, third, math.inf
                     energy = math.sqrt(a * a + jerk * jerk / kappa) if kappa > 0 else abs(a)
                     if energy > 0:
                         window = (abs(speed) + math.sqrt(speed * speed + 2 * energy * gap)) / energy
                         local = min(most, energy + fed * window)
-                    if speed < 0 and 2 * local * gap <= speed * speed:
-                        last = -speed / local if local > 0 else math.inf
-                        tau, u = close(leg, tau, s, gap, speed, a, jerk, last, third, distance)
-                        arrived, side = True, s
-                        break
+                        if kappa > 0:
+                            jolt = min(third, math.sqrt(kappa) * (energy + fed * window))
+                    bend = -s * a
+                    if speed < 0:
+                        reach = -2 * gap / speed
+                        turn = max(bend + jolt * reach / 2, 0.0)
+                        if reach <= window and 2 * turn * gap <= speed * speed:
+                            tau, u = close(leg, tau, s, gap, speed, a, jerk, reach, third, distance)
+                            arrived, side = True, s
+                            break
                     if local > 0:
                         step = (speed + math.sqrt(speed * speed + 2 * local * gap)) / local
-                        h = min(h, step)
+                        # Within twice that, and the window: q'' there is at least what it is
+                        # here, less what the bound of q''' can take.
+                        span = min(2 * step, window)
+                        sag = jolt * span / 3 - bend
+                        square = speed * speed + 2 * sag * gap
+                        if square >= 0 and speed < 0:
+                            span = min(span, 2 * gap / (math.sqrt(square) - speed))
+                        elif sag > 0:
+                            span = min(span, (speed + math.sqrt(square)) / sag)
+                        h = min(h, max(step, span))
                 if arrived:
                     break
                 h = max(h, 2e-16 * max(tau, 1e-3))
@@ -486,7 +500,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         rebound(p, clock, state, count, events, side, end - tau, end_turns, end_phase)
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def pass_time(clock, tau):
     """Add tau to the phase as a compensated sum, and keep it below a turn."""
     total = clock[1] + tau
@@ -504,7 +518,7 @@ def pass_time(clock, tau):
         clock[2] += TURN_LOW
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def note(events, count, clock, kind, side, q, v, approach):
     """Write one event."""
     if len(events) == 0:
@@ -515,7 +529,7 @@ def note(events, count, clock, kind, side, q, v, approach):
     count[5] += 1
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def touch_stop(p, clock, state, count, events, i, side):
     """Into the contact region of a soft stop, or out of it."""
     v = state[1]
@@ -535,7 +549,7 @@ def touch_stop(p, clock, state, count, events, i, side):
         note(events, count, clock, PART, side, state[0], v, 0.0)
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def rebound(p, clock, state, count, events, side, end, end_turns, end_phase):
     """Reset the velocity at a rigid stop; sum chatter to its end, where the mass sticks."""
     v = abs(state[1])
@@ -568,7 +582,7 @@ def rebound(p, clock, state, count, events, side, end, end_turns, end_phase):
     note(events, count, clock, STICK, side, state[0], 0.0, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def phases_of(ratio, turns, phase):
     """`phase_of` for arrays."""
     out = np.empty(len(turns))
@@ -577,7 +591,7 @@ def phases_of(ratio, turns, phase):
     return out
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def follow(p, scratch, row, turns, phase):
     """Region, position from its origin and velocity in the segment that `row` opens."""
     side = row[3]
@@ -596,7 +610,7 @@ def follow(p, scratch, row, turns, phase):
     return i, leg.rest + x + z, v + w
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def sample(p, segments, where, turns, phase):
     """Position and velocity at instants, each in the segment that `where` names."""
     scratch = Scratch(np.empty((len(p.ratio), 3)), np.empty(ORDER + 1))
@@ -609,7 +623,7 @@ def sample(p, segments, where, turns, phase):
     return q, v
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def peak_forces(p, rows, which, lasts, stiffness, damping):
     """Greatest force of each contact: the greatest of a scan, refined by golden section."""
     scratch = Scratch(np.empty((len(p.ratio), 3)), np.empty(ORDER + 1))
