@@ -279,6 +279,19 @@ def _least(x, a, b):
 
 
 @njit(cache=True, nogil=True)
+def _crest(x, top, sigma):
+    """Height of the crest at sample `top`, by a parabola, and where it lies between samples.
+
+    The sample itself where it does not stand out: at a plateau's edge a parabola would overshoot.
+    """
+    if not 0 < top < len(x) - 1 or x[top] - max(x[top - 1], x[top + 1]) <= 4.0 * sigma:
+        return x[top], 0.0
+    difference = x[top - 1] - x[top + 1]
+    shift = 0.5 * difference / (x[top - 1] - 2.0 * x[top] + x[top + 1])
+    return x[top] - 0.25 * difference * shift, shift
+
+
+@njit(cache=True, nogil=True)
 def _valley(x, a, b):
     """Index of the least three-sample mean strictly between a < b."""
     best = a + 1
@@ -423,7 +436,7 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
 
     pad = max(3, (right - left) // 2)
     a, b = max(left_limit, left - pad), min(right_limit, right + pad) + 1
-    fits = False
+    fits, unit = False, 0.0
     p = np.empty(PARAMETERS)
     if flags == 0:
         per = (b - a + MAX_POINTS - 1) // MAX_POINTS
@@ -461,19 +474,16 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
         # What does not fit a faint pulse is not its shape, and its edges tell even less.
         faint = height < 8.0 * sigma
         fits = (misfit < 2.0 or faint) and p[0] > 0.0 and inside
+    crest, shift = _crest(x, top, sigma)
     if fits:
-        start, contact, crest = p[1], length, p[0] * unit
+        start, contact = p[1], length
         rise = math.exp(p[2]) + 0.5 * math.exp(p[3])
+        if unit <= sigma:
+            crest = p[0] * unit  # less noisy than the greatest sample
     else:
         edge = max(0.02 * height, min(3.0 * sigma, 0.25 * height))
         start = _touch(x, top, -1, left_limit, edge)
         contact = _touch(x, top, 1, right_limit, edge) - start
-        crest, shift = height, 0.0
-        # Between samples only where the crest stands out: a plateau's edge would overshoot.
-        if 0 < top < end and x[top] - max(x[top - 1], x[top + 1]) > 4.0 * sigma:
-            bend = x[top - 1] - 2.0 * x[top] + x[top + 1]
-            shift = 0.5 * (x[top - 1] - x[top + 1]) / bend
-            crest = x[top] - 0.25 * (x[top - 1] - x[top + 1]) * shift
         rise = top + shift - start
     start, contact = max(start, 0.0), contact + min(start, 0.0)
     contact = min(contact, end - start)
