@@ -369,6 +369,8 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         b2 = -2 * delta * b1 - kappa * b
         start_bound = bound(kappa, delta, root, sort, b, b1) + leg.reach
         third = bound(kappa, delta, root, sort, b1, b2) + p.reach[i, 3]
+        if not (start_bound < 1e140 and abs(v) < 1e140):
+            return DIVERGED  # their squares would overflow
         upper, lower = p.stop[0], p.stop[1]
         if i == UPPER:
             upper, lower = math.inf, 0.0

@@ -168,7 +168,9 @@ def _begin(
             region, q = k + 1, q - problem.stop[k]
     count = np.zeros(7, np.int64)
     count[0] = region
-    return np.array([q, u, 0.0, 0.0]), count
+    # A first touch at next to no speed must not set the scale of chatter.
+    slow = 1e-6 * (problem.force_bound[0] + abs(problem.constant[0]))
+    return np.array([q, u, slow, 0.0]), count
 
 
 def _after(phase: float, turns: float) -> tuple[float, float]:

@@ -153,3 +153,21 @@ def test_approach_velocities_survive_the_table(tmp_path):
     impacts.to_parquet(tmp_path / "a.parquet")
     again = Impacts.read_parquet(tmp_path / "a.parquet")
     np.testing.assert_array_equal(again.approach_velocity, impacts.approach_velocity)
+
+
+def test_a_gap_of_next_to_nothing_is_no_endless_chatter():
+    """Of a gap of 1e-300 the first flights are below any scale; the run is that without a gap."""
+    ends = []
+    for gap in (0.0, 1e-300):
+        machine = Oscillator(
+            damping=0.1, forces=Force(0.5, 0.9), load=0.3, stops=(Stop(gap, Rigid(0.5)),)
+        )
+        motion = impactsig.simulate(machine, periods=20, keep="counts")
+        assert motion.status == "complete"
+        ends.append(motion.final)
+    assert ends[0] == pytest.approx(ends[1], abs=1e-12)
+
+
+def test_numbers_too_large_to_square_end_the_run():
+    machine = Oscillator(forces=Force(1e300, 2.0), stops=(Stop(1, Rigid(0.5)),))
+    assert impactsig.simulate(machine, periods=5).status == "diverged"
