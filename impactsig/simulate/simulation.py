@@ -89,7 +89,7 @@ def simulate(
     before = _number("transient", transient, least=0.0)
     phase = math.fmod(_number("phase", phase), 2 * math.pi) % (2 * math.pi)
 
-    from ._engine import ORDER, START, STICK, Scratch
+    from ._engine import COLUMNS, ORDER, START, STICK, Scratch
 
     problem = pose(oscillator, chatter, skip_unreachable)
     omega = reference_frequency(oscillator)
@@ -99,14 +99,14 @@ def simulate(
     per_turn = 1.0 if duration is None else omega / (2 * math.pi * oscillator.time_unit)
     middle, end = _after(phase, before * per_turn), _after(phase, (before + length) * per_turn)
 
-    none = np.empty((0, 7))
+    none = np.empty((0, COLUMNS))
     status, _ = _run(problem, scratch, clock, state, count, none, middle)
     count[2:5], state[3] = 0, 0.0
     side = count[1] or {0: 0, 1: 1, 2: -1}[int(count[0])]
     first = [clock[0], clock[1], STICK if count[1] else START, side, state[0], state[1], 0.0]
     rows = none
     if status == "complete":
-        buffer = none if keep == "counts" else np.empty((CHUNK, 7))
+        buffer = none if keep == "counts" else np.empty((CHUNK, COLUMNS))
         status, rows = _run(problem, scratch, clock, state, count, buffer, end)
     if keep == "all":
         rows = np.concatenate([[first], rows])
