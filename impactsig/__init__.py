@@ -34,7 +34,17 @@ if TYPE_CHECKING:
         return_map,
     )
     from .io import info, read, read_blocks
-    from .oscillators import BaseMotion, Force, KelvinVoigt, Oscillator, Rigid, Stop, scenes
+    from .oscillators import (
+        BaseMotion,
+        Force,
+        Friction,
+        Hertz,
+        KelvinVoigt,
+        Oscillator,
+        Rigid,
+        Stop,
+        scenes,
+    )
     from .recording import Recording
     from .report import write_report
     from .simulate import Motion, simulate
@@ -68,6 +78,8 @@ _HOME = {
     "oscillators": (
         "BaseMotion",
         "Force",
+        "Friction",
+        "Hertz",
         "KelvinVoigt",
         "Oscillator",
         "Rigid",
@@ -88,6 +100,8 @@ __all__ = [
     "BaseMotion",
     "Comparison",
     "Force",
+    "Friction",
+    "Hertz",
     "Impacts",
     "ImpactsigError",
     "ImpactsigWarning",

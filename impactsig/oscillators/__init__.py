@@ -1,6 +1,17 @@
 """What is simulated, as data: an oscillator, its forcing, its stops; and a preset per paper."""
 
 from . import scenes
-from .oscillator import BaseMotion, Force, KelvinVoigt, Oscillator, Rigid, Stop
+from .oscillator import Oscillator
+from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Rigid, Stop
 
-__all__ = ["BaseMotion", "Force", "KelvinVoigt", "Oscillator", "Rigid", "Stop", "scenes"]
+__all__ = [
+    "BaseMotion",
+    "Force",
+    "Friction",
+    "Hertz",
+    "KelvinVoigt",
+    "Oscillator",
+    "Rigid",
+    "Stop",
+    "scenes",
+]

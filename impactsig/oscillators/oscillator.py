@@ -1,154 +1,20 @@
-"""An impacting oscillator as immutable, validated data."""
+"""An impacting oscillator as immutable, validated data, in any units."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
 
 from ..errors import InvalidInput
-
-
-@dataclass(frozen=True)
-class Force:
-    """A harmonic force ``amplitude * cos(frequency * t + phase)`` on the mass.
-
-    Parameters
-    ----------
-    amplitude : float
-        Amplitude [N].
-    frequency : float
-        Angular frequency [rad/s], positive.
-    phase : float
-        Phase at t = 0 [rad]; -pi/2 makes it a sine.
-    """
-
-    amplitude: float
-    frequency: float
-    phase: float = 0.0
-
-    def __post_init__(self) -> None:
-        _numbers(self, "amplitude", "phase")
-        _numbers(self, "frequency", above=0.0)
-
-
-@dataclass(frozen=True)
-class BaseMotion:
-    """Harmonic motion ``amplitude * cos(frequency * t + phase)`` of what the mass hangs on.
-
-    Parameters
-    ----------
-    amplitude : float
-        Amplitude [m].
-    frequency : float
-        Angular frequency [rad/s], positive.
-    phase : float
-        Phase at t = 0 [rad]; -pi/2 makes it a sine.
-    spring, damper : bool
-        Whether the spring and the damper hang on the base; one that does not is held by the
-        ground.
-    stops : bool
-        Whether the stops move with the base.
-    """
-
-    amplitude: float
-    frequency: float
-    phase: float = 0.0
-    spring: bool = True
-    damper: bool = True
-    stops: bool = False
-
-    def __post_init__(self) -> None:
-        _numbers(self, "amplitude", "phase")
-        _numbers(self, "frequency", above=0.0)
-
-
-@dataclass(frozen=True)
-class Rigid:
-    """A rigid stop: x' -> -restitution x', relative to the stop.
-
-    Parameters
-    ----------
-    restitution : float
-        Restitution coefficient, from 0 (no rebound) to 1 (no loss).
-    """
-
-    restitution: float
-
-    def __post_init__(self) -> None:
-        _numbers(self, "restitution", least=0.0, most=1.0)
-
-
-@dataclass(frozen=True)
-class KelvinVoigt:
-    """A soft stop: a spring and a damper side by side, touched without mass.
-
-    While the mass is beyond the stop it feels ``-stiffness * depth - damping * depth'``. Contact
-    ends where the depth is zero again, so that the damper may pull at the end.
-
-    Parameters
-    ----------
-    stiffness : float
-        Stiffness of the stop [N/m], positive.
-    damping : float
-        Damping of the stop [N s/m].
-    """
-
-    stiffness: float
-    damping: float = 0.0
-
-    def __post_init__(self) -> None:
-        _numbers(self, "stiffness", above=0.0)
-        _numbers(self, "damping", least=0.0)
-
-    @classmethod
-    def equivalent(cls, restitution: float, stiffness: float, mass: float = 1.0) -> KelvinVoigt:
-        """The soft stop of given stiffness that returns the share `restitution` of the velocity.
-
-        Its damping, ``-2 ln r sqrt(stiffness mass / (pi^2 + ln^2 r))``, makes one contact free of
-        other forces end at zero depth with r times the velocity [Okolewski2021]_.
-
-        Raises
-        ------
-        InvalidInput
-            If the restitution is not in (0, 1]: none has infinite damping.
-        """
-        Rigid(restitution)
-        if restitution == 0:
-            raise InvalidInput("restitution", restitution, "0 < restitution <= 1")
-        loss = math.log(restitution)
-        return cls(stiffness, -2 * loss * math.sqrt(stiffness * mass / (math.pi**2 + loss**2)))
-
-
-@dataclass(frozen=True)
-class Stop:
-    """A stop on one side of the mass.
-
-    Parameters
-    ----------
-    position : float
-        Where the mass touches it [m], measured from the base where the stops move with that.
-    law : Rigid or KelvinVoigt
-        The contact law.
-    side : {"upper", "lower"}
-        "upper" keeps the mass below `position`, "lower" above it.
-    """
-
-    position: float
-    law: Rigid | KelvinVoigt
-    side: Literal["upper", "lower"] = "upper"
-
-    def __post_init__(self) -> None:
-        _numbers(self, "position")
-        if self.side not in ("upper", "lower"):
-            raise InvalidInput("side", self.side, '"upper" or "lower"')
-        if not isinstance(self.law, (Rigid, KelvinVoigt)):
-            raise InvalidInput("law", self.law, "Rigid(...) or KelvinVoigt(...)")
+from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Rigid, Stop, numbers
 
 
 @dataclass(frozen=True)
 class Oscillator:
-    """A mass on a spring and a damper, under harmonic forcing, that hits stops.
+    """A mass on a spring and a damper, under harmonic forcing, that hits stops and may rub.
 
     ``mass x'' + damping x' + stiffness x = load + forces`` while no stop is touched.
 
@@ -168,18 +34,25 @@ class Oscillator:
     base : BaseMotion, optional
         Motion of the base.
     stops : sequence of Stop
-        At most one on either side.
-    time_unit : float
-        Seconds in one unit of the oscillator's time: 1 in SI units, 1/omega_n of the machine for
-        a dimensionless oscillator. Results give time in seconds, and all else in the
-        oscillator's own units.
+        Any number on either side. Soft ones may stand one behind the other and before a rigid
+        one.
+    friction : Friction, optional
+        Coulomb friction.
+    law : callable, optional
+        A further force ``law(t, x, v)`` on the mass [N], with t in the oscillator's unit of time
+        since the start of the simulation and x, v against the ground; a function that numba can
+        compile.
+    time_unit, length_unit, mass_unit : float
+        Seconds, metres and kilograms in one of the units that the numbers above are in: 1 in SI
+        units; 1/omega_n of the machine, its gap and its mass for a dimensionless oscillator. A
+        simulation tells time in seconds, and all else in the oscillator's own units.
     name : str
         What to call it.
 
     Raises
     ------
     InvalidInput
-        If a value is out of its range, two stops share a side or leave no room between them, or
+        If a value is out of its range, stops overlap or one stands where the mass cannot get, or
         an undamped oscillator is forced at resonance, where its free motion has no bound.
     """
 
@@ -190,13 +63,17 @@ class Oscillator:
     load: float = 0.0
     base: BaseMotion | None = None
     stops: tuple[Stop, ...] = ()
+    friction: Friction | None = None
+    law: Callable[[float, float, float], float] | None = None
     time_unit: float = 1.0
+    length_unit: float = 1.0
+    mass_unit: float = 1.0
     name: str = ""
 
     def __post_init__(self) -> None:
-        _numbers(self, "mass", "time_unit", above=0.0)
-        _numbers(self, "damping", "stiffness", least=0.0)
-        _numbers(self, "load")
+        numbers(self, "mass", "time_unit", "length_unit", "mass_unit", above=0.0)
+        numbers(self, "damping", "stiffness", least=0.0)
+        numbers(self, "load")
         for name, kind in (("forces", Force), ("stops", Stop)):
             items = getattr(self, name)
             items = (items,) if isinstance(items, kind) else tuple(items)
@@ -205,15 +82,11 @@ class Oscillator:
             object.__setattr__(self, name, items)
         if self.base is not None and not isinstance(self.base, BaseMotion):
             raise InvalidInput("base", self.base, "BaseMotion(...) or None")
-        upper, lower = self.stop("upper"), self.stop("lower")
-        if len(self.stops) > (upper is not None) + (lower is not None):
-            raise InvalidInput("stops", self.stops, "at most one stop on either side")
-        if upper is not None and lower is not None and not lower.position < upper.position:
-            raise InvalidInput(
-                "stops",
-                f"lower at {lower.position:g}, upper at {upper.position:g}",
-                "room between the stops",
-            )
+        if self.friction is not None and not isinstance(self.friction, Friction):
+            raise InvalidInput("friction", self.friction, "Friction(...) or None")
+        if self.law is not None and not callable(self.law):
+            raise InvalidInput("law", self.law, "a function of t, x and v, or None")
+        self._check_stops()
         natural = self.stiffness / self.mass
         frequencies = [force.frequency for force in self.forces]
         for frequency in frequencies + ([self.base.frequency] if self.base else []):
@@ -227,9 +100,26 @@ class Oscillator:
                     f"damping, or forcing away from the resonance at {frequency:g} rad/s",
                 )
 
-    def stop(self, side: str) -> Stop | None:
-        """The stop on that side ("upper" or "lower"), or None."""
-        return next((stop for stop in self.stops if stop.side == side), None)
+    def _check_stops(self) -> None:
+        upper, lower = self.stops_on("upper"), self.stops_on("lower")
+        if upper and lower and not lower[0].position < upper[0].position:
+            raise InvalidInput(
+                "stops",
+                f"lower at {lower[0].position:g}, upper at {upper[0].position:g}",
+                "room between the stops",
+            )
+        for near, far in [*pairwise(upper), *pairwise(lower)]:
+            where = f"{near.position:g} and {far.position:g}"
+            if near.position == far.position:
+                raise InvalidInput("stops", where, "stops of a side at different positions")
+            if isinstance(near.law, Rigid):
+                raise InvalidInput("stops", where, "no stop behind a rigid one")
+
+    def stops_on(self, side: str) -> tuple[Stop, ...]:
+        """The stops on that side ("upper" or "lower"), in the order they are reached."""
+        sign = 1 if side == "upper" else -1
+        own = (stop for stop in self.stops if stop.side == side)
+        return tuple(sorted(own, key=lambda stop: sign * stop.position))
 
     @property
     def natural_frequency(self) -> float:
@@ -249,6 +139,67 @@ class Oscillator:
         omega = self.forcing_frequency
         return None if omega is None else 2 * math.pi / omega * self.time_unit
 
+    def in_units(self, time: float = 1.0, length: float = 1.0, mass: float = 1.0) -> Oscillator:
+        """The same machine, its numbers in other units.
+
+        ``oscillator.in_units()`` is in SI units; ``in_units(1 / omega_n, gap, mass)`` of a
+        machine in SI units is dimensionless, with unit mass, stiffness and gap.
+
+        Parameters
+        ----------
+        time, length, mass : float
+            Seconds, metres and kilograms in one of the new units.
+
+        Raises
+        ------
+        InvalidInput
+            If a unit is not positive, or the machine has a part that is a function: what that
+            means in other units only its author knows.
+        """
+        new = replace(Oscillator(), time_unit=time, length_unit=length, mass_unit=mass)
+        stops_given = any(
+            isinstance(stop.law, Rigid) and callable(stop.law.restitution) for stop in self.stops
+        )
+        if self.law is not None or stops_given:
+            raise InvalidInput(
+                "law" if self.law else "restitution", "a function", "numbers, to change their units"
+            )
+        t = self.time_unit / new.time_unit
+        x = self.length_unit / new.length_unit
+        m = self.mass_unit / new.mass_unit
+        newton = m * x / t**2
+
+        def contact(law: Any) -> Any:
+            if isinstance(law, KelvinVoigt):
+                return replace(law, stiffness=law.stiffness * m / t**2, damping=law.damping * m / t)
+            if isinstance(law, Hertz):
+                stiffness = law.stiffness * newton / x**law.exponent
+                return replace(law, stiffness=stiffness, damping=law.damping * t / x)
+            return law
+
+        friction = self.friction
+        return replace(
+            new,
+            mass=self.mass * m,
+            damping=self.damping * m / t,
+            stiffness=self.stiffness * m / t**2,
+            load=self.load * newton,
+            forces=tuple(
+                replace(force, amplitude=force.amplitude * newton, frequency=force.frequency / t)
+                for force in self.forces
+            ),
+            base=self.base
+            and replace(
+                self.base, amplitude=self.base.amplitude * x, frequency=self.base.frequency / t
+            ),
+            stops=tuple(
+                replace(stop, position=stop.position * x, law=contact(stop.law))
+                for stop in self.stops
+            ),
+            friction=friction and Friction(friction.kinetic * newton, friction.static * newton),  # type: ignore[operator]
+            name=self.name,
+        )
+
     def __repr__(self) -> str:
         parts = [f"mass={self.mass:g}, damping={self.damping:g}, stiffness={self.stiffness:g}"]
         parts += [repr(force) for force in self.forces]
@@ -257,33 +208,14 @@ class Oscillator:
         if self.base:
             parts.append(repr(self.base))
         parts += [repr(stop) for stop in self.stops]
-        if self.time_unit != 1:
-            parts.append(f"time_unit={self.time_unit:g} s")
+        if self.friction:
+            parts.append(repr(self.friction))
+        if self.law:
+            parts.append(f"law={getattr(self.law, '__name__', self.law)}")
+        units = (("time", "s"), ("length", "m"), ("mass", "kg"))
+        for name, symbol in units:
+            unit = getattr(self, f"{name}_unit")
+            if unit != 1:
+                parts.append(f"{name}_unit={unit:g} {symbol}")
         title = f"{self.name!r}: " if self.name else ""
         return f"Oscillator({title}{'; '.join(parts)})"
-
-
-def _numbers(
-    owner: Any,
-    *names: str,
-    above: float = -math.inf,
-    least: float = -math.inf,
-    most: float = math.inf,
-) -> None:
-    """Make the named fields floats, or say what is wrong with one."""
-    for name in names:
-        value = getattr(owner, name)
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            raise InvalidInput(name, value, "a real number") from None
-        if not (math.isfinite(number) and number > above and least <= number <= most):
-            wanted = "a finite number"
-            if above > -math.inf:
-                wanted += f" > {above:g}"
-            if least > -math.inf:
-                wanted += f" >= {least:g}"
-            if most < math.inf:
-                wanted += f" and <= {most:g}"
-            raise InvalidInput(name, value, wanted)
-        object.__setattr__(owner, name, number)

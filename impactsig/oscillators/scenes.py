@@ -6,7 +6,8 @@ import math
 from typing import Any, Literal
 
 from ..errors import InvalidInput
-from .oscillator import BaseMotion, Force, KelvinVoigt, Oscillator, Rigid, Stop
+from .oscillator import Oscillator
+from .parts import BaseMotion, Force, KelvinVoigt, Rigid, Stop
 
 NATURAL_FREQUENCY = 22.2
 """First natural frequency of the beam of [Karpodinis]_ [Hz]."""

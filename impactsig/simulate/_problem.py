@@ -45,7 +45,10 @@ def pose(oscillator: Oscillator, chatter: float, skip: bool) -> Problem:
     forcing = np.array([moved[frequency] for frequency in frequencies]) / (mass * omega**2)
     ratio = np.array([frequency / omega for frequency in frequencies])
 
-    stops = [oscillator.stop("upper"), oscillator.stop("lower")]
+    stops = [
+        next(iter(oscillator.stops_on("upper")), None),
+        next(iter(oscillator.stops_on("lower")), None),
+    ]
     laws: list[Any] = [stop.law if stop else None for stop in stops]
     position = [
         stop.position if stop else far

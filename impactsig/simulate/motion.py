@@ -239,7 +239,10 @@ def _impacts(
         known["contact_time"] = np.where(touch, after - time[which], 0.0)
         known["flags"] = np.where(touch & ~over, OPEN_END, 0)
         if len(soft) == len(laws):
-            law = [oscillator.stop("upper"), oscillator.stop("lower")]
+            law = [
+                next(iter(oscillator.stops_on("upper")), None),
+                next(iter(oscillator.stops_on("lower")), None),
+            ]
             pair = [s.law if s and isinstance(s.law, KelvinVoigt) else KelvinVoigt(1) for s in law]
             stiffness = np.array([one.stiffness for one in pair])
             damping = np.array([one.damping for one in pair]) * omega

@@ -152,7 +152,7 @@ def _begin(
     q, u = x - float(at), (v - float(moving)) / omega
     region = 0
     for k, (side, sign) in enumerate((("upper", 1), ("lower", -1))):
-        stop = oscillator.stop(side)
+        stop = next(iter(oscillator.stops_on(side)), None)
         depth = sign * (q - problem.stop[k])
         if stop is None or depth <= 0:
             continue

@@ -58,8 +58,8 @@ def test_an_oscillator_is_immutable_and_compares_by_value():
 def test_scenes_have_the_papers_parameters():
     beam = scenes.karpodinis(22.1)
     assert beam.forcing_period == pytest.approx(1 / 22.1, rel=1e-14)
-    assert beam.stop("upper") == Stop(1.0, Rigid(0.2))
-    assert beam.stop("lower") is None
+    assert beam.stops_on("upper") == (Stop(1.0, Rigid(0.2)),)
+    assert beam.stops_on("lower") == ()
     soft = scenes.okolewski(3, 0.8, "soft", stop_stiffness=2000)
     assert soft.stops[0].law.damping == pytest.approx(6.33704, abs=5e-6)
     assert scenes.okolewski(3, 0.8, load=0.1).load == 0.1

@@ -1,0 +1,239 @@
+"""What an oscillator is made of: forcing, base motion, stops with their contact laws, friction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from ..errors import InvalidInput
+
+
+@dataclass(frozen=True)
+class Force:
+    """A harmonic force ``amplitude * cos(frequency * t + phase)`` on the mass.
+
+    Parameters
+    ----------
+    amplitude : float
+        Amplitude [N].
+    frequency : float
+        Angular frequency [rad/s], positive.
+    phase : float
+        Phase at t = 0 [rad]; -pi/2 makes it a sine.
+    """
+
+    amplitude: float
+    frequency: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        numbers(self, "amplitude", "phase")
+        numbers(self, "frequency", above=0.0)
+
+
+@dataclass(frozen=True)
+class BaseMotion:
+    """Harmonic motion ``amplitude * cos(frequency * t + phase)`` of what the mass hangs on.
+
+    Parameters
+    ----------
+    amplitude : float
+        Amplitude [m].
+    frequency : float
+        Angular frequency [rad/s], positive.
+    phase : float
+        Phase at t = 0 [rad]; -pi/2 makes it a sine.
+    spring, damper : bool
+        Whether the spring and the damper hang on the base; one that does not is held by the
+        ground.
+    stops : bool
+        Whether the stops, and what the mass rubs against, move with the base.
+    """
+
+    amplitude: float
+    frequency: float
+    phase: float = 0.0
+    spring: bool = True
+    damper: bool = True
+    stops: bool = False
+
+    def __post_init__(self) -> None:
+        numbers(self, "amplitude", "phase")
+        numbers(self, "frequency", above=0.0)
+
+
+@dataclass(frozen=True)
+class Rigid:
+    """A rigid stop: x' -> -restitution x', relative to the stop.
+
+    Parameters
+    ----------
+    restitution : float or callable
+        Restitution coefficient, from 0 (no rebound) to 1 (no loss), or a function that gives it
+        for an approach velocity [m/s]; one that numba can compile.
+    """
+
+    restitution: float | Callable[[float], float]
+
+    def __post_init__(self) -> None:
+        if not callable(self.restitution):
+            numbers(self, "restitution", least=0.0, most=1.0)
+
+
+@dataclass(frozen=True)
+class KelvinVoigt:
+    """A soft stop: a spring and a damper side by side, touched without mass.
+
+    While the mass is beyond the stop it feels ``-stiffness * depth - damping * depth'``.
+
+    Parameters
+    ----------
+    stiffness : float
+        Stiffness of the stop [N/m], positive.
+    damping : float
+        Damping of the stop [N s/m].
+    ends : {"gap", "force"}
+        Contact ends where the depth is zero again, so that the damper may pull at the end; or
+        where the force is zero: then the stop only ever pushes.
+    """
+
+    stiffness: float
+    damping: float = 0.0
+    ends: Literal["gap", "force"] = "gap"
+
+    def __post_init__(self) -> None:
+        numbers(self, "stiffness", above=0.0)
+        numbers(self, "damping", least=0.0)
+        if self.ends not in ("gap", "force"):
+            raise InvalidInput("ends", self.ends, '"gap" or "force"')
+
+    @classmethod
+    def equivalent(cls, restitution: float, stiffness: float, mass: float = 1.0) -> KelvinVoigt:
+        """The soft stop of given stiffness that returns the share `restitution` of the velocity.
+
+        Its damping, ``-2 ln r sqrt(stiffness mass / (pi^2 + ln^2 r))``, makes one contact free of
+        other forces end at zero depth with r times the velocity [Okolewski2021]_.
+
+        Raises
+        ------
+        InvalidInput
+            If the restitution is not in (0, 1]: none has infinite damping.
+        """
+        Rigid(restitution)
+        if restitution == 0:
+            raise InvalidInput("restitution", restitution, "0 < restitution <= 1")
+        loss = math.log(restitution)
+        return cls(stiffness, -2 * loss * math.sqrt(stiffness * mass / (math.pi**2 + loss**2)))
+
+
+@dataclass(frozen=True)
+class Hertz:
+    """A stop whose force grows with a power of the depth: Hertz's 3/2 for a ball on a plane.
+
+    ``force = stiffness * depth**exponent * (1 + loss * depth')``, where the loss is `damping`
+    [HuntCrossley1975]_, or ``3 (1 - restitution^2) / (4 approach velocity)``
+    [LankaraniNikravesh1990]_ where a restitution coefficient is given.
+
+    Parameters
+    ----------
+    stiffness : float
+        Stiffness [N/m^exponent], positive.
+    exponent : float
+        Exponent of the depth, at least 1.
+    damping : float
+        Loss per velocity [s/m].
+    restitution : float, optional
+        Restitution coefficient, instead of `damping`. It is met for small losses only: the
+        formula keeps the first order.
+    """
+
+    stiffness: float
+    exponent: float = 1.5
+    damping: float = 0.0
+    restitution: float | None = None
+
+    def __post_init__(self) -> None:
+        numbers(self, "stiffness", above=0.0)
+        numbers(self, "exponent", least=1.0)
+        numbers(self, "damping", least=0.0)
+        if self.restitution is not None:
+            numbers(self, "restitution", least=0.0, most=1.0)
+            if self.damping:
+                raise InvalidInput("damping", self.damping, "no damping beside a restitution")
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A stop on one side of the mass.
+
+    Parameters
+    ----------
+    position : float
+        Where the mass touches it [m], measured from the base where the stops move with that.
+    law : Rigid, KelvinVoigt or Hertz
+        The contact law.
+    side : {"upper", "lower"}
+        "upper" keeps the mass below `position`, "lower" above it.
+    """
+
+    position: float
+    law: Rigid | KelvinVoigt | Hertz
+    side: Literal["upper", "lower"] = "upper"
+
+    def __post_init__(self) -> None:
+        numbers(self, "position")
+        if self.side not in ("upper", "lower"):
+            raise InvalidInput("side", self.side, '"upper" or "lower"')
+        if not isinstance(self.law, (Rigid, KelvinVoigt, Hertz)):
+            raise InvalidInput("law", self.law, "Rigid(...), KelvinVoigt(...) or Hertz(...)")
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Coulomb friction between the mass and what carries the stops.
+
+    Parameters
+    ----------
+    kinetic : float
+        Force against the motion while the mass slides [N].
+    static : float, optional
+        Greatest force that holds it while it sticks [N], at least `kinetic`, which it is unless
+        given.
+    """
+
+    kinetic: float
+    static: float | None = None
+
+    def __post_init__(self) -> None:
+        numbers(self, "kinetic", least=0.0)
+        if self.static is None:
+            object.__setattr__(self, "static", self.kinetic)
+        numbers(self, "static", least=self.kinetic)
+
+
+def numbers(
+    owner: Any,
+    *names: str,
+    above: float = -math.inf,
+    least: float = -math.inf,
+    most: float = math.inf,
+) -> None:
+    """Make the named fields floats, or say what is wrong with one."""
+    for name in names:
+        value = getattr(owner, name)
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise InvalidInput(name, value, "a real number") from None
+        if not (math.isfinite(number) and number > above and least <= number <= most):
+            wanted = "a finite number"
+            if above > -math.inf:
+                wanted += f" > {above:g}"
+            if least > -math.inf:
+                wanted += f" >= {least:g}"
+            if most < math.inf:
+                wanted += f" and <= {most:g}"
+            raise InvalidInput(name, value, wanted)
+        object.__setattr__(owner, name, number)
