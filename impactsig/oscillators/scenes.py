@@ -31,8 +31,12 @@ def karpodinis(
     ----------
     frequency : float
         Forcing frequency [Hz]. 22.1 Hz gives one impact a period, 20.1 and 20.3355 Hz chaos.
-    damping_ratio, amplitude : float
-        Our choice: the thesis' table of them is not in the text that is left.
+    damping_ratio : float
+        Damping as a share of the critical. Our choice: the thesis' table of it and of the
+        amplitude is not in the text that is left.
+    amplitude : float
+        Amplitude of the forcing, which is the deflection in units of the gap that it would have
+        as a constant force. Our choice as well.
     restitution : float
         Restitution coefficient.
     """
@@ -109,18 +113,26 @@ def tian(
 
     Parameters
     ----------
-    omega, amplitude : float
-        Angular frequency and amplitude of the forcing. The ranges sampled in the paper are not in
-        the text that is left; 0.5 to 4 and 0.1 to 2 are our choice.
+    omega : float
+        Angular frequency of the forcing. The range sampled in the paper is not in the text that
+        is left; 0.5 to 4 is our choice.
+    amplitude : float
+        Amplitude of the forcing; 0.1 to 2 is our choice likewise.
     stop : {"hard", "soft"}
         The contact law.
-    damping_ratio, gap : float
-        Our choice, 0.03 and 1: the paper's are not in the text that is left.
+    damping_ratio : float
+        Damping as a share of the critical (zeta in the paper). Our choice: the paper's is not in
+        the text that is left.
+    gap : float
+        Where the stop is. Our choice likewise; it sets the scale of the displacement.
     restitution : float
         Restitution coefficient of the hard stop, the paper's 0.85.
-    stop_stiffness, stop_damping : float
-        The soft stop; by default the optimum printed for a restitution coefficient of 0.85.
-        `KelvinVoigt.equivalent` has a damping of 10.3325 there.
+    stop_stiffness : float
+        Stiffness of the soft stop (beta in the paper), by default of the optimum printed for a
+        restitution coefficient of 0.85.
+    stop_damping : float
+        Its damping (zeta_1 in the paper), from the same optimum; `KelvinVoigt.equivalent` has
+        10.3325 there.
     """
     if stop not in ("hard", "soft"):
         raise InvalidInput("stop", stop, '"hard" or "soft"')
@@ -162,7 +174,8 @@ def begley_virgin(
     friction : float
         Half the range of displacements at which the mass can rest (f in the paper); 0 for none.
     damping_ratio : float
-        Viscous damping; the paper's 0.02 of the four attractors, 0.1 and 0.5 in its spectra.
+        Damping as a share of the critical (h in the paper); 0.02 with the four attractors, 0.1 and
+        0.5 in the paper's spectra.
     wall_stiffness : float
         Stiffness of a wall by that of the spring, rho^2. Our choice, 15^2: the paper's is not in
         the text that is left; the four attractors are there from 10^2 to 40^2.
