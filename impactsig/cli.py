@@ -203,10 +203,10 @@ def simulate(chosen: argparse.Namespace) -> None:
     motion = simulated(chosen)
     assert motion.impacts is not None  # all is kept
     _write_table(motion.impacts, chosen.output)
-    if chosen.figure is not None:
-        _write_figure(lambda figure: motion.plot(figure.subplots()), chosen.figure, (4.8, 4.4))
     # Standard output may hold the table.
     print(in_words(motion), file=sys.stderr)
+    if chosen.figure is not None:
+        _write_figure(lambda figure: motion.plot(figure.subplots()), chosen.figure, (4.8, 4.4))
 
 
 def info(chosen: argparse.Namespace) -> None:

@@ -24,6 +24,9 @@ EDGE = "#A6A6A6"
 PER_PERIOD = 300
 """Points of a line in a forcing period, and a twelfth of that, at least, between two events."""
 
+MOST_IMPACTS = 5000
+"""Impacts drawn unless a span is chosen; more than that a page cannot show."""
+
 DECADES = 12
 """Powers of ten that a spectrum is drawn over: below are the roundings of a periodic motion."""
 
@@ -49,7 +52,8 @@ def phase_portrait(
     ax : matplotlib Axes, optional
         Where to draw; a new figure by default.
     start, stop : float, optional
-        Span to draw [s]; by default the last 50 forcing periods of the motion.
+        Span to draw [s]; by default the last 50 forcing periods of the motion, or its last
+        5000 impacts where these are fewer.
     phase : float or None
         Phase of the reference forcing at which the points are taken, over the whole motion [rad];
         None for no points.
@@ -101,7 +105,8 @@ def time_history(
     ax : matplotlib Axes, optional
         Where to draw; a new figure by default.
     start, stop : float, optional
-        Span to draw [s]; by default the last 10 forcing periods of the motion.
+        Span to draw [s]; by default the last 10 forcing periods of the motion, or its last
+        5000 impacts where these are fewer.
 
     Returns
     -------
@@ -271,6 +276,10 @@ def _span(
 ) -> tuple[float, float]:
     last = motion.stop if stop is None else min(finite_number("stop", stop, "a time"), motion.stop)
     first = last - periods * _period(motion) if start is None else start
+    hits = _events(motion)[0].time
+    hits = hits[hits <= last]
+    if start is None and len(hits) > MOST_IMPACTS:
+        first = max(first, hits[-MOST_IMPACTS])
     first = max(finite_number("start", first, "a time [s]"), motion.start)
     if not first < last:
         raise InvalidInput(

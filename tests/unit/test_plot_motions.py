@@ -216,6 +216,15 @@ def test_a_free_motion_is_drawn_too(ax):
     assert ax.lines[0].get_ydata().size > 100
 
 
+def test_bouncing_that_will_not_end_is_drawn_by_its_last_impacts(ax):
+    ball = Oscillator(stiffness=0, load=-1, stops=Stop(0, Rigid(1), "lower"))
+    motion = simulate(ball, duration=0.1, initial=(0, 1e-6))
+    assert motion.impact_count > 20_000
+    plot.time_history(motion, ax)
+    ax.figure.canvas.draw()
+    assert ax.get_xlim()[0] == pytest.approx(motion.impacts.time[-5000])
+
+
 # -- the spectrum ----------------------------------------------------------------------------
 
 
