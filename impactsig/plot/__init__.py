@@ -1,6 +1,7 @@
 """Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes."""
 
 from .comparison import comparison
+from .motions import phase_portrait, power_spectrum, time_history
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
 from .waveforms import pulse, waveform
@@ -11,8 +12,11 @@ __all__ = [
     "histogram",
     "interval_sequence",
     "peak_against_time",
+    "phase_portrait",
+    "power_spectrum",
     "pulse",
     "return_map",
     "spike_train",
+    "time_history",
     "waveform",
 ]

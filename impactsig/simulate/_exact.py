@@ -258,7 +258,7 @@ def _problem(
         force_bound=np.array([np.abs(force) @ ratio**n for n in range(4)]),
         pressed=np.array([region.level - len(region.lifted) for region, _ in modes]),
         gaps=gaps,
-        leans=gap[:, :, 1].any(axis=1),
+        leans=np.any(gap[:, :, 1], axis=1),
         gap=gap,
         means=means,
         land=land,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -13,6 +13,11 @@ from ..impacts import OPEN_END, Impacts
 from ..oscillators import Oscillator, Rigid
 from ._events import IMPACT, PART, RELEASE, STICK, TOUCH, Engine
 from ._frame import base_motion
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .spectrum import PowerSpectrum
 
 TURN = 2 * math.pi
 
@@ -143,6 +148,20 @@ class Motion:
         own = phases_of(base.frequency / omega if base else 1.0, turns.ravel(), phase.ravel())
         at, moving = base_motion(self.oscillator, own)
         return (q + at).reshape(turns.shape), (v * omega + moving).reshape(turns.shape)
+
+    def power_spectrum(
+        self, quantity: Literal["displacement", "velocity"] = "displacement", **options: Any
+    ) -> PowerSpectrum:
+        """Power spectral density; see `impactsig.simulate.spectrum.power_spectrum`."""
+        from .spectrum import power_spectrum
+
+        return power_spectrum(self, quantity, **options)
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the phase portrait; see `impactsig.plot.phase_portrait`."""
+        from .. import plot
+
+        return plot.phase_portrait(self, ax, **options)
 
     def __repr__(self) -> str:
         parts = [f"{self.impact_count} impacts"]
