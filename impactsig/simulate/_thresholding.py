@@ -32,7 +32,7 @@ LATE = 4
 
 BLOCK = 4096  # samples that share a random stream: noise belongs to a sample, skipped or not
 CHUNK = 64 * BLOCK  # samples that are held at a time
-COARSE = 0.03  # [rad] of the fastest that goes on between stops, from one coarse sample to the next
+COARSE = 0.1  # [rad] of the fastest that goes on between stops, from one coarse sample to the next
 STRIDE = 64  # samples from one coarse sample to the next, at most
 
 
@@ -154,7 +154,7 @@ def _level(view: _View, noise: float) -> _Level:
         bend = swing * base.frequency**2
     if oscillator.friction:
         push += oscillator.friction.static or 0.0
-    # Twice: between coarse samples x and v may be greater than at them, by a few per cent.
+    # Twice: between coarse samples x and v may be greater than at them, by some per cent.
     bend = 2 * (bend + push / oscillator.mass)
     step = view.step / oscillator.time_unit
     speed = motion.impacts.approach_velocity if motion.impacts is not None else None
