@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
 COLUMNS = 4
+MOST_BINS = 4096
 SHOWN_FROM = 1e-3  # share of the greatest bin of a column at which the colours begin
 
 
@@ -89,8 +90,9 @@ def interval_densities(
 ) -> Axes:
     """Draw the density p(I) of the intervals of many trains as an image, a train a column.
 
-    All have the bins that `impactsig.interval_histogram` chooses for all intervals together. Each
-    column is relative to its own greatest bin, on a logarithmic scale; columns meet halfway.
+    All have the same bins, as wide as the median of what `impactsig.interval_histogram` chooses for
+    each. A column is relative to its own greatest bin, on a logarithmic scale; columns meet halfway
+    between the values of the parameter.
 
     Parameters
     ----------
@@ -125,7 +127,7 @@ def interval_densities(
     both = np.concatenate(values)
     if not both.any():
         return explain(ax, "No intervals to bin.")
-    edges = intervals.interval_histogram(both).edges
+    edges = _common_edges([one for one in values if len(one)])
     image = np.zeros((len(edges) - 1, len(values)))
     for column, one in enumerate(values):
         if len(one):
@@ -150,3 +152,13 @@ def interval_densities(
     ax.set_xlabel(plain(label))
     seconds(ax.yaxis, "interspike interval $I$", edges)
     return ax
+
+
+def _common_edges(values: list[np.ndarray]) -> np.ndarray:
+    """Equal bins over all values, of the median of the widths that suit each."""
+    both = np.concatenate(values)
+    low, high = float(both.min()), float(both.max())
+    width = np.median([np.diff(intervals.interval_histogram(one).edges)[0] for one in values])
+    if high - low < width:
+        low, high = 0.5 * (low + high - width), 0.5 * (low + high + width)
+    return np.linspace(low, high, min(math.ceil((high - low) / width), MOST_BINS) + 1)

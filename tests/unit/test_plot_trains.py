@@ -9,7 +9,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
-from impactsig import Impacts, InvalidInput, plot
+from impactsig import Impacts, InvalidInput, interval_histogram, plot
 
 STEADY = Impacts.from_times(0.05 * np.arange(100))
 SPREAD = np.random.default_rng(1).uniform(0.04, 0.06, 400)
@@ -54,12 +54,20 @@ def test_every_column_is_the_density_of_its_train_and_stands_at_its_value():
     corners = mesh.get_coordinates()
     np.testing.assert_allclose(corners[0, :, 0], [-0.5, 0.5, 2.0, 3.5, 4.5])
     edges = corners[:, 0, 1]
+    widths = [np.diff(interval_histogram(x).edges)[0] for x in (STEADY, SPREAD, [0.0501] * 50)]
+    np.testing.assert_allclose(np.diff(edges), np.median(widths), rtol=0.1)
+    assert (edges[0], edges[-1]) == pytest.approx((SPREAD.min(), SPREAD.max()))
     for column, values in ((0, STEADY.intervals()), (1, SPREAD), (3, [0.0501] * 50)):
         count = np.histogram(values, edges)[0]
         np.testing.assert_allclose(shown[:, column], count / count.max())
     assert not shown[:, 2].any()
     assert ax.get_xlabel() == "noise [%]"
     assert ax.get_ylabel() == "interspike interval $I$ [ms]"
+
+
+def test_trains_that_are_all_alike_share_one_bin():
+    ax = plot.interval_densities([[0.05] * 9] * 3, [1, 2, 3], ax=Figure().subplots())
+    assert ax.collections[0].get_array().shape == (1, 3)
 
 
 def test_nothing_to_bin_is_said_in_words():
