@@ -1,0 +1,1 @@
+"""The dynamics behind a series of intervals: embedding, dimension, exponents, surrogates."""
