@@ -178,7 +178,8 @@ def _strips_if_faster(
     kernel: Kernel | None,
 ) -> _boxes.Strips | None:
     """The vectors made ready for the sweep, or None where to look at all pairs costs less."""
-    span = float(np.ptp(x))
+    with np.errstate(over="ignore"):
+        span = float(np.ptp(x))
     if kernel == "pairs" or not np.isfinite(span) or (kernel is None and 4 * radius > span):
         return None
     strips = _boxes.strips_of(x, dimensions[0], dimensions[-1], delay, radius)

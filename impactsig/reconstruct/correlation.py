@@ -215,9 +215,10 @@ def _radii(given: Any) -> np.ndarray:
 
 def _decorrelated(x: np.ndarray) -> int:
     """The first lag at which the autocorrelation is not positive, n // 10 at the most."""
-    most = max(len(x) // 10, 1)
+    most = len(x) // 10
     # Scaled first, because squares of large numbers overflow and of small ones vanish.
-    centred = x - x.mean()
+    centred = x / (np.abs(x).max() or 1.0)
+    centred -= centred.mean()
     centred /= np.abs(centred).max() or 1.0
     power = np.abs(np.fft.rfft(centred, 2 * len(x))) ** 2
     correlation = np.fft.irfft(power)[1:most]
@@ -239,7 +240,7 @@ def _quarter_octaves(x: np.ndarray, dimensions: tuple[int, ...], delay: int) -> 
     lowest = next((m for m in dimensions if m > 1), 1)
     if len(x) - (lowest - 1) * delay > ALL_PAIRS_UP_TO:
         greatest = _radius_of_neighbours(x, lowest, delay)
-    last = np.ceil(PER_OCTAVE * np.log2(greatest))
+    last = min(np.ceil(PER_OCTAVE * np.log2(greatest)), PER_OCTAVE * 1024 - 1)
     radii = np.exp2(np.arange(last - PER_OCTAVE * OCTAVES, last + 1) / PER_OCTAVE)
     return radii[radii > 0]
 
