@@ -9,6 +9,7 @@ from impactsig.reconstruct import _counting
 from tests import naive_reconstruct
 
 KERNELS = ("pairs", "boxes", None)
+far = np.errstate(over="ignore")  # differences of the greatest numbers are infinite
 few = settings(deadline=None, max_examples=60)
 
 smooth = st.lists(st.floats(-10, 10), min_size=12, max_size=70)
@@ -31,7 +32,7 @@ def problems(draw):
     vectors = len(x) - (dimensions[-1] - 1) * delay
     theiler = draw(st.integers(0, vectors - 2))
     places = st.tuples(*(st.integers(0, len(x) - 1),) * 2)
-    with np.errstate(over="ignore"):
+    with far:
         distances = [abs(x[i] - x[j]) for i, j in draw(st.lists(places, max_size=8))]
     near = [step(d) for d in distances for step in (float, _above, _below)]
     radii = np.array([*near, *draw(st.lists(st.floats(1e-3, 30), min_size=1, max_size=8))])
@@ -48,9 +49,9 @@ def _below(d):
 
 @few
 @given(problems(), st.integers(1, 3))
+@far
 def test_counts_are_those_of_comparing_pair_by_pair(problem, workers):
-    with np.errstate(over="ignore"):
-        expected = naive_reconstruct.correlation_counts(*problem)
+    expected = naive_reconstruct.correlation_counts(*problem)
     for kernel in KERNELS:
         found = _counting.count_pairs(*problem, workers, kernel)
         np.testing.assert_array_equal(found, expected, err_msg=str(kernel))
@@ -58,11 +59,11 @@ def test_counts_are_those_of_comparing_pair_by_pair(problem, workers):
 
 @few
 @given(problems(), st.integers(1, 5), st.integers(1, 3))
+@far
 def test_counts_by_block_are_those_of_comparing_pair_by_pair(problem, blocks, workers):
     x, dimensions, delay, theiler, radii = problem
     case = (x, dimensions[-1], delay, theiler, radii, blocks)
-    with np.errstate(over="ignore"):
-        expected = naive_reconstruct.block_counts(*case)
+    expected = naive_reconstruct.block_counts(*case)
     for kernel in KERNELS:
         found = _counting.pair_counts_by_block(*case, workers, kernel)
         np.testing.assert_array_equal(found, expected, err_msg=str(kernel))
@@ -70,11 +71,11 @@ def test_counts_by_block_are_those_of_comparing_pair_by_pair(problem, blocks, wo
 
 @few
 @given(problems())
+@far
 def test_logarithms_are_summed_over_the_pairs_counted_and_for_any_threads_alike(problem):
     x, dimensions, delay, theiler, radii = problem
     case = (x, dimensions[-1], delay, theiler, radii)
-    with np.errstate(over="ignore"):
-        sums, counts, zeros = naive_reconstruct.log_sums(*case)
+    sums, counts, zeros = naive_reconstruct.log_sums(*case)
     for kernel in KERNELS:
         found = _counting.log_sums(*case, 1, kernel)
         np.testing.assert_array_equal(found.counts, counts)
@@ -86,6 +87,7 @@ def test_logarithms_are_summed_over_the_pairs_counted_and_for_any_threads_alike(
 
 @few
 @given(problems())
+@far
 def test_a_share_of_pairs_grows_with_the_radius_and_falls_with_the_dimension(problem):
     x, dimensions, delay, theiler, radii = problem
     found = impactsig.correlation_sum(x, dimensions, delay=delay, theiler=theiler, radii=radii)
