@@ -45,6 +45,18 @@ if TYPE_CHECKING:
         Stop,
         scenes,
     )
+    from .reconstruct import (
+        AveragedFalseNeighbors,
+        DelayChoice,
+        FalseNeighbors,
+        LyapunovExponent,
+        autocorrelation_delay,
+        averaged_false_neighbors,
+        delay_embed,
+        false_nearest_neighbors,
+        lyapunov_exponent,
+        mutual_information_delay,
+    )
     from .recording import Recording
     from .report import write_report
     from .simulate import Motion, simulate, simulate_blocks, simulate_many
@@ -86,6 +98,16 @@ _HOME = {
         "Stop",
         "scenes",
     ),
+    "reconstruct": (),
+    "reconstruct.delays": ("DelayChoice", "autocorrelation_delay", "mutual_information_delay"),
+    "reconstruct.embedding": ("delay_embed",),
+    "reconstruct.exponents": ("LyapunovExponent", "lyapunov_exponent"),
+    "reconstruct.neighbors": (
+        "AveragedFalseNeighbors",
+        "FalseNeighbors",
+        "averaged_false_neighbors",
+        "false_nearest_neighbors",
+    ),
     "report": ("write_report",),
     "simulate": ("Motion", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
@@ -97,8 +119,11 @@ _HOME = {
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "AveragedFalseNeighbors",
     "BaseMotion",
     "Comparison",
+    "DelayChoice",
+    "FalseNeighbors",
     "Force",
     "Friction",
     "Hertz",
@@ -109,6 +134,7 @@ __all__ = [
     "InvalidInput",
     "KelvinVoigt",
     "LoadCell",
+    "LyapunovExponent",
     "Measured",
     "Microphone",
     "MissingExtra",
@@ -120,15 +146,21 @@ __all__ = [
     "Stop",
     "UnreadableFile",
     "UnwritableFile",
+    "autocorrelation_delay",
+    "averaged_false_neighbors",
     "coefficient_of_variation",
     "compare",
     "cv2",
+    "delay_embed",
     "detect_impacts",
+    "false_nearest_neighbors",
     "identify_period",
     "info",
     "interval_histogram",
     "local_variation",
+    "lyapunov_exponent",
     "measure",
+    "mutual_information_delay",
     "plot",
     "read",
     "read_blocks",

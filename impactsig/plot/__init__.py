@@ -1,6 +1,8 @@
 """Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes."""
 
 from .comparison import comparison
+from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
+from .exponents import stretch_curve
 from .motions import phase_portrait, power_spectrum, time_history
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
@@ -8,8 +10,11 @@ from .trains import interval_densities, return_maps
 from .waveforms import pulse, waveform
 
 __all__ = [
+    "averaged_false_neighbors",
     "comparison",
     "contact_against_interval",
+    "delay_choice",
+    "false_neighbors",
     "histogram",
     "interval_densities",
     "interval_sequence",
@@ -20,6 +25,7 @@ __all__ = [
     "return_map",
     "return_maps",
     "spike_train",
+    "stretch_curve",
     "time_history",
     "waveform",
 ]

@@ -1,4 +1,4 @@
-"""What the reconstructions share of checking arguments: whole numbers, dimensions, Theiler's window."""
+"""What the reconstructions share of checking arguments: numbers, dimensions, Theiler's window."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidInput
+from ..errors import InvalidInput, finite_number
 
 
 def whole(argument: str, value: Any, least: int) -> int:
@@ -15,6 +15,14 @@ def whole(argument: str, value: Any, least: int) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
         raise InvalidInput(argument, value, f"a whole number, {least} or greater")
     return int(value)
+
+
+def positive(argument: str, value: Any, required: str = "a positive number") -> float:
+    """`value` as a float greater than 0."""
+    number = finite_number(argument, value, required)
+    if number <= 0:
+        raise InvalidInput(argument, value, required)
+    return number
 
 
 def dimensions_of(value: int | Iterable[int]) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -60,26 +61,26 @@ def median_curve(log: np.ndarray, time: np.ndarray) -> Curve:
 
 def fit(curve: Curve, first: int, last: int) -> Line:
     """The least-squares line from step `first` to step `last`."""
-    weights = _slope_weights(last - first + 1)
-    piece = curve.stretch[first : last + 1]
-    slope = float(weights @ piece)
-    scatter = curve.blocks[:, first : last + 1] @ weights
-    error = float(scatter.std(ddof=1) / np.sqrt(len(scatter)))
-    bend = 0.0
-    if len(piece) >= LEAST_POINTS:
-        half = len(piece) // 2
-        early = float(_slope_weights(half) @ piece[:half])
-        late = float(_slope_weights(half) @ piece[-half:])
-        bend = late - early
-    # Were the bend a parabola, the slopes over the region would spread by bend/sqrt(3).
-    return Line(first, last, slope, float(np.hypot(error, bend / np.sqrt(12))), bend)
+    n = last - first + 1
+    half = max(n // 2, 2)
+    whole, part = _slope_weights(n), _slope_weights(half)
+    turn = np.zeros(n)
+    turn[-half:] += part
+    turn[:half] -= part
+    piece, blocks = curve.stretch[first : last + 1], curve.blocks[:, first : last + 1]
+    error, unsure = (blocks @ np.stack((whole, turn), axis=1)).std(axis=0, ddof=1)
+    bend = float(turn @ piece)
+    # What the slope is uncertain by for not being one: half of what the halves differ by, and no
+    # less than what that difference is known to.
+    total = math.hypot(error, 0.5 * unsure, 0.5 * bend * math.sqrt(BLOCKS)) / math.sqrt(BLOCKS)
+    return Line(first, last, float(whole @ piece), total, bend)
 
 
-def best_line(curve: Curve, end: int, low: float) -> Line | None:
+def best_line(curve: Curve, least: int, end: int, low: float) -> Line | None:
     """The line, within the steps up to `end` and above the level `low`, that is known best.
 
-    Of all that are long and straight enough and rise by a factor e, the one with the least standard
-    error, that of sampling and that of not being straight together.
+    Of all that end at step `least` or later, are long and straight enough and rise by a factor e,
+    the one with the least standard error, of sampling and of not being straight together.
     """
     found: Line | None = None
     if end < LEAST_POINTS - 1:
@@ -88,7 +89,7 @@ def best_line(curve: Curve, end: int, low: float) -> Line | None:
     for first in steps:
         if curve.stretch[first] < low:
             continue
-        for last in steps[steps >= first + LEAST_POINTS - 1]:
+        for last in steps[steps >= max(first + LEAST_POINTS - 1, least)]:
             growth = curve.stretch[last] - curve.stretch[first]
             if not LEAST_GROWTH <= growth < np.inf:
                 continue

@@ -51,6 +51,8 @@ def delay_embed(x: Any, dimension: int, delay: int = 1) -> np.ndarray:
     span = (dimension - 1) * delay + 1
     if len(values) < span:
         raise InvalidInput(
-            "x", f"{len(values)} values", f"at least {span} for dimension {dimension}, delay {delay}"
+            "x",
+            f"{len(values)} values",
+            f"at least {span} for dimension {dimension}, delay {delay}",
         )
     return np.lib.stride_tricks.sliding_window_view(values, span)[:, ::delay]

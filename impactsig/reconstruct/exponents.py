@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from ..errors import InvalidInput, finite_number
+from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._arguments import long_enough, theiler_window, varying, whole
+from ._arguments import long_enough, positive, theiler_window, varying, whole
 from ._series import series
 from .embedding import delay_embed
 
@@ -31,7 +31,7 @@ SATURATED = 1.5
 STILL_CLOSE = 0.6
 """Share of the pairs that must not be that far apart, in the scaling region."""
 
-COMPANY = 10
+COMPANY = 5
 """Neighbours that half of the references have, in the method of Kantz."""
 
 Verdict = Literal["divergence", "no divergence", "periodic", "no scaling region"]
@@ -168,11 +168,12 @@ def lyapunov_exponent(
     The newest coordinate stands for the whole vector, because the others stay close for (m-1) delay
     steps even in noise.
 
-    The region is, of all pieces of at least 4 steps over which the gap grows by a factor e, in which
-    60 % of the pairs are closer than exp(-1.5) times the median gap of any two values, and whose
-    halves differ in slope by less than 35 %, the one whose slope has the least standard error, of
-    sampling and bend together. The interval is that error times Student's t; sampling is told by
-    30 blocks of successive references, whose scatter replaces that of a block bootstrap of them.
+    The region is, of all pieces of at least 4 points that end after 2 (m-1) delay steps, over which
+    the gap grows by a factor e, in which 60 % of the pairs are closer than exp(-1.5) times the
+    median gap of any two values, and whose halves differ in slope by less than 35 %, the one whose
+    slope has the least standard error, of sampling and bend together. The interval is that error
+    times Student's t. The error of sampling is the scatter over 30 blocks of successive references:
+    the limit of a bootstrap over these blocks with many draws, without its randomness.
 
     Parameters
     ----------
@@ -186,8 +187,8 @@ def lyapunov_exponent(
     theiler : int, optional
         Vectors i and j with abs(i - j) <= theiler are no neighbours; the mean period by default.
     method : {"rosenstein", "kantz"}
-        See above. That of Kantz averages gaps before their logarithm, which smooths noise and
-        weighs fast growth more.
+        See above. That of Kantz averages gaps before their logarithm, which smooths noise, but
+        weighs fast growth more and begins at larger gaps: of flows it needs more data.
     step : float, optional
         Time between values [s], to have the exponent per second too.
     steps : int, optional
@@ -196,7 +197,7 @@ def lyapunov_exponent(
     region : tuple of int, optional
         First and last k of the line, to overrule the rule.
     radius : float, optional
-        For Kantz, in the unit of `x`; by default half of the references have 10 neighbours or more.
+        For Kantz, in the unit of `x`; by default half of the references have 5 neighbours or more.
 
     Returns
     -------
@@ -211,14 +212,17 @@ def lyapunov_exponent(
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
     if method not in ("rosenstein", "kantz"):
         raise InvalidInput("method", method, '"rosenstein" or "kantz"')
-    if radius is not None and (method != "kantz" or finite_number("radius", radius, _RADIUS) <= 0):
-        raise InvalidInput("radius", radius, _RADIUS)
+    if radius is not None:
+        required = 'a positive distance, with method "kantz" only'
+        if method != "kantz":
+            raise InvalidInput("radius", radius, required)
+        radius = positive("radius", radius, required)
     values = varying(series(x))
     window = theiler_window(theiler, values)
     if step is None and isinstance(x, Impacts):
         step = float(values.mean())
-    elif step is not None and finite_number("step", step, "a positive time [s]") <= 0:
-        raise InvalidInput("step", step, "a positive time [s]")
+    elif step is not None:
+        step = positive("step", step, "a positive time [s]")
     least_steps = LEAST_STEPS if steps is None else whole("steps", steps, 4)
     if region is not None:
         region = _given_region(region)
@@ -244,7 +248,9 @@ def lyapunov_exponent(
     if region is not None:
         line = fit(curve, *region) if np.isfinite(curve.stretch).all() else None
     else:
-        line = best_line(curve, end, math.log(2 * _resolution(values) or 1e-300))
+        # By then the vectors have turned to where they grow, and share no coordinate any more.
+        turned = 2 * (dimension - 1) * delay
+        line = best_line(curve, turned, end, math.log(2 * _resolution(values) or 1e-300))
     if line is None and end == len(close) - 1 and _level(curve.stretch):
         verdict = "no divergence"
         line = fit(curve, len(close) // 8, len(close) - 1)
@@ -261,7 +267,9 @@ def lyapunov_exponent(
         mean_stretch=followed.mean,
         close=close,
         region=None if line is None else (line.first, line.last),
-        intercept=math.nan if line is None else _intercept(curve, line.first, line.last, line.slope),
+        intercept=math.nan
+        if line is None
+        else _intercept(curve, line.first, line.last, line.slope),
         far=far,
         references=followed.references,
         method=method,
@@ -270,9 +278,6 @@ def lyapunov_exponent(
         theiler=window,
         warnings=tuple(warnings),
     )
-
-
-_RADIUS = 'a positive distance, with method "kantz" only'
 
 
 class _Followed(NamedTuple):

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidInput, finite_number
-from ._arguments import dimensions_of, long_enough, theiler_window, varying, whole
+from ..errors import InvalidInput
+from ._arguments import dimensions_of, long_enough, positive, theiler_window, varying, whole
 from ._series import series
 from .embedding import delay_embed
 
@@ -186,9 +186,9 @@ def false_nearest_neighbors(
         If `x` is no series of finite numbers, constant, or too short.
     """
     tried, delay = dimensions_of(dimensions), whole("delay", delay, 1)
-    growth = _positive("growth", growth)
-    size = _positive("size", size)
-    tolerance = _positive("tolerance", tolerance)
+    growth = positive("growth", growth)
+    size = positive("size", size)
+    tolerance = positive("tolerance", tolerance)
     values, window = _ready(x, tried[-1], delay, theiler)
     scale = values.std()
     apart = _typical_gap(values)
@@ -298,13 +298,8 @@ def _pairs(
 def _typical_gap(values: np.ndarray) -> float:
     """Median gap of two values anywhere in the series."""
     half = len(values) // 2
-    gaps = [np.abs(np.roll(values, shift) - values) for shift in (half, half // 2 + 1, half // 3 + 1)]
+    gaps = [
+        np.abs(np.roll(values, shift) - values) for shift in (half, half // 2 + 1, half // 3 + 1)
+    ]
     median = float(np.median(gaps))
     return median if median > 0 else float(np.mean(gaps))
-
-
-def _positive(argument: str, value: Any) -> float:
-    number = finite_number(argument, value, "a positive number")
-    if number <= 0:
-        raise InvalidInput(argument, value, "a positive number")
-    return number
