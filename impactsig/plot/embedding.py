@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import BLUE, GREY, ORANGE, VERMILLION, axes
+from ._axes import BLUE, GREY, ORANGE, SKY, VERMILLION, axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +69,7 @@ def false_neighbors(result: FalseNeighbors, ax: Axes | None = None) -> Axes:
     """
     ax = axes(ax, width=5.2, height=3.4)
     for share, label, colour, style in (
-        (result.by_growth, "by growth", BLUE, "--"),
+        (result.by_growth, "by growth", SKY, "--"),
         (result.by_size, "by size", ORANGE, "--"),
         (result.share, "by either", BLUE, "-"),
     ):

@@ -38,7 +38,7 @@ def stretch_curve(result: LyapunovExponent, ax: Axes | None = None) -> Axes:
     shown = np.isfinite(result.stretch)
     ax.plot(scale * k, result.mean_stretch, color=SKY, linewidth=1, label="mean")
     ax.plot(
-        scale * k[shown], result.stretch[shown], color=BLUE, linewidth=1, marker="o", markersize=3,
+        scale * k[shown], result.stretch[shown], color=BLUE, linewidth=1, marker="o", markersize=3 if len(k) < 60 else 0,
         label="median, $S(k)$",
     )  # fmt: skip
     label = "any two values"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,7 @@ def dimensions_of(value: int | Iterable[int]) -> np.ndarray:
         found = [whole("dimensions", one, 1) for one in value]
     except TypeError:
         raise InvalidInput("dimensions", value, "whole numbers, or the greatest of them") from None
-    if not found or any(b <= a for a, b in zip(found, found[1:], strict=False)):
+    if not found or any(b <= a for a, b in pairwise(found)):
         raise InvalidInput("dimensions", found, "one or more dimensions, ascending")
     return np.array(found)
 

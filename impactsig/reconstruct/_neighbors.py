@@ -85,11 +85,11 @@ def _from_box(p, low, high, maximum):
 
 @njit(cache=True, nogil=True)
 def _across_box(p, low, high):
-    """Whether the box is more than one point, and that one p."""
+    """Whether the box holds anything but p."""
+    across = False
     for d in range(len(p)):
-        if low[d] != p[d] or high[d] != p[d]:
-            return True
-    return False
+        across |= low[d] != p[d] or high[d] != p[d]
+    return across
 
 
 @njit(cache=True, nogil=True)

@@ -1,9 +1,9 @@
 """Measures that others have worked out well: nolds, behind the checks and the names of this house.
 
-nolds [Scholzel2019]_ is loaded when one of these is first called. What it would answer with a silent
-zero, a NaN or a bare assertion is refused here; lines are fitted by least squares, so that the same
-series has the same answer twice. Where impactsig has a measure of its own (`lyapunov_exponent`), that
-one also tells how certain it is.
+nolds [Scholzel2019]_ is loaded when one of these is first called. What it would answer with a
+silent zero, a NaN or a bare assertion is refused here; lines are fitted by least squares, so that
+the same series has the same answer twice. Where impactsig has a measure of its own
+(`lyapunov_exponent`), that one also tells how certain it is.
 """
 
 from __future__ import annotations
@@ -211,7 +211,7 @@ def _answer(name: str, values: np.ndarray, **options: Any) -> float:
     found = float(_call(name, values, **options))
     if not math.isfinite(found):
         raise InvalidInput("x", f"{name} {found}", _TOLD, _REMEDY)
-    return found
+    return found + 0.0  # not -0.0
 
 
 def _least(values: np.ndarray, needed: int) -> None:

@@ -194,7 +194,7 @@ def false_nearest_neighbors(
     apart = _typical_gap(values)
     rows = []
     for m in tried:
-        index, distance, gap = _pairs(values, m, delay, window, maximum=False)
+        distance, gap = _pairs(values, m, delay, window, maximum=False)
         far = gap > growth * distance
         wide = np.hypot(distance, gap) > size * scale
         rows.append((np.mean(far | wide), far.mean(), wide.mean(), np.median(gap) / apart))
@@ -252,7 +252,7 @@ def averaged_false_neighbors(
     values, window = _ready(x, most + 1, delay, theiler)
     mean_ratio, mean_gap = np.empty(most + 1), np.empty(most + 1)
     for m in range(1, most + 2):
-        _, distance, gap = _pairs(values, m, delay, window, maximum=True)
+        distance, gap = _pairs(values, m, delay, window, maximum=True)
         mean_ratio[m - 1] = np.mean(np.maximum(distance, gap) / distance)
         mean_gap[m - 1] = gap.mean()
     e1 = mean_ratio[1:] / mean_ratio[:-1]
@@ -276,8 +276,8 @@ def _ready(x: Any, most: int, delay: int, theiler: int | None) -> tuple[np.ndarr
 
 def _pairs(
     values: np.ndarray, m: int, delay: int, window: int, maximum: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Neighbours of the vectors that have a next coordinate, distances, gaps of that coordinate."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distances of nearest neighbours that have a next coordinate, and the gaps of that one."""
     from ._neighbors import NOBODY, nearest, tree
 
     vectors = delay_embed(values[: len(values) - delay], int(m), delay)
@@ -292,7 +292,7 @@ def _pairs(
         )
     following = values[m * delay :]
     gap = np.abs(following - following[index])
-    return index[has], distance[has], gap[has]
+    return distance[has], gap[has]
 
 
 def _typical_gap(values: np.ndarray) -> float:
