@@ -92,7 +92,7 @@ def tent(n, slope=1.9, start=0.31):
 
 
 def lorenz_x(n, dt=0.04, parts=4, start=(1.0, 1.0, 20.0)):
-    """x of the Lorenz flow (10, 28, 8/3) by Runge-Kutta; its largest exponent is 0.9056 per unit."""
+    """x of the Lorenz flow (10, 28, 8/3) by Runge-Kutta; its exponent is 0.9056 per unit."""
 
     def rate(x, y, z):
         return 10 * (y - x), x * (28 - z) - y, x * y - 8 / 3 * z

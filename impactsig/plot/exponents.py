@@ -36,9 +36,10 @@ def stretch_curve(result: LyapunovExponent, ax: Axes | None = None) -> Axes:
     scale = result.step or 1.0
     k = np.arange(len(result.stretch))
     shown = np.isfinite(result.stretch)
+    marks = 3 if len(k) < 60 else 0
     ax.plot(scale * k, result.mean_stretch, color=SKY, linewidth=1, label="mean")
     ax.plot(
-        scale * k[shown], result.stretch[shown], color=BLUE, linewidth=1, marker="o", markersize=3 if len(k) < 60 else 0,
+        scale * k[shown], result.stretch[shown], color=BLUE, linewidth=1, marker="o", markersize=marks,
         label="median, $S(k)$",
     )  # fmt: skip
     label = "any two values"

@@ -31,9 +31,6 @@ SATURATED = 1.5
 STILL_CLOSE = 0.6
 """Share of the pairs that must not be that far apart, in the scaling region."""
 
-COMPANY = 5
-"""Neighbours that half of the references have, in the method of Kantz."""
-
 Verdict = Literal["divergence", "no divergence", "periodic", "no scaling region"]
 
 
@@ -188,7 +185,7 @@ def lyapunov_exponent(
         Vectors i and j with abs(i - j) <= theiler are no neighbours; the mean period by default.
     method : {"rosenstein", "kantz"}
         See above. That of Kantz averages gaps before their logarithm, which smooths noise, but
-        weighs fast growth more and begins at larger gaps: of flows it needs more data.
+        weighs fast growth more: the larger the radius, the more it reads too high.
     step : float, optional
         Time between values [s], to have the exponent per second too.
     steps : int, optional
@@ -197,7 +194,7 @@ def lyapunov_exponent(
     region : tuple of int, optional
         First and last k of the line, to overrule the rule.
     radius : float, optional
-        For Kantz, in the unit of `x`; by default half of the references have 5 neighbours or more.
+        For Kantz, in the unit of `x`; by default half of the references have a neighbour.
 
     Returns
     -------
@@ -355,8 +352,8 @@ def _companies(
         low, high = 0.0, float(np.ptp(found.points))
         for _ in range(24):
             radius = 0.5 * (low + high)
-            _, start, _ = within(found, some, radius, window, False, COMPANY)
-            enough = np.median(np.diff(start)) >= COMPANY
+            _, start, _ = within(found, some, radius, window, False, 1)
+            enough = start[-1] >= len(some) / 2
             low, high = (low, radius) if enough else (radius, high)
         radius = high
     one, start, who = within(found, places, radius, window, False, 500)

@@ -16,6 +16,9 @@ from .embedding import delay_embed
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+DISTINCT = 10
+"""Fewest different values that make a geometry."""
+
 LEAST = 50
 """Fewest vectors that neighbours are looked for among."""
 
@@ -105,6 +108,8 @@ class AveragedFalseNeighbors:
         E(m+1)/E(m) and E*(m+1)/E*(m).
     delay, theiler : int
         As used.
+    warnings : tuple of str
+        What speaks against the result.
     """
 
     dimension: int | None
@@ -114,9 +119,14 @@ class AveragedFalseNeighbors:
     e2: np.ndarray
     delay: int
     theiler: int
+    warnings: tuple[str, ...] = ()
 
     def describe(self) -> str:
         """The answer in words."""
+        if self.warnings:
+            return "no embedding dimension by averaged false neighbours: " + "; ".join(
+                self.warnings
+            )
         if not self.deterministic:
             return "no determinism by averaged false neighbours: E2 is 1 in every dimension"
         if self.dimension is None:
@@ -201,13 +211,13 @@ def false_nearest_neighbors(
     share, by_growth, by_size, foretold = np.array(rows).T
     good = np.flatnonzero(share <= tolerance)
     found: int | None = None
-    warnings = []
+    warnings = _doubts(values)
     if len(good) and foretold[good[0]] > UNRELATED:
         warnings.append(
             f"in {tried[good[0]]} dimensions neighbours are followed by values as far apart as "
             f"{foretold[good[0]]:.0%} of any two: noise, or too short a series"
         )
-    elif len(good):
+    if len(good) and not warnings:
         found = int(tried[good[0]])
     return FalseNeighbors(
         found, tried, share, by_growth, by_size, foretold, delay, window, tolerance, tuple(warnings)
@@ -260,10 +270,18 @@ def averaged_false_neighbors(
     deterministic = bool(np.any(np.abs(e2 - 1) > FLAT))
     changing = np.flatnonzero(np.abs(e1 - e1[-1]) > FLAT)
     first = int(changing[-1]) + 2 if len(changing) else 1
-    found = first if deterministic and first < most else None
+    warnings = _doubts(values)
+    found = first if deterministic and first < most and not warnings else None
     return AveragedFalseNeighbors(
-        found, deterministic, np.arange(1, most + 1), e1, e2, delay, window
+        found, deterministic, np.arange(1, most + 1), e1, e2, delay, window, tuple(warnings)
     )
+
+
+def _doubts(values: np.ndarray) -> list[str]:
+    different = len(np.unique(values))
+    if different >= DISTINCT:
+        return []
+    return [f"the series takes {different} values only: it is periodic, or too coarsely rounded"]
 
 
 def _ready(x: Any, most: int, delay: int, theiler: int | None) -> tuple[np.ndarray, int]:

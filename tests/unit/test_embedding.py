@@ -215,9 +215,16 @@ def test_what_is_no_series_is_refused_by_name(choose, x):
 
 
 @pytest.mark.parametrize("choose", CHOICES[2:])
-def test_too_few_different_values_have_no_neighbours(choose):
+def test_a_series_of_few_values_has_no_dimension_and_says_why(choose):
+    found = choose(np.tile([1.0, 2.0, 4.0], 200))
+    assert found.dimension is None
+    assert "3 values only" in found.describe()
+
+
+@pytest.mark.parametrize("choose", CHOICES[2:])
+def test_equal_vectors_are_no_neighbours(choose):
     with pytest.raises(InvalidInput, match="different values"):
-        choose(np.tile([1.0, 2.0], 300), theiler=10_000 // 50)
+        choose(np.append(np.ones(500), 2.0), 2, theiler=3)
 
 
 @pytest.mark.parametrize("dimensions", [0, [], [2, 2], [3, 1], 2.5, "two"])
