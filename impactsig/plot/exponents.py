@@ -39,7 +39,7 @@ def stretch_curve(result: LyapunovExponent, ax: Axes | None = None) -> Axes:
     marks = 3 if len(k) < 60 else 0
     ax.plot(scale * k, result.mean_stretch, color=SKY, linewidth=1, label="mean")
     ax.plot(
-        scale * k[shown], result.stretch[shown], color=BLUE, linewidth=1, marker="o", markersize=marks,
+        scale * k[shown], result.stretch[shown], color=BLUE, lw=1, marker="o", ms=marks,
         label="median, $S(k)$",
     )  # fmt: skip
     label = "any two values"
