@@ -91,7 +91,7 @@ def best_line(curve: Curve, least: int, end: int, low: float) -> Line | None:
             continue
         for last in steps[steps >= max(first + LEAST_POINTS - 1, least)]:
             growth = curve.stretch[last] - curve.stretch[first]
-            if not LEAST_GROWTH <= growth < np.inf:
+            if growth < LEAST_GROWTH:
                 continue
             line = fit(curve, int(first), int(last))
             if abs(line.bend) <= BEND * line.slope and (found is None or line.error < found.error):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+LOWEST = -1000.0  # stands for the logarithm of 0, which has no differences
+
 
 @njit(cache=True, nogil=True)
 def pair_gaps(newest, one, other, steps):
@@ -12,7 +14,8 @@ def pair_gaps(newest, one, other, steps):
     log = np.empty((steps + 1, len(one)))
     for k in range(steps + 1):
         for r in range(len(one)):
-            log[k, r] = np.log(abs(newest[one[r] + k] - newest[other[r] + k]))
+            gap = abs(newest[one[r] + k] - newest[other[r] + k])
+            log[k, r] = np.log(gap) if gap > 0.0 else LOWEST
     return log
 
 
@@ -25,5 +28,6 @@ def group_gaps(newest, one, start, who, steps):
             total = 0.0
             for at in range(start[r], start[r + 1]):
                 total += abs(newest[one[r] + k] - newest[who[at] + k])
-            log[k, r] = np.log(total / (start[r + 1] - start[r]))
+            gap = total / (start[r + 1] - start[r])
+            log[k, r] = np.log(gap) if gap > 0.0 else LOWEST
     return log

@@ -54,7 +54,7 @@ class LyapunovExponent:
     step : float or None
         Time between values [s], where it is known; of impacts, the mean interval.
     stretch : ndarray, shape (K + 1,)
-        S(k), k = 0 ... K: median of the logarithm of the gap after k values.
+        S(k), k = 0 ... K: median of the logarithm of the gap after k values; -inf where that is 0.
     mean_stretch : ndarray, shape (K + 1,)
         The mean in its place, as published, over the pairs whose gap is not 0.
     close : ndarray, shape (K + 1,)
@@ -234,6 +234,7 @@ def lyapunov_exponent(
         )  # fmt: skip
 
     from ._region import best_line, fit, interval
+    from ._stretch import LOWEST
 
     far = _far(values)
     followed = _follow_on(
@@ -241,14 +242,15 @@ def lyapunov_exponent(
     )
     curve, close = followed.curve, followed.close
     end = int(np.argmax(close < STILL_CLOSE)) - 1 if (close < STILL_CLOSE).any() else len(close) - 1
+    told = curve.stretch > LOWEST
     verdict: Verdict = "divergence"
     if region is not None:
-        line = fit(curve, *region) if np.isfinite(curve.stretch).all() else None
+        line = fit(curve, *region) if told[region[0] : region[1] + 1].all() else None
     else:
         # By then the vectors have turned to where they grow, and share no coordinate any more.
         turned = 2 * (dimension - 1) * delay
         line = best_line(curve, turned, end, math.log(2 * _resolution(values) or 1e-300))
-    if line is None and end == len(close) - 1 and _level(curve.stretch):
+    if line is None and end == len(close) - 1 and told.all() and np.ptp(curve.stretch[1:]) < 1:
         verdict = "no divergence"
         line = fit(curve, len(close) // 8, len(close) - 1)
     if line is None:
@@ -260,7 +262,7 @@ def lyapunov_exponent(
         interval=None if line is None else interval(line),
         verdict=verdict,
         step=step,
-        stretch=curve.stretch,
+        stretch=np.where(told, curve.stretch, -np.inf),
         mean_stretch=followed.mean,
         close=close,
         region=None if line is None else (line.first, line.last),
@@ -318,7 +320,7 @@ def _follow(
 ) -> _Followed:
     from ._neighbors import NOBODY, nearest, tree
     from ._region import median_curve
-    from ._stretch import group_gaps, pair_gaps
+    from ._stretch import LOWEST, group_gaps, pair_gaps
 
     vectors = delay_embed(values[: len(values) - steps], dimension, delay)
     newest = values[(dimension - 1) * delay :]
@@ -333,7 +335,7 @@ def _follow(
         _enough(len(one))
         log = group_gaps(newest, one, start, who, steps)
     close = np.mean(log < far - SATURATED, axis=1)
-    told = np.isfinite(log)
+    told = log > LOWEST
     mean = np.where(told, log, 0).sum(axis=1) / np.maximum(told.sum(axis=1), 1)
     return _Followed(median_curve(log, one), mean, close, len(one))
 
@@ -430,11 +432,6 @@ def _far(values: np.ndarray) -> float:
         [np.abs(np.roll(values, by) - values) for by in (half, half // 2 + 1, half // 3 + 1)]
     )
     return float(np.log(np.median(gaps[gaps > 0])))
-
-
-def _level(stretch: np.ndarray) -> bool:
-    """Whether the curve, from its second step on, rises by less than a factor e."""
-    return bool(np.isfinite(stretch).all() and np.ptp(stretch[1:]) < 1)
 
 
 def _intercept(curve: Curve, first: int, last: int, slope: float) -> float:

@@ -129,6 +129,14 @@ def test_values_too_coarse_give_no_number():
     assert found.exponent is None
 
 
+def test_gaps_that_are_mostly_zero_give_no_number():
+    x = np.random.default_rng(1).choice([0.0, 0, 0, 0, 0, 1, 2.5], size=2000)
+    found = lyapunov_exponent(x, dimension=2, theiler=2)
+    assert found.verdict == "no scaling region"
+    assert np.isneginf(found.stretch).any()
+    assert lyapunov_exponent(x, dimension=2, theiler=2, region=(2, 6)).exponent is None
+
+
 def test_of_impacts_it_is_also_per_second_of_the_mean_interval():
     intervals = 0.05 * (2 + HENON[:3000])
     impacts = Impacts(np.concatenate(([0.0], np.cumsum(intervals))))
