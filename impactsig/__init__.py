@@ -46,6 +46,18 @@ if TYPE_CHECKING:
         scenes,
     )
     from .reconstruct import CorrelationSum, correlation_sum
+    from .reconstruct import (
+        AveragedFalseNeighbors,
+        DelayChoice,
+        FalseNeighbors,
+        LyapunovExponent,
+        autocorrelation_delay,
+        averaged_false_neighbors,
+        delay_embed,
+        false_nearest_neighbors,
+        lyapunov_exponent,
+        mutual_information_delay,
+    )
     from .recording import Recording
     from .report import write_report
     from .simulate import Motion, simulate, simulate_blocks, simulate_many
@@ -88,6 +100,16 @@ _HOME = {
         "scenes",
     ),
     "reconstruct": ("CorrelationSum", "correlation_sum"),
+    "reconstruct": (),
+    "reconstruct.delays": ("DelayChoice", "autocorrelation_delay", "mutual_information_delay"),
+    "reconstruct.embedding": ("delay_embed",),
+    "reconstruct.exponents": ("LyapunovExponent", "lyapunov_exponent"),
+    "reconstruct.neighbors": (
+        "AveragedFalseNeighbors",
+        "FalseNeighbors",
+        "averaged_false_neighbors",
+        "false_nearest_neighbors",
+    ),
     "report": ("write_report",),
     "simulate": ("Motion", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
@@ -99,9 +121,12 @@ _HOME = {
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "AveragedFalseNeighbors",
     "BaseMotion",
     "Comparison",
     "CorrelationSum",
+    "DelayChoice",
+    "FalseNeighbors",
     "Force",
     "Friction",
     "Hertz",
@@ -112,6 +137,7 @@ __all__ = [
     "InvalidInput",
     "KelvinVoigt",
     "LoadCell",
+    "LyapunovExponent",
     "Measured",
     "Microphone",
     "MissingExtra",
@@ -123,16 +149,22 @@ __all__ = [
     "Stop",
     "UnreadableFile",
     "UnwritableFile",
+    "autocorrelation_delay",
+    "averaged_false_neighbors",
     "coefficient_of_variation",
     "compare",
     "correlation_sum",
     "cv2",
+    "delay_embed",
     "detect_impacts",
+    "false_nearest_neighbors",
     "identify_period",
     "info",
     "interval_histogram",
     "local_variation",
+    "lyapunov_exponent",
     "measure",
+    "mutual_information_delay",
     "plot",
     "read",
     "read_blocks",

@@ -2,6 +2,8 @@
 
 from .comparison import comparison
 from .correlation import correlation_sum
+from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
+from .exponents import stretch_curve
 from .motions import phase_portrait, power_spectrum, time_history
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
@@ -9,9 +11,12 @@ from .trains import interval_densities, return_maps
 from .waveforms import pulse, waveform
 
 __all__ = [
+    "averaged_false_neighbors",
     "comparison",
     "contact_against_interval",
     "correlation_sum",
+    "delay_choice",
+    "false_neighbors",
     "histogram",
     "interval_densities",
     "interval_sequence",
@@ -22,6 +27,7 @@ __all__ = [
     "return_map",
     "return_maps",
     "spike_train",
+    "stretch_curve",
     "time_history",
     "waveform",
 ]

@@ -3,3 +3,27 @@
 from .correlation import CorrelationSum, correlation_sum
 
 __all__ = ["CorrelationSum", "correlation_sum"]
+from . import classic
+from .delays import DelayChoice, autocorrelation_delay, mutual_information_delay
+from .embedding import delay_embed
+from .exponents import LyapunovExponent, lyapunov_exponent
+from .neighbors import (
+    AveragedFalseNeighbors,
+    FalseNeighbors,
+    averaged_false_neighbors,
+    false_nearest_neighbors,
+)
+
+__all__ = [
+    "AveragedFalseNeighbors",
+    "DelayChoice",
+    "FalseNeighbors",
+    "LyapunovExponent",
+    "autocorrelation_delay",
+    "averaged_false_neighbors",
+    "classic",
+    "delay_embed",
+    "false_nearest_neighbors",
+    "lyapunov_exponent",
+    "mutual_information_delay",
+]

@@ -1,0 +1,144 @@
+"""The largest Lyapunov exponent: error against time, beside nolds and neurokit2.
+
+Hénon (m = 2, delay 1), the logistic map (m = 1) and Lorenz x (dt 0.04, m = 3, delay 4), N = 1000 to
+20 000, several beginnings of each; all tools are given the same embedding and Theiler window. nolds
+and neurokit2 keep all distances and are left out where these take more than 1 GB; neurokit2 is left
+out where it is not installed. Writes results/exponents.json and exponents.md.
+
+    python -m benchmarks.exponents
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+import time
+import warnings
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+import impactsig
+from impactsig import lyapunov_exponent
+from impactsig.reconstruct import classic
+from tests import naive_reconstruct_embed as series
+
+RESULTS = Path(__file__).parent / "results"
+SIZES = (1000, 2000, 5000, 20_000)
+SEEDS = 8
+PEER_SEEDS = 3
+MOST_BYTES = 1e9
+
+CASES = {
+    "henon": (lambda n, s: series.henon(n, 0.01 * s), 0.4192, 1.0, (2, 1, 4), 12),
+    "logistic": (lambda n, s: series.logistic(n, 0.31 + 0.01 * s), np.log(2), 1.0, (1, 1, 1), 8),
+    "lorenz": (lambda n, s: series.lorenz_x(n, start=(1 + s, 1, 20)), 0.9056, 0.04, (3, 4, 50), 60),
+}
+"""Series by length and seed; exponent; time step; dimension, delay, Theiler window; steps."""
+
+
+def ours(method: str):
+    def run(x, step, embedding, steps):
+        dimension, delay, theiler = embedding
+        found = lyapunov_exponent(
+            x, dimension=dimension, delay=delay, theiler=theiler, step=step, method=method
+        )
+        return found.per_second, found.interval_per_second
+
+    return run
+
+
+def by_nolds(x, step, embedding, steps):
+    dimension, delay, theiler = embedding
+    found = classic.lyap_r(
+        x, dimension=dimension, delay=delay, theiler=theiler, steps=steps, step=step
+    )
+    return found, None
+
+
+def by_neurokit(x, step, embedding, steps):
+    import neurokit2
+
+    dimension, delay, theiler = embedding
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found, _ = neurokit2.complexity_lyapunov(
+            x, dimension=dimension, delay=delay, separation=theiler, method="rosenstein1993",
+            len_trajectory=steps,
+        )  # fmt: skip
+    return found / step, None
+
+
+TOOLS = {
+    "impactsig rosenstein": ours("rosenstein"),
+    "impactsig kantz": ours("kantz"),
+    "nolds lyap_r": by_nolds,
+    "neurokit2": by_neurokit,
+}
+
+
+def row(tool: str, case: str, n: int) -> dict | None:
+    """Bias, scatter, coverage and median time of a tool on some beginnings of a series."""
+    make, truth, step, embedding, steps = CASES[case]
+    own = tool.startswith("impactsig")
+    if not own and 8 * n**2 > MOST_BYTES:
+        return None
+    found, held, times = [], [], []
+    for seed in range(SEEDS if own else PEER_SEEDS):
+        x = make(n, seed)
+        if own and seed == 0:
+            TOOLS[tool](x, step, embedding, steps)  # compile
+        begin = time.perf_counter()
+        value, interval = TOOLS[tool](x, step, embedding, steps)
+        times.append(time.perf_counter() - begin)
+        if value is not None:
+            found.append(value)
+            if interval is not None:
+                held.append(interval[0] <= truth <= interval[1])
+    return {
+        "tool": tool, "series": case, "n": n, "truth": truth, "runs": len(times),
+        "answers": len(found),
+        "mean": float(np.mean(found)) if found else None,
+        "sd": float(np.std(found)) if found else None,
+        "error": float(np.mean(found) / truth - 1) if found else None,
+        "coverage": float(np.mean(held)) if held else None,
+        "seconds": float(np.median(times)),
+    }  # fmt: skip
+
+
+def table(rows: list[dict]) -> str:
+    lines = [
+        "| series | N | tool | exponent | error | 95 % holds | answers | time |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for one in rows:
+        value = error = "none"
+        if one["mean"] is not None:
+            value, error = f"{one['mean']:.3f} ± {one['sd']:.3f}", f"{one['error']:+.1%}"
+        held = "" if one["coverage"] is None else f"{one['coverage']:.0%}"
+        lines.append(
+            f"| {one['series']} | {one['n']} | {one['tool']} | {value} | {error} | {held} "
+            f"| {one['answers']}/{one['runs']} | {1e3 * one['seconds']:.0f} ms |"
+        )
+    return "\n".join(lines)
+
+
+def main() -> None:
+    tools = dict(TOOLS)
+    versions = {"impactsig": impactsig.__version__, "nolds": version("nolds")}
+    try:
+        versions["neurokit2"] = version("neurokit2")
+    except ImportError:
+        del tools["neurokit2"]
+    rows = [row(tool, case, n) for case in CASES for n in SIZES for tool in tools]
+    rows = [one for one in rows if one is not None]
+    RESULTS.mkdir(exist_ok=True)
+    about = {"python": platform.python_version(), "versions": versions, "rows": rows}
+    (RESULTS / "exponents.json").write_text(json.dumps(about, indent=1) + "\n")
+    (RESULTS / "exponents.md").write_text(table(rows) + "\n")
+    print(table(rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,60 @@
+"""The stretch curve of a Lyapunov exponent."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ._axes import BLUE, GREY, SKY, VERMILLION, axes, explain, with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..reconstruct import LyapunovExponent
+
+
+def stretch_curve(result: LyapunovExponent, ax: Axes | None = None) -> Axes:
+    """Draw how neighbours part, S(k), with the scaling region and the line that was fitted.
+
+    The time axis is in seconds where the time between values is known.
+
+    Parameters
+    ----------
+    result : LyapunovExponent
+        Of `lyapunov_exponent`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax, width=5.6, height=3.8)
+    if not len(result.stretch):
+        return explain(ax, result.describe())
+    scale = result.step or 1.0
+    k = np.arange(len(result.stretch))
+    shown = np.isfinite(result.stretch)
+    marks = 3 if len(k) < 60 else 0
+    ax.plot(scale * k, result.mean_stretch, color=SKY, linewidth=1, label="mean")
+    ax.plot(
+        scale * k[shown], result.stretch[shown], color=BLUE, lw=1, marker="o", ms=marks,
+        label="median, $S(k)$",
+    )  # fmt: skip
+    label = "any two values"
+    ax.axhline(result.far, color=GREY, linewidth=0.8, linestyle=":", label=label)
+    if result.region is not None and result.exponent is not None:
+        first, last = result.region
+        ax.axvspan(scale * first, scale * last, color=GREY, alpha=0.12, linewidth=0)
+        ends = np.array([first, last])
+        rate = result.exponent / scale
+        label = f"slope {rate:.4g} {'per second' if result.step else 'per value'}"
+        line = result.intercept + result.exponent * ends
+        ax.plot(scale * ends, line, color=VERMILLION, linewidth=1.6, label=label, zorder=3)
+    else:
+        ax.set_title(result.verdict, loc="left", color=VERMILLION, fontsize="medium")
+    ax.set_xlabel(with_unit("time", "s") if result.step else "steps $k$")
+    ax.set_ylabel("logarithm of the gap")
+    ax.legend(loc="lower right", frameon=False)
+    return ax

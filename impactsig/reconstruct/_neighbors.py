@@ -1,0 +1,176 @@
+"""Nearest neighbours of delay vectors, exact and apart in time: a k-d tree, compiled.
+
+The tree is balanced and implicit (node k has the children 2k + 1 and 2k + 2), so it takes O(n)
+memory however many equal points there are. Distances are squared where the norm is Euclidean. The
+distance to a box is worked out term by term as that to a point is, so that rounding cannot make a
+box look farther away than a point in it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+LEAF = 12  # points in a leaf, at most
+NOBODY = -1  # index of a neighbour that does not exist
+
+
+class Tree(NamedTuple):
+    """Points by node: `points[first[k]:first[k + 1]]` of a level; `order` names them."""
+
+    points: np.ndarray  # (n, m), in the order of the tree
+    order: np.ndarray  # (n,), the index in time of each
+    begin: np.ndarray  # (nodes,), where the points of a node begin
+    end: np.ndarray
+    low: np.ndarray  # (nodes, m), the box around them
+    high: np.ndarray
+
+
+@njit(cache=True, nogil=True)
+def _build(points):
+    n, m = points.shape
+    levels = 0
+    while n > (LEAF << levels):
+        levels += 1
+    nodes = (2 << levels) - 1
+    inner = (1 << levels) - 1
+    order = np.arange(n)
+    begin, end = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
+    low, high = np.empty((nodes, m)), np.empty((nodes, m))
+    end[0] = n
+    for k in range(nodes):
+        a, b = begin[k], end[k]
+        widest, width = 0, -1.0
+        for d in range(m):
+            least, most = np.inf, -np.inf
+            for i in range(a, b):
+                value = points[order[i], d]
+                least, most = min(least, value), max(most, value)
+            low[k, d], high[k, d] = least, most
+            if most - least > width:
+                widest, width = d, most - least
+        if k < inner:
+            part = order[a:b].copy()
+            order[a:b] = part[np.argsort(points[part, widest], kind="mergesort")]
+            half = (a + b) // 2
+            begin[2 * k + 1], end[2 * k + 1] = a, half
+            begin[2 * k + 2], end[2 * k + 2] = half, b
+    return points[order], order, begin, end, low, high
+
+
+def tree(points: np.ndarray) -> Tree:
+    """The tree of points, shape (n, m)."""
+    return Tree(*_build(np.ascontiguousarray(points)))
+
+
+@njit(cache=True, nogil=True)
+def _apart(p, q, maximum):
+    total = 0.0
+    for d in range(len(p)):
+        gap = abs(p[d] - q[d])
+        total = max(total, gap) if maximum else total + gap * gap
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _from_box(p, low, high, maximum):
+    total = 0.0
+    for d in range(len(p)):
+        gap = max(low[d] - p[d], p[d] - high[d], 0.0)
+        total = max(total, gap) if maximum else total + gap * gap
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _across_box(p, low, high):
+    """Whether the box holds anything but p."""
+    across = False
+    for d in range(len(p)):
+        across |= low[d] != p[d] or high[d] != p[d]
+    return across
+
+
+@njit(cache=True, nogil=True)
+def nearest(found, theiler, maximum):
+    """Nearest neighbour of every point that is more than `theiler` away in time, and not equal.
+
+    Of several at the same distance any one is taken. Returns the index, `NOBODY` where there is
+    none, and the distance (Euclidean, or greatest difference of a coordinate if `maximum`).
+    """
+    points, order, begin, end, low, high = found
+    n = len(points)
+    inner = len(begin) // 2
+    index, distance = np.full(n, NOBODY), np.full(n, np.inf)
+    nodes, bounds = np.empty(128, np.int64), np.empty(128)
+    for at in range(n):
+        p, i = points[at], order[at]
+        best, who = np.inf, NOBODY
+        nodes[0], bounds[0] = 0, 0.0
+        top = 1
+        while top > 0:
+            top -= 1
+            k = nodes[top]
+            if bounds[top] >= best:
+                continue
+            if k >= inner:
+                for other in range(begin[k], end[k]):
+                    j = order[other]
+                    if abs(i - j) <= theiler:
+                        continue
+                    gap = _apart(p, points[other], maximum)
+                    if 0.0 < gap < best:
+                        best, who = gap, j
+                continue
+            one, two = 2 * k + 1, 2 * k + 2
+            first = _from_box(p, low[one], high[one], maximum)
+            second = _from_box(p, low[two], high[two], maximum)
+            if first < second:
+                one, two, first, second = two, one, second, first
+            # The nearer of the two goes on top; a box that is only p again holds no neighbour.
+            for child, bound in ((one, first), (two, second)):
+                if bound < best and _across_box(p, low[child], high[child]):
+                    nodes[top], bounds[top] = child, bound
+                    top += 1
+        index[i] = who
+        distance[i] = best if maximum else np.sqrt(best)
+    return index, distance
+
+
+@njit(cache=True, nogil=True)
+def within(found, places, radius, theiler, maximum, most):
+    """Neighbours within `radius`, apart in time and not equal, of the points at some `places`.
+
+    Returns the references' indices in time, `start` (one longer) and `who`: the neighbours of
+    reference r are `who[start[r]:start[r + 1]]`, the first `most` that were met.
+    """
+    points, order, begin, end, low, high = found
+    inner = len(begin) // 2
+    limit = radius if maximum else radius * radius
+    start = np.zeros(len(places) + 1, np.int64)
+    who = np.empty(1024, np.int64)
+    count = 0
+    nodes = np.empty(128, np.int64)
+    for r in range(len(places)):
+        p, i = points[places[r]], order[places[r]]
+        nodes[0] = 0
+        top = 1
+        while top > 0 and count - start[r] < most:
+            top -= 1
+            k = nodes[top]
+            if _from_box(p, low[k], high[k], maximum) > limit:
+                continue
+            if k < inner:
+                nodes[top], nodes[top + 1] = 2 * k + 1, 2 * k + 2
+                top += 2
+                continue
+            for other in range(begin[k], end[k]):
+                j = order[other]
+                if abs(i - j) > theiler and 0.0 < _apart(p, points[other], maximum) <= limit:
+                    if count == len(who):
+                        who = np.concatenate((who, np.empty_like(who)))
+                    who[count] = j
+                    count += 1
+        start[r + 1] = count
+    return order[places], start, who[:count].copy()

@@ -1,0 +1,110 @@
+"""The scaling region of a stretch curve: where its slope is known best."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import t as student
+
+BLOCKS = 30
+"""Blocks of successive references that the scatter is told by."""
+
+LEAST_POINTS = 4
+LEAST_GROWTH = 1.0
+"""Of the logarithm of the gap, over the region: by a factor e."""
+
+BEND = 0.35
+"""Difference of the slopes of the two halves, over the slope of all, at which it is no line."""
+
+CANDIDATES = 48
+"""First and last steps tried, at most."""
+
+
+class Curve(NamedTuple):
+    """Median stretch, and what each block of references adds to it."""
+
+    stretch: np.ndarray  # (K + 1,)
+    blocks: np.ndarray  # (BLOCKS, K + 1)
+
+
+class Line(NamedTuple):
+    """A straight piece of the curve, from step `first` to step `last`."""
+
+    first: int
+    last: int
+    slope: float
+    error: float  # standard error over blocks, with the bend
+    bend: float  # difference of the halves' slopes
+
+
+def median_curve(log: np.ndarray, time: np.ndarray) -> Curve:
+    """Medians of the rows of `log`, shape (K + 1, pairs), with their scatter over blocks of time.
+
+    A median moves by (1/2 - share below)/density: the blocks tell the share, and the density is
+    that of the pairs within a quarter about the median.
+    """
+    stretch = np.median(log, axis=1)
+    density = np.mean(np.abs(log - stretch[:, None]) <= 0.25, axis=1) / 0.5
+    above = np.where(log > stretch[:, None], 0.5, -0.5)
+    block = np.minimum(time * BLOCKS // (time.max() + 1), BLOCKS - 1)
+    blocks = np.zeros((BLOCKS, len(log)))
+    for b in range(BLOCKS):
+        mine = block == b
+        if mine.any():
+            # Weighted as if all blocks were as large as the mean one.
+            weight = mine.sum() * BLOCKS / len(time)
+            blocks[b] = weight * above[:, mine].mean(axis=1)
+    return Curve(stretch, blocks / np.maximum(density, 1e-9))
+
+
+def fit(curve: Curve, first: int, last: int) -> Line:
+    """The least-squares line from step `first` to step `last`."""
+    n = last - first + 1
+    half = max(n // 2, 2)
+    whole, part = _slope_weights(n), _slope_weights(half)
+    turn = np.zeros(n)
+    turn[-half:] += part
+    turn[:half] -= part
+    piece, blocks = curve.stretch[first : last + 1], curve.blocks[:, first : last + 1]
+    error, unsure = (blocks @ np.stack((whole, turn), axis=1)).std(axis=0, ddof=1)
+    bend = float(turn @ piece)
+    # What the slope is uncertain by for not being one: half of what the halves differ by, and no
+    # less than what that difference is known to.
+    total = math.hypot(error, 0.5 * unsure, 0.5 * bend * math.sqrt(BLOCKS)) / math.sqrt(BLOCKS)
+    return Line(first, last, float(whole @ piece), total, bend)
+
+
+def best_line(curve: Curve, least: int, end: int, low: float) -> Line | None:
+    """The line, within the steps up to `end` and above the level `low`, that is known best.
+
+    Of all that end at step `least` or later, are long and straight enough and rise by a factor e,
+    the one with the least standard error, of sampling and of not being straight together.
+    """
+    found: Line | None = None
+    if end < LEAST_POINTS - 1:
+        return None
+    steps = np.unique(np.linspace(0, end, min(CANDIDATES, end + 1)).astype(int))
+    for first in steps:
+        if curve.stretch[first] < low:
+            continue
+        for last in steps[steps >= max(first + LEAST_POINTS - 1, least)]:
+            growth = curve.stretch[last] - curve.stretch[first]
+            if growth < LEAST_GROWTH:
+                continue
+            line = fit(curve, int(first), int(last))
+            if abs(line.bend) <= BEND * line.slope and (found is None or line.error < found.error):
+                found = line
+    return found
+
+
+def interval(line: Line) -> tuple[float, float]:
+    """95 % interval of the slope."""
+    reach = float(student.ppf(0.975, BLOCKS - 1)) * line.error
+    return line.slope - reach, line.slope + reach
+
+
+def _slope_weights(n: int) -> np.ndarray:
+    k = np.arange(n) - (n - 1) / 2
+    return k / (k @ k)

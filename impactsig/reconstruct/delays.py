@@ -1,0 +1,209 @@
+"""The delay of an embedding: by autocorrelation, or by average mutual information."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ._arguments import varying, whole
+from ._series import series
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LEAST = 16
+"""Fewest values that a delay is looked for in."""
+
+RISE = 6.0
+"""Rise that makes a minimum, in standard deviations of the information of independent values."""
+
+NOTHING = -0.5 * math.log(1 - math.exp(-2))
+"""Information [nat] of Gaussian values with a correlation of 1/e: less is as good as none."""
+
+
+@dataclass(frozen=True, eq=False)
+class DelayChoice:
+    """The dependence of a series on its own past, and the delay read off it.
+
+    Attributes
+    ----------
+    delay : int or None
+        The delay chosen, in values of the series; None where the rule finds none.
+    rule : str
+        The rule, in words.
+    reason : str
+        Why there is none, where there is none.
+    curve : ndarray, shape (longest + 1,)
+        Autocorrelation, or average mutual information [nat], at the lags 0, 1, ..., longest.
+    level : float or None
+        Level that the curve is compared with, where the rule has one.
+    method : {"autocorrelation", "mutual information"}
+        What the curve is.
+    bins : int or None
+        Bins of each axis, for the mutual information.
+    noise : float
+        Standard deviation of the curve were the values independent.
+    """
+
+    delay: int | None
+    rule: str
+    reason: str
+    curve: np.ndarray
+    level: float | None
+    method: Literal["autocorrelation", "mutual information"]
+    bins: int | None
+    noise: float
+
+    def describe(self) -> str:
+        """The answer in words."""
+        if self.delay is None:
+            return f"no delay by {self.method}: {self.reason}"
+        return f"delay {self.delay} by {self.method} ({self.rule})"
+
+    def __str__(self) -> str:
+        return self.describe()
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the curve and the choice; see `impactsig.plot.delay_choice`."""
+        from .. import plot
+
+        return plot.delay_choice(self, ax)
+
+
+def autocorrelation_delay(
+    x: Any, *, rule: Literal["1/e", "zero"] = "1/e", longest: int | None = None
+) -> DelayChoice:
+    """Delay at which the autocorrelation has fallen to 1/e, or to zero, for the first time.
+
+    C(k) = sum_i (x_i - mean)(x_{i+k} - mean) / (n - k) / variance, over the n - k pairs there are.
+    For interspike intervals the natural delay is 1: successive intervals are as independent as the
+    motion makes them; this is for sampled signals.
+
+    Parameters
+    ----------
+    x : Impacts or array_like, shape (n,)
+        A series in the order of time; of impacts, their interspike intervals [s].
+    rule : {"1/e", "zero"}
+        Level at or below which C must be.
+    longest : int, optional
+        Longest lag; n/4 by default.
+
+    Returns
+    -------
+    DelayChoice
+
+    Raises
+    ------
+    InvalidInput
+        If `x` is no series of finite numbers, constant, or shorter than 16 values.
+    """
+    if rule not in ("1/e", "zero"):
+        raise InvalidInput("rule", rule, '"1/e" or "zero"')
+    values = varying(series(x, least=LEAST))
+    longest = _longest(longest, len(values), len(values) // 4)
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    centred = values - values.mean()
+    size = next_fast_len(len(values) + longest, real=True)
+    sums = irfft(np.abs(rfft(centred / np.abs(centred).max(), size)) ** 2, size)[: longest + 1]
+    curve = sums / (len(values) - np.arange(longest + 1))
+    curve /= curve[0]
+    level = math.exp(-1) if rule == "1/e" else 0.0
+    below = np.flatnonzero(curve <= level)
+    delay = int(below[0]) if len(below) else None
+    words = "first lag at or below 1/e" if rule == "1/e" else "first lag at or below zero"
+    reason = "" if len(below) else f"it stays above {level:.3g} up to lag {longest}"
+    noise = 1 / math.sqrt(len(values))
+    return DelayChoice(delay, words, reason, curve, level, "autocorrelation", None, noise)
+
+
+def mutual_information_delay(
+    x: Any, *, longest: int | None = None, bins: int | None = None
+) -> DelayChoice:
+    """Delay at the first minimum of the average mutual information [FraserSwinney1986]_.
+
+    I(k) = sum_ab p_ab ln(p_ab / (p_a p_b)), with p_ab the share of pairs (x_i, x_{i+k}) in the cell
+    (a, b). The bins hold equal numbers of values (equal values are never parted), about five pairs
+    to a cell were they independent [Cellucci2005]_, and are 16 at most, for the shape of the curve
+    is wanted and not the last of the information. The bias of the finite sample,
+    (B_ab - B_a - B_b + 1)/(2n) with B the numbers of cells and bins that are not empty, is taken
+    away [Roulston1999]_.
+
+    A minimum counts where the curve later rises above it, before it falls lower, by more than six
+    standard deviations of the information of independent values, (bins - 1)/(sqrt(2) n). The search
+    ends where the curve falls below six of them or below 0.073, the information of Gaussian values
+    with a correlation of 1/e: nothing is left to have a minimum, and the result says so. For
+    interspike intervals the natural delay is 1.
+
+    Parameters
+    ----------
+    x : Impacts or array_like, shape (n,)
+        A series in the order of time; of impacts, their interspike intervals [s].
+    longest : int, optional
+        Longest lag; the lesser of n/10 and 200 by default.
+    bins : int, optional
+        Bins of each axis, 2 or more.
+
+    Returns
+    -------
+    DelayChoice
+
+    Raises
+    ------
+    InvalidInput
+        If `x` is no series of finite numbers, constant, or shorter than 16 values.
+    """
+    values = varying(series(x, least=LEAST))
+    longest = _longest(longest, len(values), min(len(values) // 10, 200))
+    if bins is None:
+        bins = int(min(max(math.sqrt(len(values) / 5), 2), 16))
+    bins = whole("bins", bins, 2)
+    inner = np.unique(np.quantile(values, np.arange(1, bins) / bins))
+    cell = np.searchsorted(inner, values, side="right")
+    curve = np.array([_information(cell, lag, bins) for lag in range(longest + 1)])
+    noise = (bins - 1) / (math.sqrt(2) * len(values))
+    level = max(RISE * noise, NOTHING)
+    gone = np.flatnonzero(curve <= level)
+    searched = curve[: gone[0]] if len(gone) else curve
+    delay = _first_minimum(searched, RISE * noise)
+    reason = ""
+    if delay is None:
+        reason = f"it has no minimum up to lag {longest}"
+        if len(gone):
+            reason = f"it falls below {level:.2g} nat at lag {gone[0]} without a minimum"
+    words = "first minimum"
+    return DelayChoice(delay, words, reason, curve, level, "mutual information", bins, noise)
+
+
+def _longest(longest: int | None, n: int, default: int) -> int:
+    longest = max(default, 1) if longest is None else whole("longest", longest, 1)
+    if longest > n // 2:
+        raise InvalidInput("longest", longest, f"at most {n // 2}, half of the {n} values")
+    return longest
+
+
+def _information(cell: np.ndarray, lag: int, bins: int) -> float:
+    """Mutual information [nat] between cells `lag` apart, less its bias."""
+    n = len(cell) - lag
+    pairs = np.bincount(cell[:n] * bins + cell[lag:], minlength=bins * bins).reshape(bins, bins)
+    ways = []
+    for count in (pairs.ravel(), pairs.sum(axis=0), pairs.sum(axis=1)):
+        count = count[count > 0]
+        # Entropy, with the bias that the number of cells makes.
+        ways.append(math.log(n) - float(count @ np.log(count)) / n + (len(count) - 1) / (2 * n))
+    return ways[1] + ways[2] - ways[0]
+
+
+def _first_minimum(curve: np.ndarray, rise: float) -> int | None:
+    """Lag of the first minimum from which the curve rises by `rise` before it falls lower."""
+    lowest = 1
+    for lag in range(2, len(curve)):
+        if curve[lag] < curve[lowest]:
+            lowest = lag
+        elif curve[lag] > curve[lowest] + rise:
+            return lowest
+    return None

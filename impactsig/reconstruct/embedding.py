@@ -1,0 +1,58 @@
+"""Delay vectors of a series."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ._arguments import whole
+from ._series import series
+
+
+def delay_embed(x: Any, dimension: int, delay: int = 1) -> np.ndarray:
+    """Delay vectors of a series, the oldest coordinate first [Takens1981]_.
+
+    Row i is (x_i, x_{i+delay}, ..., x_{i+(m-1) delay}), i = 0 ... n - 1 - (m-1) delay, counted from
+    0, with m the dimension. Sauer shows that the intervals of an integrate-and-fire model embed as
+    samples of a coordinate do [Sauer1994]_; for them the natural delay is 1.
+
+    Parameters
+    ----------
+    x : Impacts or array_like, shape (n,)
+        A series in the order of time; of impacts, their interspike intervals [s]. Intervals across
+        a gap are left out, and vectors are made as if the ends of a gap were neighbours.
+    dimension : int
+        m, coordinates of a vector, 1 or more.
+    delay : int
+        Between two coordinates, in values of the series, 1 or more.
+
+    Returns
+    -------
+    ndarray, shape (n - (dimension - 1) * delay, dimension)
+        A read-only view that takes no memory of its own: it shows `x` itself where that is a
+        contiguous float64 array. ``.copy()`` makes it independent.
+
+    Raises
+    ------
+    InvalidInput
+        If `x` is no series of finite numbers, or too short for one vector.
+
+    Examples
+    --------
+    >>> delay_embed([0, 1, 2, 3, 4], dimension=2, delay=2)
+    array([[0., 2.],
+           [1., 3.],
+           [2., 4.]])
+    """
+    dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
+    values = series(x, least=1)
+    span = (dimension - 1) * delay + 1
+    if len(values) < span:
+        raise InvalidInput(
+            "x",
+            f"{len(values)} values",
+            f"at least {span} for dimension {dimension}, delay {delay}",
+        )
+    return np.lib.stride_tricks.sliding_window_view(values, span)[:, ::delay]

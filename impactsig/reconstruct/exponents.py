@@ -1,0 +1,439 @@
+"""The largest Lyapunov exponent of a series, from how fast neighbours part."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..impacts import Impacts
+from ._arguments import long_enough, positive, theiler_window, varying, whole
+from ._series import series
+from .embedding import delay_embed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ._region import Curve
+
+LEAST = 100
+"""Fewest references."""
+
+LEAST_STEPS, MOST_STEPS = 8, 512
+"""Steps that neighbours are followed for, unless told."""
+
+SATURATED = 1.5
+"""A pair is as far apart as any two from a factor exp(-1.5) of their median gap on."""
+
+STILL_CLOSE = 0.6
+"""Share of the pairs that must not be that far apart, in the scaling region."""
+
+Verdict = Literal["divergence", "no divergence", "periodic", "no scaling region"]
+
+
+@dataclass(frozen=True, eq=False)
+class LyapunovExponent:
+    """The largest Lyapunov exponent, and the stretch curve it was read off.
+
+    Attributes
+    ----------
+    exponent : float or None
+        Per value of the series (of intervals: per interval) [1]; 0 where the series is periodic,
+        None where there is no scaling region.
+    interval : tuple of float, or None
+        Its 95 % interval, from the scatter over blocks of references and from the bend of the
+        region. It knows nothing of the choice of embedding, or of noise.
+    verdict : str
+        "divergence"; "no divergence" (neighbours stay together as far as they were followed: a
+        periodic or quasi-periodic motion, or too few steps); "periodic" (the values recur exactly);
+        "no scaling region" (neighbours part at once, or not exponentially: noise, too short a
+        series, or too low a dimension).
+    step : float or None
+        Time between values [s], where it is known; of impacts, the mean interval.
+    stretch : ndarray, shape (K + 1,)
+        S(k), k = 0 ... K: median of the logarithm of the gap after k values; -inf where that is 0.
+    mean_stretch : ndarray, shape (K + 1,)
+        The mean in its place, as published, over the pairs whose gap is not 0.
+    close : ndarray, shape (K + 1,)
+        Share of the pairs that are still closer than exp(-1.5) of the median gap of any two.
+    region : tuple of int, or None
+        First and last k of the line.
+    intercept : float
+        S(0) by the line.
+    far : float
+        Logarithm of the median gap of any two values, at which S(k) ends.
+    references : int
+        Vectors whose neighbours were followed.
+    method : {"rosenstein", "kantz"}
+        How.
+    dimension, delay, theiler : int
+        As used.
+    period : int or None
+        Values after which the series recurs exactly.
+    warnings : tuple of str
+        What speaks against the result.
+    """
+
+    exponent: float | None
+    interval: tuple[float, float] | None
+    verdict: Verdict
+    step: float | None
+    stretch: np.ndarray = field(default_factory=lambda: np.empty(0))
+    mean_stretch: np.ndarray = field(default_factory=lambda: np.empty(0))
+    close: np.ndarray = field(default_factory=lambda: np.empty(0))
+    region: tuple[int, int] | None = None
+    intercept: float = math.nan
+    far: float = math.nan
+    references: int = 0
+    method: Literal["rosenstein", "kantz"] = "rosenstein"
+    dimension: int = 1
+    delay: int = 1
+    theiler: int = 0
+    period: int | None = None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def per_second(self) -> float | None:
+        """The exponent per second [1/s]; None where it, or the time between values, is not known.
+
+        Of intervals, the exponent per interval over the mean interval: that of the motion, as a
+        return map's over the mean return time is that of its flow.
+        """
+        if self.exponent is None or self.step is None:
+            return None
+        return self.exponent / self.step
+
+    @property
+    def interval_per_second(self) -> tuple[float, float] | None:
+        """Its 95 % interval [1/s]."""
+        if self.interval is None or self.step is None:
+            return None
+        return self.interval[0] / self.step, self.interval[1] / self.step
+
+    def describe(self) -> str:
+        """The answer in words."""
+        if self.verdict == "periodic":
+            words = f"periodic: the values recur after {self.period}, exponent 0"
+        elif self.exponent is None:
+            words = "no exponent: the stretch curve has no scaling region"
+        else:
+            words = f"largest Lyapunov exponent {self.exponent:.4g} per value"
+            if self.interval is not None:
+                words += f" (95 %: {self.interval[0]:.4g} to {self.interval[1]:.4g})"
+            if self.per_second is not None:
+                words += f", {self.per_second:.4g} per second"
+            if self.verdict == "no divergence":
+                words = f"neighbours stay together: {words}"
+        return "; ".join((words, *self.warnings))
+
+    def __str__(self) -> str:
+        return self.describe()
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the stretch curve and the region; see `impactsig.plot.stretch_curve`."""
+        from .. import plot
+
+        return plot.stretch_curve(self, ax)
+
+
+def lyapunov_exponent(
+    x: Any,
+    *,
+    dimension: int,
+    delay: int = 1,
+    theiler: int | None = None,
+    method: Literal["rosenstein", "kantz"] = "rosenstein",
+    step: float | None = None,
+    steps: int | None = None,
+    region: tuple[int, int] | None = None,
+    radius: float | None = None,
+) -> LyapunovExponent:
+    """Largest Lyapunov exponent, by the growth of the gap between neighbours.
+
+    Neighbours in the embedding (Euclidean norm, exact) are followed, and the gap of their newest
+    coordinate, y_i = x_{i+(m-1) delay}, is averaged over the references i:
+
+        rosenstein:  S(k) = median_i ln abs(y_{i+k} - y_{j+k}),  j the nearest neighbour of i
+        kantz:       S(k) = median_i ln mean_j abs(y_{i+k} - y_{j+k}),  all j within `radius` of i
+
+    [Rosenstein1993]_, [Kantz1994]_. The exponent is the slope of S. The median stands where the
+    papers have the mean: pairs that are already as far apart as the attractor is wide hold the mean
+    back, and with it the slope, but not the median until they are half of all.
+    The newest coordinate stands for the whole vector, because the others stay close for (m-1) delay
+    steps even in noise.
+
+    The region is, of all pieces of at least 4 points that end after 2 (m-1) delay steps, over which
+    the gap grows by a factor e, in which 60 % of the pairs are closer than exp(-1.5) times the
+    median gap of any two values, and whose halves differ in slope by less than 35 %, the one whose
+    slope has the least standard error, of sampling and bend together. The interval is that error
+    times Student's t. The error of sampling is the scatter over 30 blocks of successive references:
+    the limit of a bootstrap over these blocks with many draws, without its randomness.
+
+    Parameters
+    ----------
+    x : Impacts or array_like, shape (n,)
+        A series in the order of time; of impacts, their interspike intervals [s], and `step` is
+        their mean.
+    dimension : int
+        m, coordinates of a vector.
+    delay : int
+        Between two coordinates; for intervals the natural delay is 1.
+    theiler : int, optional
+        Vectors i and j with abs(i - j) <= theiler are no neighbours; the mean period by default.
+    method : {"rosenstein", "kantz"}
+        See above. That of Kantz averages gaps before their logarithm, which smooths noise, but
+        weighs fast growth more: the larger the radius, the more it reads too high.
+    step : float, optional
+        Time between values [s], to have the exponent per second too.
+    steps : int, optional
+        K, for how many steps neighbours are followed; by default until half of them are far apart,
+        at most 512.
+    region : tuple of int, optional
+        First and last k of the line, to overrule the rule.
+    radius : float, optional
+        For Kantz, in the unit of `x`; by default half of the references have a neighbour.
+
+    Returns
+    -------
+    LyapunovExponent
+
+    Raises
+    ------
+    InvalidInput
+        If `x` is no series of finite numbers, constant, or too short; or takes so few different
+        values that there are no neighbours that are not equal.
+    """
+    dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
+    if method not in ("rosenstein", "kantz"):
+        raise InvalidInput("method", method, '"rosenstein" or "kantz"')
+    if radius is not None:
+        required = 'a positive distance, with method "kantz" only'
+        if method != "kantz":
+            raise InvalidInput("radius", radius, required)
+        radius = positive("radius", radius, required)
+    values = varying(series(x))
+    window = theiler_window(theiler, values)
+    if step is None and isinstance(x, Impacts):
+        step = float(values.mean())
+    elif step is not None:
+        step = positive("step", step, "a positive time [s]")
+    least_steps = LEAST_STEPS if steps is None else whole("steps", steps, 4)
+    if region is not None:
+        region = _given_region(region)
+        least_steps = max(least_steps, region[1])
+    long_enough(values, (dimension - 1) * delay + least_steps, window, LEAST)
+    warnings = _doubts(x, values)
+    period = _exact_period(values)
+    if period is not None:
+        return LyapunovExponent(
+            0.0, None, "periodic", step, method=method, dimension=dimension, delay=delay,
+            theiler=window, period=period, warnings=tuple(warnings),
+        )  # fmt: skip
+
+    from ._region import best_line, fit, interval
+    from ._stretch import LOWEST
+
+    far = _far(values)
+    followed = _follow_on(
+        values, dimension, delay, window, method, radius, far, least_steps, steps is None
+    )
+    curve, close = followed.curve, followed.close
+    end = int(np.argmax(close < STILL_CLOSE)) - 1 if (close < STILL_CLOSE).any() else len(close) - 1
+    told = curve.stretch > LOWEST
+    verdict: Verdict = "divergence"
+    if region is not None:
+        line = fit(curve, *region) if told[region[0] : region[1] + 1].all() else None
+    else:
+        # By then the vectors have turned to where they grow, and share no coordinate any more.
+        turned = 2 * (dimension - 1) * delay
+        line = best_line(curve, turned, end, math.log(2 * _resolution(values) or 1e-300))
+    if line is None and end == len(close) - 1 and told.all() and np.ptp(curve.stretch[1:]) < 1:
+        verdict = "no divergence"
+        line = fit(curve, len(close) // 8, len(close) - 1)
+    if line is None:
+        verdict = "no scaling region"
+    elif verdict == "divergence" and line.slope < 2 * line.error:
+        warnings.append("the exponent is not told apart from 0")
+    return LyapunovExponent(
+        exponent=None if line is None else line.slope,
+        interval=None if line is None else interval(line),
+        verdict=verdict,
+        step=step,
+        stretch=np.where(told, curve.stretch, -np.inf),
+        mean_stretch=followed.mean,
+        close=close,
+        region=None if line is None else (line.first, line.last),
+        intercept=math.nan
+        if line is None
+        else _intercept(curve, line.first, line.last, line.slope),
+        far=far,
+        references=followed.references,
+        method=method,
+        dimension=dimension,
+        delay=delay,
+        theiler=window,
+        warnings=tuple(warnings),
+    )
+
+
+class _Followed(NamedTuple):
+    """Neighbours followed for some steps."""
+
+    curve: Curve
+    mean: np.ndarray
+    close: np.ndarray
+    references: int
+
+
+def _follow_on(
+    values: np.ndarray,
+    dimension: int,
+    delay: int,
+    window: int,
+    method: str,
+    radius: float | None,
+    far: float,
+    steps: int,
+    further: bool,
+) -> _Followed:
+    """Follow neighbours for `steps`, or `further`: until half of the pairs are far apart."""
+    most = min(MOST_STEPS, (len(values) - (dimension - 1) * delay) // 4)
+    while True:
+        found = _follow(values, dimension, delay, window, method, radius, far, steps)
+        if not further or found.close.min() < 0.5 or 2 * steps > most:
+            return found
+        steps *= 2
+
+
+def _follow(
+    values: np.ndarray,
+    dimension: int,
+    delay: int,
+    window: int,
+    method: str,
+    radius: float | None,
+    far: float,
+    steps: int,
+) -> _Followed:
+    from ._neighbors import NOBODY, nearest, tree
+    from ._region import median_curve
+    from ._stretch import LOWEST, group_gaps, pair_gaps
+
+    vectors = delay_embed(values[: len(values) - steps], dimension, delay)
+    newest = values[(dimension - 1) * delay :]
+    found = tree(vectors)
+    if method == "rosenstein":
+        other, _ = nearest(found, window, False)
+        one = np.flatnonzero(other != NOBODY)
+        _enough(len(one))
+        log = pair_gaps(newest, one, other[one], steps)
+    else:
+        one, start, who = _companies(found, window, radius)
+        _enough(len(one))
+        log = group_gaps(newest, one, start, who, steps)
+    close = np.mean(log < far - SATURATED, axis=1)
+    told = log > LOWEST
+    mean = np.where(told, log, 0).sum(axis=1) / np.maximum(told.sum(axis=1), 1)
+    return _Followed(median_curve(log, one), mean, close, len(one))
+
+
+def _companies(
+    found: Any, window: int, radius: float | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """References, at most 4000 and in order, with all their neighbours, for the method of Kantz."""
+    from ._neighbors import within
+
+    n = len(found.points)
+    # By place in the tree, and so evenly over the attractor.
+    places = np.arange(0, n, max(n // 4000, 1))
+    if radius is None:
+        some = places[:: max(len(places) // 400, 1)]
+        low, high = 0.0, float(np.ptp(found.points))
+        for _ in range(24):
+            radius = 0.5 * (low + high)
+            _, start, _ = within(found, some, radius, window, False, 1)
+            enough = start[-1] >= len(some) / 2
+            low, high = (low, radius) if enough else (radius, high)
+        radius = high
+    one, start, who = within(found, places, radius, window, False, 500)
+    parts = np.split(who, start[1:-1])
+    # References without company say nothing; in the order of time they make blocks of time.
+    order = [r for r in np.argsort(one) if len(parts[r])]
+    sizes = [len(parts[r]) for r in order]
+    chosen = [parts[r] for r in order]
+    return (
+        one[order],
+        np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
+        np.concatenate(chosen) if chosen else np.empty(0, np.int64),
+    )
+
+
+def _enough(references: int) -> None:
+    if references < LEAST // 2:
+        raise InvalidInput(
+            "x",
+            f"{references} vectors with a neighbour that is not equal",
+            f"at least {LEAST // 2}",
+            "The series takes too few different values, or radius or theiler leave no neighbours",
+        )
+
+
+def _given_region(region: Any) -> tuple[int, int]:
+    try:
+        first, last = region
+    except (TypeError, ValueError):
+        raise InvalidInput("region", region, "first and last step of the line") from None
+    first, last = whole("region", first, 0), whole("region", last, 1)
+    if last - first < 1:
+        raise InvalidInput("region", region, "a last step after the first")
+    return first, last
+
+
+def _doubts(x: Any, values: np.ndarray) -> list[str]:
+    """What is wrong with the series itself."""
+    doubts = []
+    if isinstance(x, Impacts) and len(values) < len(x.time) - 1:
+        doubts.append("the run has gaps, and vectors that reach across one")
+    if _resolution(values) > 0:
+        doubts.append(
+            f"only {len(np.unique(values))} different values in {len(values)}: gaps below "
+            f"{2 * _resolution(values):.3g} are not used"
+        )
+    return doubts
+
+
+def _resolution(values: np.ndarray) -> float:
+    """Least difference of two values where many are equal, as rounding makes them; else 0."""
+    levels = np.unique(values)
+    if len(levels) > 0.9 * len(values):
+        return 0.0
+    gaps = np.diff(levels)
+    return float(gaps[gaps > 1e-9 * (levels[-1] - levels[0])].min())
+
+
+def _exact_period(values: np.ndarray) -> int | None:
+    """After how many values the series recurs to rounding, three times at least."""
+    tolerance = 1e-9 * np.ptp(values)
+    longest = len(values) // 3
+    for lag in np.flatnonzero(np.abs(values[1 : longest + 1] - values[0]) <= tolerance) + 1:
+        head = np.abs(values[lag : lag + 32] - values[:32]) <= tolerance
+        if head.all() and np.all(np.abs(values[lag:] - values[:-lag]) <= tolerance):
+            return int(lag)
+    return None
+
+
+def _far(values: np.ndarray) -> float:
+    """Logarithm of the median gap of two values anywhere in the series."""
+    half = len(values) // 2
+    gaps = np.concatenate(
+        [np.abs(np.roll(values, by) - values) for by in (half, half // 2 + 1, half // 3 + 1)]
+    )
+    return float(np.log(np.median(gaps[gaps > 0])))
+
+
+def _intercept(curve: Curve, first: int, last: int, slope: float) -> float:
+    middle = (first + last) / 2
+    return float(np.mean(curve.stretch[first : last + 1]) - slope * middle)

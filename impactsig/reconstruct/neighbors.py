@@ -1,0 +1,323 @@
+"""The dimension of an embedding: false nearest neighbours, and their average as Cao takes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ._arguments import dimensions_of, long_enough, positive, theiler_window, varying, whole
+from ._series import series
+from .embedding import delay_embed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+DISTINCT = 10
+"""Fewest different values that make a geometry."""
+
+LEAST = 50
+"""Fewest vectors that neighbours are looked for among."""
+
+UNRELATED = 1 / 3
+"""Gap of the neighbours' next values, over that of any two values, at which nothing is foretold."""
+
+FLAT = 0.1
+"""Change of E1 that is none, and distance of E2 from 1 that is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class FalseNeighbors:
+    """Shares of false nearest neighbours, and the dimension at which there are none left.
+
+    Attributes
+    ----------
+    dimension : int or None
+        Least dimension with a share of at most `tolerance`; None where there is none.
+    dimensions : ndarray, shape (k,)
+        m.
+    share : ndarray, shape (k,)
+        Share of the neighbours in m dimensions that either criterion calls false.
+    by_growth, by_size : ndarray, shape (k,)
+        By the first criterion, and by the second.
+    foretold : ndarray, shape (k,)
+        Median gap between the next values of neighbours, over the median gap of any two values:
+        near 0 where the next value follows from the vector, 1 for noise.
+    delay, theiler : int
+        As used.
+    tolerance : float
+        The share allowed.
+    warnings : tuple of str
+        What speaks against the result.
+    """
+
+    dimension: int | None
+    dimensions: np.ndarray
+    share: np.ndarray
+    by_growth: np.ndarray
+    by_size: np.ndarray
+    foretold: np.ndarray
+    delay: int
+    theiler: int
+    tolerance: float
+    warnings: tuple[str, ...] = ()
+
+    def describe(self) -> str:
+        """The answer in words."""
+        least = int(np.argmin(self.share))
+        if self.dimension is None:
+            words = (
+                f"no embedding dimension by false nearest neighbours: {self.share[least]:.1%} "
+                f"are false at best, in {self.dimensions[least]} dimensions"
+            )
+        else:
+            words = (
+                f"embedding dimension {self.dimension} by false nearest neighbours "
+                f"(the least with at most {self.tolerance:.0%} false)"
+            )
+        return "; ".join((words, *self.warnings))
+
+    def __str__(self) -> str:
+        return self.describe()
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the shares; see `impactsig.plot.false_neighbors`."""
+        from .. import plot
+
+        return plot.false_neighbors(self, ax)
+
+
+@dataclass(frozen=True, eq=False)
+class AveragedFalseNeighbors:
+    """Cao's E1 and E2, and the dimension from which E1 does not change.
+
+    Attributes
+    ----------
+    dimension : int or None
+        Least dimension from which on E1 is within 0.1 of its last value; None where E1 changes to
+        the end, or E2 shows no determinism.
+    deterministic : bool
+        Whether E2 is anywhere farther than 0.1 from 1. Linearly correlated noise looks
+        deterministic too: compare with surrogates.
+    dimensions : ndarray, shape (k,)
+        m = 1, 2, ..., k.
+    e1, e2 : ndarray, shape (k,)
+        E(m+1)/E(m) and E*(m+1)/E*(m).
+    delay, theiler : int
+        As used.
+    warnings : tuple of str
+        What speaks against the result.
+    """
+
+    dimension: int | None
+    deterministic: bool
+    dimensions: np.ndarray
+    e1: np.ndarray
+    e2: np.ndarray
+    delay: int
+    theiler: int
+    warnings: tuple[str, ...] = ()
+
+    def describe(self) -> str:
+        """The answer in words."""
+        if self.warnings:
+            return "no embedding dimension by averaged false neighbours: " + "; ".join(
+                self.warnings
+            )
+        if not self.deterministic:
+            return "no determinism by averaged false neighbours: E2 is 1 in every dimension"
+        if self.dimension is None:
+            return (
+                "no embedding dimension by averaged false neighbours: "
+                f"E1 still changes at {self.dimensions[-1]} dimensions"
+            )
+        return (
+            f"embedding dimension {self.dimension} by averaged false neighbours "
+            f"(from there on E1 stays within {FLAT} of {self.e1[-1]:.2f})"
+        )
+
+    def __str__(self) -> str:
+        return self.describe()
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw E1 and E2; see `impactsig.plot.averaged_false_neighbors`."""
+        from .. import plot
+
+        return plot.averaged_false_neighbors(self, ax)
+
+
+def false_nearest_neighbors(
+    x: Any,
+    dimensions: int | Iterable[int] = 8,
+    delay: int = 1,
+    theiler: int | None = None,
+    *,
+    growth: float = 15.0,
+    size: float = 2.0,
+    tolerance: float = 0.01,
+) -> FalseNeighbors:
+    """Shares of nearest neighbours that part when a dimension is added [Kennel1992]_.
+
+    With R_m the Euclidean distance from vector i to its nearest neighbour j in m dimensions, and
+    g = abs(x_{i+m delay} - x_{j+m delay}) the gap of their next coordinates, j is false if
+
+        g / R_m > growth,    or    sqrt(R_m^2 + g^2) / R_A > size,
+
+    R_A the standard deviation of x. Neighbours are exact; those within the Theiler window and those
+    at distance 0, of which no growth can be told, are passed over for the next. Few neighbours are
+    false in noise too, once they are far away: where the next values of neighbours are no nearer to
+    each other than a third of what any two values are, no dimension is given.
+
+    Parameters
+    ----------
+    x : Impacts or array_like, shape (n,)
+        A series in the order of time; of impacts, their interspike intervals [s].
+    dimensions : int or iterable of int
+        Dimensions to try, ascending; a number stands for all from 1 up to it.
+    delay : int
+        Between two coordinates; for intervals the natural delay is 1.
+    theiler : int, optional
+        Vectors i and j with abs(i - j) <= theiler are no neighbours; the mean period by default.
+    growth, size : float
+        Thresholds of the two criteria.
+    tolerance : float
+        Share of false neighbours that is as good as none.
+
+    Returns
+    -------
+    FalseNeighbors
+
+    Raises
+    ------
+    InvalidInput
+        If `x` is no series of finite numbers, constant, or too short.
+    """
+    tried, delay = dimensions_of(dimensions), whole("delay", delay, 1)
+    growth = positive("growth", growth)
+    size = positive("size", size)
+    tolerance = positive("tolerance", tolerance)
+    values, window = _ready(x, tried[-1], delay, theiler)
+    scale = values.std()
+    apart = _typical_gap(values)
+    rows = []
+    for m in tried:
+        distance, gap = _pairs(values, m, delay, window, maximum=False)
+        far = gap > growth * distance
+        wide = np.hypot(distance, gap) > size * scale
+        rows.append((np.mean(far | wide), far.mean(), wide.mean(), np.median(gap) / apart))
+    share, by_growth, by_size, foretold = np.array(rows).T
+    good = np.flatnonzero(share <= tolerance)
+    found: int | None = None
+    warnings = _doubts(values)
+    if len(good) and foretold[good[0]] > UNRELATED:
+        warnings.append(
+            f"in {tried[good[0]]} dimensions neighbours are followed by values as far apart as "
+            f"{foretold[good[0]]:.0%} of any two: noise, or too short a series"
+        )
+    if len(good) and not warnings:
+        found = int(tried[good[0]])
+    return FalseNeighbors(
+        found, tried, share, by_growth, by_size, foretold, delay, window, tolerance, tuple(warnings)
+    )
+
+
+def averaged_false_neighbors(
+    x: Any, dimensions: int = 8, delay: int = 1, theiler: int | None = None
+) -> AveragedFalseNeighbors:
+    """Averaged false neighbours: Cao's E1 and E2, which need no threshold of distance [Cao1997]_.
+
+    With R_m(i) the distance (greatest difference of a coordinate) from vector i to its nearest
+    neighbour j in m dimensions, R_{m+1} that of the same two with the next coordinate, and g the
+    gap of these coordinates,
+
+        E(m) = mean R_{m+1}/R_m,   E*(m) = mean g,   E1 = E(m+1)/E(m),   E2 = E*(m+1)/E*(m).
+
+    E1 stops changing where the attractor is unfolded; E2 is 1 in every dimension for independent
+    numbers. As in the paper, a neighbour at distance 0 is passed over for the next.
+
+    Parameters
+    ----------
+    x : Impacts or array_like, shape (n,)
+        A series in the order of time; of impacts, their interspike intervals [s].
+    dimensions : int
+        Greatest dimension, 2 or more: E1 and E2 are worked out for all from 1 up to it.
+    delay : int
+        Between two coordinates; for intervals the natural delay is 1.
+    theiler : int, optional
+        Vectors i and j with abs(i - j) <= theiler are no neighbours; the mean period by default.
+
+    Returns
+    -------
+    AveragedFalseNeighbors
+
+    Raises
+    ------
+    InvalidInput
+        If `x` is no series of finite numbers, constant, or too short.
+    """
+    most, delay = whole("dimensions", dimensions, 2), whole("delay", delay, 1)
+    values, window = _ready(x, most + 1, delay, theiler)
+    mean_ratio, mean_gap = np.empty(most + 1), np.empty(most + 1)
+    for m in range(1, most + 2):
+        distance, gap = _pairs(values, m, delay, window, maximum=True)
+        mean_ratio[m - 1] = np.mean(np.maximum(distance, gap) / distance)
+        mean_gap[m - 1] = gap.mean()
+    e1 = mean_ratio[1:] / mean_ratio[:-1]
+    e2 = mean_gap[1:] / np.maximum(mean_gap[:-1], np.finfo(float).tiny)
+    deterministic = bool(np.any(np.abs(e2 - 1) > FLAT))
+    changing = np.flatnonzero(np.abs(e1 - e1[-1]) > FLAT)
+    first = int(changing[-1]) + 2 if len(changing) else 1
+    warnings = _doubts(values)
+    found = first if deterministic and first < most and not warnings else None
+    return AveragedFalseNeighbors(
+        found, deterministic, np.arange(1, most + 1), e1, e2, delay, window, tuple(warnings)
+    )
+
+
+def _doubts(values: np.ndarray) -> list[str]:
+    different = len(np.unique(values))
+    if different >= DISTINCT:
+        return []
+    return [f"the series takes {different} values only: it is periodic, or too coarsely rounded"]
+
+
+def _ready(x: Any, most: int, delay: int, theiler: int | None) -> tuple[np.ndarray, int]:
+    """The series and the Theiler window, if there are vectors enough of the greatest dimension."""
+    values = varying(series(x))
+    window = theiler_window(theiler, values)
+    long_enough(values, most * delay, window, LEAST)
+    return values, window
+
+
+def _pairs(
+    values: np.ndarray, m: int, delay: int, window: int, maximum: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distances of nearest neighbours that have a next coordinate, and the gaps of that one."""
+    from ._neighbors import NOBODY, nearest, tree
+
+    vectors = delay_embed(values[: len(values) - delay], int(m), delay)
+    index, distance = nearest(tree(vectors), window, maximum)
+    has = index != NOBODY
+    if has.sum() < LEAST:
+        raise InvalidInput(
+            "x",
+            f"{has.sum()} vectors with a neighbour at another value, in {m} dimensions",
+            f"at least {LEAST}",
+            "The series takes too few different values: it is periodic or coarsely rounded",
+        )
+    following = values[m * delay :]
+    gap = np.abs(following - following[index])
+    return distance[has], gap[has]
+
+
+def _typical_gap(values: np.ndarray) -> float:
+    """Median gap of two values anywhere in the series."""
+    half = len(values) // 2
+    gaps = [
+        np.abs(np.roll(values, shift) - values) for shift in (half, half // 2 + 1, half // 3 + 1)
+    ]
+    median = float(np.median(gaps))
+    return median if median > 0 else float(np.mean(gaps))

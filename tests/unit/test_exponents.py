@@ -1,0 +1,201 @@
+"""The largest Lyapunov exponent, against maps and flows whose exponent is known."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from impactsig import Impacts, InvalidInput, lyapunov_exponent
+from tests import naive_reconstruct_embed as naive
+
+NOISE = np.random.default_rng(5).normal(size=3000)
+HENON, HENON_EXPONENT = naive.henon(20_000), 0.4192
+LORENZ_EXPONENT = 0.9056
+
+
+@pytest.mark.parametrize(
+    ("x", "expected"),
+    [
+        (naive.logistic(5000), np.log(2)),
+        (naive.tent(5000), np.log(1.9)),
+        (naive.tent(5000, 1.5), np.log(1.5)),
+    ],
+    ids=["logistic", "tent 1.9", "tent 1.5"],
+)
+def test_maps_of_the_interval_have_the_exponent_of_their_slope(x, expected):
+    found = lyapunov_exponent(x, dimension=1, theiler=1)
+    assert found.verdict == "divergence"
+    assert found.exponent == pytest.approx(expected, rel=0.02)
+    assert found.interval[0] < expected < found.interval[1]
+
+
+@pytest.mark.parametrize("method", ["rosenstein", "kantz"])
+def test_henon(method):
+    found = lyapunov_exponent(HENON, dimension=2, method=method)
+    assert found.exponent == pytest.approx(HENON_EXPONENT, rel=0.05)
+
+
+def test_the_method_of_kantz_follows_the_mean_gap_within_its_radius():
+    x = naive.henon(250)
+    found = lyapunov_exponent(x, dimension=2, theiler=3, method="kantz", radius=0.2, steps=5)
+    vectors = np.stack((x[:-6], x[1:-5]), axis=1)
+    logs = []
+    for i in range(len(vectors)):
+        who = np.array(sorted(naive.within(vectors, 0.2, 3, i)), int)
+        if len(who):
+            k = np.arange(6)
+            gaps = np.abs(x[i + 1 + k] - x[who[:, None] + 1 + k])
+            logs.append(np.log(gaps.mean(axis=0)))
+    assert found.references == len(logs)
+    assert np.allclose(found.stretch, np.median(logs, axis=0), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("dimension", "delay"), [(3, 4), (5, 2)])
+def test_lorenz_per_second(dimension, delay):
+    x = naive.lorenz_x(20_000)
+    found = lyapunov_exponent(x, dimension=dimension, delay=delay, theiler=50, step=0.04)
+    assert found.per_second == pytest.approx(LORENZ_EXPONENT, rel=0.05)
+    low, high = found.interval_per_second
+    assert low < LORENZ_EXPONENT < high
+    assert found.exponent == pytest.approx(0.04 * found.per_second)
+
+
+def test_intervals_hold_the_exponent_most_of_the_time():
+    held = []
+    for start in np.linspace(0.0, 0.3, 30):
+        found = lyapunov_exponent(naive.henon(1000, start), dimension=2, theiler=4)
+        held.append(found.interval[0] < HENON_EXPONENT < found.interval[1])
+    assert np.mean(held) >= 0.8
+
+
+@pytest.mark.parametrize(("dimension", "delay", "theiler"), [(1, 1, 1), (2, 1, 3), (3, 2, 8)])
+def test_the_stretch_is_that_of_the_slow_twin(dimension, delay, theiler):
+    x = naive.henon(250)
+    found = lyapunov_exponent(x, dimension=dimension, delay=delay, theiler=theiler, steps=9)
+    median, mean = naive.stretch(x, dimension, delay, theiler, 9)
+    assert np.allclose(found.stretch, median, rtol=1e-12)
+    assert np.allclose(found.mean_stretch, mean, rtol=1e-12)
+
+
+def test_the_region_can_be_overruled_and_is_a_least_squares_line():
+    found = lyapunov_exponent(HENON[:3000], dimension=2, region=(2, 6))
+    k = np.arange(2, 7)
+    slope, intercept = np.polyfit(k, found.stretch[2:7], 1)
+    assert found.region == (2, 6)
+    assert found.exponent == pytest.approx(slope, rel=1e-9)
+    assert found.intercept == pytest.approx(intercept, rel=1e-9)
+
+
+@pytest.mark.parametrize("method", ["rosenstein", "kantz"])
+@pytest.mark.parametrize("dimension", [1, 2, 4])
+@pytest.mark.parametrize(
+    "x",
+    [NOISE, naive.autoregressive(3000, 0.95), np.cumsum(NOISE)],
+    ids=["white", "coloured", "walk"],
+)
+def test_noise_has_no_exponent(x, dimension, method):
+    found = lyapunov_exponent(x, dimension=dimension, method=method, theiler=20)
+    assert found.verdict == "no scaling region"
+    assert found.exponent is None
+    assert found.interval is None
+    assert found.per_second is None
+    assert "no exponent" in found.describe()
+
+
+def test_a_series_that_recurs_exactly_is_periodic():
+    found = lyapunov_exponent(np.tile([1.0, 2.0, 3.5], 100), dimension=2)
+    assert (found.verdict, found.exponent, found.period) == ("periodic", 0.0, 3)
+    assert "periodic" in str(found)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_neighbours_on_a_cycle_stay_together(noise):
+    x = np.sin(0.1 * np.arange(3000)) + noise * NOISE
+    found = lyapunov_exponent(x, dimension=3, delay=10)
+    assert found.verdict == "no divergence"
+    assert abs(found.exponent) < 1e-3
+    assert "stay together" in found.describe()
+
+
+def test_rounded_values_are_flagged_and_gaps_of_the_rounding_not_used():
+    found = lyapunov_exponent(np.round(HENON[:5000], 2), dimension=2)
+    assert found.exponent == pytest.approx(HENON_EXPONENT, rel=0.15)
+    assert found.interval[0] < HENON_EXPONENT < found.interval[1]
+    assert found.stretch[found.region[0]] >= np.log(0.02 * (1 - 1e-9))
+    assert "different values" in found.describe()
+
+
+def test_values_too_coarse_give_no_number():
+    found = lyapunov_exponent(np.round(3 * HENON[:3000]), dimension=2)
+    assert found.exponent is None
+
+
+def test_gaps_that_are_mostly_zero_give_no_number():
+    x = np.random.default_rng(1).choice([0.0, 0, 0, 0, 0, 1, 2.5], size=2000)
+    found = lyapunov_exponent(x, dimension=2, theiler=2)
+    assert found.verdict == "no scaling region"
+    assert np.isneginf(found.stretch).any()
+    assert lyapunov_exponent(x, dimension=2, theiler=2, region=(2, 6)).exponent is None
+
+
+def test_of_impacts_it_is_also_per_second_of_the_mean_interval():
+    intervals = 0.05 * (2 + HENON[:3000])
+    impacts = Impacts(np.concatenate(([0.0], np.cumsum(intervals))))
+    found = lyapunov_exponent(impacts, dimension=2)
+    assert found.exponent == pytest.approx(HENON_EXPONENT, rel=0.05)
+    assert found.per_second == pytest.approx(found.exponent / intervals.mean(), rel=1e-9)
+
+
+def test_a_gap_in_the_run_is_flagged():
+    time = np.concatenate(([0.0], np.cumsum(2 + HENON[:1000])))
+    middle = time[500:502].mean()
+    impacts = Impacts(time, gaps=[(middle - 0.01, middle + 0.01)])
+    assert "gaps" in lyapunov_exponent(impacts, dimension=2).describe()
+
+
+def test_lists_and_pandas_are_taken():
+    expected = lyapunov_exponent(HENON[:500], dimension=2).exponent
+    assert lyapunov_exponent(HENON[:500].tolist(), dimension=2).exponent == expected
+    assert lyapunov_exponent(pd.Series(HENON[:500]), dimension=2).exponent == expected
+
+
+@pytest.mark.parametrize(
+    "x",
+    [
+        [],
+        np.full(500, 2.0),
+        np.full(500, 3),
+        np.where(np.arange(500) == 7, np.nan, HENON[:500]),
+        np.where(np.arange(500) == 7, -np.inf, HENON[:500]),
+        HENON[:500].reshape(2, -1),
+        HENON[:60],
+        "text",
+    ],
+)
+def test_what_is_no_series_is_refused(x):
+    with pytest.raises(InvalidInput) as caught:
+        lyapunov_exponent(x, dimension=2)
+    assert caught.value.argument == "x"
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"dimension": 0}, "dimension"),
+        ({"dimension": 2, "delay": 0}, "delay"),
+        ({"dimension": 2, "theiler": -1}, "theiler"),
+        ({"dimension": 2, "theiler": 400}, "x"),
+        ({"dimension": 2, "delay": 600}, "x"),
+        ({"dimension": 2, "method": "wolf"}, "method"),
+        ({"dimension": 2, "step": 0}, "step"),
+        ({"dimension": 2, "steps": 3}, "steps"),
+        ({"dimension": 2, "region": (5, 5)}, "region"),
+        ({"dimension": 2, "region": 5}, "region"),
+        ({"dimension": 2, "radius": 0.1}, "radius"),
+        ({"dimension": 2, "method": "kantz", "radius": -0.1}, "radius"),
+        ({"dimension": 2, "method": "kantz", "radius": 1e-12}, "x"),
+    ],
+)
+def test_arguments_that_cannot_be_are_named(options, named):
+    with pytest.raises(InvalidInput) as caught:
+        lyapunov_exponent(HENON[:700], **options)
+    assert caught.value.argument == named
