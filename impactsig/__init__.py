@@ -43,14 +43,18 @@ if TYPE_CHECKING:
         Oscillator,
         Rigid,
         Stop,
+        flows,
         scenes,
     )
+    from .oscillators.flows import Flow
     from .recording import Recording
     from .report import write_report
     from .simulate import Motion, simulate, simulate_blocks, simulate_many
+    from .simulate.firing import integrate_and_fire, threshold_crossings
     from .simulate.measuring import Measured, measure
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
+    from .simulate.trajectories import Trajectory, trajectory
 
 _HOME = {
     "errors": (
@@ -84,13 +88,17 @@ _HOME = {
         "Oscillator",
         "Rigid",
         "Stop",
+        "flows",
         "scenes",
     ),
+    "oscillators.flows": ("Flow",),
     "report": ("write_report",),
     "simulate": ("Motion", "simulate_blocks", "simulate_many"),
+    "simulate.firing": ("integrate_and_fire", "threshold_crossings"),
     "simulate.measuring": ("Measured", "measure"),
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
+    "simulate.trajectories": ("Trajectory", "trajectory"),
     "comparison": ("Comparison", "compare"),
     "plot": (),
 }
@@ -99,6 +107,7 @@ _WHERE = {name: module for module, names in _HOME.items() for name in names}
 __all__ = [
     "BaseMotion",
     "Comparison",
+    "Flow",
     "Force",
     "Friction",
     "Hertz",
@@ -118,14 +127,17 @@ __all__ = [
     "Recording",
     "Rigid",
     "Stop",
+    "Trajectory",
     "UnreadableFile",
     "UnwritableFile",
     "coefficient_of_variation",
     "compare",
     "cv2",
     "detect_impacts",
+    "flows",
     "identify_period",
     "info",
+    "integrate_and_fire",
     "interval_histogram",
     "local_variation",
     "measure",
@@ -138,6 +150,8 @@ __all__ = [
     "simulate_blocks",
     "simulate_many",
     "synthesize",
+    "threshold_crossings",
+    "trajectory",
     "write_report",
 ]
 
