@@ -1,4 +1,4 @@
-"""What is simulated, as data: an oscillator, its forcing, its stops; flows; and a preset per paper."""
+"""What is simulated, as data: an oscillator, its forcing, its stops; flows; a preset per paper."""
 
 from . import flows, scenes
 from .oscillator import Oscillator

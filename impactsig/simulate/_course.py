@@ -47,19 +47,23 @@ class Running:
         start = state_of(flow, initial)
         native, number = coordinate, 0
         if callable(signal):
-            native = signal_of(signal, flow.dimension)
+            native, number = signal_of(signal, flow.dimension), -1
         elif signal is not None:
             number = coordinate_of(flow, signal)
         parameters = np.array(flow.parameters, float)
         rates = rates_of(flow.function, flow.dimension, len(parameters))
-        self.field = Field(rates, native, number, parameters)
+        self.field = Field(rates, native, number, parameters, flow.dimension)
+        _check_rates(flow, start)
         self.tableau = dormand_prince()
-        d = flow.dimension + fires
+        d = -(-(flow.dimension + fires) // 4) * 4
         self.course = Course(np.zeros(2), np.zeros(d), np.zeros(d), np.zeros(2))
         self.course.state[: flow.dimension] = start
         self.scratch = Scratch(
             k=np.zeros((16, d)),
             stage=np.zeros(d),
+            rate=np.zeros(d),
+            error3=np.zeros(d),
+            error5=np.zeros(d),
             new=np.zeros(d),
             landing=np.zeros(d),
             dense=np.zeros((7, d)),
@@ -78,7 +82,7 @@ class Running:
         """States at instants, ascending, and why there are no more."""
         from ._flow_steps import DIVERGED, MORE, states
 
-        out = np.empty((len(instants), len(self.course.state)))
+        out = np.empty((len(instants), self.field.size))
         status, done = MORE, 0
         while status == MORE and len(instants):
             status, done = states(
@@ -93,11 +97,9 @@ class Running:
         found: list[np.ndarray] = []
         status, silent = MORE, 0
         while status == MORE:
-            status, times = spikes(
-                self.tableau, self.field, task, self.scratch, self.course, STEPS
-            )
+            status, times = spikes(self.tableau, self.field, task, self.scratch, self.course, STEPS)
             found.append(times)
-            task = task._replace(count=task.count - len(times))
+            task = task._replace(wanted=task.wanted - len(times))
             silent = 0 if len(times) else silent + 1
             if silent == PATIENCE and not math.isfinite(task.end):
                 status = ENDLESS
@@ -105,11 +107,23 @@ class Running:
         if status == DIVERGED:
             return times, self._diverged()
         if status == ENDLESS:
-            return times, f"no further spike came in {PATIENCE * STEPS} steps, to t = {self.time:g}"
+            return times, f"no further spike came to t = {self.time:g}"
         return times, ""
 
     def _diverged(self) -> str:
         return f"the flow, or its signal, left the finite numbers at t = {self.time:g}"
+
+
+def _check_rates(flow: Flow, state: np.ndarray) -> None:
+    """Find out here, not in a compiled kernel, whether there is a rate for every coordinate."""
+    try:
+        with np.errstate(all="ignore"):
+            rates = np.shape(flow.function(0.0, state, *flow.parameters))
+    except Exception:  # where it raises the run ends, and says so
+        return
+    if rates != (flow.dimension,):
+        required = f"{flow.dimension} rates, one for every coordinate"
+        raise InvalidInput("function", f"rates of shape {rates}", required)
 
 
 def state_of(flow: Flow, initial: Sequence[float] | None) -> np.ndarray:

@@ -12,7 +12,8 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from numba import carray, cfunc, njit, types
+from numba import carray, cfunc, literal_unroll, njit, types
+from numba.extending import overload
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from ..errors import InvalidInput
@@ -62,6 +63,29 @@ _KEPT: dict[Callable[..., Any], Any] = {
 }
 
 
+def copy(rates, out):
+    """Put rates of any kind into an array."""
+
+
+@overload(copy)
+def _copy(rates, out):
+    if isinstance(rates, types.BaseTuple):
+
+        def fill(rates, out):  # a whole number among them is no hindrance
+            k = 0
+            for rate in literal_unroll(rates):
+                out[k] = rate
+                k += 1  # noqa: SIM113 (numba unrolls no enumerate)
+
+    else:
+
+        def fill(rates, out):
+            for k in range(len(rates)):
+                out[k] = rates[k]
+
+    return fill
+
+
 @lru_cache(maxsize=256)
 def rates_of(function: Callable[..., Any], dimension: int, parameters: int) -> Any:
     """The rates of a flow as a C function; they are NaN where the user's function raises.
@@ -82,8 +106,7 @@ def rates_of(function: Callable[..., Any], dimension: int, parameters: int) -> A
             rates = inner(t, y, *to_fixed_tuple(p, parameters))
             if len(rates) != dimension:
                 raise ValueError
-            for k in range(dimension):
-                out[k] = rates[k]
+            copy(rates, out)
 
         @cfunc(RATES)
         def native(t, y, p, out):

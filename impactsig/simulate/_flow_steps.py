@@ -30,7 +30,7 @@ class Task(NamedTuple):
     up: bool
     down: bool
     end: float
-    count: int  # spikes to find
+    wanted: int  # spikes to find
 
 
 class Field(NamedTuple):
@@ -38,12 +38,18 @@ class Field(NamedTuple):
 
     rates: object
     signal: object
-    coordinate: int
+    coordinate: int  # the signal is that one; -1: a function
     parameters: np.ndarray
+    size: int  # coordinates of the flow
 
 
 class Course(NamedTuple):
-    """Where the flow is. The last entry of state and rate is the integral's, where one fires."""
+    """Where the flow is.
+
+    After the coordinates, state and rate hold the integral, where one fires, and then zeros: the
+    length of all arrays of coordinates is a multiple of 4, so that the innermost loops are of fixed
+    length.
+    """
 
     clock: np.ndarray  # time, and what rounding took from it
     state: np.ndarray
@@ -52,10 +58,13 @@ class Course(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for one step of d coordinates."""
+    """Room for one step; d as in `Course`."""
 
     k: np.ndarray  # (16, d)
     stage: np.ndarray  # (d,)
+    rate: np.ndarray  # (d,)
+    error3: np.ndarray  # (d,)
+    error5: np.ndarray  # (d,)
     new: np.ndarray  # (d,) state at the end of the step
     landing: np.ndarray  # (d,) and of a shorter one
     dense: np.ndarray  # (7, d)
@@ -70,47 +79,81 @@ def rates_at(field, fires, t, y, out):
     """Rates of the coordinates and, where one fires, of the integral."""
     field.rates(t, y.ctypes, field.parameters.ctypes, out.ctypes)
     if fires:
-        out[-1] = field.signal(y.ctypes, field.coordinate)
+        out[field.size] = field.signal(y.ctypes, field.coordinate)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def stages(tab, field, fires, s, first, last, t, h, y):
-    """Work out some stages from those before them."""
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def weigh(weights, i, k, stages, out):
+    """Sum of the first rates by a row of weights.
+
+    Two sums of four side by side, because one waits for each addition. Where the stages are odd in
+    number, the next one's weight is zero; its rate must be finite.
+    """
+    for n in range(0, len(out), 4):
+        a = b = c = d = 0.0
+        e = f = g = h = 0.0
+        for j in range(0, stages, 2):
+            one, two = weights[i, j], weights[i, j + 1]
+            a += one * k[j, n]
+            b += one * k[j, n + 1]
+            c += one * k[j, n + 2]
+            d += one * k[j, n + 3]
+            e += two * k[j + 1, n]
+            f += two * k[j + 1, n + 1]
+            g += two * k[j + 1, n + 2]
+            h += two * k[j + 1, n + 3]
+        out[n] = a + e
+        out[n + 1] = b + f
+        out[n + 2] = c + g
+        out[n + 3] = d + h
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def stages(a, c, rates, signal, number, p, size, fires, k, stage, rate, first, last, t, h, y):
+    """Work out some stages from those before them.
+
+    Arrays one by one: to pass them in tuples costs more than the stages do.
+    """
+    at, parameters, out = stage.ctypes, p.ctypes, rate.ctypes
     for i in range(first, last):
-        s.stage[:] = 0.0
-        for j in range(i):
-            weight = tab.a[i, j]
-            if weight != 0.0:
-                for n in range(len(y)):
-                    s.stage[n] += weight * s.k[j, n]
         for n in range(len(y)):
-            s.stage[n] = y[n] + h * s.stage[n]
-        rates_at(field, fires, t + tab.c[i] * h, s.stage, s.k[i])
+            k[i, n] = 0.0
+        weigh(a, i, k, i, stage)
+        for n in range(len(y)):
+            stage[n] = y[n] + h * stage[n]
+        rates(t + c[i] * h, at, parameters, out)
+        if fires:
+            rate[size] = signal(at, number)
+        for n in range(len(y)):
+            k[i, n] = rate[n]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def take(tab, field, fires, s, t, h, y, into):
     """A step of h; stage 0 has been worked out."""
-    stages(tab, field, fires, s, 1, 12, t, h, y)
+    stages(
+        tab.a, tab.c, field.rates, field.signal, field.coordinate, field.parameters, field.size,
+        fires, s.k, s.stage, s.rate, 1, 12, t, h, y,
+    )  # fmt: skip
+    weigh(tab.a, 12, s.k, 12, into)
     for n in range(len(y)):
-        total = 0.0
-        for i in range(12):
-            total += tab.b[i] * s.k[i, n]
-        into[n] = y[n] + h * total
+        into[n] = y[n] + h * into[n]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def error_of(tab, s, h, y):
+def error_of(tab, s, h, y, size):
     """Error of the step just taken, in units of the tolerance.
 
     Every coordinate counts by its own size, or by what the step changes of it.
     """
+    s.k[13] = 0.0
+    weigh(tab.errors, 0, s.k, 13, s.error3)
+    weigh(tab.errors, 1, s.k, 13, s.error5)
     sum3 = sum5 = 0.0
-    for n in range(len(y)):
-        e3 = e5 = greatest = 0.0
-        for i in range(13):
-            e3 += tab.e3[i] * s.k[i, n]
-            e5 += tab.e5[i] * s.k[i, n]
+    for n in range(size):
+        e3, e5 = s.error3[n], s.error5[n]
+        greatest = 0.0
+        for i in range(0, 13, 4):
             greatest = max(greatest, abs(s.k[i, n]))
         scale = TOLERANCE * max(abs(y[n]), abs(s.new[n]), h * greatest)
         if scale > 0:
@@ -120,7 +163,7 @@ def error_of(tab, s, h, y):
             return math.nan
     if sum5 == 0.0:
         return 0.0
-    return h * sum5 / math.sqrt((sum5 + 0.01 * sum3) * len(y))
+    return h * sum5 / math.sqrt((sum5 + 0.01 * sum3) * size)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -140,7 +183,7 @@ def stride(tab, field, fires, s, course, end):
         h = min(wish, end - t)
         take(tab, field, fires, s, t, h, y, s.new)
         rates_at(field, fires, t + h, s.new, s.k[12])
-        error = error_of(tab, s, h, y)
+        error = error_of(tab, s, h, y, field.size + fires)
         if math.isfinite(error) and error <= 1.0:
             factor = grow if error == 0.0 else min(grow, 0.9 * error**-0.125)
             if h == wish or factor < 1.0:
@@ -169,10 +212,14 @@ def go(s, course, h, end):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def interpolate(tab, field, fires, s, t, h, y, first):
-    """Prepare the interpolant of the coordinates from `first` on."""
-    stages(tab, field, fires, s, 13, 16, t, h, y)
-    for n in range(first, len(y)):
+def interpolate(tab, field, fires, s, t, h, y):
+    """Prepare the interpolant: of the integral where one fires, else of the coordinates."""
+    stages(
+        tab.a, tab.c, field.rates, field.signal, field.coordinate, field.parameters, field.size,
+        fires, s.k, s.stage, s.rate, 13, 16, t, h, y,
+    )  # fmt: skip
+    first = field.size if fires else 0
+    for n in range(first, field.size + fires):
         gain = s.new[n] - y[n]
         s.dense[0, n] = gain
         s.dense[1, n] = h * s.k[0, n] - gain
@@ -194,23 +241,40 @@ def between(s, y, share, n):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def watched(field, task):
+    """Which entry of the state is compared with the level; -1: a function of them."""
+    return field.size if task.fires else field.coordinate
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def out_of_reach(field, task, s, h, y, level):
+    """Whether what is watched cannot come to the level within the step.
+
+    Its rate at none of the 13 stages being more than a quarter of what that would take. A step
+    within the tolerance, in which the rate is a polynomial of low degree to 13 digits, cannot hide
+    more between stages.
+    """
+    n = watched(field, task)
+    if n < 0:
+        return False
+    greatest = 0.0
+    for i in range(13):
+        greatest = max(greatest, abs(s.k[i, n]))
+    return abs(level - y[n]) > 4 * h * greatest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def gauge(tab, field, task, s, y):
     """What is compared with the level, at the nodes of the step."""
-    last = len(y) - 1
+    only = watched(field, task)
     for j in range(DEGREE + 1):
-        if task.fires:
-            ends = y[last] if j == 0 else s.new[last]
-            inside = 0 < j < DEGREE
-            s.gauge[j] = between(s, y, tab.nodes[j], last) if inside else ends
+        share = tab.nodes[j]
+        if only >= 0:
+            s.gauge[j] = between(s, y, share, only) if j < DEGREE else s.new[only]
             continue
-        for n in range(last + 1):
-            if j == 0:
-                s.stage[n] = y[n]
-            elif j == DEGREE:
-                s.stage[n] = s.new[n]
-            else:
-                s.stage[n] = between(s, y, tab.nodes[j], n)
-        s.gauge[j] = field.signal(s.stage.ctypes, field.coordinate)
+        for n in range(field.size):
+            s.stage[n] = between(s, y, share, n) if j < DEGREE else s.new[n]
+        s.gauge[j] = field.signal(s.stage.ctypes, -1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -250,7 +314,7 @@ def root_in(c, ladder, low, high, side):
         next = x - value / slope
         if not low < next < high:
             next = 0.5 * (low + high)
-        if abs(next - x) <= 1e-16 or next == low or next == high:
+        if abs(next - x) <= 1e-16 or next in (low, high):
             return next
         x = next
     return x
@@ -325,7 +389,7 @@ def correct(tab, field, task, s, t, h, y, level, share):
             break
         take(tab, field, task.fires, s, t, share * h, y, s.landing)
         if task.fires:
-            value = s.landing[-1] - level
+            value = s.landing[field.size] - level
         else:
             value = field.signal(s.landing.ctypes, field.coordinate) - level
         change = value / slope
@@ -340,7 +404,7 @@ def correct(tab, field, task, s, t, h, y, level, share):
 @njit(cache=True, nogil=True, error_model="numpy")
 def spikes(tab, field, task, s, course, steps):
     """Spikes in so many steps: how it ended, when they are, and how far the signal was."""
-    times = np.empty(min(task.count, 256))
+    times = np.empty(min(task.wanted, 256))
     found = 0
     y = course.state
     if course.pace[0] == 0.0:
@@ -351,12 +415,15 @@ def spikes(tab, field, task, s, course, steps):
         t = course.clock[0]
         if t >= task.end:
             return DONE, times[:found]
-        if not math.isfinite(t):
+        if t > 1e300:  # at rest, steps grow without end
             return ENDLESS, times[:found]
         h = stride(tab, field, task.fires, s, course, task.end)
         if h == 0.0:
             return DIVERGED, times[:found]
-        interpolate(tab, field, task.fires, s, t, h, y, len(y) - 1 if task.fires else 0)
+        if out_of_reach(field, task, s, h, y, task.level) and course.pace[1] != 0.0:
+            go(s, course, h, task.end)
+            continue
+        interpolate(tab, field, task.fires, s, t, h, y)
         gauge(tab, field, task, s, y)
         for j in range(DEGREE + 1):
             if not math.isfinite(s.gauge[j]):
@@ -373,13 +440,13 @@ def spikes(tab, field, task, s, course, steps):
                 share = correct(tab, field, task, s, t, h, y, level, share)
                 at = t + (share * h + course.clock[1])
                 if found == len(times):
-                    more = np.empty(min(2 * found, task.count))
+                    more = np.empty(min(2 * found, task.wanted))
                     more[:found] = times
                     times = more
                 # Two crossings within rounding of each other keep their order.
                 times[found] = at if found == 0 else max(at, times[found - 1])
                 found += 1
-                if found == task.count:
+                if found == task.wanted:
                     return DONE, times
                 if task.fires:
                     break
@@ -391,7 +458,7 @@ def spikes(tab, field, task, s, course, steps):
         course.pace[1] = side
         go(s, course, h, task.end)
         if task.fires:
-            y[-1] -= level - task.level
+            y[field.size] -= level - task.level
     return MORE, times[:found]
 
 
@@ -404,7 +471,7 @@ def states(tab, field, s, course, instants, out, done, steps):
     for _ in range(steps):
         t = course.clock[0]
         while done < len(instants) and instants[done] <= t:
-            out[done] = y
+            out[done] = y[: field.size]
             done += 1
         if done == len(instants):
             return DONE, done
@@ -414,10 +481,10 @@ def states(tab, field, s, course, instants, out, done, steps):
             return DIVERGED, done
         after = end if h >= end - t else t + h
         if instants[done] < after:
-            interpolate(tab, field, False, s, t, h, y, 0)
+            interpolate(tab, field, False, s, t, h, y)
             while instants[done] < after:
                 share = min((instants[done] - t - course.clock[1]) / h, 1.0)
-                for n in range(len(y)):
+                for n in range(field.size):
                     out[done, n] = between(s, y, share, n)
                 done += 1
         go(s, course, h, end)

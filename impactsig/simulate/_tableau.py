@@ -18,11 +18,9 @@ class Tableau(NamedTuple):
     of degree 7.
     """
 
-    a: np.ndarray  # (16, 16)
-    b: np.ndarray  # (12,)
+    a: np.ndarray  # (16, 16); row 12 is the step itself
     c: np.ndarray  # (16,)
-    e3: np.ndarray  # (13,) error estimate of order 3
-    e5: np.ndarray  # (13,) and of order 5
+    errors: np.ndarray  # (2, 14) error estimates of orders 3 and 5
     d: np.ndarray  # (4, 16) interpolant
     nodes: np.ndarray  # (DEGREE + 1,) shares of a step, both ends among them
     bernstein: np.ndarray  # from values at the nodes to coefficients
@@ -36,9 +34,11 @@ def dormand_prince() -> Tableau:
     a = np.zeros((16, 16))
     a[:12, :12], a[12, :12], a[13:] = DOP853.A, DOP853.B, DOP853.A_EXTRA
     c = np.concatenate([DOP853.C, [1.0], DOP853.C_EXTRA])
+    errors = np.zeros((2, 14))
+    errors[0, :13], errors[1, :13] = DOP853.E3, DOP853.E5
     nodes = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
     binomial = np.array([comb(DEGREE, k) for k in range(DEGREE + 1)], float)
     power = np.arange(DEGREE + 1)
     basis = binomial * nodes[:, None] ** power * (1 - nodes[:, None]) ** power[::-1]
-    arrays = (a, DOP853.B, c, DOP853.E3, DOP853.E5, DOP853.D, nodes, np.linalg.inv(basis))
+    arrays = (a, c, errors, DOP853.D, nodes, np.linalg.inv(basis))
     return Tableau(*(np.ascontiguousarray(array, np.float64) for array in arrays))

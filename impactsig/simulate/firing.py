@@ -100,8 +100,8 @@ def threshold_crossings(
 
     Accuracy as that of `integrate_and_fire`. The signal is taken for a polynomial of degree 11 over
     a step, in which no crossing is missed, however short the visit beyond the level, and then
-    corrected; for a coordinate this is exact. A signal that touches the level does not cross it; one
-    that starts on it crosses when it comes back.
+    corrected; for a coordinate this is exact. A signal that touches the level does not cross it;
+    one that starts on it crosses when it comes back.
 
     Parameters
     ----------
@@ -183,8 +183,13 @@ def _spikes(
         task = Task(fires, level, direction != "down", direction != "up", end, wanted)
         times, reason = running.spikes(task)
     stop = end
-    if reason or not math.isfinite(end):
-        stop = times[-1] if len(times) else max(running.time, transient)
+    if reason:
+        stop = running.time
+    elif count is not None:
+        stop = times[-1]
+    elif not len(times):
+        reason = f"no spike came to t = {end:g}"
+    stop = max(transient, stop, *times[-1:])
     return Impacts(
         times,
         start=transient,
@@ -194,7 +199,7 @@ def _spikes(
         settings={
             "spikes": kind,
             "parameters": list(flow.parameters),
-            "signal": signal if isinstance(signal, (str, int)) else signal.__name__,
+            "signal": getattr(signal, "__name__", signal),
             "direction": direction,
             "transient": transient,
         },
