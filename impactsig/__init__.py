@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         Oscillator,
         Rigid,
         Stop,
+        flows,
         scenes,
     )
     from .reconstruct import CorrelationSum, correlation_sum
@@ -58,12 +59,15 @@ if TYPE_CHECKING:
         lyapunov_exponent,
         mutual_information_delay,
     )
+    from .oscillators.flows import Flow
     from .recording import Recording
     from .report import write_report
     from .simulate import Motion, simulate, simulate_blocks, simulate_many
+    from .simulate.firing import integrate_and_fire, threshold_crossings
     from .simulate.measuring import Measured, measure
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
+    from .simulate.trajectories import Trajectory, trajectory
 
 _HOME = {
     "errors": (
@@ -97,6 +101,7 @@ _HOME = {
         "Oscillator",
         "Rigid",
         "Stop",
+        "flows",
         "scenes",
     ),
     "reconstruct": ("CorrelationSum", "correlation_sum"),
@@ -110,11 +115,14 @@ _HOME = {
         "averaged_false_neighbors",
         "false_nearest_neighbors",
     ),
+    "oscillators.flows": ("Flow",),
     "report": ("write_report",),
     "simulate": ("Motion", "simulate_blocks", "simulate_many"),
+    "simulate.firing": ("integrate_and_fire", "threshold_crossings"),
     "simulate.measuring": ("Measured", "measure"),
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
+    "simulate.trajectories": ("Trajectory", "trajectory"),
     "comparison": ("Comparison", "compare"),
     "plot": (),
 }
@@ -127,6 +135,7 @@ __all__ = [
     "CorrelationSum",
     "DelayChoice",
     "FalseNeighbors",
+    "Flow",
     "Force",
     "Friction",
     "Hertz",
@@ -147,6 +156,7 @@ __all__ = [
     "Recording",
     "Rigid",
     "Stop",
+    "Trajectory",
     "UnreadableFile",
     "UnwritableFile",
     "autocorrelation_delay",
@@ -158,8 +168,10 @@ __all__ = [
     "delay_embed",
     "detect_impacts",
     "false_nearest_neighbors",
+    "flows",
     "identify_period",
     "info",
+    "integrate_and_fire",
     "interval_histogram",
     "local_variation",
     "lyapunov_exponent",
@@ -174,6 +186,8 @@ __all__ = [
     "simulate_blocks",
     "simulate_many",
     "synthesize",
+    "threshold_crossings",
+    "trajectory",
     "write_report",
 ]
 

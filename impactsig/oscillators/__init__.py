@@ -1,6 +1,6 @@
-"""What is simulated, as data: an oscillator, its forcing, its stops; and a preset per paper."""
+"""What is simulated, as data: an oscillator, its forcing, its stops; flows; a preset per paper."""
 
-from . import scenes
+from . import flows, scenes
 from .oscillator import Oscillator
 from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Rigid, Stop
 
@@ -13,5 +13,6 @@ __all__ = [
     "Oscillator",
     "Rigid",
     "Stop",
+    "flows",
     "scenes",
 ]

@@ -1,0 +1,142 @@
+"""Chaotic flows whose spikes are reconstructed: Lorenz', Rössler's, and any of the user's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import InvalidInput, finite_number
+
+
+@dataclass(frozen=True)
+class Flow:
+    """A flow, ``dy/dt = f(t, y)``, as data.
+
+    Parameters
+    ----------
+    function : callable
+        ``function(t, y, *parameters)`` gives the rate of every coordinate, as a tuple or an array;
+        it is what `scipy.integrate.solve_ivp` takes, and what numba can compile.
+    initial : sequence of float, shape (d,)
+        State to start from unless told otherwise; its length is the dimension of the flow.
+    parameters : sequence of float
+        Passed on to the function. Changing them compiles nothing anew, as changing numbers inside
+        the function would.
+    signal : callable, optional
+        ``signal(y)``, a number: what `integrate_and_fire` integrates unless told otherwise.
+    coordinates : sequence of str, optional
+        Names of the coordinates; by default x, y, z, or y0, y1, ... where there are more.
+    name : str
+        What it is called in results.
+
+    Raises
+    ------
+    InvalidInput
+        If a parameter is not what it should be. Whether numba can compile the functions is found
+        out when they are used.
+
+    Examples
+    --------
+    >>> def duffing(t, y, damping, amplitude):
+    ...     return y[1], y[0] - y[0] ** 3 - damping * y[1] + amplitude * math.cos(t)
+    >>> flow = Flow(duffing, initial=(0.1, 0.0), parameters=(0.15, 0.3))
+    """
+
+    function: Callable[..., Any]
+    initial: Sequence[float]
+    parameters: Sequence[float] = ()
+    signal: Callable[[Any], float] | None = None
+    coordinates: Sequence[str] = ()
+    name: str = "flow"
+
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise InvalidInput("function", self.function, "a function of t, y and the parameters")
+        if self.signal is not None and not callable(self.signal):
+            raise InvalidInput("signal", self.signal, "a function of the state")
+        initial = _numbers("initial", self.initial)
+        if not initial:
+            raise InvalidInput("initial", self.initial, "a number for every coordinate")
+        names = self.coordinates
+        if not names:
+            few = len(initial) <= 3
+            names = "xyz"[: len(initial)] if few else [f"y{k}" for k in range(len(initial))]
+        if isinstance(names, str):
+            names = list(names)
+        if len(names) != len(initial) or len(set(names)) != len(names):
+            raise InvalidInput("coordinates", self.coordinates, f"{len(initial)} different names")
+        object.__setattr__(self, "initial", initial)
+        object.__setattr__(self, "parameters", _numbers("parameters", self.parameters))
+        object.__setattr__(self, "coordinates", tuple(names))
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates."""
+        return len(self.initial)
+
+    def __repr__(self) -> str:
+        given = "".join(f", {value:g}" for value in self.parameters)
+        return f"Flow({self.name}{given}; {', '.join(self.coordinates)})"
+
+
+def lorenz(sigma: float = 10.0, rho: float = 28.0, beta: float = 8 / 3) -> Flow:
+    """Lorenz' flow [Lorenz1963]_.
+
+    ``x' = sigma (y - x),  y' = x (rho - z) - y,  z' = x y - beta z``. The parameters are Lorenz',
+    for which the largest exponent is 0.906 and the correlation dimension 2.05. Its signal is
+    ``(x + 2)²``, as in [Sauer1994]_.
+    """
+    return Flow(
+        lorenz_rates,
+        initial=(-7.0, -9.0, 22.0),
+        parameters=(sigma, rho, beta),
+        signal=lorenz_signal,
+        name="Lorenz",
+    )
+
+
+def rossler(a: float = 0.2, b: float = 0.2, c: float = 5.7) -> Flow:
+    """Rössler's flow [Rossler1976]_.
+
+    ``x' = -y - z,  y' = x + a y,  z' = b + z (x - c)``. The parameters are Rössler's, for which the
+    largest exponent is 0.071. Its signal is ``x + 20``, which is positive on the attractor
+    (x > -10), as integrate-and-fire wants it [CastroSauer1997]_; the 20 is our choice.
+    """
+    return Flow(
+        rossler_rates,
+        initial=(-5.0, -5.0, 0.02),
+        parameters=(a, b, c),
+        signal=rossler_signal,
+        name="Rössler",
+    )
+
+
+def lorenz_rates(t: float, y: Any, sigma: float, rho: float, beta: float) -> Any:
+    """Right-hand side of `lorenz`."""
+    return sigma * (y[1] - y[0]), y[0] * (rho - y[2]) - y[1], y[0] * y[1] - beta * y[2]
+
+
+def lorenz_signal(y: Any) -> Any:
+    """Signal of `lorenz`."""
+    return (y[0] + 2.0) ** 2
+
+
+def rossler_rates(t: float, y: Any, a: float, b: float, c: float) -> Any:
+    """Right-hand side of `rossler`."""
+    return -y[1] - y[2], y[0] + a * y[1], b + y[2] * (y[0] - c)
+
+
+def rossler_signal(y: Any) -> Any:
+    """Signal of `rossler`."""
+    return y[0] + 20.0
+
+
+def _numbers(name: str, values: Any) -> tuple[float, ...]:
+    """Finite numbers as a tuple."""
+    required = "a sequence of finite numbers"
+    try:
+        given = tuple(values)
+    except TypeError:
+        raise InvalidInput(name, values, required) from None
+    return tuple(finite_number(name, value, required) for value in given)
