@@ -487,7 +487,11 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
             alpha, beta, gamma = p.gap[i, s, 0], p.gap[i, s, 1], p.gap[i, s, 2]
             gap = alpha * q + beta * v + gamma
             certain = 0.0
-            if gap <= NOTHING * (abs(alpha * q) + abs(beta * v) + abs(gamma)):
+            size = abs(alpha * q) + abs(beta * v) + abs(gamma)
+            if beta != 0.0 and gap < -1e-12 * size:  # an impact has turned the velocity
+                closed = s
+                break
+            if gap <= NOTHING * size:
                 gap, inside = 0.0, False
                 g1, g2, g3 = alpha * v + beta * a, alpha * a + beta * jerk, alpha * jerk
                 if g1 < 0 or (g1 == 0.0 and (g2 < 0 or (g2 == 0.0 and g3 < 0))):
@@ -513,11 +517,12 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
 
         tau = 0.0
         d, u = 0.0, v
+        due, d_due, u_due, next_closed = math.inf, 0.0, 0.0, -1
         fed = p.force_bound[2] / math.sqrt(kappa) if kappa > 0 else p.force_bound[1]
         again = False  # rounding alone has closed a gap, which is on its way open again
         number = p.gaps[i]
         while closed < 0:
-            h = math.inf
+            h = due = math.inf
             # q'' is itself an oscillator's motion, and only the forcing feeds its energy: near
             # resonance a bound far below what holds from now on.
             energy = math.sqrt(a * a + jerk * jerk / kappa) if kappa > 0 else abs(a)
@@ -552,12 +557,15 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                     reach = -2 * gap / speed
                     turn = max(bend + jolt * reach / 2, 0.0)
                     if reach <= window and 2 * turn * gap <= speed * speed:
-                        tau, d, u = close(
+                        at, d_at, u_at = close(
                             leg, tau, (alpha, beta, gaps[s, 0]), v, d, u, a, jerk, gap, speed,
                             reach, shake,
                         )  # fmt: skip
-                        closed = s
-                        break
+                        if at < due:
+                            due, d_due, u_due, next_closed = at, d_at, u_at, s
+                        if not p.leans[i]:  # all depend on the way alone, and one is on its way
+                            break
+                        continue
                 if local > 0:
                     step = (speed + math.sqrt(speed * speed + 2 * local * gap)) / local
                     # Within twice that, and the window: g'' there is at least what it is here,
@@ -573,6 +581,9 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
             if closed >= 0 or again:
                 break
             h = max(h, 2e-16 * max(tau, 1e-3))
+            if due < math.inf and (tau + h >= due or not p.leans[i]):
+                tau, d, u, closed = due, d_due, u_due, next_closed
+                break
             if tau + h >= end:
                 tau = end
                 break
