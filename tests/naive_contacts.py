@@ -178,7 +178,7 @@ class Machine:
                 )
                 for m in sorted(mode.pushing - pushing):
                     events.append(Event("PART", m, time))
-                mode = Mode(beyond, pushing, -self.sign[n] if way else 0)
+                mode = Mode(beyond, pushing, (-self.sign[n] if out else self.sign[n]) if way else 0)
                 if out == 0:
                     mode = self.rest(mode, y, time, events)
             elif what in ("ENTER", "PRESS"):

@@ -521,6 +521,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         fed = p.force_bound[2] / math.sqrt(kappa) if kappa > 0 else p.force_bound[1]
         again = False  # rounding alone has closed a gap, which is on its way open again
         number = p.gaps[i]
+        steps = 0
         while closed < 0:
             h = due = math.inf
             # q'' is itself an oscillator's motion, and only the forcing feeds its energy: near
@@ -590,7 +591,9 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
             tau += h
             d, u, a, jerk, new = locate(leg, tau)
             most = new if new >= 0 else most
-            if tau > TURN:
+            steps += 1
+            # The higher bounds are those of the start, and hold for a transient long gone.
+            if tau > TURN or (p.leans[i] and steps >= 50):
                 break
 
         if tau >= end:
