@@ -1,0 +1,381 @@
+"""Runge-Kutta methods for a simulation, and the engine that steps with them."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from math import comb
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput, finite_number
+from ..oscillators import Hertz, KelvinVoigt, Oscillator, Rigid
+from ._events import COUNTERS
+
+if TYPE_CHECKING:
+    from ._stepping import Functions, Problem, Tableau
+
+DEGREE = 7  # of the interpolant
+
+
+@dataclass(frozen=True)
+class RungeKutta:
+    """Dormand and Prince's method of order 8 with steps as long as a tolerance allows.
+
+    [HairerNorsettWanner1993]_, section II.10: error estimates of orders 5 and 3, and an
+    interpolant of degree 7 on which the events are found.
+
+    Parameters
+    ----------
+    tolerance : float
+        Error of a step, relative to the velocity of the motion.
+    """
+
+    tolerance: float = 1e-10
+
+    def __post_init__(self) -> None:
+        wanted = "1e-14 <= tolerance <= 0.01"
+        tolerance = finite_number("tolerance", self.tolerance, wanted)
+        if not 1e-14 <= tolerance <= 1e-2:
+            raise InvalidInput("tolerance", self.tolerance, wanted)
+        object.__setattr__(self, "tolerance", tolerance)
+
+
+@dataclass(frozen=True)
+class FixedStep:
+    """The classical method of order 4 with steps of one length, as in Karpodinis' thesis.
+
+    A step that ends beyond a stop is halved, again and again, to land on it. A contact that begins
+    and ends within a step is missed: to compare with, not to rely on.
+
+    Parameters
+    ----------
+    steps : int
+        Steps in a forcing period (without forcing, in a natural period).
+    """
+
+    steps: int = 300
+
+    def __post_init__(self) -> None:
+        wanted = "a whole number, 8 to 1 000 000"
+        steps = finite_number("steps", self.steps, wanted)
+        if steps != int(steps) or not 8 <= steps <= 1_000_000:
+            raise InvalidInput("steps", self.steps, wanted)
+        object.__setattr__(self, "steps", int(steps))
+
+
+class SteppingEngine:
+    """An `Engine` (see `_events`) for forces of any kind.
+
+    State and counters go on after the contract's entries with what the next step needs, so that a
+    run that is cut where its buffer is full goes on as if it had not been cut. A row MARK is
+    written once in a forcing period, for `sample` to go on from; one with a stop tells the approach
+    velocity of a contact that was under way when the rows began.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        What moves.
+    method : RungeKutta or FixedStep
+        How it is stepped.
+    chatter : float
+        Rebounds slower than this share of the greatest approach velocity so far are summed, where
+        a rigid stop is pressed upon.
+
+    Raises
+    ------
+    InvalidInput
+        If numba cannot compile the oscillator's `law`, or a restitution that is a function.
+    """
+
+    def __init__(
+        self, oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float = 1e-6
+    ) -> None:
+        from ._stepping import Scratch
+
+        natural = oscillator.natural_frequency
+        self.omega: float = oscillator.forcing_frequency or natural or 1.0
+        self._functions = _functions(oscillator)
+        self._problem = _pose(oscillator, method, chatter, self.omega)
+        self._tableau = _tableau()
+        stops = len(oscillator.stops)
+        self._scratch = Scratch(
+            angle=np.empty(len(self._problem.ratio)),
+            hertz=np.empty((stops, 5)),
+            kq=np.empty(16),
+            kv=np.empty(16),
+            q=np.empty(DEGREE + 1),
+            v=np.empty(DEGREE + 1),
+            events=np.empty((2 * stops + 1, 6)),
+            stack=np.empty((64, DEGREE + 3)),
+        )
+        self._ended = np.zeros(3)
+
+    def begin(self, q: float, v: float, phase: float) -> tuple[np.ndarray, np.ndarray]:
+        """State and counters of a start at q, v (in the engine's units) and that phase.
+
+        A start inside a Lankarani-Nikravesh stop takes for its approach velocity that from which
+        the contact, without loss, would have come there.
+        """
+        from ._stepping import HERTZ, PUSHER, PUSHING, RIGID, SLACK
+
+        p = self._problem = self._problem._replace(start=float(phase))
+        mode, at = 0, 0.0
+        approach = np.zeros(len(p.place))
+        for k in [*p.upper, *p.lower]:
+            depth = p.side[k] * (q - p.place[k])
+            if depth <= 0:
+                continue
+            if p.law[k] == RIGID:
+                q = p.place[k]
+                continue
+            inward = p.side[k] * v
+            slack = p.law[k] == PUSHER and p.stiffness[k] * depth + p.loss[k] * inward <= 0
+            mode += int(p.weight[k]) * (SLACK if slack else PUSHING)
+            at = p.place[k]
+            if p.law[k] == HERTZ:
+                n = p.exponent[k]
+                approach[k] = math.sqrt(v * v + 2 * p.stiffness[k] / (n + 1) * depth ** (n + 1))
+        # A first touch at next to no speed must not set the scale of chatter.
+        slow = 1e-6 * (np.abs(p.amplitude).sum() + abs(p.constant))
+        state = np.array([q - at, v, slow, 0.0, p.fixed, abs(v), *approach])
+        count = np.zeros(COUNTERS + 2, np.int64)
+        count[0] = mode
+        return state, count
+
+    def run(
+        self,
+        clock: np.ndarray,
+        state: np.ndarray,
+        count: np.ndarray,
+        events: np.ndarray,
+        end_turns: float,
+        end_phase: float,
+        legs: int,
+    ) -> int:
+        """Move to the end, writing events until they are full; a status."""
+        from ._stepping import run
+
+        found = run(
+            self._problem, self._tableau, self._functions, self._scratch,
+            clock, state, count, events, float(end_turns), float(end_phase), int(legs),
+        )  # fmt: skip
+        self._ended = clock.copy()
+        return int(found)
+
+    def place(self, mode: Any, q: Any) -> Any:
+        """Position in the coordinates of the stops, of positions from the origins of modes."""
+        p = self._problem
+        origin = np.zeros(np.shape(mode))
+        for k in [*p.upper, *p.lower]:
+            reached = np.asarray(mode).astype(np.int64) // p.weight[k] % 3 != 0
+            origin = np.where(reached, p.place[k], origin)
+        return q + origin
+
+    def sample(
+        self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Position and velocity at instants, each after the row that `where` names."""
+        from ._stepping import sample
+
+        q, v = np.empty(len(turns)), np.empty(len(turns))
+        order = np.lexsort((phase, turns, where))
+        sample(
+            self._problem, self._tableau, self._functions, self._scratch,
+            rows, np.asarray(where, np.int64), np.asarray(turns, float), np.asarray(phase, float),
+            order, q, v,
+        )  # fmt: skip
+        return q, v
+
+    def peaks(self, rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        """Greatest force per mass of contacts, from the TOUCH in row `first` to row `last`.
+
+        A contact that the run cut short has `last` = the number of rows; it lasts to where the last
+        run ended.
+        """
+        from ._stepping import peaks
+
+        out = np.empty(len(first))
+        peaks(
+            self._problem, self._tableau, self._functions, self._scratch,
+            rows, np.asarray(first, np.int64), np.asarray(last, np.int64), self._ended, out,
+        )  # fmt: skip
+        return out
+
+
+def _pose(
+    oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float, omega: float
+) -> Problem:
+    """The kernel's problem, in coordinates in which the stops rest."""
+    from ._stepping import HERTZ, PUSHER, RIGID, SPRING, Problem
+
+    mass, damping, stiffness = oscillator.mass, oscillator.damping, oscillator.stiffness
+    inertia = mass * omega**2
+    base = oscillator.base
+    moved: dict[float, complex] = {}
+    for force in oscillator.forces:
+        moved.setdefault(force.frequency, 0)
+        moved[force.frequency] += force.amplitude * cmath.exp(1j * force.phase)
+    if base is not None:
+        # q = x - base: what hangs on the base pulls no more, and inertia pushes back.
+        w = base.frequency
+        pull = (base.spring - base.stops) * stiffness
+        drag = (base.damper - base.stops) * damping
+        push = (pull + base.stops * mass * w * w) + 1j * w * drag
+        moved.setdefault(w, 0)
+        moved[w] += push * base.amplitude * cmath.exp(1j * base.phase)
+    moved = {frequency: size for frequency, size in moved.items() if size}
+    carried = base if base is not None and base.stops else None
+    ratio = np.array([frequency / omega for frequency in moved])
+
+    laws = [stop.law for stop in oscillator.stops]
+    kinds, stiff, loss, exponent, restitution = [], [], [], [], []
+    for law in laws:
+        if isinstance(law, Rigid):
+            kinds.append(RIGID)
+            stiff.append(0.0)
+            loss.append(0.0)
+            restitution.append(-1.0 if callable(law.restitution) else law.restitution)
+            exponent.append(1.0)
+        elif isinstance(law, KelvinVoigt):
+            kinds.append(SPRING if law.ends == "gap" else PUSHER)
+            stiff.append(law.stiffness / inertia)
+            loss.append(law.damping / (mass * omega))
+            restitution.append(-1.0)
+            exponent.append(1.0)
+        else:
+            assert isinstance(law, Hertz)
+            kinds.append(HERTZ)
+            stiff.append(law.stiffness / inertia)
+            loss.append(law.damping * omega)
+            restitution.append(-1.0 if law.restitution is None else law.restitution)
+            exponent.append(law.exponent)
+
+    def chain(side: str) -> np.ndarray:
+        own = [k for k, stop in enumerate(oscillator.stops) if stop.side == side]
+        sign = 1 if side == "upper" else -1
+        own.sort(key=lambda k: sign * oscillator.stops[k].position)
+        return np.array(own, np.int64)
+
+    friction = oscillator.friction
+    fastest = max([1.0, *ratio])
+    return Problem(
+        kappa=stiffness / inertia,
+        damping=damping / (mass * omega),
+        constant=oscillator.load / inertia,
+        ratio=ratio,
+        amplitude=np.array([abs(size) for size in moved.values()]) / inertia,
+        angle=np.array([cmath.phase(size) for size in moved.values()]),
+        fastest=fastest,
+        place=np.array([stop.position for stop in oscillator.stops], float),
+        side=np.array([1.0 if stop.side == "upper" else -1.0 for stop in oscillator.stops]),
+        law=np.array(kinds, np.int64),
+        stiffness=np.array(stiff, float),
+        loss=np.array(loss, float),
+        exponent=np.array(exponent, float),
+        restitution=np.array(restitution, float),
+        weight=3 ** np.arange(1, len(laws) + 1, dtype=np.int64),
+        upper=chain("upper"),
+        lower=chain("lower"),
+        kinetic=friction.kinetic / inertia if friction else 0.0,
+        static=friction.static / inertia if friction else 0.0,  # type: ignore[operator]
+        forced=oscillator.law is not None,
+        omega=omega,
+        inertia=inertia,
+        start=0.0,
+        base=np.array(
+            [carried.amplitude, carried.frequency / omega, carried.phase]
+            if carried
+            else [0.0, 1.0, 0.0]
+        ),
+        chatter=chatter,
+        fixed=2 * math.pi / method.steps if isinstance(method, FixedStep) else 0.0,
+        tolerance=method.tolerance if isinstance(method, RungeKutta) else 1e-10,
+        # An eighth of the fastest period: shorter swings than that the error estimate may not see.
+        longest=2 * math.pi / 8 / fastest,
+    )
+
+
+@lru_cache(maxsize=1)
+def _tableau() -> Tableau:
+    """Dormand and Prince's 8(5,3), from scipy."""
+    from scipy.integrate import DOP853
+
+    from ._stepping import Tableau
+
+    a = np.zeros((16, 16))
+    a[:12, :12], a[13:, :] = DOP853.A, DOP853.A_EXTRA
+    a[12, :12] = DOP853.B
+    c = np.concatenate([DOP853.C, [1.0], DOP853.C_EXTRA])
+    # Term m of the interpolant is x^(m//2 + 1) (1 - x)^((m + 1)//2) = x^i (1 - x)^j.
+    bernstein = np.zeros((DEGREE + 1, DEGREE))
+    for m in range(DEGREE):
+        i, j = m // 2 + 1, (m + 1) // 2
+        for n in range(i, DEGREE + 1 - j):
+            bernstein[n, m] = comb(DEGREE - i - j, n - i) / comb(DEGREE, n)
+    arrays = (a, DOP853.B, c, DOP853.E3, DOP853.E5, DOP853.D, bernstein)
+    return Tableau(*(np.ascontiguousarray(array, float) for array in arrays))
+
+
+def _functions(oscillator: Oscillator) -> Functions:
+    """The user's functions, compiled; stand-ins where there are none."""
+    from ._stepping import Functions, no_law, no_restitution
+
+    law = no_law if oscillator.law is None else _native(oscillator.law, "law", 3)
+    found = {"upper": no_restitution, "lower": no_restitution}
+    for stop in oscillator.stops:
+        if isinstance(stop.law, Rigid) and callable(stop.law.restitution):
+            found[stop.side] = _native(stop.law.restitution, "restitution", 1)
+    return Functions(law, found["upper"], found["lower"])
+
+
+@lru_cache(maxsize=256)
+def _native(function: Callable[..., float], argument: str, numbers: int) -> Any:
+    """A function of numbers as machine code, which gives NaN where the function raises.
+
+    The kernel sees no more of it than its signature, and so need not be compiled for each.
+    """
+    from numba import cfunc, njit
+    from numba.core.errors import NumbaError
+
+    try:
+        inner = function if hasattr(function, "py_func") else njit(function)
+        if numbers == 3:
+
+            @cfunc("float64(float64, float64, float64)")
+            def native(t, x, v):  # type: ignore[no-untyped-def]
+                out = math.nan
+                try:
+                    out = float(inner(t, x, v))
+                except Exception:
+                    out = math.nan
+                return out
+
+        else:
+
+            @cfunc("float64(float64)")
+            def native(v):  # type: ignore[no-untyped-def]
+                out = math.nan
+                try:
+                    out = float(inner(v))
+                except Exception:
+                    out = math.nan
+                return out
+
+    except (NumbaError, TypeError) as error:
+        arguments = "t, x and v" if numbers == 3 else "the approach velocity"
+        raise InvalidInput(
+            argument, function, f"a function of {arguments} that numba can compile", _reason(error)
+        ) from error
+    return native
+
+
+def _reason(error: Exception) -> str:
+    """What numba says first, but for its preamble."""
+    lines = [line.strip() for line in str(error).splitlines()]
+    told = [line for line in lines if line and not line.startswith("Failed in")]
+    return f"numba: {told[0][:160]}" if told else type(error).__name__
