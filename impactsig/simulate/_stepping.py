@@ -41,6 +41,7 @@ RIGID, SPRING, PUSHER, HERTZ = range(4)
 # Event functions: a stop out of reach is reached; a stop parts; one left behind is out of reach, or
 # pushes again; the sliding mass comes to rest.
 REACH, LEAVE, EXIT, AGAIN, REST = range(5)
+PARTS = 6  # of a step, in which the greatest force is looked for
 ROOM = 4  # rows that one pass of `run` may write, besides the first
 
 TURN = 2 * math.pi
@@ -111,7 +112,7 @@ class Tableau(NamedTuple):
 class Scratch(NamedTuple):
     """Room for one step."""
 
-    angle: np.ndarray  # of the forcing at its start
+    waves: np.ndarray  # ratio, amplitude and angle at its start of the components of the forcing
     hertz: np.ndarray  # side, place, stiffness, exponent and loss of the Hertz stops in contact
     kq: np.ndarray
     kv: np.ndarray
@@ -122,16 +123,26 @@ class Scratch(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """The equation of motion in a mode, from the start of a step."""
+    """The equation of motion in a mode, from the start of a step.
+
+    Numbers rather than `Problem`, because passing arrays to the innermost functions costs more
+    than these compute.
+    """
 
     kappa: float
     damping: float
     constant: float
     origin: float
+    waves: int
     hertz: int
     rate: float
+    forced: bool
     elapsed: float
-    sway: float  # angle of the base
+    omega: float
+    inertia: float
+    swing: float  # amplitude, ratio and angle of the base
+    pace: float
+    sway: float
 
 
 @cfunc("float64(float64, float64, float64)", cache=True)
@@ -250,50 +261,89 @@ def open_leg(p, s, turns, phase, low, mode, approach, y, v):
         stiff += n * p.stiffness[k] * depth ** (n - 1)
         drag += loss * p.stiffness[k] * depth**n
     for j in range(len(p.ratio)):
-        s.angle[j] = phase_of(p.ratio[j], turns, phase) + p.angle[j] + p.ratio[j] * low
+        s.waves[j, 0], s.waves[j, 1] = p.ratio[j], p.amplitude[j]
+        s.waves[j, 2] = phase_of(p.ratio[j], turns, phase) + p.angle[j] + p.ratio[j] * low
     rate = max(math.sqrt(kappa + stiff), damping + drag, p.fastest)
     elapsed = (turns * TURN + (phase - p.start)) + low
     sway = phase_of(p.base[1], turns, phase) + p.base[2] if p.forced else 0.0
-    return Leg(kappa, damping, constant, at, hertz, rate, elapsed, sway)
+    return Leg(
+        kappa,
+        damping,
+        constant,
+        at,
+        len(p.ratio),
+        hertz,
+        rate,
+        p.forced,
+        elapsed,
+        p.omega,
+        p.inertia,
+        p.base[0],
+        p.base[1],
+        sway,
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def accelerate(p, f, leg, s, tau, y, v):
+def accelerate(law, leg, waves, hertz, tau, y, v):
     """Acceleration tau after the start of the step."""
     a = leg.constant - leg.kappa * y - leg.damping * v
-    for j in range(len(p.ratio)):
-        a += p.amplitude[j] * math.cos(s.angle[j] + p.ratio[j] * tau)
+    for j in range(leg.waves):
+        a += waves[j, 1] * math.cos(waves[j, 2] + waves[j, 0] * tau)
     for i in range(leg.hertz):
-        side, off, stiffness, n, loss = s.hertz[i]
-        depth = side * (y - off)
+        side, n = hertz[i, 0], hertz[i, 3]
+        depth = side * (y - hertz[i, 1])
         if depth > 0:
             power = depth * math.sqrt(depth) if n == 1.5 else depth**n
-            a -= side * stiffness * power * (1 + loss * side * v)
-    if p.forced:
+            a -= side * hertz[i, 2] * power * (1 + hertz[i, 4] * side * v)
+    if leg.forced:
         x, u = y + leg.origin, v
-        if p.base[0] != 0.0:
-            angle = leg.sway + p.base[1] * tau
-            x += p.base[0] * math.cos(angle)
-            u -= p.base[0] * p.base[1] * math.sin(angle)
-        a += f.law((leg.elapsed + tau) / p.omega, x, u * p.omega) / p.inertia
+        if leg.swing != 0.0:
+            angle = leg.sway + leg.pace * tau
+            x += leg.swing * math.cos(angle)
+            u -= leg.swing * leg.pace * math.sin(angle)
+        a += law((leg.elapsed + tau) / leg.omega, x, u * leg.omega) / leg.inertia
     return a
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def pull(f, leg, s, tau, y, v):
+    """`accelerate`, where it need not be fast."""
+    return accelerate(f.law, leg, s.waves, s.hertz, tau, y, v)
+
+
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def take(p, tab, f, leg, s, h, y, v, a):
+def classical(law, leg, waves, hertz, t, h, y, v, a):
+    """What position and velocity gain in a classical step, t after the start of the leg."""
+    v1 = v + h / 2 * a
+    a1 = accelerate(law, leg, waves, hertz, t + h / 2, y + h / 2 * v, v1)
+    v2 = v + h / 2 * a1
+    a2 = accelerate(law, leg, waves, hertz, t + h / 2, y + h / 2 * v1, v2)
+    v3 = v + h * a2
+    a3 = accelerate(law, leg, waves, hertz, t + h, y + h * v2, v3)
+    return h / 6 * (v + 2 * v1 + 2 * v2 + v3), h / 6 * (a + 2 * a1 + 2 * a2 + a3)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def stages(law, leg, waves, hertz, a, c, kq, kv, first, last, h, y, v):
+    """Work out some stages from those before them."""
+    for i in range(first, last):
+        x = u = 0.0
+        for j in range(i):
+            x += a[i, j] * kq[j]
+            u += a[i, j] * kv[j]
+        kq[i] = v + h * u
+        kv[i] = accelerate(law, leg, waves, hertz, c[i] * h, y + h * x, kq[i])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def take(fixed, tab, law, leg, s, h, y, v, a):
     """What position and velocity gain in a step of h from y, v, where the acceleration is a."""
+    if fixed > 0:
+        return classical(law, leg, s.waves, s.hertz, 0.0, h, y, v, a)
     kq, kv = s.kq, s.kv
-    if p.fixed > 0:
-        v1 = v + h / 2 * a
-        a1 = accelerate(p, f, leg, s, h / 2, y + h / 2 * v, v1)
-        v2 = v + h / 2 * a1
-        a2 = accelerate(p, f, leg, s, h / 2, y + h / 2 * v1, v2)
-        v3 = v + h * a2
-        a3 = accelerate(p, f, leg, s, h, y + h * v2, v3)
-        return h / 6 * (v + 2 * v1 + 2 * v2 + v3), h / 6 * (a + 2 * a1 + 2 * a2 + a3)
     kq[0], kv[0] = v, a
-    for i in range(1, 12):
-        stage(p, tab, f, leg, s, i, h, y, v)
+    stages(law, leg, s.waves, s.hertz, tab.a, tab.c, kq, kv, 1, 12, h, y, v)
     dq = dv = 0.0
     for i in range(12):
         dq += tab.b[i] * kq[i]
@@ -302,18 +352,7 @@ def take(p, tab, f, leg, s, h, y, v, a):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def stage(p, tab, f, leg, s, i, h, y, v):
-    """Work out the i-th stage from those before it."""
-    x = u = 0.0
-    for j in range(i):
-        x += tab.a[i, j] * s.kq[j]
-        u += tab.a[i, j] * s.kv[j]
-    s.kq[i] = v + h * u
-    s.kv[i] = accelerate(p, f, leg, s, tab.c[i] * h, y + h * x, s.kq[i])
-
-
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def error(p, tab, leg, s, h, y, v, dv, speed):
+def error(tolerance, rate, tab, s, h, y, v, dv, speed):
     """Error of the step just taken, in units of the tolerance.
 
     In units of velocity: a displacement counts by the rate of the leg. The tolerance is relative to
@@ -326,12 +365,12 @@ def error(p, tab, leg, s, h, y, v, dv, speed):
         v3 += tab.e3[i] * s.kv[i]
         q5 += tab.e5[i] * s.kq[i]
         v5 += tab.e5[i] * s.kv[i]
-    n3 = (leg.rate * q3) ** 2 + v3 * v3
-    n5 = (leg.rate * q5) ** 2 + v5 * v5
+    n3 = (rate * q3) ** 2 + v3 * v3
+    n5 = (rate * q5) ** 2 + v5 * v5
     if n5 == 0.0 and n3 == 0.0:
         return 0.0
     scale = max(abs(v), abs(v + dv), h * abs(s.kv[0]), 1e-3 * speed)
-    allowed = p.tolerance * scale + 1e-15 * leg.rate * abs(y)
+    allowed = tolerance * scale + 1e-15 * rate * abs(y)
     return h * n5 / math.sqrt(2 * (n5 + 0.01 * n3)) / allowed
 
 
@@ -353,7 +392,7 @@ def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
     """
     if p.fixed > 0:
         h = min(p.fixed, end)
-        dq, dv = take(p, tab, f, leg, s, h, y, v, a)
+        dq, dv = take(p.fixed, tab, f.law, leg, s, h, y, v, a)
         return h if math.isfinite(dq) and math.isfinite(dv) else 0.0, dq, dv, p.fixed, 1
     h = wish if wish > 0 else first_step(p, leg, y)
     # A jump of the force costs an error of the step's length, so that shorter ones gain nothing.
@@ -363,10 +402,10 @@ def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
     while True:
         tries += 1
         step = min(h, end)
-        dq, dv = take(p, tab, f, leg, s, step, y, v, a)
+        dq, dv = take(p.fixed, tab, f.law, leg, s, step, y, v, a)
         s.kq[12] = v + dv
-        s.kv[12] = accelerate(p, f, leg, s, step, y + dq, v + dv)
-        size = error(p, tab, leg, s, step, y, v, dv, speed)
+        s.kv[12] = pull(f, leg, s, step, y + dq, v + dv)
+        size = error(p.tolerance, leg.rate, tab, s, step, y, v, dv, speed)
         if not math.isfinite(size):
             if step <= least:
                 return 0.0, dq, dv, h, tries
@@ -380,11 +419,10 @@ def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def interpolate(p, tab, f, leg, s, h, y, v, dq, dv):
+def interpolate(tab, f, leg, s, h, y, v, dq, dv):
     """Bernstein coefficients of what position and velocity gain over the step just taken."""
-    for i in range(13, 16):
-        stage(p, tab, f, leg, s, i, h, y, v)
-    for k, gain, rates, out in ((0, dq, s.kq, s.q), (1, dv, s.kv, s.v)):
+    stages(f.law, leg, s.waves, s.hertz, tab.a, tab.c, s.kq, s.kv, 13, 16, h, y, v)
+    for gain, rates, out in ((dq, s.kq, s.q), (dv, s.kv, s.v)):
         for n in range(DEGREE + 1):
             out[n] = 0.0
         for m in range(DEGREE):
@@ -477,13 +515,13 @@ def jerk(p, f, leg, s, y):
     """Rate of the acceleration of a mass that rests at y, at the start of the step."""
     rate = 0.0
     for j in range(len(p.ratio)):
-        rate -= p.ratio[j] * p.amplitude[j] * math.sin(s.angle[j])
+        rate -= p.ratio[j] * p.amplitude[j] * math.sin(s.waves[j, 2])
     if p.forced:  # only the law's own part is differenced
         h = 1e-5
-        later = accelerate(p, f, leg, s, h, y, 0.0) - accelerate(p, f, leg, s, -h, y, 0.0)
+        later = pull(f, leg, s, h, y, 0.0) - pull(f, leg, s, -h, y, 0.0)
         known = 0.0
         for j in range(len(p.ratio)):
-            known -= 2 * p.amplitude[j] * math.sin(s.angle[j]) * math.sin(p.ratio[j] * h)
+            known -= 2 * p.amplitude[j] * math.sin(s.waves[j, 2]) * math.sin(p.ratio[j] * h)
         rate += (later - known) / (2 * h)
     return rate
 
@@ -583,12 +621,12 @@ def unstick(p, f, leg, s, y, low, high, end):
         if low <= mean - reach and mean + reach <= high:
             return end, 0
     for _ in range(10000):
-        force = accelerate(p, f, leg, s, tau, y, 0.0)
+        force = pull(f, leg, s, tau, y, 0.0)
         if not math.isfinite(force):
             return tau, 2
         rate = 0.0
         for j in range(len(p.ratio)):
-            rate -= p.ratio[j] * p.amplitude[j] * math.sin(s.angle[j] + p.ratio[j] * tau)
+            rate -= p.ratio[j] * p.amplitude[j] * math.sin(s.waves[j, 2] + p.ratio[j] * tau)
         out = 1 if force > high or (force == high and rate > 0 and not p.forced) else 0
         if force < low or (force == low and rate < 0 and not p.forced):
             out = -1
@@ -597,7 +635,7 @@ def unstick(p, f, leg, s, y, low, high, end):
                 middle = (before + tau) / 2
                 if not before < middle < tau:
                     break
-                force = accelerate(p, f, leg, s, middle, y, 0.0)
+                force = pull(f, leg, s, middle, y, 0.0)
                 if low <= force <= high:
                     before = middle
                 else:
@@ -648,7 +686,7 @@ def holding(p, k):
 def departure(p, f, leg, s, y, k):
     """Where a mass at rest goes: 1 up, -1 down, 0 stays, 2 no number; and if from a balance."""
     low, high = holding(p, k)
-    force = accelerate(p, f, leg, s, 0.0, y, 0.0)
+    force = pull(f, leg, s, 0.0, y, 0.0)
     if not math.isfinite(force):
         return 2, False
     even = p.static == p.kinetic
@@ -736,7 +774,7 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
             slide(count, 1 if v > 0 else -1)
 
         leg = open_leg(p, s, clock[0], clock[1], clock[2], count[0], approach, y, v)
-        a = accelerate(p, f, leg, s, 0.0, y, v)
+        a = pull(f, leg, s, 0.0, y, v)
         if not math.isfinite(a):
             return BROKEN if p.forced else DIVERGED
         number = list_events(p, s, leg, count[0], y, v)
@@ -812,7 +850,7 @@ def earliest(p, tab, f, leg, s, number, step, y, v, dq, dv):
     """The event that comes first on the interpolant of a step, and its share of the step."""
     due, at = -1, 2.0
     if number > 0:
-        interpolate(p, tab, f, leg, s, step, y, v, dq, dv)
+        interpolate(tab, f, leg, s, step, y, v, dq, dv)
         for i in range(number):
             x = event_root(s, s.events[i], int(s.events[i, 5]))
             if x < at:
@@ -828,13 +866,13 @@ def polish(p, tab, f, leg, s, row, h, most, y, v, a):
     and the interpolant has the last word.
     """
     first = h
-    dq, dv = take(p, tab, f, leg, s, h, y, v, a)
+    dq, dv = take(p.fixed, tab, f.law, leg, s, h, y, v, a)
     last = math.inf
     for _ in range(8):
         at = row[0] + row[1] * dq + row[2] * dv
         slope = row[1] * (v + dv)
         if row[2] != 0.0:
-            slope += row[2] * accelerate(p, f, leg, s, h, y + dq, v + dv)
+            slope += row[2] * pull(f, leg, s, h, y + dq, v + dv)
         if not slope < 0:
             break
         move = -at / slope
@@ -842,7 +880,7 @@ def polish(p, tab, f, leg, s, row, h, most, y, v, a):
             break
         last = abs(move)
         h += move
-        dq, dv = take(p, tab, f, leg, s, h, y, v, a)
+        dq, dv = take(p.fixed, tab, f.law, leg, s, h, y, v, a)
         if last <= 4e-16 * h:
             break
     return h, dq, dv
@@ -872,26 +910,14 @@ def halve(p, tab, f, leg, s, number, step, y, v, a, dq, dv):
     least = 2e-16 * step
     while part > least:
         part /= 2
-        start = accelerate(p, f, leg, s, t, y + x, v + u) if t > 0 else a
-        more, faster = later_step(p, f, leg, s, t, part, y + x, v + u, start)
+        start = pull(f, leg, s, t, y + x, v + u) if t > 0 else a
+        more, faster = classical(f.law, leg, s.waves, s.hertz, t, part, y + x, v + u, start)
         i = passed(s, number, x + more, u + faster)
         if i < 0:
             t, x, u = t + part, x + more, u + faster
         else:
             due = i
     return due, t, x, u
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def later_step(p, f, leg, s, t, h, y, v, a):
-    """The gain of a classical step that begins t after the start of the leg."""
-    v1 = v + h / 2 * a
-    a1 = accelerate(p, f, leg, s, t + h / 2, y + h / 2 * v, v1)
-    v2 = v + h / 2 * a1
-    a2 = accelerate(p, f, leg, s, t + h / 2, y + h / 2 * v1, v2)
-    v3 = v + h * a2
-    a3 = accelerate(p, f, leg, s, t + h, y + h * v2, v3)
-    return h / 6 * (v + 2 * v1 + 2 * v2 + v3), h / 6 * (a + 2 * a1 + 2 * a2 + a3)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -936,7 +962,7 @@ def change_contact(p, clock, state, count, events, kind, k):
     """
     before = touched(p, count[0])
     v = state[1]
-    if kind == REACH or kind == AGAIN:
+    if kind in (REACH, AGAIN):
         become(p, state, count, k, PUSHING)
         if kind == REACH:
             state[0] = p.place[k] - origin(p, count[0])
@@ -992,7 +1018,7 @@ def rebound(p, f, s, clock, state, count, events, k, end, end_turns, end_phase):
     leg = open_leg(
         p, s, clock[0], clock[1], clock[2], rest, state[APPROACH:], state[0], state[1]
     )  # fmt: skip
-    pressing = side * accelerate(p, f, leg, s, 0.0, state[0], 0.0)
+    pressing = side * pull(f, leg, s, 0.0, state[0], 0.0)
     if not pressing > p.static:
         return True
     # Friction shortens the way out and slows the way back.
@@ -1083,7 +1109,7 @@ def sample(p, tab, f, s, rows, where, turns, phase, order, q, v):
                 break
             if step < 0:
                 leg = open_leg(p, s, clock[0], clock[1], clock[2], mode, approach, x, u)
-                a = accelerate(p, f, leg, s, 0.0, x, u)
+                a = pull(f, leg, s, 0.0, x, u)
                 step, dq, dv, wish, _ = stride(
                     p, tab, f, leg, s, wish, p.longest, x, u, a, speed
                 )  # fmt: skip
@@ -1091,7 +1117,7 @@ def sample(p, tab, f, s, rows, where, turns, phase, order, q, v):
                 at, velocity = math.nan, math.nan
                 break
             if tau <= step:
-                more, faster = take(p, tab, f, leg, s, tau, x, u, a)
+                more, faster = take(p.fixed, tab, f.law, leg, s, tau, x, u, a)
                 at, velocity = x + more, u + faster
                 break
             x, u = x + dq, u + dv
@@ -1130,9 +1156,7 @@ def peaks(p, tab, f, s, rows, first, last, ended, out):
             mode = mode_of(p, f, s, row, approach)
             loss = p.loss[k]
             if p.restitution[k] >= 0:
-                loss = (
-                    0.75 * (1 - p.restitution[k] ** 2) / approach[k] if approach[k] > 0 else 0.0
-                )
+                loss = 0.75 * (1 - p.restitution[k] ** 2) / approach[k] if approach[k] > 0 else 0.0
             clock[0], clock[1], clock[2] = row[0], row[1], 0.0
             x, u, wish, speed = row[5], row[6], 0.0, abs(row[6])
             until = rows[w + 1] if w + 1 < len(rows) else ended
@@ -1143,27 +1167,27 @@ def peaks(p, tab, f, s, rows, first, last, ended, out):
                 if end <= 0:
                     break
                 leg = open_leg(p, s, clock[0], clock[1], clock[2], mode, approach, x, u)
-                a = accelerate(p, f, leg, s, 0.0, x, u)
+                a = pull(f, leg, s, 0.0, x, u)
                 step, dq, dv, wish, _ = stride(p, tab, f, leg, s, wish, end, x, u, a, speed)
                 if step == 0.0:
                     break
-                parts = 6
-                top = -1
-                for i in range(1, parts + 1):
-                    more, faster = take(p, tab, f, leg, s, step * i / parts, x, u, a)
+                top, greatest = 0, push_of(p, k, loss, side * (x - off), side * u)
+                for i in range(1, PARTS + 1):
+                    more, faster = take(p.fixed, tab, f.law, leg, s, step * i / PARTS, x, u, a)
                     force = push_of(p, k, loss, side * (x + more - off), side * (u + faster))
-                    if force > best:
-                        best, top = force, i
-                if top > 0:
-                    # The force has one maximum between two neighbours of the greatest value.
-                    low = step * (top - 1) / parts
-                    high = min(step * (top + 1) / parts, end)
+                    if force > greatest:
+                        greatest, top = force, i
+                best = max(best, greatest)
+                if greatest > 0.9 * best:
+                    # The force has one maximum between the neighbours of its greatest value.
+                    low = step * max(top - 1, 0) / PARTS
+                    high = step * min(top + 1, PARTS) / PARTS
                     for _ in range(40):
                         left = high - 0.6180339887498949 * (high - low)
                         right = low + (high - left)
-                        more, faster = take(p, tab, f, leg, s, left, x, u, a)
+                        more, faster = take(p.fixed, tab, f.law, leg, s, left, x, u, a)
                         one = push_of(p, k, loss, side * (x + more - off), side * (u + faster))
-                        more, faster = take(p, tab, f, leg, s, right, x, u, a)
+                        more, faster = take(p.fixed, tab, f.law, leg, s, right, x, u, a)
                         two = push_of(p, k, loss, side * (x + more - off), side * (u + faster))
                         best = max(best, one, two)
                         if one < two:

@@ -104,7 +104,7 @@ class SteppingEngine:
         self._tableau = _tableau()
         stops = len(oscillator.stops)
         self._scratch = Scratch(
-            angle=np.empty(len(self._problem.ratio)),
+            waves=np.empty((len(self._problem.ratio), 3)),
             hertz=np.empty((stops, 5)),
             kq=np.empty(16),
             kv=np.empty(16),
