@@ -340,7 +340,6 @@ def _native(function: Callable[..., float], argument: str, numbers: int) -> Any:
     The kernel sees no more of it than its signature, and so need not be compiled for each.
     """
     from numba import cfunc, njit
-    from numba.core.errors import NumbaError
 
     try:
         inner = function if hasattr(function, "py_func") else njit(function)
@@ -366,7 +365,7 @@ def _native(function: Callable[..., float], argument: str, numbers: int) -> Any:
                     out = math.nan
                 return out
 
-    except (NumbaError, TypeError) as error:
+    except Exception as error:  # numba raises of all kinds
         arguments = "t, x and v" if numbers == 3 else "the approach velocity"
         raise InvalidInput(
             argument, function, f"a function of {arguments} that numba can compile", _reason(error)

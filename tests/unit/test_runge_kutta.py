@@ -1,4 +1,4 @@
-"""The stepping engine: cut runs, functions that fail, what is sampled, roots that are not missed."""
+"""The stepping engine: cut runs, functions that fail, samples, roots that are not missed."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ EVERYTHING = Oscillator(
     forces=(Force(3.0, 1.1), Force(1.0, 1.1 * math.sqrt(2), 0.3)),
     load=0.1,
     stops=(
-        Stop(1.0, KelvinVoigt(80.0, 2.0, ends="force")),
-        Stop(0.6, Hertz(60.0, restitution=0.7)),
+        Stop(1.0, KelvinVoigt(10.0, 2.0, ends="force")),
+        Stop(0.6, Hertz(5.0, restitution=0.7)),
         Stop(1.2, Rigid(lambda v: 0.6)),
         Stop(-0.8, Hertz(50.0, 2.0, damping=0.2), "lower"),
         Stop(-0.5, KelvinVoigt(10.0, 0.5), "lower"),
     ),
-    friction=Friction(0.2, 0.3),
+    friction=Friction(0.3, 0.8),
     law=lambda t, x, v: -0.1 * x**3 + 0.05 * math.sin(0.3 * t),
 )
 BALL = Oscillator(stiffness=0, load=1.0, stops=(Stop(0.0, Rigid(0.5)),))
@@ -117,8 +117,9 @@ def test_rows_tell_a_motion_that_can_be(method):
     assert (run.v[run.of(TURN)] == 0).all()
     assert run.count[2] == len(hits) + len(run.of(TOUCH))
     assert run.count[3] == len(run.of(STICK))
-    # As many marks as periods, but for those in which it stuck when they began.
-    assert len(run.of(MARK)) == pytest.approx(300 * 1.1 / (2 * math.pi), abs=8)
+    # A state to go on from is never far, but where it sticks.
+    moving = run.kind[:-1] != STICK
+    assert np.diff(run.time)[moving].max() < 1.3 * 2 * math.pi / 1.1
 
 
 @pytest.mark.parametrize("method", METHODS, ids=repr)
@@ -159,7 +160,7 @@ def test_a_contact_under_way_when_rows_begin_keeps_its_approach_velocity():
     clock, none, events = np.zeros(3), np.empty((0, 8)), np.empty((64, 8))
     assert engine.run(clock, state, count, none, 0.0, 0.6, 10**6) == DONE
     first = [*clock[:2], START, -1, count[0], state[0], state[1], 0.0]
-    assert engine.run(clock, state, count, events, 0.0, 0.9, 10**6) == DONE
+    assert engine.run(clock, state, count, events, 0.0, 1.4, 10**6) == DONE
     rows = np.concatenate([[first], events[: count[5]]])
     assert rows[1, 2] == MARK
     assert rows[1, 7] == pytest.approx(1.0, rel=1e-12)
@@ -233,7 +234,7 @@ def test_functions_that_numba_cannot_compile_are_named():
     with pytest.raises(InvalidInput, match="numba") as caught:
         SteppingEngine(bad, RungeKutta())
     assert caught.value.argument == "law"
-    bad = Oscillator(stops=(Stop(1.0, Rigid(lambda v: open("x"))),))
+    bad = Oscillator(stops=(Stop(1.0, Rigid(lambda v: object())),))
     with pytest.raises(InvalidInput) as caught:
         SteppingEngine(bad, RungeKutta())
     assert caught.value.argument == "restitution"
