@@ -42,6 +42,10 @@ RIGID, SPRING, PUSHER, HERTZ = range(4)
 # pushes again; the sliding mass comes to rest.
 REACH, LEAVE, EXIT, AGAIN, REST = range(5)
 PARTS = 6  # of a step, in which the greatest force is looked for
+# Columns of `Problem.stops`. LOSS is the damping of a Kelvin-Voigt stop, or the loss per velocity
+# of Hunt and Crossley; RESTITUTION is negative where there is none or a function; the digit of the
+# stop in the mode counts WEIGHT.
+PLACE, SIDE, LAW, STIFFNESS, LOSS, EXPONENT, RESTITUTION, WEIGHT = range(8)
 ROOM = 4  # rows that one pass of `run` may write, besides the first
 
 TURN = 2 * math.pi
@@ -57,32 +61,27 @@ HOLDER, BEGUN = 7, 8
 
 
 class Problem(NamedTuple):
-    """An oscillator in the unit of time of its reference forcing, per mass."""
+    """An oscillator in the unit of time of its reference forcing, per mass.
+
+    Few arrays, as each that is passed on is counted by numba, at a cost.
+    """
 
     kappa: float
     damping: float
     constant: float
-    ratio: np.ndarray  # frequencies over that of the reference
-    amplitude: np.ndarray
-    angle: np.ndarray
+    waves: np.ndarray  # ratio to the reference's frequency, amplitude and angle of the forcing
     fastest: float  # greatest of the ratios
-    place: np.ndarray  # of the stops, in the order of `Oscillator.stops`
-    side: np.ndarray  # 1 upper, -1 lower
-    law: np.ndarray
-    stiffness: np.ndarray
-    loss: np.ndarray  # damping of a Kelvin-Voigt stop, loss per velocity of Hunt and Crossley's
-    exponent: np.ndarray
-    restitution: np.ndarray  # negative: none, or for a rigid stop a function
-    weight: np.ndarray  # value of the stop's digit in the mode
-    upper: np.ndarray  # stops in the order they are reached
-    lower: np.ndarray
+    stops: np.ndarray  # a row for each of `Oscillator.stops`, its columns named above
+    order: np.ndarray  # upper stops as they are reached, then the lower
     kinetic: float
     static: float
     forced: bool  # whether there is a `law` of the user's
     omega: float
     inertia: float  # mass omega^2
     start: float  # phase at t = 0
-    base: np.ndarray  # amplitude, ratio and angle of what the stops move with
+    swing: float  # amplitude, ratio and angle of what the stops move with
+    pace: float
+    sway: float
     chatter: float
     fixed: float  # step, or 0: adaptive
     tolerance: float
@@ -195,19 +194,16 @@ def pass_time(clock, tau):
 @njit(cache=True, nogil=True, error_model="numpy")
 def status(p, mode, k):
     """Digit of a stop."""
-    return (mode // p.weight[k]) % 3
+    return (mode // int(p.stops[k, WEIGHT])) % 3
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def origin(p, mode):
     """Where the positions of a mode count from."""
     at = 0.0
-    for k in p.upper:
+    for k in p.order:
         if status(p, mode, k) != OUT:
-            at = p.place[k]
-    for k in p.lower:
-        if status(p, mode, k) != OUT:
-            at = p.place[k]
+            at = p.stops[k, PLACE]
     return at
 
 
@@ -215,7 +211,7 @@ def origin(p, mode):
 def become(p, state, count, k, new):
     """Change the digit of a stop, and count the position from the new origin."""
     old = origin(p, count[0])
-    count[0] += (new - status(p, count[0], k)) * p.weight[k]
+    count[0] += (new - status(p, count[0], k)) * int(p.stops[k, WEIGHT])
     at = origin(p, count[0])
     if at != old:
         state[0] += old - at
@@ -239,47 +235,51 @@ def open_leg(p, s, turns, phase, low, mode, approach, y, v):
         constant += p.kinetic if sliding == 2 else -p.kinetic
     hertz = 0
     stiff, drag = 0.0, 0.0
-    for k in range(len(p.place)):
+    for k in range(len(p.stops)):
         if status(p, mode, k) != PUSHING:
             continue
-        off = p.place[k] - at
-        if p.law[k] != HERTZ:
-            kappa += p.stiffness[k]
-            damping += p.loss[k]
-            constant += p.stiffness[k] * off
+        off = p.stops[k, PLACE] - at
+        if p.stops[k, LAW] != HERTZ:
+            kappa += p.stops[k, STIFFNESS]
+            damping += p.stops[k, LOSS]
+            constant += p.stops[k, STIFFNESS] * off
             continue
-        n, loss = p.exponent[k], p.loss[k]
-        if p.restitution[k] >= 0:
+        n, loss = p.stops[k, EXPONENT], p.stops[k, LOSS]
+        if p.stops[k, RESTITUTION] >= 0:
             # A touch at no speed has no velocity to measure the loss by, and none is taken.
-            r = p.restitution[k]
+            r = p.stops[k, RESTITUTION]
             loss = 0.75 * (1 - r * r) / approach[k] if approach[k] > 0 else 0.0
-        s.hertz[hertz, 0], s.hertz[hertz, 1], s.hertz[hertz, 2] = p.side[k], off, p.stiffness[k]
+        s.hertz[hertz, 0], s.hertz[hertz, 1], s.hertz[hertz, 2] = (
+            p.stops[k, SIDE],
+            off,
+            p.stops[k, STIFFNESS],
+        )
         s.hertz[hertz, 3], s.hertz[hertz, 4] = n, loss
         hertz += 1
-        depth = max(p.side[k] * (y - off), 0.0)
-        depth = max(depth, ((n + 1) * v * v / (2 * p.stiffness[k])) ** (1 / (n + 1)))
-        stiff += n * p.stiffness[k] * depth ** (n - 1)
-        drag += loss * p.stiffness[k] * depth**n
-    for j in range(len(p.ratio)):
-        s.waves[j, 0], s.waves[j, 1] = p.ratio[j], p.amplitude[j]
-        s.waves[j, 2] = phase_of(p.ratio[j], turns, phase) + p.angle[j] + p.ratio[j] * low
+        depth = max(p.stops[k, SIDE] * (y - off), 0.0)
+        depth = max(depth, ((n + 1) * v * v / (2 * p.stops[k, STIFFNESS])) ** (1 / (n + 1)))
+        stiff += n * p.stops[k, STIFFNESS] * depth ** (n - 1)
+        drag += loss * p.stops[k, STIFFNESS] * depth**n
+    for j in range(len(p.waves)):
+        s.waves[j, 0], s.waves[j, 1] = p.waves[j, 0], p.waves[j, 1]
+        s.waves[j, 2] = phase_of(p.waves[j, 0], turns, phase) + p.waves[j, 2] + p.waves[j, 0] * low
     rate = max(math.sqrt(kappa + stiff), damping + drag, p.fastest)
     elapsed = (turns * TURN + (phase - p.start)) + low
-    sway = phase_of(p.base[1], turns, phase) + p.base[2] if p.forced else 0.0
+    sway = phase_of(p.pace, turns, phase) + p.sway if p.forced else 0.0
     return Leg(
         kappa,
         damping,
         constant,
         at,
-        len(p.ratio),
+        len(p.waves),
         hertz,
         rate,
         p.forced,
         elapsed,
         p.omega,
         p.inertia,
-        p.base[0],
-        p.base[1],
+        p.swing,
+        p.pace,
         sway,
     )
 
@@ -514,14 +514,14 @@ def first_root(stack, n):
 def jerk(p, f, leg, s, y):
     """Rate of the acceleration of a mass that rests at y, at the start of the step."""
     rate = 0.0
-    for j in range(len(p.ratio)):
-        rate -= p.ratio[j] * p.amplitude[j] * math.sin(s.waves[j, 2])
+    for j in range(len(p.waves)):
+        rate -= p.waves[j, 0] * p.waves[j, 1] * math.sin(s.waves[j, 2])
     if p.forced:  # only the law's own part is differenced
         h = 1e-5
         later = pull(f, leg, s, h, y, 0.0) - pull(f, leg, s, -h, y, 0.0)
         known = 0.0
-        for j in range(len(p.ratio)):
-            known -= 2 * p.amplitude[j] * math.sin(s.waves[j, 2]) * math.sin(p.ratio[j] * h)
+        for j in range(len(p.waves)):
+            known -= 2 * p.waves[j, 1] * math.sin(s.waves[j, 2]) * math.sin(p.waves[j, 0] * h)
         rate += (later - known) / (2 * h)
     return rate
 
@@ -530,36 +530,37 @@ def jerk(p, f, leg, s, y):
 def list_events(p, s, leg, mode, y, v):
     """Write the event functions of a mode, positive while it lasts, to `events`; their number."""
     n = 0
-    for chain in (p.upper, p.lower):
-        for k in chain:
-            side, digit = p.side[k], status(p, mode, k)
-            depth = side * (y - (p.place[k] - leg.origin))
-            force = p.stiffness[k] * depth + p.loss[k] * side * v
-            if digit == OUT:
-                enter(s, n, -depth, -side, 0.0, REACH, k)
-                n += 1
-                break  # what stands behind it is reached later
-            if digit == SLACK:
-                enter(s, n, depth, side, 0.0, EXIT, k)
-                enter(s, n + 1, -force, -p.stiffness[k] * side, -p.loss[k] * side, AGAIN, k)
-                n += 2
-            elif p.law[k] == PUSHER:
-                enter(s, n, force, p.stiffness[k] * side, p.loss[k] * side, LEAVE, k)
-                n += 1
-            else:
-                enter(s, n, depth, side, 0.0, LEAVE, k)
-                n += 1
+    ahead = 0.0  # the side on which the next stop is found; what stands behind it is reached later
+    for k in p.order:
+        side, digit = p.stops[k, SIDE], status(p, mode, k)
+        if side == ahead:
+            continue
+        depth = side * (y - (p.stops[k, PLACE] - leg.origin))
+        stiffness, loss = p.stops[k, STIFFNESS], p.stops[k, LOSS]
+        force = stiffness * depth + loss * side * v
+        if digit == OUT:
+            enter(s.events, n, -depth, -side, 0.0, REACH, k)
+            ahead = side
+        elif digit == SLACK:
+            enter(s.events, n, depth, side, 0.0, EXIT, k)
+            n += 1
+            enter(s.events, n, -force, -stiffness * side, -loss * side, AGAIN, k)
+        elif p.stops[k, LAW] == PUSHER:
+            enter(s.events, n, force, stiffness * side, loss * side, LEAVE, k)
+        else:
+            enter(s.events, n, depth, side, 0.0, LEAVE, k)
+        n += 1
     if mode % 3 != 0:
         sign = 1.0 if mode % 3 == 1 else -1.0
-        enter(s, n, sign * v, 0.0, sign, REST, -1)
+        enter(s.events, n, sign * v, 0.0, sign, REST, -1)
         n += 1
     return n
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def enter(s, n, at, of_position, of_velocity, kind, k):
+def enter(events, n, at, of_position, of_velocity, kind, k):
     """Write one event function."""
-    row = s.events[n]
+    row = events[n]
     row[0], row[1], row[2], row[3], row[4] = at, of_position, of_velocity, kind, k
 
 
@@ -609,9 +610,9 @@ def unstick(p, f, leg, s, y, low, high, end):
     one, its force is looked at 64 times in the period of the fastest forcing.
     """
     reach, most = 0.0, 0.0
-    for j in range(len(p.ratio)):
-        reach += abs(p.amplitude[j])
-        most += abs(p.amplitude[j]) * p.ratio[j] ** 2
+    for j in range(len(p.waves)):
+        reach += abs(p.waves[j, 1])
+        most += abs(p.waves[j, 1]) * p.waves[j, 0] ** 2
     tau, before = 0.0, 0.0
     if not p.forced:
         mean = leg.constant - leg.kappa * y
@@ -625,8 +626,8 @@ def unstick(p, f, leg, s, y, low, high, end):
         if not math.isfinite(force):
             return tau, 2
         rate = 0.0
-        for j in range(len(p.ratio)):
-            rate -= p.ratio[j] * p.amplitude[j] * math.sin(s.waves[j, 2] + p.ratio[j] * tau)
+        for j in range(len(p.waves)):
+            rate -= p.waves[j, 0] * p.waves[j, 1] * math.sin(s.waves[j, 2] + p.waves[j, 0] * tau)
         out = 1 if force > high or (force == high and rate > 0 and not p.forced) else 0
         if force < low or (force == low and rate < 0 and not p.forced):
             out = -1
@@ -668,8 +669,8 @@ def clear(gap, slope, most):
 @njit(cache=True, nogil=True, error_model="numpy")
 def rigid_at(p, leg, y):
     """The rigid stop that the mass is at, or -1."""
-    for k in range(len(p.place)):
-        if p.law[k] == RIGID and y == p.place[k] - leg.origin:
+    for k in range(len(p.stops)):
+        if p.stops[k, LAW] == RIGID and y == p.stops[k, PLACE] - leg.origin:
             return k
     return -1
 
@@ -677,8 +678,8 @@ def rigid_at(p, leg, y):
 @njit(cache=True, nogil=True, error_model="numpy")
 def holding(p, k):
     """The forces that friction and the rigid stop k (-1: none) hold."""
-    low = -math.inf if k >= 0 and p.side[k] < 0 else -p.static
-    high = math.inf if k >= 0 and p.side[k] > 0 else p.static
+    low = -math.inf if k >= 0 and p.stops[k, SIDE] < 0 else -p.static
+    high = math.inf if k >= 0 and p.stops[k, SIDE] > 0 else p.static
     return low, high
 
 
@@ -718,10 +719,10 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
     room = len(events)
     if room > 0 and count[BEGUN] == 0:
         # The loss of a contact under way is by its approach velocity, which a start does not tell.
-        for k in range(len(p.place)):
-            if room < len(p.place) + ROOM:
+        for k in range(len(p.stops)):
+            if room < len(p.stops) + ROOM:
                 return FULL
-            if p.law[k] == HERTZ and status(p, count[0], k) == PUSHING:
+            if p.stops[k, LAW] == HERTZ and status(p, count[0], k) == PUSHING:
                 note(events, count, clock, state, MARK, k, state[APPROACH + k])
         count[BEGUN] = 1
     while True:
@@ -824,9 +825,9 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
         kind, k = int(s.events[due, 3]), int(s.events[due, 4])
         if kind == REST:
             rest_or_turn(p, f, s, clock, state, count, events)
-        elif kind == REACH and p.law[k] == RIGID:
-            state[0] = p.place[k] - leg.origin
-            if p.side[k] * state[1] <= 0:  # closed at the very turning point
+        elif kind == REACH and p.stops[k, LAW] == RIGID:
+            state[0] = p.stops[k, PLACE] - leg.origin
+            if p.stops[k, SIDE] * state[1] <= 0:  # closed at the very turning point
                 state[1] = 0.0
                 if p.static > 0:
                     slide(count, 0)
@@ -840,9 +841,12 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
 def inside(p, state, count):
     """Take back what rounding has put behind a rigid stop."""
     at = origin(p, count[0])
-    for k in range(len(p.place)):
-        if p.law[k] == RIGID and p.side[k] * (state[0] - (p.place[k] - at)) > 0:
-            state[0] = p.place[k] - at
+    for k in range(len(p.stops)):
+        if (
+            p.stops[k, LAW] == RIGID
+            and p.stops[k, SIDE] * (state[0] - (p.stops[k, PLACE] - at)) > 0
+        ):
+            state[0] = p.stops[k, PLACE] - at
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -948,7 +952,7 @@ def rest_or_turn(p, f, s, clock, state, count, events):
 def touched(p, mode):
     """How many stops push."""
     number = 0
-    for k in range(len(p.place)):
+    for k in range(len(p.stops)):
         number += status(p, mode, k) == PUSHING
     return number
 
@@ -965,7 +969,7 @@ def change_contact(p, clock, state, count, events, kind, k):
     if kind in (REACH, AGAIN):
         become(p, state, count, k, PUSHING)
         if kind == REACH:
-            state[0] = p.place[k] - origin(p, count[0])
+            state[0] = p.stops[k, PLACE] - origin(p, count[0])
         count[2] += 1
         count[4] += 1
         state[2] = max(state[2], abs(v))
@@ -973,12 +977,12 @@ def change_contact(p, clock, state, count, events, kind, k):
         state[3] += v * v / 2 if before == 0 else 0.0
         note(events, count, clock, state, TOUCH, k, abs(v))
         return
-    if kind == LEAVE and p.law[k] == PUSHER:
-        depth = p.side[k] * (state[0] - (p.place[k] - origin(p, count[0])))
+    if kind == LEAVE and p.stops[k, LAW] == PUSHER:
+        depth = p.stops[k, SIDE] * (state[0] - (p.stops[k, PLACE] - origin(p, count[0])))
         become(p, state, count, k, SLACK if depth > 0 else OUT)
     else:
         become(p, state, count, k, OUT)
-        state[0] = p.place[k] - origin(p, count[0])
+        state[0] = p.stops[k, PLACE] - origin(p, count[0])
     if kind == LEAVE:
         state[3] -= v * v / 2 if before == 1 else 0.0
         note(events, count, clock, state, PART, k, 0.0)
@@ -987,9 +991,9 @@ def change_contact(p, clock, state, count, events, kind, k):
 @njit(cache=True, nogil=True, error_model="numpy")
 def restitution_at(p, f, k, v):
     """Restitution coefficient of a rigid stop at an approach velocity; NaN if it cannot be."""
-    if p.restitution[k] >= 0:
-        return p.restitution[k]
-    r = f.upper(v * p.omega) if p.side[k] > 0 else f.lower(v * p.omega)
+    if p.stops[k, RESTITUTION] >= 0:
+        return p.stops[k, RESTITUTION]
+    r = f.upper(v * p.omega) if p.stops[k, SIDE] > 0 else f.lower(v * p.omega)
     return r if 0 <= r <= 1 else math.nan
 
 
@@ -999,7 +1003,7 @@ def rebound(p, f, s, clock, state, count, events, k, end, end_turns, end_phase):
 
     False if the user's restitution is none.
     """
-    side = p.side[k]
+    side = p.stops[k, SIDE]
     v = abs(state[1])
     r = restitution_at(p, f, k, v)
     if math.isnan(r):
@@ -1024,7 +1028,7 @@ def rebound(p, f, s, clock, state, count, events, k, end, end_turns, end_phase):
     # Friction shortens the way out and slows the way back.
     up, down = pressing + p.kinetic, pressing - p.kinetic
     kept = math.sqrt(down / up)
-    if p.restitution[k] >= 0:
+    if p.stops[k, RESTITUTION] >= 0:
         left = out * (1 / up + kept / down) / (1 - r * kept)
     else:
         left, speed = 0.0, out
@@ -1038,8 +1042,8 @@ def rebound(p, f, s, clock, state, count, events, k, end, end_turns, end_phase):
                 return False
             speed *= kept * share
     most = 0.0
-    for j in range(len(p.ratio)):
-        most += abs(p.amplitude[j]) * p.ratio[j] ** 2
+    for j in range(len(p.waves)):
+        most += abs(p.waves[j, 1]) * p.waves[j, 0] ** 2
     change = abs(jerk(p, f, leg, s, state[0])) + most * left
     change += leg.rate * (pressing * (leg.damping > 0) + leg.rate * out)
     if change * left > CALM * (pressing - p.static):
@@ -1056,9 +1060,9 @@ def rebound(p, f, s, clock, state, count, events, k, end, end_turns, end_phase):
 @njit(cache=True, nogil=True, error_model="numpy")
 def recall(p, rows, w, approach):
     """Approach velocities of the contacts under way in row w, from the rows before it."""
-    for k in range(len(p.place)):
+    for k in range(len(p.stops)):
         approach[k] = 0.0
-        if p.restitution[k] < 0 or p.law[k] != HERTZ:
+        if p.stops[k, RESTITUTION] < 0 or p.stops[k, LAW] != HERTZ:
             continue
         if status(p, int(rows[w, 4]), k) == PUSHING:
             for r in range(w, -1, -1):
@@ -1087,7 +1091,7 @@ def sample(p, tab, f, s, rows, where, turns, phase, order, q, v):
 
     `order` has the instants of a row together and in the order of time.
     """
-    approach = np.empty(len(p.place))
+    approach = np.empty(len(p.stops))
     clock = np.empty(3)
     current = -1
     mode = 0
@@ -1125,9 +1129,9 @@ def sample(p, tab, f, s, rows, where, turns, phase, order, q, v):
             pass_time(clock, step)
             step = -1.0
         at += origin(p, mode)
-        for k in range(len(p.place)):
-            if p.law[k] == RIGID and p.side[k] * (at - p.place[k]) > 0:
-                at = p.place[k]
+        for k in range(len(p.stops)):
+            if p.stops[k, LAW] == RIGID and p.stops[k, SIDE] * (at - p.stops[k, PLACE]) > 0:
+                at = p.stops[k, PLACE]
         q[n], v[n] = at, velocity
 
 
@@ -1136,31 +1140,35 @@ def push_of(p, k, loss, depth, inward):
     """Force per mass of a soft stop."""
     if depth < 0:
         return 0.0
-    if p.law[k] == HERTZ:
-        return p.stiffness[k] * depth ** p.exponent[k] * (1 + loss * inward)
-    return p.stiffness[k] * depth + p.loss[k] * inward
+    if p.stops[k, LAW] == HERTZ:
+        return p.stops[k, STIFFNESS] * depth ** p.stops[k, EXPONENT] * (1 + loss * inward)
+    return p.stops[k, STIFFNESS] * depth + p.stops[k, LOSS] * inward
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def peaks(p, tab, f, s, rows, first, last, ended, out):
     """Greatest force of contacts per mass, each from the row of its touch to that of its end."""
-    approach = np.empty(len(p.place))
+    approach = np.empty(len(p.stops))
     clock = np.empty(3)
     for n in range(len(first)):
         k = int(rows[first[n], 3])
-        side = p.side[k]
+        side = p.stops[k, SIDE]
         best = -math.inf
         for w in range(first[n], last[n]):
             recall(p, rows, w, approach)
             row = rows[w]
             mode = mode_of(p, f, s, row, approach)
-            loss = p.loss[k]
-            if p.restitution[k] >= 0:
-                loss = 0.75 * (1 - p.restitution[k] ** 2) / approach[k] if approach[k] > 0 else 0.0
+            loss = p.stops[k, LOSS]
+            if p.stops[k, RESTITUTION] >= 0:
+                loss = (
+                    0.75 * (1 - p.stops[k, RESTITUTION] ** 2) / approach[k]
+                    if approach[k] > 0
+                    else 0.0
+                )
             clock[0], clock[1], clock[2] = row[0], row[1], 0.0
             x, u, wish, speed = row[5], row[6], 0.0, abs(row[6])
             until = rows[w + 1] if w + 1 < len(rows) else ended
-            off = p.place[k] - origin(p, mode)
+            off = p.stops[k, PLACE] - origin(p, mode)
             best = max(best, push_of(p, k, loss, max(side * (x - off), 0.0), side * u))
             while row[2] != STICK:
                 end = (until[0] - clock[0]) * TURN + (until[1] - clock[1]) - clock[2]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidInput, finite_number
-from ..oscillators import Hertz, KelvinVoigt, Oscillator, Rigid
+from ..oscillators import KelvinVoigt, Oscillator, Rigid
 from ._events import COUNTERS
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ class SteppingEngine:
         self._tableau = _tableau()
         stops = len(oscillator.stops)
         self._scratch = Scratch(
-            waves=np.empty((len(self._problem.ratio), 3)),
+            waves=np.empty_like(self._problem.waves),
             hertz=np.empty((stops, 5)),
             kq=np.empty(16),
             kv=np.empty(16),
@@ -125,23 +125,22 @@ class SteppingEngine:
 
         p = self._problem = self._problem._replace(start=float(phase))
         mode, at = 0, 0.0
-        approach = np.zeros(len(p.place))
-        for k in [*p.upper, *p.lower]:
-            depth = p.side[k] * (q - p.place[k])
+        approach = np.zeros(len(p.stops))
+        for k in p.order:
+            place, side, law, stiffness, loss, n, _, weight = p.stops[k]
+            depth = side * (q - place)
             if depth <= 0:
                 continue
-            if p.law[k] == RIGID:
-                q = p.place[k]
+            if law == RIGID:
+                q = place
                 continue
-            inward = p.side[k] * v
-            slack = p.law[k] == PUSHER and p.stiffness[k] * depth + p.loss[k] * inward <= 0
-            mode += int(p.weight[k]) * (SLACK if slack else PUSHING)
-            at = p.place[k]
-            if p.law[k] == HERTZ:
-                n = p.exponent[k]
-                approach[k] = math.sqrt(v * v + 2 * p.stiffness[k] / (n + 1) * depth ** (n + 1))
+            slack = law == PUSHER and stiffness * depth + loss * side * v <= 0
+            mode += int(weight) * (SLACK if slack else PUSHING)
+            at = place
+            if law == HERTZ:
+                approach[k] = math.sqrt(v * v + 2 * stiffness / (n + 1) * depth ** (n + 1))
         # A first touch at next to no speed must not set the scale of chatter.
-        slow = 1e-6 * (np.abs(p.amplitude).sum() + abs(p.constant))
+        slow = 1e-6 * (np.abs(p.waves[:, 1]).sum() + abs(p.constant))
         state = np.array([q - at, v, slow, 0.0, p.fixed, abs(v), *approach])
         count = np.zeros(COUNTERS + 2, np.int64)
         count[0] = mode
@@ -169,11 +168,13 @@ class SteppingEngine:
 
     def place(self, mode: Any, q: Any) -> Any:
         """Position in the coordinates of the stops, of positions from the origins of modes."""
+        from ._stepping import PLACE, WEIGHT
+
         p = self._problem
         origin = np.zeros(np.shape(mode))
-        for k in [*p.upper, *p.lower]:
-            reached = np.asarray(mode).astype(np.int64) // p.weight[k] % 3 != 0
-            origin = np.where(reached, p.place[k], origin)
+        for k in p.order:
+            reached = np.asarray(mode).astype(np.int64) // int(p.stops[k, WEIGHT]) % 3 != 0
+            origin = np.where(reached, p.stops[k, PLACE], origin)
         return q + origin
 
     def sample(
@@ -230,68 +231,46 @@ def _pose(
         moved[w] += push * base.amplitude * cmath.exp(1j * base.phase)
     moved = {frequency: size for frequency, size in moved.items() if size}
     carried = base if base is not None and base.stops else None
-    ratio = np.array([frequency / omega for frequency in moved])
+    waves = [
+        (frequency / omega, abs(size) / inertia, cmath.phase(size))
+        for frequency, size in moved.items()
+    ]
 
-    laws = [stop.law for stop in oscillator.stops]
-    kinds, stiff, loss, exponent, restitution = [], [], [], [], []
-    for law in laws:
+    stops = []
+    for k, stop in enumerate(oscillator.stops):
+        law = stop.law
+        side = 1.0 if stop.side == "upper" else -1.0
         if isinstance(law, Rigid):
-            kinds.append(RIGID)
-            stiff.append(0.0)
-            loss.append(0.0)
-            restitution.append(-1.0 if callable(law.restitution) else law.restitution)
-            exponent.append(1.0)
+            r = -1.0 if callable(law.restitution) else law.restitution
+            row = (RIGID, 0.0, 0.0, 1.0, r)
         elif isinstance(law, KelvinVoigt):
-            kinds.append(SPRING if law.ends == "gap" else PUSHER)
-            stiff.append(law.stiffness / inertia)
-            loss.append(law.damping / (mass * omega))
-            restitution.append(-1.0)
-            exponent.append(1.0)
+            kind = SPRING if law.ends == "gap" else PUSHER
+            row = (kind, law.stiffness / inertia, law.damping / (mass * omega), 1.0, -1.0)
         else:
-            assert isinstance(law, Hertz)
-            kinds.append(HERTZ)
-            stiff.append(law.stiffness / inertia)
-            loss.append(law.damping * omega)
-            restitution.append(-1.0 if law.restitution is None else law.restitution)
-            exponent.append(law.exponent)
-
-    def chain(side: str) -> np.ndarray:
-        own = [k for k, stop in enumerate(oscillator.stops) if stop.side == side]
-        sign = 1 if side == "upper" else -1
-        own.sort(key=lambda k: sign * oscillator.stops[k].position)
-        return np.array(own, np.int64)
+            r = -1.0 if law.restitution is None else law.restitution
+            row = (HERTZ, law.stiffness / inertia, law.damping * omega, law.exponent, r)
+        stops.append((stop.position, side, *row, 3.0 ** (k + 1)))
+    order = sorted(range(len(stops)), key=lambda k: (-stops[k][1], stops[k][1] * stops[k][0]))
 
     friction = oscillator.friction
-    fastest = max([1.0, *ratio])
+    fastest = max([1.0, *(ratio for ratio, _, _ in waves)])
     return Problem(
         kappa=stiffness / inertia,
         damping=damping / (mass * omega),
         constant=oscillator.load / inertia,
-        ratio=ratio,
-        amplitude=np.array([abs(size) for size in moved.values()]) / inertia,
-        angle=np.array([cmath.phase(size) for size in moved.values()]),
+        waves=np.array(waves, float).reshape(-1, 3),
         fastest=fastest,
-        place=np.array([stop.position for stop in oscillator.stops], float),
-        side=np.array([1.0 if stop.side == "upper" else -1.0 for stop in oscillator.stops]),
-        law=np.array(kinds, np.int64),
-        stiffness=np.array(stiff, float),
-        loss=np.array(loss, float),
-        exponent=np.array(exponent, float),
-        restitution=np.array(restitution, float),
-        weight=3 ** np.arange(1, len(laws) + 1, dtype=np.int64),
-        upper=chain("upper"),
-        lower=chain("lower"),
+        stops=np.array(stops, float).reshape(-1, 8),
+        order=np.array(order, np.int64),
         kinetic=friction.kinetic / inertia if friction else 0.0,
         static=friction.static / inertia if friction else 0.0,  # type: ignore[operator]
         forced=oscillator.law is not None,
         omega=omega,
         inertia=inertia,
         start=0.0,
-        base=np.array(
-            [carried.amplitude, carried.frequency / omega, carried.phase]
-            if carried
-            else [0.0, 1.0, 0.0]
-        ),
+        swing=carried.amplitude if carried else 0.0,
+        pace=carried.frequency / omega if carried else 1.0,
+        sway=carried.phase if carried else 0.0,
         chatter=chatter,
         fixed=2 * math.pi / method.steps if isinstance(method, FixedStep) else 0.0,
         tolerance=method.tolerance if isinstance(method, RungeKutta) else 1e-10,
