@@ -725,6 +725,7 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
             if p.stops[k, LAW] == HERTZ and status(p, count[0], k) == PUSHING:
                 note(events, count, clock, state, MARK, k, state[APPROACH + k])
         count[BEGUN] = 1
+    approach = state[APPROACH:]
     while True:
         if room > 0 and count[5] + ROOM > room:
             return FULL
@@ -736,7 +737,6 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
         y, v = state[0], state[1]
         if not (abs(y) < 1e140 and abs(v) < 1e140):
             return DIVERGED  # their squares would overflow
-        approach = state[APPROACH:]
         balanced = False
         if v == 0.0:
             rest = count[0] - count[0] % 3
