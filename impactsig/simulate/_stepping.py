@@ -30,10 +30,10 @@ from ._events import (
     MARK,
     PART,
     RELEASE,
+    REVERSE,
     STICK,
     TOUCH,
 )
-from ._events import TURN as TURNED
 
 OUT, PUSHING, SLACK = range(3)
 # Kinds of stop: Kelvin-Voigt stops end contact at zero gap (SPRING) or at zero force (PUSHER).
@@ -945,7 +945,7 @@ def rest_or_turn(p, f, s, clock, state, count, events):
     way, _ = departure(p, f, leg, s, state[0], rigid_at(p, leg, state[0]))
     if abs(way) == 1:
         slide(count, way)
-        note(events, count, clock, state, TURNED, -1, 0.0)
+        note(events, count, clock, state, REVERSE, -1, 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -1146,7 +1146,7 @@ def push_of(p, k, loss, depth, inward):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def peaks(p, tab, f, s, rows, first, last, ended, out):
+def peaks(p, tab, f, s, rows, first, last, end_turns, end_phase, out):
     """Greatest force of contacts per mass, each from the row of its touch to that of its end."""
     approach = np.empty(len(p.stops))
     clock = np.empty(3)
@@ -1167,11 +1167,13 @@ def peaks(p, tab, f, s, rows, first, last, ended, out):
                 )
             clock[0], clock[1], clock[2] = row[0], row[1], 0.0
             x, u, wish, speed = row[5], row[6], 0.0, abs(row[6])
-            until = rows[w + 1] if w + 1 < len(rows) else ended
+            until_turns, until_phase = end_turns, end_phase
+            if w + 1 < len(rows):
+                until_turns, until_phase = rows[w + 1, 0], rows[w + 1, 1]
             off = p.stops[k, PLACE] - origin(p, mode)
             best = max(best, push_of(p, k, loss, max(side * (x - off), 0.0), side * u))
             while row[2] != STICK:
-                end = (until[0] - clock[0]) * TURN + (until[1] - clock[1]) - clock[2]
+                end = (until_turns - clock[0]) * TURN + (until_phase - clock[1]) - clock[2]
                 if end <= 0:
                     break
                 leg = open_leg(p, s, clock[0], clock[1], clock[2], mode, approach, x, u)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from math import comb
@@ -15,6 +14,8 @@ import numpy as np
 from ..errors import InvalidInput, finite_number
 from ..oscillators import KelvinVoigt, Oscillator, Rigid
 from ._events import COUNTERS
+from ._frame import forcing, reference_frequency
+from ._user import compiled
 
 if TYPE_CHECKING:
     from ._stepping import Functions, Problem, Tableau
@@ -97,8 +98,7 @@ class SteppingEngine:
     ) -> None:
         from ._stepping import Scratch
 
-        natural = oscillator.natural_frequency
-        self.omega: float = oscillator.forcing_frequency or natural or 1.0
+        self.omega: float = reference_frequency(oscillator)
         self._functions = _functions(oscillator)
         self._problem = _pose(oscillator, method, chatter, self.omega)
         self._tableau = _tableau()
@@ -113,7 +113,6 @@ class SteppingEngine:
             events=np.empty((2 * stops + 1, 6)),
             stack=np.empty((64, DEGREE + 3)),
         )
-        self._ended = np.zeros(3)
 
     def begin(self, q: float, v: float, phase: float) -> tuple[np.ndarray, np.ndarray]:
         """State and counters of a start at q, v (in the engine's units) and that phase.
@@ -159,12 +158,10 @@ class SteppingEngine:
         """Move to the end, writing events until they are full; a status."""
         from ._stepping import run
 
-        found = run(
+        return run(
             self._problem, self._tableau, self._functions, self._scratch,
             clock, state, count, events, float(end_turns), float(end_phase), int(legs),
         )  # fmt: skip
-        self._ended = clock.copy()
-        return int(found)
 
     def place(self, mode: Any, q: Any) -> Any:
         """Position in the coordinates of the stops, of positions from the origins of modes."""
@@ -187,25 +184,30 @@ class SteppingEngine:
         order = np.lexsort((phase, turns, where))
         sample(
             self._problem, self._tableau, self._functions, self._scratch,
-            rows, np.asarray(where, np.int64), np.asarray(turns, float), np.asarray(phase, float),
-            order, q, v,
+            _reading(rows), np.asarray(where, np.int64),
+            np.asarray(turns, float), np.asarray(phase, float), order, q, v,
         )  # fmt: skip
         return q, v
 
-    def peaks(self, rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """Greatest force per mass of contacts, from the TOUCH in row `first` to row `last`.
-
-        A contact that the run cut short has `last` = the number of rows; it lasts to where the last
-        run ended.
-        """
+    def peaks(
+        self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
+    ) -> np.ndarray:
+        """Greatest force of contacts, from the TOUCH in row `first` to row `last` or the end."""
         from ._stepping import peaks
 
         out = np.empty(len(first))
         peaks(
             self._problem, self._tableau, self._functions, self._scratch,
-            rows, np.asarray(first, np.int64), np.asarray(last, np.int64), self._ended, out,
+            _reading(rows), np.asarray(first, np.int64), np.asarray(last, np.int64), *end, out,
         )  # fmt: skip
-        return out
+        return out * self._problem.inertia
+
+
+def _reading(rows: np.ndarray) -> np.ndarray:
+    """Rows that cannot be written to: numba compiles for either kind of array."""
+    view = rows.view()
+    view.flags.writeable = False
+    return view
 
 
 def _pose(
@@ -217,23 +219,11 @@ def _pose(
     mass, damping, stiffness = oscillator.mass, oscillator.damping, oscillator.stiffness
     inertia = mass * omega**2
     base = oscillator.base
-    moved: dict[float, complex] = {}
-    for force in oscillator.forces:
-        moved.setdefault(force.frequency, 0)
-        moved[force.frequency] += force.amplitude * cmath.exp(1j * force.phase)
-    if base is not None:
-        # q = x - base: what hangs on the base pulls no more, and inertia pushes back.
-        w = base.frequency
-        pull = (base.spring - base.stops) * stiffness
-        drag = (base.damper - base.stops) * damping
-        push = (pull + base.stops * mass * w * w) + 1j * w * drag
-        moved.setdefault(w, 0)
-        moved[w] += push * base.amplitude * cmath.exp(1j * base.phase)
-    moved = {frequency: size for frequency, size in moved.items() if size}
     carried = base if base is not None and base.stops else None
     waves = [
-        (frequency / omega, abs(size) / inertia, cmath.phase(size))
-        for frequency, size in moved.items()
+        (ratio, abs(amplitude), cmath.phase(amplitude))
+        for ratio, amplitude in zip(*forcing(oscillator), strict=True)
+        if amplitude
     ]
 
     stops = []
@@ -304,56 +294,9 @@ def _functions(oscillator: Oscillator) -> Functions:
     """The user's functions, compiled; stand-ins where there are none."""
     from ._stepping import Functions, no_law, no_restitution
 
-    law = no_law if oscillator.law is None else _native(oscillator.law, "law", 3)
+    law = no_law if oscillator.law is None else compiled("law", oscillator.law, 3)
     found = {"upper": no_restitution, "lower": no_restitution}
     for stop in oscillator.stops:
         if isinstance(stop.law, Rigid) and callable(stop.law.restitution):
-            found[stop.side] = _native(stop.law.restitution, "restitution", 1)
+            found[stop.side] = compiled("restitution", stop.law.restitution, 1)
     return Functions(law, found["upper"], found["lower"])
-
-
-@lru_cache(maxsize=256)
-def _native(function: Callable[..., float], argument: str, numbers: int) -> Any:
-    """A function of numbers as machine code, which gives NaN where the function raises.
-
-    The kernel sees no more of it than its signature, and so need not be compiled for each.
-    """
-    from numba import cfunc, njit
-
-    try:
-        inner = function if hasattr(function, "py_func") else njit(function)
-        if numbers == 3:
-
-            @cfunc("float64(float64, float64, float64)")
-            def native(t, x, v):  # type: ignore[no-untyped-def]
-                out = math.nan
-                try:
-                    out = float(inner(t, x, v))
-                except Exception:
-                    out = math.nan
-                return out
-
-        else:
-
-            @cfunc("float64(float64)")
-            def native(v):  # type: ignore[no-untyped-def]
-                out = math.nan
-                try:
-                    out = float(inner(v))
-                except Exception:
-                    out = math.nan
-                return out
-
-    except Exception as error:  # numba raises of all kinds
-        arguments = "t, x and v" if numbers == 3 else "the approach velocity"
-        raise InvalidInput(
-            argument, function, f"a function of {arguments} that numba can compile", _reason(error)
-        ) from error
-    return native
-
-
-def _reason(error: Exception) -> str:
-    """What numba says first, but for its preamble."""
-    lines = [line.strip() for line in str(error).splitlines()]
-    told = [line for line in lines if line and not line.startswith("Failed in")]
-    return f"numba: {told[0][:160]}" if told else type(error).__name__
