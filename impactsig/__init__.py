@@ -47,7 +47,14 @@ if TYPE_CHECKING:
     )
     from .recording import Recording
     from .report import write_report
-    from .simulate import Motion, simulate, simulate_blocks, simulate_many
+    from .simulate import (
+        FixedStep,
+        Motion,
+        RungeKutta,
+        simulate,
+        simulate_blocks,
+        simulate_many,
+    )
     from .simulate.measuring import Measured, measure
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
@@ -87,7 +94,7 @@ _HOME = {
         "scenes",
     ),
     "report": ("write_report",),
-    "simulate": ("Motion", "simulate_blocks", "simulate_many"),
+    "simulate": ("FixedStep", "Motion", "RungeKutta", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
@@ -99,6 +106,7 @@ _WHERE = {name: module for module, names in _HOME.items() for name in names}
 __all__ = [
     "BaseMotion",
     "Comparison",
+    "FixedStep",
     "Force",
     "Friction",
     "Hertz",
@@ -117,6 +125,7 @@ __all__ = [
     "Periodicity",
     "Recording",
     "Rigid",
+    "RungeKutta",
     "Stop",
     "UnreadableFile",
     "UnwritableFile",
