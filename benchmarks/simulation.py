@@ -86,7 +86,7 @@ def by_thesis(steps: int) -> np.ndarray:
 def work_precision() -> list[dict]:
     """Time per impact, and the error of the first 20 instants, of each tool."""
     truth = np.array([float(t) for t in naive_simulate.impacts(
-        ZETA, AMPLITUDE, OMEGA, RESTITUTION, COUNT)[0]])  # fmt: skip
+        naive_simulate.one_sided(ZETA, AMPLITUDE, OMEGA, restitution=RESTITUTION), COUNT)[0]])  # fmt: skip
     long, took = timed(lambda: impactsig.simulate(CHAOS, periods=50_000))
     found = impactsig.simulate(CHAOS, periods=60).impacts.time[:COUNT]
     rows = [line("impactsig, exact", found, took / long.impact_count, truth)]

@@ -50,7 +50,8 @@ def test_the_first_impacts_of_a_chaotic_run_in_forty_digits():
     mp = pytest.importorskip("mpmath")
     from tests import naive_simulate
 
-    instants, speeds = naive_simulate.impacts(**CHAOS, restitution=0.8, count=20)
+    machine = naive_simulate.one_sided(**CHAOS, restitution=0.8)
+    instants, speeds = naive_simulate.impacts(machine, 20)
     impacts = impactsig.simulate(one_sided(**CHAOS, restitution=0.8), periods=60).impacts
     error = [abs(float(mp.mpf(float(t)) - s)) for t, s in zip(impacts.time, instants, strict=False)]
     assert error[0] <= 4 * np.spacing(float(instants[0]))
