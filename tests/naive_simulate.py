@@ -11,7 +11,6 @@ import math
 from dataclasses import dataclass, replace
 
 import mpmath as mp
-import numpy as np
 from numba import njit
 
 NONE, CONTACT, UNDECIDED = range(3)
@@ -59,10 +58,10 @@ def first_zero(known, omega, phase, y, v, end):
 
     Marches in cells of which each is certified free of zeros: over a cell of width h,
     y >= min(y at both ends) - M h^2 / 8, with M >= |y''| from the cell's start on. Cells that fail
-    are halved. What stops the march is a y as small as its rounding error; there, a y' that no |y''|
-    within M can turn before y changes sign proves the zero. Where y' is too small for that, rounding
-    decides whether the motion touches. A start at y = 0 with v > 0 leaves it, and cannot be back
-    before 2 v / M.
+    are halved. What stops the march is a y as small as its rounding error; there, a y' that no
+    |y''| within M can turn before y changes sign proves the zero. Where y' is too small for that,
+    rounding decides whether the motion touches. A start at y = 0 with v > 0 leaves it, and cannot
+    be back before 2 v / M.
     """
     _rest, p, q, delta, nu, f, g = known
     forced = omega**2 * math.hypot(p, q)
@@ -227,3 +226,26 @@ def _set_off(machine, t, y, stiffness, damping):
                    y, mp.mpf(0)), moment)  # fmt: skip
     assert way * v > 0
     return t + moment, y, v
+
+
+def one_impact_orbit(zeta, amplitude, omega, restitution, digits=40):
+    """Approach velocity and forcing phase of the orbit with one impact a period, in many digits.
+
+    Shaw & Holmes (1983). Of the free part of the motion, (c, w) just after the impact, the flow
+    over a period makes (c, w + (1 + r) V): it is V times a known vector. The forced part is what is
+    left of (1, -r V); that its amplitude is known leaves a quadratic for V, and its argument the
+    phase.
+    """
+    with mp.workdps(digits):
+        zeta, amplitude, omega, r = (mp.mpf(n) for n in (zeta, amplitude, omega, restitution))
+        period, damped = 2 * mp.pi / omega, mp.sqrt(1 - zeta**2)
+        co, si = mp.cos(damped * period), mp.sin(damped * period) / damped
+        flow = mp.exp(-zeta * period) * mp.matrix([[co + zeta * si, si], [-si, co - zeta * si]])
+        c, w = mp.lu_solve(flow - mp.eye(2), mp.matrix([0, 1 + r]))
+        response = amplitude / mp.mpc(1 - omega**2, 2 * zeta * omega)
+        # |1 - c V - i (-r - w) V / omega| = |response|
+        along = (r + w) / omega
+        square, size = c**2 + along**2, 1 - abs(response) ** 2
+        velocity = (c + mp.sqrt(c**2 - square * size)) / square
+        phase = mp.arg(mp.mpc(1 - c * velocity, along * velocity) / response)
+        return velocity, phase % (2 * mp.pi)
