@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     )
     from .recording import Recording
     from .report import write_report
-    from .simulate import Motion, simulate
+    from .simulate import Motion, simulate, simulate_blocks, simulate_many
     from .simulate.measuring import Measured, measure
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
@@ -87,7 +87,7 @@ _HOME = {
         "scenes",
     ),
     "report": ("write_report",),
-    "simulate": ("Motion",),
+    "simulate": ("Motion", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
@@ -135,6 +135,8 @@ __all__ = [
     "return_map",
     "scenes",
     "simulate",
+    "simulate_blocks",
+    "simulate_many",
     "synthesize",
     "write_report",
 ]

@@ -6,14 +6,23 @@ import argparse
 import math
 import re
 from collections.abc import Sequence
+from typing import NoReturn
 
 READING = ("channel", "start", "stop", "rate", "scale", "offset", "unit", "sensor")
 DETECTING = ("threshold", "polarity", "contact_level", "merge_within", "dead_time", "gaps")
 
 
-def reading_options() -> argparse.ArgumentParser:
+class Parser(argparse.ArgumentParser):
+    """A parser that tells an error in one line, as the commands do."""
+
+    def error(self, message: str) -> NoReturn:
+        """Leave with that message."""
+        self.exit(2, f"error: {message} (usage: {self.prog} --help)\n")
+
+
+def reading_options() -> Parser:
     """How a recording is read."""
-    options = argparse.ArgumentParser(add_help=False)
+    options = Parser(add_help=False)
     group = options.add_argument_group("reading")
     group.add_argument("--channel", metavar="NAME", help="channel, by name or number from 0")
     group.add_argument("--start", type=number, metavar="S", help="begin here [s]")
@@ -26,9 +35,9 @@ def reading_options() -> argparse.ArgumentParser:
     return options
 
 
-def detecting_options() -> argparse.ArgumentParser:
+def detecting_options() -> Parser:
     """How impacts are looked for in it."""
-    options = argparse.ArgumentParser(add_help=False)
+    options = Parser(add_help=False)
     group = options.add_argument_group("detection")
     group.add_argument(
         "--threshold",
@@ -65,14 +74,30 @@ def detecting_options() -> argparse.ArgumentParser:
 
 
 def with_negative_numbers(words: Sequence[str]) -> list[str]:
-    """The words with ``--scale -2e3`` made ``--scale=-2e3``, which argparse would take amiss."""
+    """The words with ``--scale -2e3`` made ``--scale=-2e3``, which argparse would take amiss.
+
+    Where several numbers follow an option, a blank before the negative ones does the same.
+    """
     joined: list[str] = []
-    for word in words:
-        if joined and joined[-1].startswith("--") and re.match(r"-[.\d]", word):
+    for index, word in enumerate(words):
+        negative = re.match(r"-[.\d]", word)
+        before = words[index - 1] if index else ""
+        option = before.startswith("--")
+        if negative and (_is_number(before) or (option and _is_number(*words[index + 1 :][:1]))):
+            joined.append(f" {word}")
+        elif negative and option:
             joined[-1] += f"={word}"
         else:
             joined.append(word)
     return joined
+
+
+def _is_number(word: str = "") -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def number(text: str) -> float:

@@ -1,6 +1,7 @@
-"""The `impactsig` command: a recording in, impacts or a report out.
+"""The `impactsig` command: a recording or a machine in, impacts or a report out.
 
-Only the standard library is imported before a command runs, so that ``--help`` answers at once.
+Before a command runs, only the standard library is imported, and the scenes, which need nothing
+else: so ``--help`` answers at once.
 """
 
 from __future__ import annotations
@@ -18,11 +19,13 @@ from . import __version__
 from ._options import (
     DETECTING,
     READING,
+    Parser,
     detecting_options,
     number,
     reading_options,
     with_negative_numbers,
 )
+from ._simulate_options import add_scenes, in_words, simulated
 from .errors import ImpactsigError, ImpactsigWarning, InvalidInput, UnreadableFile
 
 if TYPE_CHECKING:
@@ -100,15 +103,19 @@ def detect(chosen: argparse.Namespace) -> None:
     """Find the impacts of a file and write them as a table."""
     _check_ending(chosen.output, _TABLES)
     impacts = _detected(chosen.file, chosen)
-    if chosen.output is None:
-        impacts.to_csv(sys.stdout)
-    else:
-        getattr(impacts, _TABLES[chosen.output.suffix.lower()])(chosen.output)
+    _write_table(impacts, chosen.output)
     if not len(impacts):
         warnings.warn(f"no impacts: {impacts.reason}", ImpactsigWarning, stacklevel=1)
 
 
 _TABLES = {".csv": "to_csv", ".parquet": "to_parquet"}
+
+
+def _write_table(impacts: Impacts, path: Path | None) -> None:
+    if path is None:
+        impacts.to_csv(sys.stdout)
+    else:
+        getattr(impacts, _TABLES[path.suffix.lower()])(path)
 
 
 def _detected(path: Path, chosen: argparse.Namespace) -> Impacts:
@@ -143,7 +150,8 @@ def compare(chosen: argparse.Namespace) -> None:
     )
     print(result)
     if chosen.output is not None:
-        _write_figure(result.plot, chosen.output)
+        _write_figure(result.plot, chosen.output, (8.4, 7.6))
+        print(f"figure: {one_line(chosen.output)}")
 
 
 _FIGURES = (".png", ".pdf", ".svg")
@@ -171,22 +179,34 @@ def _tabulated(path: Path) -> Impacts:
     return Impacts.read_parquet(path) if path.suffix == ".parquet" else Impacts.read_csv(path)
 
 
-def _write_figure(draw: Callable[[Any], Any], path: Path) -> None:
+def _write_figure(draw: Callable[[Any], Any], path: Path, size: tuple[float, float]) -> None:
     from matplotlib.figure import Figure
 
     from ._atomic import atomic_path
 
-    figure = Figure(figsize=(8.4, 7.6), layout="constrained")
+    figure = Figure(figsize=size, layout="constrained")
     draw(figure)
     with atomic_path(path) as temporary:
-        figure.savefig(temporary, format=path.suffix[1:], dpi=150)
-    print(f"figure: {one_line(path)}")
+        figure.savefig(temporary, format=path.suffix[1:].lower(), dpi=150)
 
 
-def _check_ending(output: Path | None, endings: Iterable[str]) -> None:
+def _check_ending(output: Path | None, endings: Iterable[str], option: str = "output") -> None:
     """Refuse an output of no known kind before any work is done."""
     if output is not None and output.suffix.lower() not in endings:
-        raise InvalidInput("output", output, f"a name ending in {' or '.join(endings)}")
+        raise InvalidInput(option, output, f"a name ending in {' or '.join(endings)}")
+
+
+def simulate(chosen: argparse.Namespace) -> None:
+    """Simulate a machine that hits a stop and write its impacts as a table."""
+    _check_ending(chosen.output, _TABLES)
+    _check_ending(chosen.figure, _FIGURES, "figure")
+    motion = simulated(chosen)
+    assert motion.impacts is not None  # all is kept
+    _write_table(motion.impacts, chosen.output)
+    # Standard output may hold the table.
+    print(in_words(motion), file=sys.stderr)
+    if chosen.figure is not None:
+        _write_figure(lambda figure: motion.plot(figure.subplots()), chosen.figure, (4.8, 4.4))
 
 
 def info(chosen: argparse.Namespace) -> None:
@@ -239,6 +259,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
     "report": report,
     "detect": detect,
     "compare": compare,
+    "simulate": simulate,
     "info": info,
     "demo": demo,
 }
@@ -248,7 +269,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="impactsig",
         allow_abbrev=False,
         description="Find the impacts in a recording, measure them, and say what period they have.",
@@ -264,7 +285,9 @@ def _parser() -> argparse.ArgumentParser:
             name, help=text, description=text, parents=parents, allow_abbrev=False
         )
         command.set_defaults(run=run)
-        if name == "compare":
+        if name == "simulate":
+            add_scenes(command)
+        elif name == "compare":
             command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_PAIR)
         elif name != "demo":
             command.add_argument("file", type=Path, metavar="FILE", help="the recording")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any, Literal
 
 from ..errors import InvalidInput
 from .oscillator import Oscillator
-from .parts import BaseMotion, Force, KelvinVoigt, Rigid, Stop
+from .parts import BaseMotion, Force, Friction, KelvinVoigt, Rigid, Stop, numbers
 
 NATURAL_FREQUENCY = 22.2
 """First natural frequency of the beam of [Karpodinis]_ [Hz]."""
@@ -30,13 +31,17 @@ def karpodinis(
     ----------
     frequency : float
         Forcing frequency [Hz]. 22.1 Hz gives one impact a period, 20.1 and 20.3355 Hz chaos.
-    damping_ratio, amplitude : float
-        Our choice: the thesis' table of them is not in the text that is left.
+    damping_ratio : float
+        Damping as a share of the critical. Our choice: the thesis' table of it and of the
+        amplitude is not in the text that is left.
+    amplitude : float
+        Amplitude of the forcing, which is the deflection in units of the gap that it would have
+        as a constant force. Our choice as well.
     restitution : float
         Restitution coefficient.
     """
-    if not (math.isfinite(frequency) and frequency > 0):
-        raise InvalidInput("frequency", frequency, "a positive number [Hz]")
+    _require(above=0.0, frequency=frequency)
+    _require(least=0.0, damping_ratio=damping_ratio)
     return Oscillator(
         damping=2 * damping_ratio,
         forces=(Force(amplitude, frequency / NATURAL_FREQUENCY),),
@@ -76,6 +81,7 @@ def okolewski(
     """
     if stop not in ("hard", "soft"):
         raise InvalidInput("stop", stop, '"hard" or "soft"')
+    _require(above=0.0, eta=eta, stop_stiffness=stop_stiffness)
     law: Rigid | KelvinVoigt = Rigid(restitution)
     if stop == "soft":
         law = KelvinVoigt.equivalent(restitution, stop_stiffness)
@@ -86,3 +92,123 @@ def okolewski(
         "name": f"Okolewski's {stop} stop at eta = {eta:g}",
     }
     return Oscillator(**(known | changes))
+
+
+def tian(
+    omega: float,
+    amplitude: float,
+    stop: Literal["hard", "soft"] = "soft",
+    *,
+    damping_ratio: float = 0.03,
+    gap: float = 1.0,
+    restitution: float = 0.85,
+    stop_stiffness: float = 1e4,
+    stop_damping: float = 10.3288336,
+) -> Oscillator:
+    """A mass before a soft stop made equivalent to a rigid one, or before that one [Tian]_.
+
+    ``x'' + 2 damping_ratio x' + x = amplitude sin(omega t + phi)``; beyond the gap d the soft stop
+    adds ``stop_stiffness (x - d) + stop_damping x'`` (beta and zeta_1 in the paper) on the left,
+    the hard one turns x' into ``-restitution x'``. The paper's phi is the `phase` of `simulate`.
+
+    Parameters
+    ----------
+    omega : float
+        Angular frequency of the forcing. The range sampled in the paper is not in the text that
+        is left; 0.5 to 4 is our choice.
+    amplitude : float
+        Amplitude of the forcing; 0.1 to 2 is our choice likewise.
+    stop : {"hard", "soft"}
+        The contact law.
+    damping_ratio : float
+        Damping as a share of the critical (zeta in the paper). Our choice: the paper's is not in
+        the text that is left.
+    gap : float
+        Where the stop is. Our choice likewise; it sets the scale of the displacement.
+    restitution : float
+        Restitution coefficient of the hard stop, the paper's 0.85.
+    stop_stiffness : float
+        Stiffness of the soft stop (beta in the paper), by default of the optimum printed for a
+        restitution coefficient of 0.85.
+    stop_damping : float
+        Its damping (zeta_1 in the paper), from the same optimum; `KelvinVoigt.equivalent` has
+        10.3325 there.
+    """
+    if stop not in ("hard", "soft"):
+        raise InvalidInput("stop", stop, '"hard" or "soft"')
+    _require(above=0.0, omega=omega, stop_stiffness=stop_stiffness)
+    _require(least=0.0, damping_ratio=damping_ratio, stop_damping=stop_damping)
+    soft = KelvinVoigt(stop_stiffness, stop_damping)
+    return Oscillator(
+        damping=2 * damping_ratio,
+        forces=(Force(amplitude, omega, -math.pi / 2),),
+        stops=(Stop(gap, soft if stop == "soft" else Rigid(restitution)),),
+        name=f"Tian's {stop} stop at omega = {omega:g}, A = {amplitude:g}",
+    )
+
+
+def begley_virgin(
+    gamma: float,
+    sigma: float | tuple[float, float],
+    friction: float,
+    *,
+    damping_ratio: float = 0.02,
+    wall_stiffness: float = 15.0**2,
+    kinetic_ratio: float = 1.0,
+) -> Oscillator:
+    """A mass that rubs on the ground between two walls, its hold shaken [BegleyVirgin1998]_.
+
+    ``theta'' + 2 h theta' + theta + f(theta') + g(theta) = 2 h gamma cos(gamma t) + sin(gamma t)``,
+    h = `damping_ratio`: spring and damper hang on a base that moves as sin(gamma t); the walls
+    stand still. f opposes the motion with `kinetic_ratio` times `friction`, and holds a mass at
+    rest against a force up to `friction`; g is `wall_stiffness` times the depth in a wall.
+
+    Parameters
+    ----------
+    gamma : float
+        Frequency of the base in natural frequencies; 1.338 with sigma = 1.6 and friction = 0.05
+        has four attractors.
+    sigma : float or (float, float)
+        Where the walls stand, from where the spring is at rest: at -sigma and sigma, or left and
+        right.
+    friction : float
+        Half the range of displacements at which the mass can rest (f in the paper); 0 for none.
+    damping_ratio : float
+        Damping as a share of the critical (h in the paper); 0.02 with the four attractors, 0.1 and
+        0.5 in the paper's spectra.
+    wall_stiffness : float
+        Stiffness of a wall by that of the spring, rho^2. Our choice, 15^2: the paper's is not in
+        the text that is left; the four attractors are there from 10^2 to 40^2.
+    kinetic_ratio : float
+        Kinetic by static friction, at most 1 (alpha_k in the paper). Our choice, 1.
+    """
+    _require(above=0.0, gamma=gamma, wall_stiffness=wall_stiffness)
+    _require(least=0.0, friction=friction, damping_ratio=damping_ratio)
+    _require(least=0.0, most=1.0, kinetic_ratio=kinetic_ratio)
+    left, right = _both(sigma)
+    wall = KelvinVoigt(wall_stiffness)
+    return Oscillator(
+        damping=2 * damping_ratio,
+        base=BaseMotion(1.0, gamma, -math.pi / 2),
+        stops=(Stop(left, wall, "lower"), Stop(right, wall, "upper")),
+        friction=Friction(kinetic_ratio * friction, friction) if friction else None,
+        name=f"Begley and Virgin's walls at gamma = {gamma:g}",
+    )
+
+
+def _both(sigma: Any) -> tuple[float, float]:
+    """The walls on the left and on the right."""
+    try:
+        left, right = map(float, sigma if hasattr(sigma, "__len__") else (-sigma, sigma))
+    except (TypeError, ValueError):
+        left = right = math.nan
+    if not (math.isfinite(left) and math.isfinite(right) and left < right):
+        raise InvalidInput("sigma", sigma, "a positive number, or two finite ones, left < right")
+    return left, right
+
+
+def _require(
+    *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf, **given: Any
+) -> None:
+    """Say which parameter is wrong by the name that the scene has for it."""
+    numbers(SimpleNamespace(**given), *given, above=above, least=least, most=most)

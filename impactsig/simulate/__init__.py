@@ -8,10 +8,11 @@ import sys
 from types import ModuleType
 from typing import Any
 
+from .many import simulate_blocks, simulate_many
 from .motion import Motion
 from .simulation import simulate
 
-__all__ = ["Motion", "simulate"]
+__all__ = ["Motion", "simulate", "simulate_blocks", "simulate_many"]
 
 
 class _Callable(ModuleType):

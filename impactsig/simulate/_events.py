@@ -19,12 +19,13 @@ from typing import Any, Protocol
 import numpy as np
 
 # Kinds of event. IMPACT is of a rigid stop; a soft contact goes from TOUCH to PART; STICK and
-# RELEASE are of rigid stops and of friction; TURN is where friction changes its sign; MARK is none,
-# but a state to go on from.
-START, IMPACT, STICK, RELEASE, TOUCH, PART, TURN, MARK = range(8)
+# RELEASE are of rigid stops and of friction; REVERSE is where friction changes its sign; MARK is
+# none, but a state to go on from.
+START, IMPACT, STICK, RELEASE, TOUCH, PART, REVERSE, MARK = range(8)
 # Statuses: all done; the buffer of events is full; the work allowed is spent; numbers overflowed; a
 # function of the user's returned what cannot be.
 DONE, FULL, EXHAUSTED, DIVERGED, BROKEN = range(5)
+STATUS = ("complete", "", "work limit", "diverged", "broken law")
 COLUMNS = 8
 COUNTERS = 7
 
@@ -61,8 +62,11 @@ class Engine(Protocol):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity at instants, each after the row that `where` names."""
 
-    def peaks(self, rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """Greatest force per mass of contacts, from the TOUCH in row `first` to row `last`.
+    def peaks(
+        self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
+    ) -> np.ndarray:
+        """Greatest force of contacts, from the TOUCH in row `first` to row `last`.
 
-        A contact that the run cut short has `last` = the number of rows.
+        A contact that the run cut short, at the turns and phase `end`, has `last` = the number of
+        rows.
         """

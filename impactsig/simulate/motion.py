@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts
-from ..oscillators import KelvinVoigt, Oscillator
-from ._problem import base_motion, reference_frequency
+from ..oscillators import Oscillator, Rigid
+from ._events import IMPACT, PART, RELEASE, STICK, TOUCH, Engine
+from ._frame import base_motion
 
 if TYPE_CHECKING:
-    from ._engine import Problem
+    from matplotlib.axes import Axes
+
+    from .spectrum import PowerSpectrum
 
 TURN = 2 * math.pi
 
@@ -36,16 +39,17 @@ class Motion:
         Every impact, with its approach velocity relative to the stop; for soft stops also contact
         time and peak force. None where only counts were kept.
     sticks : ndarray, shape (s, 2), or None
-        Spans [s] stuck to a rigid stop.
+        Spans [s] at rest against a rigid stop or held by friction.
     impact_count, stick_count : int
         How many there were. The rebounds that a chatter sums are not among the impacts.
     energy_lost : float
-        Kinetic energy, relative to the stop, lost in impacts and contacts.
+        Kinetic energy, relative to the stop, lost in impacts and contacts; and the work of
+        friction. A contact with several stops counts from the first touch to the last.
     final : tuple of float
         Displacement, velocity and phase of the reference forcing at the end: what `simulate`
         takes as `initial` and `phase` to go on.
     status : str
-        "complete", "work limit" or "diverged".
+        "complete", "work limit", "diverged" or "broken law"; see `simulate`.
     """
 
     oscillator: Oscillator
@@ -58,7 +62,7 @@ class Motion:
     energy_lost: float
     final: tuple[float, float, float]
     status: str
-    _problem: Problem = field(repr=False)
+    _engine: Engine = field(repr=False)
     _phase: float = field(repr=False)
     _segments: np.ndarray = field(repr=False)
     _first: tuple[float, float] = field(repr=False)
@@ -109,7 +113,7 @@ class Motion:
             raise InvalidInput(
                 "time", time, f"times in the span, {self.start:.9g} to {self.stop:.9g} s"
             )
-        passed = time * (reference_frequency(self.oscillator) / self.oscillator.time_unit)
+        passed = time * (self._engine.omega / self.oscillator.time_unit)
         turns = np.floor((passed + self._phase) / TURN)
         return self._at(turns, (passed - TURN * turns) + self._phase)
 
@@ -130,21 +134,34 @@ class Motion:
 
     def _at(self, turns: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity at instants given as turns and phases of the reference."""
-        from ._engine import phases_of, sample
+        from ._engine import phases_of
 
         if not len(self._segments):
             raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
         key = self._segments[:, 0] * TURN + self._segments[:, 1]
         where = np.searchsorted(key, turns * TURN + phase, side="right") - 1
-        q, v = sample(
-            self._problem, self._segments, np.maximum(where, 0).ravel(), turns.ravel(),
-            phase.ravel(),
-        )  # fmt: skip
-        omega = reference_frequency(self.oscillator)
+        q, v = self._engine.sample(
+            self._segments, np.maximum(where, 0).ravel(), turns.ravel(), phase.ravel()
+        )
+        omega = self._engine.omega
         base = self.oscillator.base
         own = phases_of(base.frequency / omega if base else 1.0, turns.ravel(), phase.ravel())
         at, moving = base_motion(self.oscillator, own)
         return (q + at).reshape(turns.shape), (v * omega + moving).reshape(turns.shape)
+
+    def power_spectrum(
+        self, quantity: Literal["displacement", "velocity"] = "displacement", **options: Any
+    ) -> PowerSpectrum:
+        """Power spectral density; see `impactsig.simulate.spectrum.power_spectrum`."""
+        from .spectrum import power_spectrum
+
+        return power_spectrum(self, quantity, **options)
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the phase portrait; see `impactsig.plot.phase_portrait`."""
+        from .. import plot
+
+        return plot.phase_portrait(self, ax, **options)
 
     def __repr__(self) -> str:
         parts = [f"{self.impact_count} impacts"]
@@ -158,7 +175,7 @@ class Motion:
 
 def assemble(
     oscillator: Oscillator,
-    problem: Problem,
+    engine: Engine,
     phase: float,
     first: Any,
     rows: np.ndarray,
@@ -170,7 +187,7 @@ def assemble(
     """A motion from what the engine left."""
     from ._engine import phases_of
 
-    omega = reference_frequency(oscillator)
+    omega = engine.omega
     unit = oscillator.time_unit / omega
 
     def seconds(turns: Any, at: Any) -> Any:
@@ -182,11 +199,18 @@ def assemble(
         rows.flags.writeable = False
         time = np.minimum(seconds(rows[:, 0], rows[:, 1]), stop)
         sticks = _sticks(rows, time, stop)
-        impacts = _impacts(oscillator, problem, rows, time, start, stop, omega)
-    q = state[0] + problem.stop[count[0] - 1] if count[0] else state[0]
-    ratio = oscillator.base.frequency / omega if oscillator.base else 1.0
-    own = phases_of(ratio, clock[:1], clock[1:2])
+        end = float(clock[0]), float(clock[1])
+        known = _impacts(oscillator, engine, rows, time, end, stop)
+        impacts = Impacts(
+            start=float(start),
+            duration=float(stop - start),
+            source=oscillator.name or "simulated",
+            **known,
+        )
+    base = oscillator.base
+    own = phases_of(base.frequency / omega if base else 1.0, clock[:1], clock[1:2])
     at, moving = base_motion(oscillator, own[0])
+    q = float(engine.place(count[0], state[0]))
     return Motion(
         oscillator,
         float(start),
@@ -198,7 +222,7 @@ def assemble(
         float(state[3] * oscillator.mass * omega**2),
         (float(q + at), float(state[1] * omega + moving), float(clock[1])),
         status,
-        problem,
+        engine,
         phase,
         rows,
         (float(first[0]), float(first[1])),
@@ -207,8 +231,6 @@ def assemble(
 
 
 def _sticks(rows: np.ndarray, time: np.ndarray, stop: float) -> np.ndarray:
-    from ._engine import RELEASE, STICK
-
     begin, end = time[rows[:, 2] == STICK], time[rows[:, 2] == RELEASE]
     if len(end) < len(begin):
         end = np.append(end, stop)
@@ -217,42 +239,28 @@ def _sticks(rows: np.ndarray, time: np.ndarray, stop: float) -> np.ndarray:
 
 def _impacts(
     oscillator: Oscillator,
-    problem: Problem,
+    engine: Engine,
     rows: np.ndarray,
     time: np.ndarray,
-    start: float,
+    end: tuple[float, float],
     stop: float,
-    omega: float,
-) -> Impacts:
-    """The impacts among the events; soft ones with contact time and peak force."""
-    from ._engine import IMPACT, PART, TOUCH, peak_forces
-
-    which = np.flatnonzero((rows[:, 2] == IMPACT) | (rows[:, 2] == TOUCH))
-    known: dict[str, Any] = {}
-    laws = [stop.law for stop in oscillator.stops]
-    soft = [law for law in laws if isinstance(law, KelvinVoigt)]
+) -> dict[str, Any]:
+    """What `Impacts` tells of the impacts among the events."""
+    kind, which_stop = rows[:, 2], rows[:, 3]
+    which = np.flatnonzero((kind == IMPACT) | (kind == TOUCH))
+    known: dict[str, Any] = {
+        "time": time[which],
+        "approach_velocity": rows[which, 7] * engine.omega,
+    }
+    soft = [n for n, own in enumerate(oscillator.stops) if not isinstance(own.law, Rigid)]
     if soft:
-        # The event after a touch is its end, unless the run ended first.
-        over = np.append(rows[1:, 2] == PART, False)[which]
-        after = np.append(time[1:], stop)[which]
-        touch = rows[which, 2] == TOUCH
-        known["contact_time"] = np.where(touch, after - time[which], 0.0)
-        known["flags"] = np.where(touch & ~over, OPEN_END, 0)
-        if len(soft) == len(laws):
-            law = [
-                next(iter(oscillator.stops_on("upper")), None),
-                next(iter(oscillator.stops_on("lower")), None),
-            ]
-            pair = [s.law if s and isinstance(s.law, KelvinVoigt) else KelvinVoigt(1) for s in law]
-            stiffness = np.array([one.stiffness for one in pair])
-            damping = np.array([one.damping for one in pair]) * omega
-            lasts = known["contact_time"] * (omega / oscillator.time_unit)
-            known["peak"] = peak_forces(problem, rows, which, lasts, stiffness, damping)
-    return Impacts(
-        time[which],
-        approach_velocity=rows[which, 6] * omega,
-        start=float(start),
-        duration=float(stop - start),
-        source=oscillator.name or "simulated",
-        **known,
-    )
+        last = which.copy()  # the row that ends the contact
+        for n in soft:
+            touches = np.flatnonzero((kind == TOUCH) & (which_stop == n))
+            parts = np.append(np.flatnonzero((kind == PART) & (which_stop == n)), len(rows))
+            last[np.searchsorted(which, touches)] = parts[np.searchsorted(parts, touches)]
+        known["contact_time"] = np.append(time, stop)[last] - time[which]
+        known["flags"] = np.where(last == len(rows), OPEN_END, 0)
+        if len(soft) == len(oscillator.stops):
+            known["peak"] = engine.peaks(rows, which, last, end)
+    return known

@@ -1,4 +1,4 @@
-"""Oscillators as data: what is refused, what is kept, the scenes."""
+"""Oscillators as data: what is refused, what is kept."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import FrozenInstanceError
 
 import pytest
 
-from impactsig import BaseMotion, Force, InvalidInput, KelvinVoigt, Oscillator, Rigid, Stop, scenes
+from impactsig import BaseMotion, Force, InvalidInput, KelvinVoigt, Oscillator, Rigid, Stop
 
 
 @pytest.mark.parametrize(
@@ -34,10 +34,6 @@ from impactsig import BaseMotion, Force, InvalidInput, KelvinVoigt, Oscillator, 
         (lambda: Oscillator(stops=(Stop(1, Rigid(1)), Stop(2, Rigid(1)))), "stops"),
         (lambda: Oscillator(stops=(Stop(1, Rigid(1)), Stop(1, Rigid(1), "lower"))), "stops"),
         (lambda: Oscillator(forces=Force(1, 1)), "damping"),
-        (lambda: scenes.karpodinis(0), "frequency"),
-        (lambda: scenes.karpodinis(22, damping_ratio=-1), "damping"),
-        (lambda: scenes.okolewski(3, 0.6, "firm"), "stop"),
-        (lambda: scenes.okolewski(-3, 0.6), "frequency"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(make, argument):
@@ -53,16 +49,6 @@ def test_an_oscillator_is_immutable_and_compares_by_value():
     with pytest.raises(FrozenInstanceError):
         one.mass = 2
     assert "Rigid(restitution=0.5)" in repr(one)
-
-
-def test_scenes_have_the_papers_parameters():
-    beam = scenes.karpodinis(22.1)
-    assert beam.forcing_period == pytest.approx(1 / 22.1, rel=1e-14)
-    assert beam.stops_on("upper") == (Stop(1.0, Rigid(0.2)),)
-    assert beam.stops_on("lower") == ()
-    soft = scenes.okolewski(3, 0.8, "soft", stop_stiffness=2000)
-    assert soft.stops[0].law.damping == pytest.approx(6.33704, abs=5e-6)
-    assert scenes.okolewski(3, 0.8, load=0.1).load == 0.1
 
 
 @pytest.mark.parametrize(

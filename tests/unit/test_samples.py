@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 import soundfile
 
-from impactsig import Impacts
+from benchmarks.recordings import score
+from impactsig import Impacts, detect_impacts, read
+from impactsig.simulate.synthesis import SPEED_OF_SOUND
 from tests import naive
 
 FOLDER = Path(__file__).resolve().parents[2] / "data_samples"
@@ -30,6 +32,9 @@ def maker():
     spec.loader.exec_module(module)
     yield module
     del sys.modules["make_samples"]
+
+
+LATE = 0.3 / SPEED_OF_SOUND  # [s]
 
 
 def truth(recording):
@@ -63,7 +68,7 @@ def test_together_they_are_below_5_mb():
     [
         ("loadcell_periodic_22.1Hz_short.csv", 1e-9),
         ("sound_periodic_22.1Hz.flac", 1e-9),
-        ("sound_grazing_19.3Hz.flac", 1e-6),  # grazing magnifies what another libm rounds
+        ("sound_grazing_21.55Hz.flac", 1e-6),  # grazing magnifies what another libm rounds
     ],
 )
 def test_the_script_makes_the_same_files_again(maker, tmp_path, name, tolerance):
@@ -85,11 +90,16 @@ def test_each_impact_follows_from_the_one_before(name):
     omega = naive.frequency_ratio(setting["forcing_frequency"])
     scale = 2 * pi * naive.NATURAL_FREQUENCY
     pairs = list(pairwise(impacts))[:15]
-    assert len(pairs) >= 10
+    assert len(pairs) >= 9
+    begin = pi / omega  # the forcing is at its minimum at time 0
     for now, then in pairs:
-        state = (now["time"] * scale, 1.0, -setting["restitution"] * now["approach_velocity"])
+        state = (
+            now["time"] * scale + begin,
+            1.0,
+            -setting["restitution"] * now["approach_velocity"],
+        )
         t, v, _ = naive.integrate_impacts(omega, 5, steps=800, state=state, most=1)
-        assert t[0] == pytest.approx(then["time"] * scale, abs=1e-7)
+        assert t[0] - begin == pytest.approx(then["time"] * scale, abs=1e-7)
         assert v[0] == pytest.approx(then["approach_velocity"], abs=1e-7)
 
 
@@ -105,7 +115,9 @@ def test_the_grazing_files_alternate_impacting_with_long_stretches_without(name)
     run, impacts = truth(FOLDER / name)
     gaps = np.diff(impacts["time"]) * run["settings"]["forcing_frequency"]
     assert np.median(gaps) < 4
-    assert gaps.max() > 20
+    long = gaps[gaps > 10]
+    assert len(long) >= 2
+    assert long.min() > 40
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -117,3 +129,14 @@ def test_the_truth_is_a_table_of_impacts(name):
     if run["sensor"] == "force":
         assert impacts.peak == pytest.approx(0.6 * table["approach_velocity"])
         assert impacts.contact_time == pytest.approx(3e-4 * table["approach_velocity"] ** -0.2)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_what_was_put_in_is_found(name):
+    """There and back: F1 = 1 within 1 ms, instants within a few samples."""
+    known = Impacts.read_csv((FOLDER / name).with_suffix(".truth.csv"))
+    heard = known.sensor == "sound"
+    found = detect_impacts(read(FOLDER / name, sensor=known.sensor))
+    f1, rms, _ = score(found.time - LATE * heard, known.time)
+    assert f1 == 1
+    assert rms < (80e-6 if heard else 20e-6)

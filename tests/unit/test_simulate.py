@@ -63,10 +63,10 @@ def test_counting_finds_what_keeping_finds():
 
 
 def test_events_beyond_one_buffer_are_all_kept(monkeypatch):
-    from impactsig.simulate import simulation
+    from impactsig.simulate import _run
 
     whole = impactsig.simulate(BEAM, periods=500)
-    monkeypatch.setattr(simulation, "CHUNK", 8)
+    monkeypatch.setattr(_run, "CHUNK", 8)
     np.testing.assert_array_equal(impactsig.simulate(BEAM, periods=500).impacts.time,
                                   whole.impacts.time)  # fmt: skip
 

@@ -1,0 +1,184 @@
+"""`impactsig simulate SCENE`: its options are the parameters of the scene, read off its signature.
+
+A new function in `impactsig.scenes` is a new scene of the command: its annotations say how words
+are understood, its docstring what ``--help`` says.
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import re
+import types
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
+
+from ._options import number
+from .oscillators import Oscillator, scenes
+
+if TYPE_CHECKING:
+    from .simulate.motion import Motion
+
+PERIODS = 1000
+"""Forcing periods simulated unless told otherwise."""
+
+
+def add_scenes(command: argparse.ArgumentParser) -> None:
+    """Give the command a scene to choose, and each scene its options."""
+    choice = command.add_subparsers(title="scenes", metavar="SCENE", dest="scene", required=True)
+    for name, scene in _scenes().items():
+        summary, told = _read_docstring(scene)
+        parser = choice.add_parser(name, help=summary, description=summary, allow_abbrev=False)
+        group = parser.add_argument_group("the scene")
+        parameters = _parameters(scene)
+        for parameter in parameters.values():
+            _add_parameter(group, scene, parameter, told.get(parameter.name, ""))
+        _add_run_options(parser)
+        parser.set_defaults(make=scene, parameters=list(parameters))
+
+
+def simulated(chosen: argparse.Namespace) -> Motion:
+    """The motion that the command line asks for."""
+    from .simulate import simulate
+
+    given = {name: getattr(chosen, name) for name in chosen.parameters}
+    oscillator = chosen.make(**{name: value for name, value in given.items() if value is not None})
+    length = {"periods": chosen.periods, "duration": chosen.duration}
+    if chosen.periods is None and chosen.duration is None:
+        length["periods"] = PERIODS
+    return simulate(
+        oscillator,
+        **length,
+        transient=chosen.transient,
+        initial=tuple(chosen.initial),
+        phase=chosen.phase,
+    )
+
+
+def in_words(motion: Motion) -> str:
+    """What the motion was: a paragraph."""
+    from .intervals import identify_period
+
+    forcing, impacts = motion.oscillator.forcing_period, motion.impacts
+    assert impacts is not None
+    span = f"{motion.duration:.6g} s"
+    if forcing is not None:
+        span = f"{motion.duration / forcing:.6g} forcing periods ({span})"
+    rate = "" if forcing is None else f", {motion.impacts_per_period:.4g} per period"
+    period = identify_period(impacts, forcing)
+    parts = [
+        f"{_count(motion.impact_count, 'impact')} in {span}{rate}",
+        _count(motion.stick_count, "stick"),
+        # The rebounds of a chatter may hide the period of a motion: not found is not aperiodic.
+        "no period(m, n) identified" if period.aperiodic else period.describe(),
+        f"status: {motion.status}",
+    ]
+    return f"{motion.oscillator.name}: {'; '.join(parts)}."
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number or 'no'} {what}{'s' * (number != 1)}"
+
+
+def _add_run_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("the run")
+    group.add_argument(
+        "--periods", type=number, metavar="N", help=f"forcing periods to look at ({PERIODS})"
+    )
+    group.add_argument("--duration", type=number, metavar="S", help="seconds, in place of periods")
+    group.add_argument(
+        "--transient",
+        type=number,
+        default=0.0,
+        metavar="N",
+        help="forcing periods to let it run before; seconds with --duration (0)",
+    )
+    group.add_argument(
+        "--initial",
+        type=number,
+        nargs=2,
+        default=(0.0, 0.0),
+        metavar=("X", "V"),
+        help="displacement and velocity at the start (0 0)",
+    )
+    group.add_argument(
+        "--phase",
+        type=number,
+        default=0.0,
+        metavar="RAD",
+        help="phase of the forcing at the start (0)",
+    )
+    group.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="OUT",
+        help="a .csv or .parquet file for the impacts (default: CSV to standard output)",
+    )
+    group.add_argument(
+        "--figure", type=Path, metavar="OUT", help="a .png, .pdf or .svg file: phase portrait"
+    )
+
+
+# -- scenes --------------------------------------------------------------------------------------
+
+
+def _scenes() -> dict[str, Callable[..., Oscillator]]:
+    return {
+        name: one
+        for name, one in vars(scenes).items()
+        if inspect.isfunction(one) and one.__module__ == scenes.__name__ and name[0] != "_"
+    }
+
+
+def _parameters(scene: Callable[..., Oscillator]) -> dict[str, inspect.Parameter]:
+    """Those with a name; what further ones would mean, a command line cannot tell."""
+    given = inspect.signature(scene).parameters
+    return {k: one for k, one in given.items() if one.kind is not inspect.Parameter.VAR_KEYWORD}
+
+
+def _add_parameter(
+    group: Any, scene: Callable[..., Oscillator], parameter: inspect.Parameter, told: str
+) -> None:
+    kind = get_type_hints(scene)[parameter.name]
+    required = parameter.default is inspect.Parameter.empty
+    ending = "required" if required else f"default: {_brief(parameter.default)}"
+    words: dict[str, Any] = {"help": f"{told} ({ending})".replace("%", "%%"), "required": required}
+    if get_origin(kind) is Literal:
+        words["choices"] = get_args(kind)
+    elif get_origin(kind) is types.UnionType:  # float | tuple[float, float]
+        words |= {"type": number, "nargs": "+", "action": _OneOrTwo, "metavar": "X"}
+    else:
+        words |= {"type": number, "metavar": "X"}
+    group.add_argument(f"--{parameter.name.replace('_', '-')}", **words)
+
+
+class _OneOrTwo(argparse.Action):
+    """A number where one is given, else a pair."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option: Any = None) -> None:
+        setattr(namespace, self.dest, values[0] if len(values) == 1 else tuple(values))
+
+
+def _brief(value: Any) -> str:
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
+def _read_docstring(function: Callable[..., Any]) -> tuple[str, dict[str, str]]:
+    """The first line, and what is said of each parameter, of a numpydoc docstring."""
+    text = (inspect.getdoc(function) or "").replace("]_", "]").replace("`", "")
+    told: dict[str, str] = {}
+    names: list[str] = []
+    _, _, rest = text.partition("Parameters\n----------\n")
+    for line in rest.splitlines():
+        if re.match(r"[-=]+$", line):  # of the next section
+            break
+        if line.startswith(" "):
+            for name in names:
+                told[name] = f"{told.get(name, '')} {line.strip()}".strip()
+        elif " : " in line:
+            names = line.partition(" : ")[0].split(", ")
+        else:
+            names = []
+    return text.partition("\n")[0], told

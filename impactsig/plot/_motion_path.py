@@ -1,0 +1,144 @@
+"""The line that a motion is drawn by, and where what carries its stops is meanwhile."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..errors import InvalidInput, finite_number
+
+if TYPE_CHECKING:
+    from ..impacts import Impacts
+    from ..simulate.motion import Motion
+
+PER_PERIOD = 300
+"""Points of a line in a forcing period, and a twelfth of that, at least, between two events."""
+
+MOST_IMPACTS = 5000
+"""Impacts drawn unless a span is chosen; more than that a page cannot show."""
+
+
+class Path(NamedTuple):
+    """A line, broken by NaN at the jumps; and those: displacement, velocity before and after."""
+
+    time: np.ndarray
+    x: np.ndarray
+    v: np.ndarray
+    jumps: np.ndarray
+
+
+def path_of(motion: Motion, start: float, stop: float, relative: bool) -> Path:
+    """States at enough times between any two events to draw a smooth line."""
+    impacts, sticks = events_of(motion)
+    period = swing(motion)
+    lasts = 0.0 if impacts.contact_time is None else impacts.contact_time
+    edges = np.concatenate(([start, stop], impacts.time, impacts.time + lasts, sticks.ravel()))
+    edges = np.unique(edges[(edges >= start) & (edges <= stop)])
+    # Sampling at an event gives one of its sides; a little off it, for certain the one meant.
+    aside = max(1e-9 * period, 8 * np.spacing(abs(stop)))
+    legs = [(a + aside, b - aside) for a, b in pairwise(edges)]
+    legs = [(a, b) for a, b in legs if b > a]
+    size = [PER_PERIOD // 12 + int(PER_PERIOD * (b - a) / period) for a, b in legs]
+    time = np.concatenate([np.linspace(*leg, n) for leg, n in zip(legs, size, strict=True)])
+    x, v = from_stops(motion, time) if relative else motion.sample(time)
+    after = np.cumsum(size)[:-1]
+    jumps = np.stack([x[after], v[after - 1], v[after]])
+    where = np.abs(jumps[2] - jumps[1]) > 1e-6 * np.ptp(v)
+    time, x, v = (np.insert(one, after[where], np.nan) for one in (time, x, v))
+    return Path(time, x, v, jumps[:, where])
+
+
+def spans_jumped(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where the velocity jumps, and from where to where of all jumps there.
+
+    Dashes on dashes would look like a line.
+    """
+    x, before, after = path.jumps
+    apart = np.diff(np.sort(x), prepend=-np.inf) > 1e-6 * np.nanmax(np.abs(path.x))
+    first = np.flatnonzero(apart)
+    if not len(first):
+        return x, before, after
+    order = np.argsort(x)
+    low = np.minimum.reduceat(np.minimum(before, after)[order], first)
+    high = np.maximum.reduceat(np.maximum(before, after)[order], first)
+    return x[order][first], low, high
+
+
+def events_of(motion: Motion) -> tuple[Impacts, np.ndarray]:
+    """The impacts and the sticks, where they were kept."""
+    if motion.impacts is None or motion.sticks is None:
+        raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
+    return motion.impacts, motion.sticks
+
+
+def span_drawn(
+    motion: Motion, start: float | None, stop: float | None, periods: int
+) -> tuple[float, float]:
+    """The span asked for, or the last so many periods, in the motion's own."""
+    last = motion.stop if stop is None else min(finite_number("stop", stop, "a time"), motion.stop)
+    first = last - periods * swing(motion) if start is None else start
+    hits = events_of(motion)[0].time
+    hits = hits[hits <= last]
+    if start is None and len(hits) > MOST_IMPACTS:
+        first = max(first, hits[-MOST_IMPACTS])
+    first = max(finite_number("start", first, "a time [s]"), motion.start)
+    if not first < last:
+        raise InvalidInput(
+            "start, stop",
+            f"{start}, {stop}",
+            f"a span in the motion's, {motion.start:.6g} to {motion.stop:.6g} s",
+        )
+    return first, last
+
+
+def swing(motion: Motion) -> float:
+    """Time that the motion takes for about one swing [s]."""
+    own = motion.oscillator.natural_frequency
+    natural = 2 * math.pi / own * motion.oscillator.time_unit if own else motion.duration / 10
+    return motion.oscillator.forcing_period or natural
+
+
+def stops_move(motion: Motion) -> bool:
+    """Whether the base carries the stops."""
+    return bool(motion.oscillator.base and motion.oscillator.base.stops)
+
+
+def from_stops(motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement and velocity relative to what carries the stops."""
+    at, moving = base_at(motion, time)
+    x, v = motion.sample(time)
+    return x - at, v - moving
+
+
+def base_at(motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement and velocity of what carries the stops."""
+    base = motion.oscillator.base
+    if base is None or not base.stops:
+        return 0 * time, 0 * time
+    omega = motion.oscillator.forcing_frequency or base.frequency
+    turned = base.frequency * (time / motion.oscillator.time_unit + _begun(motion) / omega)
+    angle = turned + base.phase
+    velocity = -base.frequency * base.amplitude * np.sin(angle)
+    return base.amplitude * np.cos(angle), velocity
+
+
+def _begun(motion: Motion) -> float:
+    """Phase of the reference forcing at t = 0, from 0 to 2 pi."""
+    omega = motion.oscillator.forcing_frequency or 0.0
+    phase = motion.final[2] - math.fmod(omega * motion.stop / motion.oscillator.time_unit, math.tau)
+    # Rounding may put a start at 0 a turn later.
+    return (phase + 1e-6) % math.tau - 1e-6
+
+
+def strobe_times(motion: Motion, phase: float) -> np.ndarray:
+    """Times of the motion at which the reference forcing has that phase."""
+    period = motion.oscillator.forcing_period
+    assert period is not None
+    first = (phase - _begun(motion)) / math.tau * period
+    count = np.arange(
+        math.ceil((motion.start - first) / period), math.floor((motion.stop - first) / period) + 1
+    )
+    return np.clip(first + count * period, motion.start, motion.stop)

@@ -1,0 +1,250 @@
+"""A simulated motion: phase portrait, time history, power spectrum."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput, finite_number
+from ._axes import BLUE, GREY, ORANGE, VERMILLION, axes, explain, points, seconds
+from ._motion_path import (
+    PER_PERIOD,
+    base_at,
+    events_of,
+    from_stops,
+    path_of,
+    span_drawn,
+    spans_jumped,
+    stops_move,
+    strobe_times,
+    swing,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..simulate.motion import Motion
+    from ..simulate.spectrum import PowerSpectrum
+
+EDGE = "#A6A6A6"
+"""A stop's colour: light, for what hits it is drawn along it."""
+
+DECADES = 12
+"""Powers of ten that a spectrum is drawn over: below are the roundings of a periodic motion."""
+
+
+def phase_portrait(
+    motion: Motion,
+    ax: Axes | None = None,
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+    phase: float | None = 0.0,
+) -> Axes:
+    """Draw velocity over displacement, with the stops and stroboscopic points.
+
+    On a rigid stop, drawn by a full line with a shade behind, a dashed line spans what the velocity
+    jumps over; a soft stop is itself drawn by a dashed line. Where the stops move, displacement and
+    velocity are taken relative to them.
+
+    Parameters
+    ----------
+    motion : Motion
+        What moved, with all kept.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    start, stop : float, optional
+        Span to draw [s]; by default the last 50 forcing periods of the motion, or its last
+        5000 impacts where these are fewer.
+    phase : float or None
+        Phase of the reference forcing at which the points are taken, over the whole motion [rad];
+        None for no points.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        If the span is not in the motion, or only counts were kept.
+    """
+    path = path_of(motion, *span_drawn(motion, start, stop, periods=50), relative=True)
+    ax = axes(ax, width=4.8, height=4.4)
+    ax.plot(path.x, path.v, color=BLUE, linewidth=0.7)
+    ax.vlines(*spans_jumped(path), color=BLUE, linewidth=1.4, linestyle=(0, (3, 2)), zorder=2.5)
+    if phase is not None and motion.oscillator.forcing_frequency is not None:
+        time = strobe_times(motion, finite_number("phase", phase, "a finite angle [rad]"))
+        x, v = from_stops(motion, time)
+        label = "once a period" if phase == 0 else f"once a period, at phase {phase:.3g}"
+        points(ax, x, v, color=VERMILLION, label=label, zorder=3)
+        _legend_above(ax)
+    near = _in_sight(motion, path.x)
+    ax.margins(0.06)
+    ax.locator_params(axis="x", nbins=6)
+    ax.autoscale_view()
+    for one in near:
+        _stop_line(ax, one)
+    moving = stops_move(motion)
+    ax.set_xlabel("displacement from the base $x - b$" if moving else "displacement $x$")
+    ax.set_ylabel("velocity $x' - b'$" if moving else "velocity $x'$")
+    return ax
+
+
+def time_history(
+    motion: Motion,
+    ax: Axes | None = None,
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+) -> Axes:
+    """Draw displacement over time, with the stops, a mark on every impact, and sticks shaded.
+
+    Parameters
+    ----------
+    motion : Motion
+        What moved, with all kept.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    start, stop : float, optional
+        Span to draw [s]; by default the last 10 forcing periods of the motion, or its last
+        5000 impacts where these are fewer.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        If the span is not in the motion, or only counts were kept.
+    """
+    first, last = span_drawn(motion, start, stop, periods=10)
+    path = path_of(motion, first, last, relative=False)
+    ax = axes(ax, width=8.0)
+    ax.plot(path.time, path.x, color=BLUE, linewidth=1.0)
+    impacts, sticks = events_of(motion)
+    hits = impacts.time[(impacts.time >= first) & (impacts.time <= last)]
+    if len(hits):
+        label = f"{len(hits)} impact{'s' * (len(hits) > 1)}"
+        points(ax, hits, motion.sample(hits)[0], color=VERMILLION, label=label, zorder=3)
+    for begin, end in np.clip(sticks, first, last):
+        if begin < end:
+            ax.axvspan(begin, end, color=ORANGE, alpha=0.25, linewidth=0, label="stuck")
+    near = _in_sight(motion, path.x - base_at(motion, path.time)[0])
+    ax.margins(x=0, y=0.1)
+    time = np.linspace(first, last, 2 + int(PER_PERIOD * (last - first) / swing(motion)))
+    base = base_at(motion, time)[0]
+    for one in near:
+        ax.plot(time, one.position + base, **_stop_style(one))
+    ax.autoscale_view()
+    low, high = ax.get_ylim()
+    for one in near:
+        behind = high if one.side == "upper" else low
+        ax.fill_between(time, one.position + base, behind, color=GREY, alpha=0.12, linewidth=0)
+    ax.set_ylim(low, high)
+    if ax.get_legend_handles_labels()[0]:
+        _legend_above(ax)
+    seconds(ax.xaxis, "time", [last])
+    ax.set_ylabel("displacement $x$")
+    return ax
+
+
+def power_spectrum(
+    result: PowerSpectrum | Motion,
+    ax: Axes | None = None,
+    *,
+    highest: float | None = None,
+) -> Axes:
+    """Draw a power spectral density, with a mark at the frequency of the forcing.
+
+    Parameters
+    ----------
+    result : PowerSpectrum or Motion
+        Of a motion, the spectrum of its displacement as `Motion.power_spectrum` makes it.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    highest : float, optional
+        Highest frequency drawn [Hz]; a little over 10 times that of the forcing by default.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        If there is no spectrum of the motion, or `highest` is not positive.
+    """
+    from ..simulate.spectrum import PowerSpectrum
+
+    spectrum = result if isinstance(result, PowerSpectrum) else result.power_spectrum()
+    forcing, top = spectrum.forcing_frequency, float(spectrum.frequency[-1])
+    if highest is None:
+        highest = min(10.5 * forcing, top) if forcing else top
+    elif not finite_number("highest", highest, "a positive frequency [Hz]") > 0:
+        raise InvalidInput("highest", highest, "a positive frequency [Hz]")
+    ax = axes(ax)
+    shown = (spectrum.frequency <= highest) & (spectrum.frequency > 0)
+    density = spectrum.density[shown]
+    if not density.any():
+        return explain(ax, "Nothing moves: there is no power.")
+    floor = max(density.max() * 10.0**-DECADES, np.finfo(float).tiny)
+    # Below the floor, but drawn, so that the flanks of a line go down to it.
+    density = np.maximum(density, floor / 10)
+    ax.semilogy(spectrum.frequency[shown], density, color=BLUE, linewidth=0.9)
+    ax.set_ylim(max(floor, density.min()), 3 * density.max())
+    if forcing is not None and forcing <= highest:
+        label = f"forcing, {forcing:.4g} Hz"
+        ax.axvline(forcing, color=GREY, linewidth=0.8, linestyle=":", label=label, zorder=1)
+        ax.legend(loc="upper right", frameon=False, borderaxespad=0)
+    ax.set_xlim(0, highest)
+    ax.set_xlabel("frequency [Hz]")
+    symbol = "$x$" if spectrum.quantity == "displacement" else "$x'$"
+    ax.set_ylabel(f"power density of {symbol} [unit$^2$/Hz]")
+    return ax
+
+
+def _legend_above(ax: Axes) -> None:
+    """What the marks mean, above the axes and each once."""
+    found = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+    legend = ax.legend(
+        found.values(), found.keys(), loc="lower left", bbox_to_anchor=(0, 1), ncols=4,
+        frameon=False, borderaxespad=0.2, borderpad=0, handletextpad=0.4, handlelength=1.2,
+    )  # fmt: skip
+    for handle in legend.legend_handles:
+        if handle is not None and handle.get_label() != "stuck":
+            handle.set_alpha(1)
+
+
+# -- the stops -----------------------------------------------------------------------------------
+
+
+def _in_sight(motion: Motion, x: np.ndarray) -> list[Any]:
+    """The stops that the motion comes to, or near to."""
+    low, high = float(np.nanmin(x)), float(np.nanmax(x))
+    room = 0.5 * (high - low)
+    stops = motion.oscillator.stops
+    return [stop for stop in stops if low - room <= stop.position <= high + room]
+
+
+def _stop_style(stop: Any) -> dict[str, Any]:
+    from ..oscillators import Rigid
+
+    rigid = isinstance(stop.law, Rigid)
+    style = "-" if rigid else (0, (5, 3))
+    return {"color": EDGE, "linewidth": 1.0, "linestyle": style, "zorder": 1.5}
+
+
+def _stop_line(ax: Axes, stop: Any) -> None:
+    """A vertical line where a stop stands, with a shade behind it, in view."""
+    low, high = ax.get_xlim()
+    low, high = min(low, stop.position), max(high, stop.position)
+    room = 0.04 * (high - low)
+    low = stop.position - room if low > stop.position - room else low
+    high = stop.position + room if high < stop.position + room else high
+    ax.axvline(stop.position, **_stop_style(stop))
+    behind = (stop.position, high) if stop.side == "upper" else (low, stop.position)
+    ax.axvspan(*behind, color=GREY, alpha=0.12, linewidth=0)
+    ax.set_xlim(low, high)

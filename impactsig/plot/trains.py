@@ -1,0 +1,164 @@
+"""Several trains in one figure: their return maps at one scale, and p(I) against a parameter."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import intervals
+from ..errors import InvalidInput
+from ..impacts import Impacts
+from ._axes import GREY, axes, explain, plain, points, seconds, span_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+
+COLUMNS = 4
+MOST_BINS = 4096
+SHOWN_FROM = 1e-3  # share of the greatest bin of a column at which the colours begin
+
+
+def return_maps(
+    trains: Mapping[str, Impacts | Iterable[float]],
+    lag: int = 1,
+    figure: Figure | SubFigure | None = None,
+) -> np.ndarray:
+    """Draw the return maps (delay plots) of several trains side by side, at one scale.
+
+    Parameters
+    ----------
+    trains : mapping of str to Impacts or array_like, shape (n,)
+        Each by the title of its panel; arrays hold intervals [s].
+    lag : int, optional
+        Distance between the two intervals, in intervals.
+    figure : matplotlib Figure or SubFigure, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    ndarray of matplotlib Axes, shape (len(trains),)
+        Four in a row.
+
+    Raises
+    ------
+    InvalidInput
+        If there are no trains, an interval is negative or not finite, or `lag` is not a positive
+        whole number.
+    """
+    if not len(trains):
+        raise InvalidInput("trains", trains, "one or more")
+    pairs = {name: intervals.return_map(train, lag) for name, train in trains.items()}
+    columns = min(len(pairs), COLUMNS)
+    rows = math.ceil(len(pairs) / columns)
+    if figure is None:
+        # Only here: a figure handed in needs no window system, and so no pyplot.
+        from matplotlib import pyplot
+
+        figure = pyplot.figure(figsize=(2.9 * columns, 3.2 * rows), layout="compressed")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for ax in grid[len(pairs) :]:
+        ax.remove()
+    panels: np.ndarray = grid[: len(pairs)]
+    both = np.concatenate([value for pair in pairs.values() for value in pair])
+    for number, (ax, (name, (first, later))) in enumerate(zip(panels, pairs.items(), strict=True)):
+        axes(ax)
+        ax.set_title(plain(name), loc="left", fontsize="medium")
+        if not len(first):
+            explain(ax, f"Too few intervals for a return map at lag {lag}.")
+            continue
+        span = span_of(both)
+        ax.plot(span, span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+        points(ax, first, later)
+        ax.set(xlim=span, ylim=span, aspect="equal")
+        seconds(ax.xaxis, "interval $I_k$", both)
+        seconds(ax.yaxis, f"interval $I_{{k+{lag}}}$", both)
+        if number % columns:
+            ax.set_ylabel("")
+    return panels
+
+
+def interval_densities(
+    trains: Iterable[Impacts | Iterable[float]],
+    parameter: Any,
+    label: str = "parameter",
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the density p(I) of the intervals of many trains as an image, a train a column.
+
+    All have the same bins, as wide as the median of what `impactsig.interval_histogram` chooses for
+    each. A column is relative to its own greatest bin, on a logarithmic scale; columns meet halfway
+    between the values of the parameter.
+
+    Parameters
+    ----------
+    trains : sequence of Impacts or array_like, shape (n,)
+        Arrays hold intervals [s]. A train without intervals leaves its column empty.
+    parameter : array_like, shape (len(trains),)
+        What was varied from train to train, ascending.
+    label : str, optional
+        What to call it.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer than two trains, not as many values of the parameter, or these are not
+        finite and ascending.
+    """
+    values = [
+        one.intervals() if isinstance(one, Impacts) else np.asarray(one, float) for one in trains
+    ]
+    if len(values) < 2:
+        raise InvalidInput("trains", f"{len(values)} of them", "two or more")
+    at = np.asarray(parameter, float)
+    if at.shape != (len(values),) or not (np.isfinite(at).all() and np.all(np.diff(at) > 0)):
+        raise InvalidInput("parameter", parameter, f"{len(values)} finite values, ascending")
+    ax = axes(ax, width=6.4, height=4.0)
+    both = np.concatenate(values)
+    if not both.any():
+        return explain(ax, "No intervals to bin.")
+    edges = _common_edges([one for one in values if len(one)])
+    image = np.zeros((len(edges) - 1, len(values)))
+    for column, one in enumerate(values):
+        if len(one):
+            density = intervals.interval_histogram(one, edges).density
+            image[:, column] = density / density.max()
+    between = 0.5 * (at[1:] + at[:-1])
+    sides = np.concatenate(([1.5 * at[0] - 0.5 * at[1]], between, [1.5 * at[-1] - 0.5 * at[-2]]))
+    # Only here: the colour scale is the one thing that needs more than Axes.
+    from matplotlib.colors import LogNorm
+
+    mesh = ax.pcolormesh(
+        sides,
+        edges,
+        np.ma.masked_equal(image, 0),
+        norm=LogNorm(SHOWN_FROM, 1),
+        cmap="viridis_r",
+        rasterized=True,
+    )
+    bar = ax.figure.colorbar(mesh, ax=ax, label="density over the greatest of its column")
+    bar.outline.set_visible(False)
+    ax.set(xlim=(sides[0], sides[-1]), ylim=span_of(edges))
+    ax.set_xlabel(plain(label))
+    seconds(ax.yaxis, "interspike interval $I$", edges)
+    return ax
+
+
+def _common_edges(values: list[np.ndarray]) -> np.ndarray:
+    """Equal bins over all values, of the median of the widths that suit each."""
+    both = np.concatenate(values)
+    low, high = float(both.min()), float(both.max())
+    width = np.median([np.diff(intervals.interval_histogram(one).edges)[0] for one in values])
+    if high - low < width:
+        low, high = 0.5 * (low + high - width), 0.5 * (low + high + width)
+    return np.linspace(low, high, min(math.ceil((high - low) / width), MOST_BINS) + 1)

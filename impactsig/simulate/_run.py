@@ -1,0 +1,122 @@
+"""One run of an engine: what it starts from, where it is, and the motions it has made."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..oscillators import Oscillator, Rigid
+from ._arguments import number
+from ._events import COLUMNS, FULL, START, STATUS, STICK, Engine
+from ._exact import ExactEngine
+from ._frame import base_motion
+from .motion import TURN, Motion, assemble
+
+CHUNK = 65536  # events that are held at a time
+LEGS_PER_PERIOD = 10_000  # work, on average, after which a run is given up
+LEGS_AT_LEAST = 100_000
+NONE = np.empty((0, COLUMNS))
+
+
+class Run:
+    """A run past its transient; the arguments are those of `simulate`."""
+
+    def __init__(
+        self,
+        oscillator: Oscillator,
+        *,
+        periods: float | None = None,
+        duration: float | None = None,
+        transient: float = 0.0,
+        initial: tuple[float, float] = (0.0, 0.0),
+        phase: float = 0.0,
+        chatter: float = 1e-6,
+        skip_unreachable: bool = True,
+    ) -> None:
+        if not isinstance(oscillator, Oscillator):
+            raise InvalidInput("oscillator", oscillator, "an Oscillator, as impactsig.scenes makes")
+        if (periods is None) == (duration is None):
+            raise InvalidInput(
+                "periods, duration", f"{periods}, {duration}", "one of them, and only one"
+            )
+        if not 0 < chatter <= 1e-2:
+            raise InvalidInput("chatter", chatter, "0 < chatter <= 0.01")
+        if periods is not None and oscillator.forcing_frequency is None:
+            raise InvalidInput("periods", periods, "duration=, as there is no forcing to count by")
+        name, length = ("periods", periods) if duration is None else ("duration", duration)
+        self.length = number(name, length, positive=True)
+        self.before = number("transient", transient, least=0.0)
+        self.phase = math.fmod(number("phase", phase), TURN) % TURN
+        self.oscillator = oscillator
+        self.engine: Engine = ExactEngine(oscillator, chatter, skip_unreachable)
+        omega = self.engine.omega
+        self.per_turn = 1.0 if duration is None else omega / (TURN * oscillator.time_unit)
+
+        q, v = _start(oscillator, initial, self.phase, omega)
+        self.state, self.count = self.engine.begin(q, v, self.phase)
+        self.clock = np.array([0.0, self.phase, 0.0])
+        self.status, _ = self._move(self.before, NONE)
+
+    def motion(self, until: float, keep: bool = True) -> Motion:
+        """The motion from here to `until`, counted from the end of the transient."""
+        clock, state, count = self.clock, self.state, self.count
+        count[2:5], state[3] = 0, 0.0
+        kind = STICK if count[1] else START
+        first = [clock[0], clock[1], kind, -1, count[0], state[0], state[1], 0.0]
+        rows = NONE
+        if self.status == "complete":
+            buffer = np.empty((CHUNK, COLUMNS)) if keep else NONE
+            self.status, rows = self._move(self.before + until, buffer)
+        if keep:
+            rows = np.concatenate([[first], rows])
+        return assemble(
+            self.oscillator, self.engine, self.phase, first, rows, clock, state, count, self.status
+        )
+
+    def _move(self, until: float, buffer: np.ndarray) -> tuple[str, np.ndarray]:
+        """Call the engine until it is done; its status, and the events of all calls."""
+        end = _after(self.phase, until * self.per_turn)
+        count = self.count
+        legs = LEGS_AT_LEAST + int(min(LEGS_PER_PERIOD * max(end[0] - self.clock[0], 0), 2**62))
+        parts = []
+        count[6] = 0
+        while True:
+            found = self.engine.run(
+                self.clock, self.state, count, buffer, *end, legs - int(count[6])
+            )
+            parts.append(buffer[: count[5]].copy())
+            if found != FULL:
+                return STATUS[found], np.concatenate(parts)
+
+
+def _start(oscillator: Oscillator, initial: Any, phase: float, omega: float) -> tuple[float, float]:
+    """Position and velocity at t = 0, in the engine's coordinates and units."""
+    try:
+        x, v = (float(value) for value in initial)
+    except (TypeError, ValueError):
+        raise InvalidInput("initial", initial, "displacement and velocity") from None
+    if not (math.isfinite(x) and math.isfinite(v)):
+        raise InvalidInput("initial", initial, "finite displacement and velocity")
+    base = oscillator.base
+    at, moving = base_motion(oscillator, (base.frequency / omega if base else 1.0) * phase)
+    q, u = x - float(at), (v - float(moving)) / omega
+    for stop in oscillator.stops:
+        depth = (q - stop.position) * (1 if stop.side == "upper" else -1)
+        size = abs(x) + abs(stop.position) + (abs(base.amplitude) if base else 0.0)
+        if isinstance(stop.law, Rigid) and depth > 1e-12 * size:
+            raise InvalidInput(
+                "initial", f"x = {x:.9g}", f"a start on this side of the {stop.side} rigid stop",
+                f"It is {depth:.3g} beyond",
+            )  # fmt: skip
+    return q, u
+
+
+def _after(phase: float, turns: float) -> tuple[float, float]:
+    """Turns and phase after so many turns more; whole ones leave the phase as it is."""
+    whole = math.floor(turns)
+    last = phase + TURN * (turns - whole)
+    more = last >= TURN
+    return float(whole + more), last - TURN * more

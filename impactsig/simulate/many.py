@@ -1,0 +1,124 @@
+"""Runs beyond one Motion: in pieces of bounded memory, and many at once."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..oscillators import Oscillator
+from ._arguments import number
+from ._run import Run
+from .motion import Motion
+from .simulation import simulate
+
+
+def simulate_blocks(
+    oscillator: Oscillator, *, block: float = 10_000, **options: Any
+) -> Iterator[Motion]:
+    """The motion as `simulate` has it, in pieces that follow one another.
+
+    Memory is that of one piece. All pieces are on the same clock; a contact or stick that the end
+    of a piece cuts goes on in the next.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        What moves.
+    block : float
+        Length of a piece: in forcing periods with `periods`, in seconds with `duration`.
+    **options
+        As for `simulate`.
+
+    Yields
+    ------
+    Motion
+        The last may be shorter; a motion whose status is not "complete" is the last.
+
+    Raises
+    ------
+    InvalidInput
+        As `simulate` does, when called.
+    """
+    run = Run(oscillator, **options)
+    return _pieces(run, number("block", block, positive=True))
+
+
+def _pieces(run: Run, block: float) -> Iterator[Motion]:
+    done = 0.0
+    while done < run.length:
+        done = min(done + block, run.length)
+        motion = run.motion(done)
+        yield motion
+        if motion.status != "complete":
+            return
+
+
+def simulate_many(
+    oscillators: Oscillator | Sequence[Oscillator],
+    *,
+    initial: Any = (0.0, 0.0),
+    phase: Any = 0.0,
+    workers: int | None = None,
+    **options: Any,
+) -> tuple[Motion, ...]:
+    """Many motions in parallel: each is what `simulate` gives for it, to the last bit.
+
+    Parameters
+    ----------
+    oscillators : Oscillator or sequence of Oscillator
+        One for all, or one each.
+    initial : array_like, shape (2,) or (n, 2)
+        Displacement and velocity at t = 0, one for all or one each.
+    phase : float or array_like, shape (n,)
+        Phase of the reference forcing at t = 0 [rad].
+    workers : int, optional
+        Threads; as many as there are cores unless given.
+    **options
+        As for `simulate`; the same for all.
+
+    Returns
+    -------
+    tuple of Motion
+        In the order of what was given.
+
+    Raises
+    ------
+    InvalidInput
+        If the numbers of oscillators, initial states and phases differ, or as `simulate` does.
+    """
+    if workers is not None and workers < 1:
+        raise InvalidInput("workers", workers, "a whole number, 1 or greater")
+    try:
+        starts = np.asarray(initial, float)
+        phases = np.asarray(phase, float)
+    except (TypeError, ValueError):
+        raise InvalidInput("initial, phase", (initial, phase), "numbers") from None
+    if starts.ndim not in (1, 2) or starts.shape[-1] != 2:
+        raise InvalidInput("initial", f"shape {starts.shape}", "shape (2,) or (n, 2)")
+    machines = [oscillators] if isinstance(oscillators, Oscillator) else list(oscillators)
+    counts = {len(machines), len(np.atleast_2d(starts)), phases.size} - {1}
+    if len(counts) > 1 or phases.ndim > 1:
+        raise InvalidInput(
+            "oscillators, initial, phase",
+            f"{len(machines)}, {len(np.atleast_2d(starts))}, {phases.size} of them",
+            "as many of each, or one for all",
+        )
+    n = counts.pop() if counts else 1
+    each = zip(
+        machines * n if len(machines) == 1 else machines,
+        np.broadcast_to(starts, (n, 2)),
+        np.broadcast_to(phases, n),
+        strict=True,
+    )
+
+    def one(case: tuple[Oscillator, np.ndarray, float]) -> Motion:
+        machine, (x, v), at = case
+        return simulate(machine, initial=(x, v), phase=at, **options)
+
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        return tuple(pool.map(one, each))

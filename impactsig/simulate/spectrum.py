@@ -1,0 +1,144 @@
+"""The power spectrum of a motion, from samples that are exact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from ..errors import InvalidInput, finite_number
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .motion import Motion
+
+PER_PERIOD = 128
+"""Samples in a forcing period unless a rate is given."""
+
+
+@dataclass(frozen=True, eq=False)
+class PowerSpectrum:
+    """One-sided power spectral density of a displacement or a velocity about its mean.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (n,)
+        Frequencies [Hz], from 0 to half the rate.
+    density : ndarray, shape (n,)
+        Power spectral density [unit^2/Hz], of the unit of `quantity` in the oscillator's units.
+    quantity : {"displacement", "velocity"}
+        Whose it is.
+    rate : float
+        Samples per second [Hz].
+    segments : int
+        Spans averaged over, each overlapping half of the next.
+    forcing_frequency : float or None
+        Frequency of the reference forcing [Hz].
+    source : str
+        What moved.
+    """
+
+    frequency: np.ndarray
+    density: np.ndarray
+    quantity: Literal["displacement", "velocity"]
+    rate: float
+    segments: int
+    forcing_frequency: float | None
+    source: str
+
+    @property
+    def resolution(self) -> float:
+        """Distance of neighbouring frequencies [Hz]; a line takes three of them."""
+        return float(self.frequency[1])
+
+    def power(self, low: float = 0.0, high: float = math.inf) -> float:
+        """Mean square of what lies from `low` to `high` [Hz], in the square of the unit."""
+        inside = (self.frequency >= low) & (self.frequency <= high)
+        return float(self.density[inside].sum() * self.resolution)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw it; see `impactsig.plot.power_spectrum`."""
+        from .. import plot
+
+        return plot.power_spectrum(self, ax)
+
+
+def power_spectrum(
+    motion: Motion,
+    quantity: Literal["displacement", "velocity"] = "displacement",
+    *,
+    rate: float | None = None,
+    segments: int = 8,
+) -> PowerSpectrum:
+    """Power spectral density of a motion, by the mean of Hann-windowed spans [Welch1967]_.
+
+    Each span is a whole number of forcing periods long, so that the lines of the forcing and of
+    its harmonics stand on frequencies of the spectrum; those of period(m, n) do where n divides
+    that number. The mean is taken away from each span. The sum over all frequencies of density
+    times resolution is the mean square of the quantity about its mean; of a periodic motion
+    exactly.
+
+    Parameters
+    ----------
+    motion : Motion
+        What moved, with all kept.
+    quantity : {"displacement", "velocity"}
+        Against the ground.
+    rate : float, optional
+        Samples per second [Hz]; 128 in a forcing period by default, in a natural one without
+        forcing. There is no filter: power from above half the rate is folded back. The power of a
+        velocity that jumps falls with the square of the frequency only.
+    segments : int
+        Spans to average over, each overlapping half of the next: more make the density of a
+        chaotic motion steadier, fewer resolve closer lines.
+
+    Returns
+    -------
+    PowerSpectrum
+
+    Raises
+    ------
+    InvalidInput
+        If the motion is too short for so many segments, or only counts were kept, or there is no
+        period to choose a rate by.
+    """
+    if quantity not in ("displacement", "velocity"):
+        raise InvalidInput("quantity", quantity, '"displacement" or "velocity"')
+    if isinstance(segments, bool) or not isinstance(segments, (int, np.integer)) or segments < 1:
+        raise InvalidInput("segments", segments, "a positive whole number")
+    forcing, period = motion.oscillator.forcing_period, _period(motion)
+    if rate is None:
+        if period is None:
+            raise InvalidInput("rate", rate, "samples per second: the motion has no period")
+        rate = PER_PERIOD / period
+    elif not finite_number("rate", rate, "a positive number [Hz]") > 0:
+        raise InvalidInput("rate", rate, "a positive number [Hz]")
+    period = period or 1 / rate
+    # A run of whole periods ends a rounding before or after the last of them.
+    span = 2 * motion.duration / (segments + 1)
+    size = 2 * int(math.floor(span / period * (1 + 1e-9)) * period * rate / 2 * (1 + 1e-9))
+    if size < 8:
+        raise InvalidInput(
+            "segments", segments, "fewer, or a longer motion", f"A span would be {span:.3g} s"
+        )
+
+    from scipy.signal import welch
+
+    count = size // 2 * (segments + 1)
+    time = motion.start + np.arange(count) / rate
+    values = motion.sample(time)[quantity == "velocity"]
+    frequency, density = welch(values, rate, "hann", size, detrend="constant")
+    source = motion.oscillator.name
+    return PowerSpectrum(
+        frequency, density, quantity, float(rate), segments, forcing and 1 / forcing, source
+    )
+
+
+def _period(motion: Motion) -> float | None:
+    """The forcing's, or else the natural period [s]."""
+    own: Any = motion.oscillator.natural_frequency
+    natural = 2 * math.pi / own * motion.oscillator.time_unit if own else None
+    return motion.oscillator.forcing_period or natural
