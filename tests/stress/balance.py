@@ -8,6 +8,7 @@ them.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -147,7 +148,7 @@ def check_energy(scene, motion, first, most=1000):
     edges, touched, stuck, summed = spans(motion, first, 60)
     digit = scene.digit(motion)
     used, looked = 0, 0
-    for k, (begin, end) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for k, (begin, end) in enumerate(pairwise(edges)):
         if stuck[k]:
             time = np.linspace(begin, end, 7)[1:-1]
             x, v = motion.sample(time)
@@ -200,11 +201,14 @@ def check_restitution(scene, motion):
     approach = impacts.approach_velocity[room > 100 * digit]
     at, moving = scene.carrier(time)
     x, after = motion.sample(time + digit)
-    near, before = motion.sample(time - digit)
-    bend = sum(
-        np.abs(scene.force(time, x, v)) + scene.machine.stiffness * np.abs(x)
-        for v in (before, after)
-    ) / scene.machine.mass
+    _, before = motion.sample(time - digit)
+    bend = (
+        sum(
+            np.abs(scene.force(time, x, v)) + scene.machine.stiffness * np.abs(x)
+            for v in (before, after)
+        )
+        / scene.machine.mass
+    )
     slack = 1e-11 * (np.abs(before) + np.abs(moving)) + 4 * digit / scene.unit * bend
     looked = 0
     for stop in scene.rigid:
