@@ -114,7 +114,7 @@ NODES_01 = (NODES + 1) / 2
 
 
 def kinks(scene, motion, edges):
-    """Edges, and the instants between them at which a force has a kink or a jump.
+    """The instants between the first edge and the last at which a force has a kink or a jump.
 
     Where the velocity against the carrier turns, if there is friction; where a soft stop is touched
     or left, if the motion began in contact or a contact only pushes.
@@ -132,7 +132,7 @@ def kinks(scene, motion, edges):
                 push = stop.law.stiffness * (x - at - stop.position)
                 yield push + stop.law.damping * (v - moving)
 
-    found = [edges]
+    found = [edges[[0, -1]]]
     for n, way in enumerate(signals(fine)):
         where = np.flatnonzero(way[:-1] * way[1:] < 0)
         low, high = fine[where], fine[where + 1]
@@ -188,7 +188,12 @@ def check_energy(scene, motion, first, most=1000):
         fast, slow = (rate / scene.unit for rate in scene.rates(touched[k]))
         grid = begin + digit + cells(end - begin - 2 * digit, fast, slow, most - used)
         if machine.friction is not None or scene.soft:
-            grid = kinks(scene, motion, grid)
+            # At a kink the fast part begins anew.
+            ends = kinks(scene, motion, grid)
+            parts = [
+                low + cells(high - low, fast, slow, most - used) for low, high in pairwise(ends)
+            ]
+            grid = np.unique(np.concatenate([ends[-1:], *parts]))
         used += len(grid) - 1
         width = np.diff(grid)
         time = grid[:-1, None] + width[:, None] * NODES_01
