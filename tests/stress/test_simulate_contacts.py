@@ -200,6 +200,7 @@ def balance(machine, initial, motion):
     size += machine.mass / 2 * (after**2 + before**2)
     place = np.abs(x).max(initial=0) + np.abs(u).max(initial=0) * motion.stop
     blur = 1e-15 * stiffness.max() * place * way
+    blur += 1e-15 * max(np.abs(v).max(initial=0), np.abs(moving).max(initial=0)) * integral(scale)
     assert abs(gain - (work - taken)) <= 1e-9 * size + blur
     return True
 
