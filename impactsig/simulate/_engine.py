@@ -600,7 +600,8 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
             d, u, _a, _jerk, _new = locate(leg, end)
             closed = -1
         state[0], state[1] = q + d, u
-        state[3] += p.kinetic * abs(d)
+        if p.pressed[i] == 0:  # else it is among what the contact loses
+            state[3] += p.kinetic * abs(d)
         if tau >= end:
             for s in range(p.gaps[i]):
                 alpha, beta, gamma = p.gap[i, s, 0], p.gap[i, s, 1], p.gap[i, s, 2]
@@ -799,6 +800,9 @@ def sample(p, scratch, rows, where, turns, phase):
             alpha, gamma = p.gap[i, s, 0], p.gap[i, s, 2]
             if p.gap[i, s, 1] == 0.0 and alpha * x + gamma < 0:
                 x = -gamma / alpha  # rounding
+                n = where[k] + 1
+                if n < len(rows) and rows[n, 2] == STICK and rows[n - 1, 2] == IMPACT:
+                    v[k] = 0.0  # among the rebounds that were summed
         q[k] = x + p.origin[i]
     return q, v
 

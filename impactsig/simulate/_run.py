@@ -47,7 +47,10 @@ class Run:
         if not 0 < chatter <= 1e-2:
             raise InvalidInput("chatter", chatter, "0 < chatter <= 0.01")
         if periods is not None and oscillator.forcing_frequency is None:
-            raise InvalidInput("periods", periods, "duration=, as there is no forcing to count by")
+            raise InvalidInput(
+                "periods", periods, "an oscillator with forcing to count by",
+                "There is no forcing: give duration= in seconds",
+            )  # fmt: skip
         name, length = ("periods", periods) if duration is None else ("duration", duration)
         self.length = number(name, length, positive=True)
         self.before = number("transient", transient, least=0.0)
@@ -113,7 +116,7 @@ def _start(oscillator: Oscillator, initial: Any, phase: float, omega: float) -> 
     try:
         x, v = (float(value) for value in initial)
     except (TypeError, ValueError):
-        raise InvalidInput("initial", initial, "displacement and velocity") from None
+        raise InvalidInput("initial", initial, "two numbers: displacement and velocity") from None
     if not (math.isfinite(x) and math.isfinite(v)):
         raise InvalidInput("initial", initial, "finite displacement and velocity")
     base = oscillator.base
@@ -125,7 +128,7 @@ def _start(oscillator: Oscillator, initial: Any, phase: float, omega: float) -> 
         if isinstance(stop.law, Rigid) and depth > 1e-12 * size:
             raise InvalidInput(
                 "initial", f"x = {x:.9g}", f"a start on this side of the {stop.side} rigid stop",
-                f"It is {depth:.3g} beyond",
+                f"It is {depth:.3g} beyond; move it, or the stop",
             )  # fmt: skip
     return q, u
 

@@ -805,7 +805,8 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
                     state[STEP] = wish
             turns = clock[0]
             state[0], state[1] = y + dq, v + dv
-            state[3] += p.kinetic * abs(dq)
+            if touched(p, count[0]) == 0:  # else it is among what the contact loses
+                state[3] += p.kinetic * abs(dq)
             state[SPEED] = max(state[SPEED], abs(state[1]))
             if due < 0 and step >= end:
                 clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
@@ -1011,7 +1012,9 @@ def rebound(p, f, s, clock, state, count, events, k, end, end_turns, end_phase):
     out = r * v
     state[1] = -side * out if out > 0 else 0.0
     state[2] = max(state[2], v)
-    state[3] += (v * v - out * out) / 2
+    free = touched(p, count[0]) == 0
+    if free:
+        state[3] += (v * v - out * out) / 2
     count[2] += 1
     if p.static > 0:
         slide(count, 0 if out == 0.0 else -side)
@@ -1048,7 +1051,8 @@ def rebound(p, f, s, clock, state, count, events, k, end, end_turns, end_phase):
     change += leg.rate * (pressing * (leg.damping > 0) + leg.rate * out)
     if change * left > CALM * (pressing - p.static):
         return True
-    state[3] += out * out / 2
+    if free:
+        state[3] += out * out / 2
     if left >= end:
         clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
     else:
