@@ -233,8 +233,8 @@ class Machine:
                 when = []
                 for s in closed:
 
-                    def value(t, s=s):
-                        return forms[s] @ expm(matrix * t) @ stay
+                    def value(t, form=forms[s], stay=stay):
+                        return form @ expm(matrix * t) @ stay
 
                     low = max(after[s] - tau, 0.0)
                     when.append(brentq(value, low, h, xtol=1e-16) if value(low) > 0 else low)
