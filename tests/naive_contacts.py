@@ -13,12 +13,24 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from impactsig import KelvinVoigt, Rigid
 
 SHORT, LONG = 1e-9, 2e-3
+
+
+def exponential(matrix):
+    """exp of a small matrix by its series and by squaring."""
+    squarings = max(0, math.ceil(math.log2(2 * np.abs(matrix).sum(axis=1).max() + 1e-300)))
+    small = matrix / 2**squarings
+    total = term = np.eye(len(matrix))
+    for n in range(1, 19):
+        term = term @ small / n
+        total = total + term
+    for _ in range(squarings):
+        total = total @ total
+    return total
 
 
 @dataclass(frozen=True)
@@ -104,7 +116,7 @@ class Machine:
             matrix[1, 2] -= mode.way * self.kinetic
             matrix[1] /= self.machine.mass
         steps = 2.0 ** np.arange(math.ceil(math.log2(LONG / SHORT))) * SHORT
-        return matrix, steps, [expm(matrix * h) for h in steps]
+        return matrix, steps, [exponential(matrix * h) for h in steps]
 
     def gaps(self, mode, y):
         """Forms that are positive while the mode lasts, with what their closing is."""
@@ -226,19 +238,24 @@ class Machine:
         tau, n, stay = 0.0, 0, y
         while tau < left:
             h = min(steps[n], left - tau)
-            power = powers[n] if h == steps[n] else expm(matrix * h)
+            power = powers[n] if h == steps[n] else exponential(matrix * h)
             new = power @ stay
             closed = np.flatnonzero((forms @ new < 0) & (tau + h > after))
             if len(closed):
                 when = []
                 for s in closed:
 
-                    def value(t, s=s):
-                        return forms[s] @ expm(matrix * t) @ stay
+                    def value(t, form=forms[s], stay=stay):
+                        return form @ exponential(matrix * t) @ stay
 
                     low = max(after[s] - tau, 0.0)
                     when.append(brentq(value, low, h, xtol=1e-16) if value(low) > 0 else low)
                 s = closed[np.argmin(when)]
-                return tau + min(when), expm(matrix * min(when)) @ stay, gaps[s][1], gaps[s][2]
+                return (
+                    tau + min(when),
+                    exponential(matrix * min(when)) @ stay,
+                    gaps[s][1],
+                    gaps[s][2],
+                )
             tau, stay, n = tau + h, new, min(n + 1, len(steps) - 1)
         return left, stay, None, -1

@@ -172,7 +172,7 @@ class Oscillator:
         )
         if self.law is not None or stops_given:
             raise InvalidInput(
-                "law" if self.law else "restitution", "a function", "numbers, to change their units",
+                "law" if self.law else "restitution", "a function", "a number, to change its unit",
                 "Write the function anew in the new units, and replace() it",
             )  # fmt: skip
         t = self.time_unit / new.time_unit

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -49,7 +51,7 @@ def test_pieces_are_the_whole(block):
     assert len(pieces) == -(-30 // block)
     assert whole.stick_count > 5
     assert pieces[0].start == whole.start
-    for one, after in zip(pieces[:-1], pieces[1:], strict=True):
+    for one, after in pairwise(pieces):
         assert after.start == one.stop
     time = np.concatenate([piece.impacts.time for piece in pieces])
     assert len(time) == whole.impact_count == sum(piece.impact_count for piece in pieces)
