@@ -1,4 +1,4 @@
-"""What several tests need: kernels as they are now, and the real recordings, where they are there."""
+"""What several tests need: kernels compiled from these sources, and real recordings if any."""
 
 from __future__ import annotations
 
