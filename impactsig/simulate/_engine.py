@@ -181,6 +181,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         tau = 0.0
         d, u = 0.0, v
         fed = p.force_bound[2] / math.sqrt(kappa) if kappa > 0 else p.force_bound[1]
+        stiff = math.sqrt(kappa) if kappa > 0 else 0.0
         again = False  # rounding alone has closed a gap, which is on its way open again
         number = p.gaps[i]
         while closed < 0:
@@ -194,7 +195,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                     continue
                 alpha, beta = gaps[s, 2], gaps[s, 3]
                 gap, speed, bend = gaps[s, 0] + alpha * d, alpha * u, alpha * a
-                local, jolt, window = most, third, math.inf
+                local, jolt = most, third
                 if beta != 0.0:
                     gap += beta * (u - v)
                     speed += beta * a
@@ -209,33 +210,46 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                     if beta == 0.0:
                         d = -p.gap[i, s, 2] / alpha - q
                     break
-                shake = jolt
-                if energy > 0 and beta == 0.0:
-                    window = (abs(speed) + math.sqrt(speed * speed + 2 * energy * gap)) / energy
-                    local = min(most, energy + fed * window)
-                    if kappa > 0:
-                        jolt = min(third, math.sqrt(kappa) * (energy + fed * window))
+                # Now no more than these, and no more than the fed energy allows from now on.
+                now, jolt_now, feeds, shakes = local, jolt, 0.0, 0.0
+                if beta == 0.0 and 0.0 < energy < most:
+                    now, feeds = energy, fed
+                if beta == 0.0 and 0.0 < stiff * energy < third:
+                    jolt_now, shakes = stiff * energy, stiff * fed
                 if speed < 0:
                     reach = -2 * gap / speed
-                    turn = max(bend + jolt * reach / 2, 0.0)
-                    if reach <= window and 2 * turn * gap <= speed * speed:
+                    shake = min(jolt, jolt_now + shakes * reach)
+                    turn = max(bend + shake * reach / 2, 0.0)
+                    if 2 * turn * gap <= speed * speed:
                         tau, d, u = close(
                             leg, tau, (alpha, beta, gaps[s, 0]), v, d, u, a, jerk, gap, speed,
                             reach, shake,
                         )  # fmt: skip
                         closed = s
                         break
-                if local > 0:
-                    step = (speed + math.sqrt(speed * speed + 2 * local * gap)) / local
-                    # Within twice that, and the window: g'' there is at least what it is here,
-                    # less what the bound of its third derivative can take.
-                    span = min(2 * step, window)
-                    sag = jolt * span / 3 - bend
-                    square = speed * speed + 2 * sag * gap
-                    if square >= 0 and speed < 0:
-                        span = min(span, 2 * gap / (math.sqrt(square) - speed))
-                    elif sag > 0:
-                        span = min(span, (speed + math.sqrt(square)) / sag)
+                if now > 0:
+                    step = (speed + math.sqrt(speed * speed + 2 * now * gap)) / now
+                    if feeds > 0:
+                        now = min(local, now + feeds * step)
+                        step = (speed + math.sqrt(speed * speed + 2 * now * gap)) / now
+                    # A cubic bounds the gap from below, and a parabola or a line times h that
+                    # cubic where h is at most the span.
+                    span = 0.0
+                    if speed < 0:
+                        span = 3 * step
+                        sag = min(jolt, jolt_now + shakes * span) * span / 3 - bend
+                        square = speed * speed + 2 * sag * gap
+                        if square >= 0:
+                            span = min(span, 2 * gap / (math.sqrt(square) - speed))
+                    elif jolt_now > 0:
+                        half = 1.5 * bend
+                        span = (half + math.sqrt(half * half + 6 * jolt_now * speed)) / jolt_now
+                        if gap > 0:
+                            span = max(2 * span, step)
+                        if span > 0:
+                            most_jolt = min(jolt, jolt_now + shakes * span)
+                            rest = 6 * most_jolt * (speed + gap / span)
+                            span = min(span, (half + math.sqrt(half * half + rest)) / most_jolt)
                     h = min(h, max(step, span))
             if closed >= 0 or again:
                 break

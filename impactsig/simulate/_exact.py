@@ -20,7 +20,7 @@ class ExactEngine:
     """Moves a piecewise linear oscillator; fulfils `_events.Engine`."""
 
     def __init__(self, oscillator: Oscillator, chatter: float, skip: bool) -> None:
-        from ._flow import ORDER, Scratch
+        from ._flow import COMPLETE, Scratch
         from ._passing import constant_law
 
         self.oscillator = oscillator
@@ -28,8 +28,8 @@ class ExactEngine:
         self.regions = _regions(oscillator, self.omega)
         self.problem = _problem(oscillator, self.omega, self.regions, chatter, skip)
         self.scratch: Scratch = Scratch(
-            np.empty((len(self.problem.ratio), 3)),
-            np.empty(ORDER + 1),
+            np.empty((len(self.problem.ratio), 5)),
+            np.empty(COMPLETE + 1),
             np.empty((self.problem.gap.shape[1], 4)),
         )
         self.laws = [constant_law, constant_law]

@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 ORDER = 12  # of the Taylor series that serves short legs
+COMPLETE = ORDER + 1  # where a series tells whether it is
 INVERSE = tuple([0.0] + [1 / n for n in range(1, ORDER + 1)])
 TURN = 2 * math.pi
 
@@ -62,10 +63,10 @@ class Problem(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for one leg: a row (ratio, cosine, sine) a component; Taylor coefficients; gaps.
+    """Room for one leg: a row a component; Taylor coefficients, and whether all of them; gaps.
 
-    Cosine and sine are of the angle passed since the start of the leg, which has more digits than
-    the phase.
+    A row is the ratio, cosine and sine of the response, and of the forcing: of the angle passed
+    since the start of the leg, which has more digits than the phase.
     """
 
     waves: np.ndarray
@@ -200,14 +201,12 @@ def push(p, clock, tau):
 def begin(p, scratch, i, turns, phase, low, q, v):
     """The leg in region i that starts from q, v at that phase (and what the phase lacks).
 
-    The Taylor coefficients of q come from the equation of motion, order by order.
+    Its acceleration and jerk come from the equation of motion; further orders when asked for.
     """
     waves, series = scratch.waves, scratch.series
     delta, kappa = p.delta[i], p.kappa[i]
-    series[0], series[1] = q, v
-    for n in range(ORDER - 1):
-        series[n + 2] = p.constant[i] if n == 0 else 0.0
     z, w = q - p.rest[i], v
+    f, f1 = p.constant[i], 0.0
     for j in range(len(waves)):
         ratio = p.ratio[j]
         angle = phase_of(ratio, turns, phase)
@@ -216,16 +215,16 @@ def begin(p, scratch, i, turns, phase, low, q, v):
         waves[j, 0] = ratio
         waves[j, 1] = p.cosine[i, j] * c + p.sine[i, j] * s
         waves[j, 2] = p.sine[i, j] * c - p.cosine[i, j] * s
+        waves[j, 3] = p.force_cos[j] * c + p.force_sin[j] * s
+        waves[j, 4] = p.force_sin[j] * c - p.force_cos[j] * s
         z -= waves[j, 1]
         w -= ratio * waves[j, 2]
-        term = p.force_cos[j] * c + p.force_sin[j] * s
-        other = p.force_sin[j] * c - p.force_cos[j] * s
-        for n in range(ORDER - 1):
-            series[n + 2] += term
-            term, other = other * ratio * INVERSE[n + 1], -term * ratio * INVERSE[n + 1]
-    for n in range(ORDER - 1):
-        series[n + 2] -= 2 * delta * (n + 1) * series[n + 1] + kappa * series[n]
-        series[n + 2] *= INVERSE[n + 1] * INVERSE[n + 2]
+        f += waves[j, 3]
+        f1 += ratio * waves[j, 4]
+    series[0], series[1] = q, v
+    series[2] = (f - 2 * delta * v - kappa * q) / 2
+    series[3] = (f1 - 4 * delta * series[2] - kappa * v) / 6
+    series[COMPLETE] = 0.0
     return Leg(
         kappa,
         delta,
@@ -242,6 +241,24 @@ def begin(p, scratch, i, turns, phase, low, q, v):
     )
 
 
+@kernel
+def complete(waves, series, delta, kappa):
+    """The Taylor coefficients of q from order 4, by the equation of motion, order by order."""
+    for n in range(4, ORDER + 1):
+        series[n] = 0.0
+    for j in range(len(waves)):
+        ratio = waves[j, 0]
+        scale = -ratio * ratio / 2
+        term, other = scale * waves[j, 3], scale * waves[j, 4]  # f^(n) / n! and the like
+        for n in range(2, ORDER - 1):
+            series[n + 2] += term
+            term, other = other * ratio * INVERSE[n + 1], -term * ratio * INVERSE[n + 1]
+    for n in range(2, ORDER - 1):
+        series[n + 2] -= 2 * delta * (n + 1) * series[n + 1] + kappa * series[n]
+        series[n + 2] *= INVERSE[n + 1] * INVERSE[n + 2]
+    series[COMPLETE] = 1.0
+
+
 @inlined
 def locate(leg, tau):
     """Position less that at the start of the leg, its three derivatives, and a bound of |q''|.
@@ -251,6 +268,8 @@ def locate(leg, tau):
     """
     if tau * leg.rate < 0.25:
         series = leg.series
+        if series[COMPLETE] == 0.0:
+            complete(leg.waves, series, leg.delta, leg.kappa)
         x = v = a = jerk = 0.0
         for n in range(ORDER, 2, -1):
             x = (x + series[n]) * tau
