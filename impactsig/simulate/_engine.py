@@ -27,7 +27,8 @@ from __future__ import annotations
 import math
 
 from ._events import DIVERGED, DONE, EXHAUSTED, FULL, RELEASE, REVERSE
-from ._flow import TURN, begin, bound, free, inlined, kernel, locate, steady
+from ._flow import TURN, begin, bound, bounds, free, kernel, locate, steady
+from ._gap import close, stays_open
 from ._passing import (
     NOTHING,
     depart,
@@ -39,44 +40,6 @@ from ._passing import (
     touches,
     unstick,
 )
-
-
-@inlined
-def close(leg, tau, at, v, x, velocity, a, jerk, gap, speed, high, third):
-    """Instant and state at which a gap closes that is certain to close without turning.
-
-    `at` is alpha, beta and the gap at the start of the leg, where the velocity is v. The position x
-    (from that at the start), velocity, acceleration, jerk, gap and `speed` (its derivative,
-    negative) hold at tau; the gap closes before tau + high. third bounds |g'''|. Each step goes to
-    the root of the parabola at hand.
-    """
-    alpha, beta, distance = at
-    low, high = tau, tau + high
-    before = math.inf
-    for _ in range(60):
-        bend = alpha * a + beta * jerk
-        square = speed * speed - 2 * bend * gap
-        step = 2 * gap / (math.sqrt(square) - speed) if square > 0 else math.inf
-        if not (low <= tau + step <= high):
-            step = (low + high) / 2 - tau
-        elif third * abs(step) ** 3 <= -1e-17 * speed * tau:
-            # What this step misses would not be seen.
-            x += step * (velocity + step * (a / 2 + jerk * step / 6))
-            return tau + step, x, velocity + step * (a + jerk * step / 2)
-        elif abs(step) >= before / 2 and abs(step) < 1e-9 * tau:
-            return tau, x, velocity  # down to rounding
-        before = abs(step)
-        tau += step
-        x, velocity, a, jerk, _most = locate(leg, tau)
-        gap = distance + alpha * x + beta * (velocity - v)
-        speed = alpha * velocity + beta * a
-        if gap > 0:
-            low = tau
-        else:
-            high = tau
-        if speed >= 0 or high - low <= 2e-16 * high:
-            break
-    return tau, x, velocity
 
 
 @kernel
@@ -135,8 +98,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         b = leg.drift - 2 * delta * leg.w - kappa * leg.z
         b1 = -2 * delta * b - kappa * leg.w
         b2 = -2 * delta * b1 - kappa * b
-        most = bound(kappa, delta, root, sort, b, b1) + leg.reach
-        third = bound(kappa, delta, root, sort, b1, b2) + p.reach[i, 3]
+        most, third = bounds(leg, b, b1)
         if not (most < 1e140 and abs(v) < 1e140):
             return DIVERGED  # their squares would overflow
         fourth = 0.0  # asked for where a gap depends on the velocity, and of a start from rest
@@ -227,30 +189,8 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                         )  # fmt: skip
                         closed = s
                         break
-                if now > 0:
-                    step = (speed + math.sqrt(speed * speed + 2 * now * gap)) / now
-                    if feeds > 0:
-                        now = min(local, now + feeds * step)
-                        step = (speed + math.sqrt(speed * speed + 2 * now * gap)) / now
-                    # A cubic bounds the gap from below, and a parabola or a line times h that
-                    # cubic where h is at most the span.
-                    span = 0.0
-                    if speed < 0:
-                        span = 3 * step
-                        sag = min(jolt, jolt_now + shakes * span) * span / 3 - bend
-                        square = speed * speed + 2 * sag * gap
-                        if square >= 0:
-                            span = min(span, 2 * gap / (math.sqrt(square) - speed))
-                    elif jolt_now > 0:
-                        half = 1.5 * bend
-                        span = (half + math.sqrt(half * half + 6 * jolt_now * speed)) / jolt_now
-                        if gap > 0:
-                            span = max(2 * span, step)
-                        if span > 0:
-                            most_jolt = min(jolt, jolt_now + shakes * span)
-                            rest = 6 * most_jolt * (speed + gap / span)
-                            span = min(span, (half + math.sqrt(half * half + rest)) / most_jolt)
-                    h = min(h, max(step, span))
+                certain = stays_open(gap, speed, bend, local, jolt, now, feeds, jolt_now, shakes)
+                h = min(h, certain)
             if closed >= 0 or again:
                 break
             h = max(h, 2e-16 * max(tau, 1e-3))
@@ -258,13 +198,14 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                 tau = end
                 break
             tau += h
-            d, u, a, jerk, new = locate(leg, tau)
-            most = new if new >= 0 else most
+            d, u, a, jerk, b, b1 = locate(leg, tau)
+            if b == b:
+                most, third = bounds(leg, b, b1)
             if tau > TURN:
                 break
 
         if tau >= end:
-            d, u, _a, _jerk, _new = locate(leg, end)
+            d, u, _a, _jerk, _b, _b1 = locate(leg, end)
             closed = -1
         state[0], state[1] = q + d, u
         state[3] += p.kinetic * abs(d)

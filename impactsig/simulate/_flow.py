@@ -88,7 +88,8 @@ class Leg(NamedTuple):
     rest: float
     drift: float
     rate: float
-    reach: float  # bound of the second derivative of the forced response
+    reach: float  # bounds of the second and the third derivative of the forced response
+    jerk_reach: float
     z: float
     w: float
     waves: np.ndarray
@@ -152,6 +153,15 @@ def bound(kappa, delta, root, sort, y, y1):
         slow = kappa / fast
         most = min(most, (abs(fast * y + y1) + abs(slow * y + y1)) / (2 * root))
     return most
+
+
+@inlined
+def bounds(leg, b, b1):
+    """Bounds of |q''| and |q'''| from now on, where the free motion has z'' = b and z''' = b1."""
+    b2 = -2 * leg.delta * b1 - leg.kappa * b
+    most = bound(leg.kappa, leg.delta, leg.root, leg.sort, b, b1) + leg.reach
+    third = bound(leg.kappa, leg.delta, leg.root, leg.sort, b1, b2) + leg.jerk_reach
+    return most, third
 
 
 @inlined
@@ -234,6 +244,7 @@ def begin(p, scratch, i, turns, phase, low, q, v):
         p.drift[i],
         p.rate[i],
         p.reach[i, 2],
+        p.reach[i, 3],
         z,
         w,
         waves,
@@ -261,10 +272,9 @@ def complete(waves, series, delta, kappa):
 
 @inlined
 def locate(leg, tau):
-    """Position less that at the start of the leg, its three derivatives, and a bound of |q''|.
+    """Position less that at the start of the leg, its three derivatives; and b, b1 for `bounds`.
 
-    Short legs go by their Taylor series, which keeps the digits of tiny gaps; its bound is the
-    caller's (returned as -1).
+    Short legs go by their Taylor series, which keeps the digits of tiny gaps; their b is nan.
     """
     if tau * leg.rate < 0.25:
         series = leg.series
@@ -279,13 +289,12 @@ def locate(leg, tau):
         x = (x + series[2]) * tau
         v = v * tau + 2 * series[2]
         a = a * tau + 2 * series[2]
-        return (x + series[1]) * tau, v * tau + series[1], a, jerk, -1.0
+        return (x + series[1]) * tau, v * tau + series[1], a, jerk, math.nan, math.nan
     x, v, a, jerk = forced(leg.waves, tau)
     z, w = free(leg, tau)
     b = leg.drift - 2 * leg.delta * w - leg.kappa * z
     b1 = -2 * leg.delta * b - leg.kappa * w
-    most = bound(leg.kappa, leg.delta, leg.root, leg.sort, b, b1) + leg.reach
-    return x + z + leg.rest - leg.series[0], v + w, a + b, jerk + b1, most
+    return x + z + leg.rest - leg.series[0], v + w, a + b, jerk + b1, b, b1
 
 
 @njit(cache=True, nogil=True)

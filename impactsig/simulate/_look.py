@@ -5,80 +5,87 @@ from __future__ import annotations
 import math
 
 from ._events import STICK
-from ._flow import TURN, begin, bound, free, inlined, kernel, locate, steady
-
-
-@inlined
-def follow(p, scratch, row, turns, phase):
-    """Mode, position from its origin and velocity in the segment that `row` opens."""
-    i = int(row[4])
-    if row[2] == STICK:
-        return i, row[5], 0.0
-    leg = begin(p, scratch, i, row[0], row[1], 0.0, row[5], row[6])
-    tau = max((turns - row[0]) * TURN + (phase - row[1]), 0.0)
-    if tau * leg.rate < 0.25:
-        d, v, _a, _jerk, _most = locate(leg, tau)
-        return i, row[5] + d, v
-    z, w = free(leg, tau)
-    x, v = steady(p, i, turns, phase)
-    return i, leg.rest + x + z, v + w
+from ._flow import TURN, begin, bound, bounds, free, inlined, kernel, locate, steady
+from ._gap import stays_open
 
 
 @kernel
 def sample(p, scratch, rows, where, turns, phase, q, v):
     """Position q and velocity v at instants, each in the segment that `where` names."""
-    for k in range(len(turns)):
-        i, x, v[k] = follow(p, scratch, rows[where[k]], turns[k], phase[k])
+    if len(where) == 0:
+        return
+    row = rows[where[0]]
+    i = int(row[4])
+    leg = begin(p, scratch, i, row[0], row[1], 0.0, row[5], row[6])
+    for k in range(len(where)):
+        if k > 0 and where[k] != where[k - 1]:
+            row = rows[where[k]]
+            i = int(row[4])
+            leg = begin(p, scratch, i, row[0], row[1], 0.0, row[5], row[6])
+        tau = max((turns[k] - row[0]) * TURN + (phase[k] - row[1]), 0.0)
+        if row[2] == STICK:
+            x, u = row[5], 0.0
+        elif tau * leg.rate < 0.25:
+            d, u, _a, _jerk, _b, _b1 = locate(leg, tau)
+            x = row[5] + d
+        else:
+            z, w = free(leg, tau)
+            x, u = steady(p, i, turns[k], phase[k])
+            x, u = leg.rest + x + z, u + w
         for s in range(p.gaps[i]):
             alpha, gamma = p.gap[i, s, 0], p.gap[i, s, 2]
             if p.gap[i, s, 1] == 0.0 and alpha * x + gamma < 0:
                 x = -gamma / alpha  # rounding
-        q[k] = x + p.origin[i]
+        q[k], v[k] = x + p.origin[i], u
 
 
-@kernel
-def greatest(p, i, leg, first, slope, length):
+@inlined
+def greatest(leg, first, slope, length, fourth):
     """Greatest value of first + slope[0] d + slope[1] u of a leg, d the way and u the velocity.
 
-    Each step goes as far as bounds of its second derivative keep it below the best so far; a
-    maximum that a step went across is found by its vanishing derivative.
+    Where it falls, the room below the best so far is a gap. Where it rises, its derivative is one;
+    once that is certain to vanish without turning, Newton's method finds the maximum. `fourth`
+    bounds the fourth derivative of the position.
     """
     size, more = abs(slope[0]), abs(slope[1])
-    tau, before, rising = 0.0, 0.0, False
-    best = -math.inf
+    b = leg.drift - 2 * leg.delta * leg.w - leg.kappa * leg.z
+    most, third = bounds(leg, b, -2 * leg.delta * b - leg.kappa * leg.w)
+    tau, best = 0.0, -math.inf
+    low, high = 0.0, -1.0  # the maximum lies between them, where high is not negative
     for _ in range(100_000):
-        x, v, a, jerk, _most = locate(leg, tau)
+        x, v, a, jerk, b, b1 = locate(leg, tau)
         value = first + slope[0] * x + slope[1] * v
         trend = slope[0] * v + slope[1] * a
+        curve = slope[0] * a + slope[1] * jerk
         best = max(best, value)
-        if rising and trend < 0:
-            low, high, at = before, tau, (before + tau) / 2
-            for _step in range(60):
-                x, v, a, jerk, _most = locate(leg, at)
-                best = max(best, first + slope[0] * x + slope[1] * v)
-                trend_at = slope[0] * v + slope[1] * a
-                if trend_at > 0:
-                    low = at
-                else:
-                    high = at
-                curve = slope[0] * a + slope[1] * jerk
-                last = at
-                at = at - trend_at / curve if curve < 0 else math.inf
-                if not low < at < high:
-                    at = (low + high) / 2
-                if abs(at - last) <= 1e-9 * length:
-                    break
+        if high >= 0:
+            low, high = (tau, high) if trend > 0 else (low, tau)
+            if trend * trend > 1e-16 * abs(curve * best) and high - low > 1e-9 * length:
+                tau = tau - trend / curve if curve < 0 else math.inf
+                if tau >= length and high == length:
+                    tau = length
+                elif not low < tau < high:
+                    tau = (low + high) / 2
+                continue
+            if trend > 0:
+                tau, high = high, -1.0
+                continue
+            high = -1.0
         if tau >= length:
             break
-        z, w = free(leg, tau)
-        b = leg.drift - 2 * leg.delta * w - leg.kappa * z
-        b1 = -2 * leg.delta * b - leg.kappa * w
-        b2 = -2 * leg.delta * b1 - leg.kappa * b
-        most = size * (bound(leg.kappa, leg.delta, leg.root, leg.sort, b, b1) + p.reach[i, 2])
-        most += more * (bound(leg.kappa, leg.delta, leg.root, leg.sort, b1, b2) + p.reach[i, 3])
-        room = best - value + 1e-11 * abs(best)
-        step = (trend + math.sqrt(trend * trend + 2 * most * room)) / most if most > 0 else length
-        before, rising = tau, trend > 0
+        if b == b:
+            most, third = bounds(leg, b, b1)
+        jolt = size * third + more * fourth
+        if trend < 0 or (trend == 0.0 and curve <= 0):
+            room = best - value + 1e-11 * abs(best)
+            swift = size * most + more * third
+            step = stays_open(room, -trend, -curve, swift, jolt, swift, 0.0, jolt, 0.0)
+        elif curve < 0 and curve * curve >= 2 * jolt * trend:
+            low, high = tau, min(tau - 2 * trend / curve, length)
+            tau = min(tau - trend / curve, length)
+            continue
+        else:
+            step = (curve + math.sqrt(curve * curve + 2 * jolt * trend)) / jolt
         tau = min(tau + max(step, 1e-5 * length), length)
     return best
 
@@ -106,5 +113,13 @@ def peaks(p, scratch, rows, first, last, ends, springs, dampers, positions, peak
                 best = max(best, spring * depth + damper * row[6])
                 continue
             leg = begin(p, scratch, i, row[0], row[1], 0.0, row[5], row[6])
-            best = max(best, greatest(p, i, leg, spring * depth, (spring, damper), length))
+            fourth = 0.0
+            if damper != 0.0:
+                b = leg.drift - 2 * leg.delta * leg.w - leg.kappa * leg.z
+                b1 = -2 * leg.delta * b - leg.kappa * leg.w
+                b2 = -2 * leg.delta * b1 - leg.kappa * b
+                b3 = -2 * leg.delta * b2 - leg.kappa * b1
+                fourth = bound(leg.kappa, leg.delta, leg.root, leg.sort, b2, b3) + p.reach[i, 4]
+            slope = (spring, damper)
+            best = max(best, greatest(leg, spring * depth, slope, length, fourth))
         peak[n] = best
