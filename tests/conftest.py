@@ -14,7 +14,8 @@ import pytest
 from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parents[1]
-COMPILED = rb"(?m)^@(njit|cfunc|kernel|inlined)|^COLUMNS ="  # kernels, and the constants of events
+# Kernels, and the constants of events.
+COMPILED = rb"(?m)^@(njit|cfunc|kernel|inner|inlined)|^COLUMNS ="
 
 
 def fresh_kernels():

@@ -19,7 +19,8 @@ turns (alpha = 0), to a force of zero. They are followed by conservative advance
 so no step can jump over a first contact. Once g' < 0 and g <= g'^2 / 2M the gap closes without
 turning, and roots of parabolas, kept in that bracket, finish. M is the lesser of two bounds: z''
 of the free motion is a free motion itself, whose energy does not grow; and the energy of q'' is
-fed by the forcing alone. Bounds of the third derivative sharpen both uses in the same way.
+fed by the forcing alone. Bounds of the third derivative, found in the same way, make steps longer
+(`_gap.stays_open`) and the bracket wider.
 """
 
 from __future__ import annotations
@@ -142,8 +143,8 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
 
         tau = 0.0
         d, u = 0.0, v
-        fed = p.force_bound[2] / math.sqrt(kappa) if kappa > 0 else p.force_bound[1]
-        stiff = math.sqrt(kappa) if kappa > 0 else 0.0
+        stiff = math.sqrt(kappa)
+        fed = p.force_bound[2] / stiff if kappa > 0 else p.force_bound[1]
         again = False  # rounding alone has closed a gap, which is on its way open again
         number = p.gaps[i]
         while closed < 0:
@@ -172,7 +173,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                     if beta == 0.0:
                         d = -p.gap[i, s, 2] / alpha - q
                     break
-                # Now no more than these, and no more than the fed energy allows from now on.
+                # The bounds as they are now, and how fast the forcing lets them grow.
                 now, jolt_now, feeds, shakes = local, jolt, 0.0, 0.0
                 if beta == 0.0 and 0.0 < energy < most:
                     now, feeds = energy, fed
@@ -189,8 +190,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                         )  # fmt: skip
                         closed = s
                         break
-                certain = stays_open(gap, speed, bend, local, jolt, now, feeds, jolt_now, shakes)
-                h = min(h, certain)
+                h = min(h, stays_open(gap, speed, bend, local, jolt, now, feeds, jolt_now, shakes))
             if closed >= 0 or again:
                 break
             h = max(h, 2e-16 * max(tau, 1e-3))

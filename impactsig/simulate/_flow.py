@@ -23,8 +23,10 @@ TURN = 2 * math.pi
 
 # Without reference counts, which cost more than these functions compute: nothing here allocates.
 _OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
+_WITHIN: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # for kernels to call
 kernel = njit(**_OPTIONS)
-inlined = njit(**_OPTIONS, forceinline=True)
+inner = njit(**_OPTIONS, **_WITHIN)
+inlined = njit(**_OPTIONS, **_WITHIN, forceinline=True)
 
 
 class Problem(NamedTuple):
@@ -180,7 +182,7 @@ def forced(waves, tau):
     return x, v, a, jerk
 
 
-@kernel
+@inner
 def steady(p, i, turns, phase):
     """Forced response and its derivative at a phase."""
     x = v = 0.0
@@ -252,7 +254,7 @@ def begin(p, scratch, i, turns, phase, low, q, v):
     )
 
 
-@kernel
+@inner
 def complete(waves, series, delta, kappa):
     """The Taylor coefficients of q from order 4, by the equation of motion, order by order."""
     for n in range(4, ORDER + 1):

@@ -15,7 +15,7 @@ from ._events import (
     STICK,
     TOUCH,
 )
-from ._flow import TURN, inlined, kernel, push
+from ._flow import TURN, inlined, inner, push
 
 # What the closing of a gap means.
 HIT, ENTER, LEAVE, CLEAR, LIFT, PRESS, HALT = range(7)
@@ -130,7 +130,7 @@ def returned(p, stop, v, upper, lower):
 
 @inlined
 def rebound(p, clock, state, count, events, stop, end, end_turns, end_phase, upper, lower):
-    """Reset the velocity at a rigid stop; sum chatter to its end, where the mass sticks."""
+    """Reset the velocity at a rigid stop; chatter may end there at once."""
     side = p.side[stop]
     v = abs(state[1])
     r = returned(p, stop, v, upper, lower)
@@ -151,17 +151,25 @@ def rebound(p, clock, state, count, events, stop, end, end_turns, end_phase, upp
         slower = returned(p, stop, 1e-3 * out, upper, lower)
         if not abs(slower - r) <= CALM * (1 - r):
             return DONE
+    settle(p, clock, state, count, events, side, r, out, end, end_turns, end_phase)
+    return DONE
+
+
+@inner
+def settle(p, clock, state, count, events, side, r, out, end, end_turns, end_phase):
+    """Sum the rebounds still to come as a geometric series, where it is one; then stick."""
+    i = count[0]
     f, f1, _f2 = push(p, clock, 0.0)
     pressing = side * (f + still(p, i, state[0]))
     back = pressing - p.kinetic  # what brings the mass back; friction helps what slows it
     if back <= 0:
-        return DONE
+        return
     away = pressing + p.kinetic
     ratio = math.sqrt(back / away)
     left = out / away * (1 + 1 / ratio) / (1 - r * ratio)
     change = abs(f1) + p.force_bound[2] * left + 2 * p.delta[i] * away + p.kappa[i] * out
     if change * left > CALM * back:
-        return DONE
+        return
     state[1] = 0.0
     if p.pressed[i] == 0:
         state[3] += out * out / 2
@@ -170,7 +178,6 @@ def rebound(p, clock, state, count, events, stop, end, end_turns, end_phase, upp
     else:
         pass_time(clock, left)
     hold(clock, count, events, i, state[0])
-    return DONE
 
 
 @inlined
@@ -193,7 +200,7 @@ def still(p, i, q):
     return f + (p.kinetic if i % 2 == 0 else -p.kinetic) if p.rubs else f
 
 
-@inlined
+@inner
 def unstick(p, clock, i, q, end):
     """Time until the force leaves what holds the mass, and whither; 0 is nowhere as yet."""
     low, high = grip(p, i, q)
@@ -223,7 +230,7 @@ def unstick(p, clock, i, q, end):
     return tau, 0
 
 
-@kernel
+@inner
 def depart(p, clock, i, q):
     """Whither a mass at rest goes, 0 where it is held; and whether what holds it just gives way.
 
