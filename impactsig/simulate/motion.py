@@ -140,7 +140,7 @@ class Motion:
 
     def _at(self, turns: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity at instants given as turns and phases of the reference."""
-        from ._engine import phases_of
+        from ._flow import phases_of
 
         if not len(self._segments):
             raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
@@ -190,7 +190,7 @@ def assemble(
     status: str,
 ) -> Motion:
     """A motion from what the engine left."""
-    from ._engine import phases_of
+    from ._flow import phases_of
 
     omega = engine.omega
     unit = oscillator.time_unit / omega
