@@ -227,11 +227,15 @@ def little_work(monkeypatch):
 
 def battery(seeds):
     """Counts of what the machines did: statuses, impacts, sticks, balances drawn up."""
-    done = [found for found in map(run, seeds) if found is not None]
-    status = Counter(motion.status for motion, _ in done)
-    impacts = sum(motion.impact_count for motion, _ in done)
-    sticks = sum(motion.stick_count for motion, _ in done)
-    return status, impacts, sticks, sum(closed for _, closed in done)
+    status, impacts, sticks, closed = Counter(), 0, 0, 0
+    for seed in seeds:
+        found = run(seed)
+        if found is not None:
+            motion, balanced = found
+            status[motion.status] += 1
+            impacts, sticks = impacts + motion.impact_count, sticks + motion.stick_count
+            closed += balanced
+    return status, impacts, sticks, closed
 
 
 def test_no_random_machine_breaks_an_invariant():
