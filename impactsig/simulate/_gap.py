@@ -8,6 +8,13 @@ from ._flow import inlined, locate
 
 
 @inlined
+def vanishes(gap, speed, brake):
+    """Time h > 0 at which gap + speed h - brake h^2 / 2 vanishes, where nothing cancels."""
+    root = math.sqrt(speed * speed + 2 * brake * gap)
+    return (speed + root) / brake if speed >= 0 else 2 * gap / (root - speed)
+
+
+@inlined
 def stays_open(gap, speed, bend, most, jolt, now, feeds, jolt_now, shakes):
     """Time for which a gap g >= 0 is certain to stay open, from its first two derivatives.
 
@@ -16,30 +23,26 @@ def stays_open(gap, speed, bend, most, jolt, now, feeds, jolt_now, shakes):
     """
     if now <= 0:
         return math.inf
-    step = (speed + math.sqrt(speed * speed + 2 * now * gap)) / now
+    step = vanishes(gap, speed, now)
     if feeds > 0:
-        now = min(most, now + feeds * step)
-        step = (speed + math.sqrt(speed * speed + 2 * now * gap)) / now
+        step = vanishes(gap, speed, min(most, now + feeds * step))
     # g + g' h + g'' h^2 / 2 - J h^3 / 6 is less than the gap. For h up to a span H, with J H h^2
     # for J h^3, a parabola is less still; where g' >= 0, with g h / H for g, so is a parabola
     # times h.
     if speed < 0:
         span = 3 * step
         sag = min(jolt, jolt_now + shakes * span) * span / 3 - bend
-        square = speed * speed + 2 * sag * gap
-        if square >= 0:
-            span = min(span, 2 * gap / (math.sqrt(square) - speed))
+        if speed * speed + 2 * sag * gap >= 0:
+            span = min(span, vanishes(gap, speed, sag))
         return max(step, span)
     if jolt_now <= 0:
         return step
-    half = 1.5 * bend
-    span = (half + math.sqrt(half * half + 6 * jolt_now * speed)) / jolt_now
+    span = vanishes(speed, bend / 2, jolt_now / 3)
     if gap > 0:
         span = max(2 * span, step)
     if span > 0:
-        most_jolt = min(jolt, jolt_now + shakes * span)
-        rest = 6 * most_jolt * (speed + gap / span)
-        span = min(span, (half + math.sqrt(half * half + rest)) / most_jolt)
+        worst = min(jolt, jolt_now + shakes * span)
+        span = min(span, vanishes(speed + gap / span, bend / 2, worst / 3))
     return max(step, span)
 
 
