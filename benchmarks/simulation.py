@@ -1,10 +1,12 @@
-"""The exact engine beside general integrators: error against time, and what a skip saves.
+"""The exact engine beside general integrators: error against time on seven scenes.
 
-The chaotic run (zeta = 0.05, A = 9.435, omega = 2.7, r = 0.8, from rest) has a reference of forty
-digits for its first 20 impacts; each tool is timed per impact on the same run. Writes
-results/simulation.json and simulation.md.
+Every scene is a mass and one stop, told by the gap between them, with a reference of forty digits
+for its first 20 impacts (`tests/naive_simulate.py`). scipy's solvers start again at every event;
+heyoka does in the callback of a terminal event what the stop does. Of ours and heyoka the time per
+impact is that of a long run, of scipy that of the first 20. Writes results/simulation.json and
+simulation.md.
 
-    python -m benchmarks.simulation
+    python -m benchmarks.simulation           # needs: pip install -e ".[benchmarks,test]"
 """
 
 from __future__ import annotations
@@ -13,167 +15,346 @@ import json
 import platform
 import time
 from collections.abc import Callable
-from importlib.metadata import version
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import impactsig
-from impactsig import Force, Oscillator, Rigid, Stop, scenes
+from impactsig import Force, Friction, KelvinVoigt, Oscillator, Rigid, Stop, scenes
 from tests import naive, naive_simulate
+from tests.naive_simulate import Machine
+
+from .detection import markdown
 
 RESULTS = Path(__file__).parent / "results"
-ZETA, AMPLITUDE, OMEGA, RESTITUTION = 0.05, 9.435, 2.7, 0.8
 COUNT = 20
-CHAOS = Oscillator(
-    damping=2 * ZETA, forces=Force(AMPLITUDE, OMEGA), stops=(Stop(1, Rigid(RESTITUTION)),)
-)
+REPEATS = 7
+TOLERANCES = (1e-6, 1e-9, 1e-12)
 
 
-def timed(work: Callable, repeats: int = 3):
-    """What `work` returns, and the median time of some runs after one that is not counted [s]."""
-    work()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        found = work()
-        times.append(time.perf_counter() - start)
-    return found, float(np.median(times))
+@dataclass(frozen=True)
+class Case:
+    """A scene for the engine, and the same one by its gap, with the gap's start."""
+
+    name: str
+    oscillator: Oscillator
+    initial: tuple[float, float]
+    machine: Machine
+    gap: float
+    speed: float
+    methods: tuple[str, ...] = ("RK45", "DOP853")
 
 
-def by_scipy(method: str, rtol: float) -> np.ndarray:
-    """The first impacts by solve_ivp, begun again at each; events closer than 1e-12 are its own."""
-
-    def rate(t, y):
-        return y[1], AMPLITUDE * np.cos(OMEGA * t) - 2 * ZETA * y[1] - y[0]
-
-    def stop(t, y):
-        return y[0] - 1
-
-    stop.terminal, stop.direction = True, 1
-    t, y, found = 0.0, (0.0, 0.0), []
-    while len(found) < COUNT:
-        leg = solve_ivp(rate, (t, t + 60), y, method=method, rtol=rtol, atol=rtol, events=stop)
-        if not len(leg.t_events[0]):
-            break
-        t = leg.t_events[0][0]
-        y = (1 - 1e-15, -RESTITUTION * leg.y_events[0][0][1])
-        found.append(t)
-    return np.array(found)
+def one_sided(name: str, zeta, amplitude, omega, restitution, initial=(0.0, 0.0)) -> Case:
+    oscillator = Oscillator(
+        damping=2 * zeta, forces=Force(amplitude, omega), stops=(Stop(1, Rigid(restitution)),)
+    )
+    machine = naive_simulate.one_sided(zeta, amplitude, omega, restitution=restitution)
+    return Case(name, oscillator, initial, machine, 1 - initial[0], -initial[1])
 
 
-def by_thesis(steps: int) -> np.ndarray:
-    """The first impacts by the thesis' Runge-Kutta steps, halved at the stop (in Python)."""
-    h = 2 * np.pi / OMEGA / steps
-    t, x, v, found = 0.0, 0.0, 0.0, []
-    while len(found) < COUNT:
-        x_next, v_next = naive.rk4_step(t, x, v, h, OMEGA, ZETA, AMPLITUDE)
-        if x_next < 1:
-            t, x, v = t + h, x_next, v_next
-            continue
-        part = h
-        while part > 1e-15:
-            part /= 2
-            x_next, v_next = naive.rk4_step(t, x, v, part, OMEGA, ZETA, AMPLITUDE)
+def moving_base(name: str, stop: str, stiffness: float = 2e5) -> Case:
+    """Okolewski's machine at eta = 3, r = 0.6, let go 0.01 above the base."""
+    oscillator = scenes.okolewski(3, 0.6, stop, stop_stiffness=stiffness)  # type: ignore[arg-type]
+    known = {"restitution": 0.6}
+    if stop == "soft":
+        law = KelvinVoigt.equivalent(0.6, stiffness)
+        known = {"stop_stiffness": law.stiffness, "stop_damping": law.damping}
+    swing = 0.0025
+    machine = Machine(1, 0.23, 0, -0.23 * 3 * swing, 9 * swing, 3, **known)
+    methods = ("RK45", "DOP853") if stop == "hard" else ("RK45", "DOP853", "LSODA", "Radau")
+    return Case(name, oscillator, (0.01, 0.0), machine, 0.01, -3 * swing, methods)
+
+
+def rubbing(name: str) -> Case:
+    """As Begley and Virgin's: theta'' + 2 h theta' + theta = 2 h g cos + sin, friction 0.05."""
+    h, g, f = 0.02, 1.338, 0.05
+    oscillator = Oscillator(
+        damping=2 * h,
+        forces=(Force(2 * h * g, g), Force(1, g, -np.pi / 2)),
+        stops=(Stop(0.8, Rigid(0.6)),),
+        friction=Friction(f),
+    )
+    machine = Machine(1, 2 * h, 0.8, -2 * h * g, -1, g, restitution=0.6, friction=f)
+    return Case(name, oscillator, (0.0, 0.0), machine, 0.8, 0.0)
+
+
+def cases() -> list[Case]:
+    zeta, omega = 0.05, 0.8
+    above = np.hypot(1 - omega**2, 2 * zeta * omega) * (1 + 1e-4)
+    response = above / complex(1 - omega**2, 2 * zeta * omega)
+    start = (response.real, -omega * response.imag)
+    return [
+        one_sided("chaotic", 0.05, 9.435, 2.7, 0.8),
+        one_sided("periodic, 22.1 Hz beam", 0.03, 0.25, naive.frequency_ratio(22.1), 0.2),
+        one_sided("grazing, 1e-4 above", zeta, above, omega, 0.5, start),
+        moving_base("chattering", "hard"),
+        moving_base("soft stop, 2e5", "soft", 2e5),
+        moving_base("soft stop, 1e8", "soft", 1e8),
+        rubbing("friction"),
+    ]
+
+
+# -- tools: (case, count) -> instants ----------------------------------------------------------
+
+
+def by_impactsig(case: Case, count: int) -> np.ndarray:
+    motion = impactsig.simulate(case.oscillator, periods=20 * count, initial=case.initial)
+    return motion.impacts.time[:count]
+
+
+def push(machine: Machine, t):
+    angle = machine.omega * t
+    return machine.load + machine.cosine * np.cos(angle) + machine.sine * np.sin(angle)
+
+
+def by_scipy(method: str, rtol: float) -> Callable:
+    """solve_ivp, begun again at each event: contact, its end, and a standstill under friction."""
+
+    def find(case: Case, count: int) -> np.ndarray:
+        machine = case.machine
+        t, y, v, side, found = 0.0, case.gap, case.speed, 1, []
+        while len(found) < count:
+            k = machine.stiffness + (machine.stop_stiffness if side < 0 else 0)
+            c = machine.damping + (machine.stop_damping if side < 0 else 0)
+            way = np.sign(v)
+            if machine.friction and v == 0:
+                t = released(machine, t, y, k)
+                way = np.sign(push(machine, t) - k * y)
+            rub = machine.friction * way
+
+            def rate(t, state, k=k, c=c, rub=rub):
+                return state[1], push(machine, t) - rub - c * state[1] - k * state[0]
+
+            def surface(t, state):
+                return state[0]
+
+            def halt(t, state):
+                return state[1]
+
+            surface.terminal, surface.direction = True, -side
+            halt.terminal, halt.direction = True, -way
+            events = (surface, halt) if machine.friction else (surface,)
+            leg = solve_ivp(
+                rate, (t, t + 60), (y, v), method=method, rtol=rtol, atol=rtol * 1e-3, events=events
+            )
+            if leg.status != 1:
+                break
+            t, (y, v) = leg.t[-1], leg.y[:, -1]
+            if machine.friction and len(leg.t_events[1]):
+                v = 0.0
+            elif machine.restitution is None:
+                found += [t] if side > 0 else []
+                side = -side
+                y = side * 1e-15  # an event at the start of a leg is not seen
+            else:
+                found.append(t)
+                y, v = 1e-15, -machine.restitution * v
+        return np.array(found)
+
+    return find
+
+
+def released(machine: Machine, t: float, y: float, k: float) -> float:
+    """When friction lets go, by a scan of 1000 steps a period and a bracketed root."""
+
+    def beyond(t):
+        return abs(push(machine, t) - k * y) - machine.friction
+
+    grid = t + np.linspace(0, 2 * np.pi / machine.omega, 1001)
+    value = np.abs(push(machine, grid) - k * y) - machine.friction
+    if value[0] > 0:
+        return t
+    first = int(np.argmax(value > 0))
+    return brentq(beyond, grid[first - 1], grid[first], xtol=1e-15) + 1e-12
+
+
+def by_heyoka(tol: float) -> Callable:
+    """taylor_adaptive with the stop as a terminal event; compiled once for a case.
+
+    The callback turns the velocity at a rigid stop round, and switches stiffness and damping, which
+    are parameters, where a soft one is touched or left.
+    """
+    import heyoka as hy
+
+    built: dict[str, Callable] = {}
+
+    def build(case: Case) -> Callable:
+        machine = case.machine
+        y, v = hy.make_vars("y", "v")
+        angle = machine.omega * hy.time
+        drive = machine.load + machine.cosine * hy.cos(angle) + machine.sine * hy.sin(angle)
+        found: list[float] = []
+        rigid = machine.restitution is not None
+
+        def meet(integrator, sign):
+            if sign < 0:
+                found.append(integrator.time)
+            if rigid:
+                integrator.state[0] = 0.0
+                integrator.state[1] *= -machine.restitution
+            else:
+                integrator.pars[0] = machine.stiffness + (sign < 0) * machine.stop_stiffness
+                integrator.pars[1] = machine.damping + (sign < 0) * machine.stop_damping
+            return True
+
+        way = hy.event_direction.negative if rigid else hy.event_direction.any
+        stiffness, damping = machine.stiffness, machine.damping
+        if not rigid:
+            stiffness, damping = hy.par[0], hy.par[1]
+        integrator = hy.taylor_adaptive(
+            [(y, v), (v, drive - damping * v - stiffness * y)], [1.0, 0.0],
+            t_events=[hy.t_event(y, callback=meet, direction=way)], tol=tol,
+        )  # fmt: skip
+
+        def run(count):
+            found.clear()
+            integrator.time, integrator.state[:] = 0.0, (case.gap, case.speed)
+            if not rigid:
+                integrator.pars[:] = machine.stiffness, machine.damping
+            integrator.reset_cooldowns()
+            while len(found) < count:
+                integrator.propagate_for(max(count / 4, 1) * 2 * np.pi / machine.omega)
+            return np.array(found[:count])
+
+        return run
+
+    def find(case: Case, count: int) -> np.ndarray:
+        if case.name not in built:
+            built[case.name] = build(case)
+        return built[case.name](count)
+
+    return find
+
+
+def by_thesis(steps: int) -> Callable:
+    """The thesis' Runge-Kutta steps, halved at the stop, of the chaotic scene (in Python)."""
+
+    def find(case: Case, count: int) -> np.ndarray:
+        machine = case.machine
+        zeta, amplitude, omega = machine.damping / 2, -machine.cosine, machine.omega
+        h = 2 * np.pi / omega / steps
+        t, x, v, found = 0.0, 1 - case.gap, -case.speed, []
+        while len(found) < count:
+            x_next, v_next = naive.rk4_step(t, x, v, h, omega, zeta, amplitude)
             if x_next < 1:
-                t, x, v = t + part, x_next, v_next
-        found.append(t)
-        v *= -RESTITUTION
-    return np.array(found)
+                t, x, v = t + h, x_next, v_next
+                continue
+            part = h
+            while part > 1e-15:
+                part /= 2
+                x_next, v_next = naive.rk4_step(t, x, v, part, omega, zeta, amplitude)
+                if x_next < 1:
+                    t, x, v = t + part, x_next, v_next
+            found.append(t)
+            v *= -machine.restitution
+        return np.array(found)
+
+    return find
 
 
-def work_precision() -> list[dict]:
-    """Time per impact, and the error of the first 20 instants, of each tool."""
-    truth = np.array([float(t) for t in naive_simulate.impacts(
-        ZETA, AMPLITUDE, OMEGA, RESTITUTION, COUNT)[0]])  # fmt: skip
-    long, took = timed(lambda: impactsig.simulate(CHAOS, periods=50_000))
-    found = impactsig.simulate(CHAOS, periods=60).impacts.time[:COUNT]
-    rows = [line("impactsig, exact", found, took / long.impact_count, truth)]
-    for steps in (300, 3000):
-        found, took = timed(lambda steps=steps: by_thesis(steps), 1)
-        rows.append(line(f"thesis RK4, {steps} steps, Python", found, took / COUNT, truth))
-    for method in ("RK45", "DOP853"):
-        for rtol in (1e-6, 1e-9, 1e-12):
-            found, took = timed(lambda m=method, r=rtol: by_scipy(m, r), 1)
-            rows.append(line(f"scipy {method}, rtol {rtol:g}", found, took / COUNT, truth))
-    for row in rows:
-        row["time / ours"] = row["us per impact"] / rows[0]["us per impact"]
-    return rows
+# -- tables ------------------------------------------------------------------------------------
 
 
-def line(name: str, found: np.ndarray, seconds: float, truth: np.ndarray) -> dict:
+def seconds(work: Callable) -> float:
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def missed(found: np.ndarray, truth: np.ndarray) -> int:
+    """Reference impacts that none was found near to: nearer than half of the way to the next."""
+    gap = np.diff(truth)
+    room = np.minimum(np.append(gap, gap[-1]), np.append(gap[0], gap)) / 2
+    return int(sum(not np.any(np.abs(found - t) < r) for t, r in zip(truth, room, strict=True)))
+
+
+def line(case: Case, tool: str, found: np.ndarray, each: float, truth: np.ndarray) -> dict:
     same = min(len(found), len(truth))
     error = np.abs(found[:same] - truth[:same])
-    return {
-        "tool": name,
-        "us per impact": seconds * 1e6,
-        "error of impact 1": float(error[0]),
-        "error of the first 20": float(error.max()),
-    }
+    row: dict = {"scene": case.name, "tool": tool, "us per impact": each * 1e6}
+    if same:
+        row["error of impact 1"] = float(error[0])
+        row["error of the first 20"] = float(error.max())
+    return row | {"missed": missed(found, truth)}
 
 
-def scenes_speed() -> list[dict]:
-    """Impacts a second of the exact engine on several scenes, with and without keeping them."""
-    cases = {
-        "period-1 beam, 22.1 Hz": scenes.karpodinis(22.1),
-        "chaotic beam, 20.1 Hz": scenes.karpodinis(20.1),
-        "soft stop, k_s = 2e5": scenes.okolewski(3, 0.6, "soft"),
-        "soft stop, k_s = 1e8": scenes.okolewski(3, 0.6, "soft", stop_stiffness=1e8),
-        "chatter and stick": scenes.okolewski(3, 0.6),
-    }
+def long_run(case: Case, keep: Literal["all", "counts"]) -> Callable:
+    """A long run of the engine."""
+    return lambda: impactsig.simulate(
+        case.oscillator, periods=20_000, initial=case.initial, keep=keep
+    )
+
+
+def scene_table(case: Case) -> list[dict]:
+    instants, _ = naive_simulate.impacts(case.machine, COUNT, gap=case.gap, v=case.speed)
+    truth = np.array([float(t) for t in instants])
+    work, counting = long_run(case, "all"), long_run(case, "counts")
+    impacts = work().impact_count
+    counting()
+    peers: dict[str, Callable] = {}
     rows = []
-    for name, scene in cases.items():
-        row: dict = {"scene": name}
-        for keep in ("counts", "all"):
-            motion, took = timed(
-                lambda s=scene, k=keep: impactsig.simulate(s, periods=20_000, transient=10, keep=k)
-            )
-            row[f"impacts / s, {keep}"] = motion.impact_count / took
-        rows.append(row)
+    if not case.machine.friction:
+        for tol in (1e-15, 1e-18):
+            try:
+                peers[f"heyoka, tolerance {tol:g}"] = by_heyoka(tol)
+            except ImportError:
+                rows.append(
+                    {"scene": case.name, "tool": "heyoka", "us per impact": "not installed"}
+                )
+    # A chatter has no end for a tool that does not sum it.
+    many = COUNT if case.name == "chattering" else 3000
+    for find in peers.values():
+        find(case, COUNT)
+    ours, counted, theirs = [], [], {name: [] for name in peers}
+    for _ in range(REPEATS):  # in turns, so that all see the same machine
+        ours.append(seconds(work) / impacts)
+        counted.append(seconds(counting) / impacts)
+        for name, find in peers.items():
+            theirs[name].append(seconds(lambda f=find: f(case, many)) / many)
+    own = by_impactsig(case, COUNT)
+    rows.insert(0, line(case, "impactsig", own, float(np.median(ours)), truth))
+    rows.insert(1, line(case, "impactsig, only counted", own, float(np.median(counted)), truth))
+    for name, find in peers.items():
+        rows.append(line(case, name, find(case, COUNT), float(np.median(theirs[name])), truth))
+        rows[-1]["time / ours"] = float(np.median(np.divide(theirs[name], ours)))
+    slow = [(f"scipy {m}, rtol {r:g}", by_scipy(m, r)) for m in case.methods for r in TOLERANCES
+            if not (m == "Radau" and r < 1e-9)]  # fmt: skip
+    if case.name == "chaotic":
+        slow += [(f"thesis RK4, {n} steps, Python", by_thesis(n)) for n in (300, 3000)]
+    for name, find in slow:
+        start = time.perf_counter()
+        found = find(case, COUNT)
+        each = (time.perf_counter() - start) / COUNT
+        rows.append(line(case, name, found, each, truth))
+        rows[-1]["time / ours"] = each / float(np.median(ours))
     return rows
 
 
-def skip_speed() -> dict:
-    """A motion that cannot reach its stop, with the skip and without; the answers compared."""
-    quiet = Oscillator(damping=0.1, forces=Force(0.1, 0.5), stops=(Stop(1, Rigid(0.5)),))
-    ends, times = [], []
-    for skip in (True, False):
-        motion, took = timed(
-            lambda s=skip: impactsig.simulate(
-                quiet, periods=100_000, keep="counts", skip_unreachable=s
-            )
-        )
-        ends.append(motion.final)
-        times.append(took)
-    return {
-        "skip": "unreachable stop, 1e5 periods",
-        "s with": times[0],
-        "s without": times[1],
-        "greatest difference of the final state": float(np.max(np.abs(np.subtract(*ends)))),
-    }
-
-
-def table(rows: list[dict]) -> str:
-    heads = list(rows[0])
-    lines = [heads, ["---"] * len(heads)]
-    for row in rows:
-        lines.append([f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values()])
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+def installed(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def main() -> None:
-    results = {
-        "machine": platform.processor() or platform.machine(),
-        "versions": {name: version(name) for name in ("numpy", "scipy", "numba")},
-        "work precision": work_precision(),
-        "scenes": scenes_speed(),
-        "skips": [skip_speed()],
+    rows = [row for case in cases() for row in scene_table(case)]
+    peers = ("numpy", "scipy", "numba", "heyoka")
+    about = {
+        "python": platform.python_version(),
+        "impactsig": impactsig.__version__,
+        **{name: installed(name) for name in peers},
     }
     RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "simulation.json").write_text(json.dumps(results, indent=1))
-    text = "\n\n".join(table(results[key]) for key in ("work precision", "scenes", "skips"))
-    (RESULTS / "simulation.md").write_text(text + "\n")
+    (RESULTS / "simulation.json").write_text(json.dumps({"about": about, "scenes": rows}, indent=1))
+    text = markdown(rows)
+    (RESULTS / "simulation.md").write_text(text)
     print(text)
 
 

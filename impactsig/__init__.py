@@ -64,6 +64,14 @@ if TYPE_CHECKING:
     from .report import write_report
     from .simulate import Motion, simulate, simulate_blocks, simulate_many
     from .simulate.firing import integrate_and_fire, threshold_crossings
+    from .simulate import (
+        FixedStep,
+        Motion,
+        RungeKutta,
+        simulate,
+        simulate_blocks,
+        simulate_many,
+    )
     from .simulate.measuring import Measured, measure
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
@@ -119,6 +127,7 @@ _HOME = {
     "report": ("write_report",),
     "simulate": ("Motion", "simulate_blocks", "simulate_many"),
     "simulate.firing": ("integrate_and_fire", "threshold_crossings"),
+    "simulate": ("FixedStep", "Motion", "RungeKutta", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
@@ -136,6 +145,7 @@ __all__ = [
     "DelayChoice",
     "FalseNeighbors",
     "Flow",
+    "FixedStep",
     "Force",
     "Friction",
     "Hertz",
@@ -155,6 +165,7 @@ __all__ = [
     "Periodicity",
     "Recording",
     "Rigid",
+    "RungeKutta",
     "Stop",
     "Trajectory",
     "UnreadableFile",

@@ -76,9 +76,15 @@ class Oscillator:
         numbers(self, "load")
         for name, kind in (("forces", Force), ("stops", Stop)):
             items = getattr(self, name)
-            items = (items,) if isinstance(items, kind) else tuple(items)
-            if not all(isinstance(item, kind) for item in items):
+            if isinstance(items, kind):
+                items = (items,)
+            try:
+                right = all(isinstance(item, kind) for item in items)
+            except TypeError:
+                right = False
+            if not right:
                 raise InvalidInput(name, items, f"{kind.__name__}(...), one or several")
+            items = tuple(items)
             object.__setattr__(self, name, items)
         if self.base is not None and not isinstance(self.base, BaseMotion):
             raise InvalidInput("base", self.base, "BaseMotion(...) or None")
@@ -97,7 +103,8 @@ class Oscillator:
                 raise InvalidInput(
                     "damping",
                     self.damping,
-                    f"damping, or forcing away from the resonance at {frequency:g} rad/s",
+                    f"a positive damping under forcing at the natural frequency, {frequency:g}",
+                    "Undamped, such a motion grows without bound",
                 )
 
     def _check_stops(self) -> None:
@@ -113,7 +120,10 @@ class Oscillator:
             if near.position == far.position:
                 raise InvalidInput("stops", where, "stops of a side at different positions")
             if isinstance(near.law, Rigid):
-                raise InvalidInput("stops", where, "no stop behind a rigid one")
+                raise InvalidInput(
+                    "stops", where, "no stop behind a rigid one",
+                    f"The mass cannot get past {near.position:g}",
+                )  # fmt: skip
 
     def stops_on(self, side: str) -> tuple[Stop, ...]:
         """The stops on that side ("upper" or "lower"), in the order they are reached."""
@@ -162,8 +172,9 @@ class Oscillator:
         )
         if self.law is not None or stops_given:
             raise InvalidInput(
-                "law" if self.law else "restitution", "a function", "numbers, to change their units"
-            )
+                "law" if self.law else "restitution", "a function", "a number, to change its unit",
+                "Write the function anew in the new units, and replace() it",
+            )  # fmt: skip
         t = self.time_unit / new.time_unit
         x = self.length_unit / new.length_unit
         m = self.mass_unit / new.mass_unit

@@ -121,9 +121,11 @@ class KelvinVoigt:
         InvalidInput
             If the restitution is not in (0, 1]: none has infinite damping.
         """
-        Rigid(restitution)
-        if restitution == 0:
+        if callable(restitution) or Rigid(restitution).restitution == 0:
             raise InvalidInput("restitution", restitution, "0 < restitution <= 1")
+        cls(stiffness)
+        if not (math.isfinite(mass) and mass > 0):
+            raise InvalidInput("mass", mass, "a finite number > 0")
         loss = math.log(restitution)
         return cls(stiffness, -2 * loss * math.sqrt(stiffness * mass / (math.pi**2 + loss**2)))
 

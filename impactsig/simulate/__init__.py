@@ -10,9 +10,10 @@ from typing import Any
 
 from .many import simulate_blocks, simulate_many
 from .motion import Motion
+from .runge_kutta import FixedStep, RungeKutta
 from .simulation import simulate
 
-__all__ = ["Motion", "simulate", "simulate_blocks", "simulate_many"]
+__all__ = ["FixedStep", "Motion", "RungeKutta", "simulate", "simulate_blocks", "simulate_many"]
 
 
 class _Callable(ModuleType):

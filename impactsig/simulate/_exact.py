@@ -13,22 +13,23 @@ from ._frame import forcing, reference_frequency
 from ._user import compiled
 
 if TYPE_CHECKING:
-    from ._engine import Problem, Scratch
+    from ._flow import Problem, Scratch
 
 
 class ExactEngine:
     """Moves a piecewise linear oscillator; fulfils `_events.Engine`."""
 
     def __init__(self, oscillator: Oscillator, chatter: float, skip: bool) -> None:
-        from ._engine import ORDER, Scratch, constant_law
+        from ._flow import COMPLETE, Scratch
+        from ._passing import constant_law
 
         self.oscillator = oscillator
         self.omega = reference_frequency(oscillator)
         self.regions = _regions(oscillator, self.omega)
         self.problem = _problem(oscillator, self.omega, self.regions, chatter, skip)
         self.scratch: Scratch = Scratch(
-            np.empty((len(self.problem.ratio), 3)),
-            np.empty(ORDER + 1),
+            np.empty((len(self.problem.ratio), 5)),
+            np.empty(COMPLETE + 1),
             np.empty((self.problem.gap.shape[1], 4)),
         )
         self.laws = [constant_law, constant_law]
@@ -89,24 +90,26 @@ class ExactEngine:
         self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity at instants, each after the row that `where` names."""
-        from ._engine import sample
+        from ._look import sample
 
-        return sample(self.problem, self.scratch, rows, where, turns, phase)
+        q, v = np.empty(len(turns)), np.empty(len(turns))
+        sample(self.problem, self.scratch, rows, where, turns, phase, q, v)
+        return q, v
 
     def peaks(
         self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
     ) -> np.ndarray:
         """Greatest force of contacts, from the TOUCH in row `first` to row `last` or the end."""
-        from ._engine import peaks
+        from ._look import peaks
 
         stops = self.oscillator.stops
         soft = [s.law if isinstance(s.law, KelvinVoigt) else KelvinVoigt(1.0) for s in stops]
         springs = np.array([law.stiffness for law in soft])
         dampers = np.array([law.damping for law in soft]) * self.omega
         positions = np.array([stop.position for stop in stops])
-        return peaks(
-            self.problem, self.scratch, rows, first, last, end, springs, dampers, positions
-        )
+        peak = np.empty(len(first))
+        peaks(self.problem, self.scratch, rows, first, last, end, springs, dampers, positions, peak)
+        return peak
 
 
 @dataclass
@@ -132,7 +135,7 @@ def _regions(oscillator: Oscillator, omega: float) -> list[_Region]:
 
     A gap is alpha, beta, gamma, meaning, stop, region beyond, and position there.
     """
-    from ._engine import CLEAR, ENTER, HIT, LEAVE, LIFT, PRESS
+    from ._passing import CLEAR, ENTER, HIT, LEAVE, LIFT, PRESS
 
     rows = {1: oscillator.stops_on("upper"), -1: oscillator.stops_on("lower")}
     regions = [_region(oscillator, 0, 0, frozenset(), ())]
@@ -205,7 +208,8 @@ def _problem(
     oscillator: Oscillator, omega: float, regions: list[_Region], chatter: float, skip: bool
 ) -> Problem:
     """The kernel's tables; with friction every region is two modes, for motion up and down."""
-    from ._engine import HALT, Problem
+    from ._flow import Problem
+    from ._passing import HALT
 
     inertia = oscillator.mass * omega**2
     friction = oscillator.friction

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidInput
-from ..oscillators import Oscillator, Rigid
+from ..oscillators import Hertz, Oscillator, Rigid
 from ._arguments import number
 from ._events import COLUMNS, FULL, START, STATUS, STICK, Engine
 from ._exact import ExactEngine
 from ._frame import base_motion
 from .motion import TURN, Motion, assemble
+from .runge_kutta import FixedStep, RungeKutta, SteppingEngine
 
 CHUNK = 65536  # events that are held at a time
 LEGS_PER_PERIOD = 10_000  # work, on average, after which a run is given up
@@ -33,6 +34,7 @@ class Run:
         transient: float = 0.0,
         initial: tuple[float, float] = (0.0, 0.0),
         phase: float = 0.0,
+        method: RungeKutta | FixedStep | None = None,
         chatter: float = 1e-6,
         skip_unreachable: bool = True,
     ) -> None:
@@ -45,13 +47,16 @@ class Run:
         if not 0 < chatter <= 1e-2:
             raise InvalidInput("chatter", chatter, "0 < chatter <= 0.01")
         if periods is not None and oscillator.forcing_frequency is None:
-            raise InvalidInput("periods", periods, "duration=, as there is no forcing to count by")
+            raise InvalidInput(
+                "periods", periods, "an oscillator with forcing to count by",
+                "There is no forcing: give duration= in seconds",
+            )  # fmt: skip
         name, length = ("periods", periods) if duration is None else ("duration", duration)
         self.length = number(name, length, positive=True)
         self.before = number("transient", transient, least=0.0)
         self.phase = math.fmod(number("phase", phase), TURN) % TURN
         self.oscillator = oscillator
-        self.engine: Engine = ExactEngine(oscillator, chatter, skip_unreachable)
+        self.engine = _engine(oscillator, method, chatter, skip_unreachable)
         omega = self.engine.omega
         self.per_turn = 1.0 if duration is None else omega / (TURN * oscillator.time_unit)
 
@@ -92,12 +97,26 @@ class Run:
                 return STATUS[found], np.concatenate(parts)
 
 
+def _engine(
+    oscillator: Oscillator, method: RungeKutta | FixedStep | None, chatter: float, skip: bool
+) -> Engine:
+    """The exact engine where it can move the oscillator, unless a method is asked for."""
+    if method is None:
+        bent = oscillator.law or any(isinstance(stop.law, Hertz) for stop in oscillator.stops)
+        if not bent:
+            return ExactEngine(oscillator, chatter, skip)
+        method = RungeKutta()
+    if not isinstance(method, (RungeKutta, FixedStep)):
+        raise InvalidInput("method", method, "RungeKutta(...), FixedStep(...) or None")
+    return SteppingEngine(oscillator, method, chatter)
+
+
 def _start(oscillator: Oscillator, initial: Any, phase: float, omega: float) -> tuple[float, float]:
     """Position and velocity at t = 0, in the engine's coordinates and units."""
     try:
         x, v = (float(value) for value in initial)
     except (TypeError, ValueError):
-        raise InvalidInput("initial", initial, "displacement and velocity") from None
+        raise InvalidInput("initial", initial, "two numbers: displacement and velocity") from None
     if not (math.isfinite(x) and math.isfinite(v)):
         raise InvalidInput("initial", initial, "finite displacement and velocity")
     base = oscillator.base
@@ -109,7 +128,7 @@ def _start(oscillator: Oscillator, initial: Any, phase: float, omega: float) -> 
         if isinstance(stop.law, Rigid) and depth > 1e-12 * size:
             raise InvalidInput(
                 "initial", f"x = {x:.9g}", f"a start on this side of the {stop.side} rigid stop",
-                f"It is {depth:.3g} beyond",
+                f"It is {depth:.3g} beyond; move it, or the stop",
             )  # fmt: skip
     return q, u
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 from ..errors import InvalidInput
 
 
+@lru_cache(maxsize=256)
 def compiled(argument: str, function: Callable[..., float], arguments: int) -> Any:
     """`function` of so many floats as a C function; it returns NaN where it raises.
 
@@ -20,7 +22,6 @@ def compiled(argument: str, function: Callable[..., float], arguments: int) -> A
         If numba cannot compile it.
     """
     from numba import cfunc, njit
-    from numba.core.errors import NumbaError
 
     inner = getattr(function, "py_func", function)
     try:
@@ -45,7 +46,7 @@ def compiled(argument: str, function: Callable[..., float], arguments: int) -> A
                 return float("nan")
 
         return guarded_law
-    except (NumbaError, TypeError) as error:
+    except Exception as error:  # numba raises its own and others, as what it is given has it
         lines = [line for line in str(error).splitlines() if line.strip()]
         reason = next((line for line in lines if not line.startswith("Failed in")), str(error))
         raise InvalidInput(

@@ -44,6 +44,11 @@ def simulate_blocks(
     InvalidInput
         As `simulate` does, when called.
     """
+    if "keep" in options:
+        raise InvalidInput(
+            "keep", options["keep"], "no such option of pieces",
+            'Use simulate(..., keep="counts") to count without keeping',
+        )  # fmt: skip
     run = Run(oscillator, **options)
     return _pieces(run, number("block", block, positive=True))
 
@@ -91,16 +96,23 @@ def simulate_many(
     InvalidInput
         If the numbers of oscillators, initial states and phases differ, or as `simulate` does.
     """
-    if workers is not None and workers < 1:
+    if workers is not None and (workers < 1 or workers != int(workers)):
         raise InvalidInput("workers", workers, "a whole number, 1 or greater")
     try:
         starts = np.asarray(initial, float)
         phases = np.asarray(phase, float)
     except (TypeError, ValueError):
-        raise InvalidInput("initial, phase", (initial, phase), "numbers") from None
+        raise InvalidInput(
+            "initial, phase",
+            (initial, phase),
+            "numbers; of each start a displacement and a velocity",
+        ) from None
     if starts.ndim not in (1, 2) or starts.shape[-1] != 2:
         raise InvalidInput("initial", f"shape {starts.shape}", "shape (2,) or (n, 2)")
-    machines = [oscillators] if isinstance(oscillators, Oscillator) else list(oscillators)
+    try:
+        machines = [oscillators] if isinstance(oscillators, Oscillator) else list(oscillators)
+    except TypeError:
+        raise InvalidInput("oscillators", oscillators, "an Oscillator or several") from None
     counts = {len(machines), len(np.atleast_2d(starts)), phases.size} - {1}
     if len(counts) > 1 or phases.ndim > 1:
         raise InvalidInput(
@@ -120,5 +132,5 @@ def simulate_many(
         machine, (x, v), at = case
         return simulate(machine, initial=(x, v), phase=at, **options)
 
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+    with ThreadPoolExecutor(int(workers or os.cpu_count() or 1)) as pool:
         return tuple(pool.map(one, each))

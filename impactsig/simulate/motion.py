@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -132,14 +133,18 @@ class Motion:
         turns = np.arange(first + (phase < early), last + (phase <= late))
         return self._at(turns, np.full(len(turns), phase))
 
+    @cached_property
+    def _begins(self) -> np.ndarray:
+        """Angle of the reference at the events."""
+        return self._segments[:, 0] * TURN + self._segments[:, 1]
+
     def _at(self, turns: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity at instants given as turns and phases of the reference."""
-        from ._engine import phases_of
+        from ._flow import phases_of
 
         if not len(self._segments):
             raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
-        key = self._segments[:, 0] * TURN + self._segments[:, 1]
-        where = np.searchsorted(key, turns * TURN + phase, side="right") - 1
+        where = np.searchsorted(self._begins, turns * TURN + phase, side="right") - 1
         q, v = self._engine.sample(
             self._segments, np.maximum(where, 0).ravel(), turns.ravel(), phase.ravel()
         )
@@ -185,7 +190,7 @@ def assemble(
     status: str,
 ) -> Motion:
     """A motion from what the engine left."""
-    from ._engine import phases_of
+    from ._flow import phases_of
 
     omega = engine.omega
     unit = oscillator.time_unit / omega

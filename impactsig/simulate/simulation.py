@@ -8,6 +8,7 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._run import Run
 from .motion import Motion
+from .runge_kutta import FixedStep, RungeKutta
 
 
 def simulate(
@@ -18,16 +19,19 @@ def simulate(
     transient: float = 0.0,
     initial: tuple[float, float] = (0.0, 0.0),
     phase: float = 0.0,
+    method: RungeKutta | FixedStep | None = None,
     keep: Literal["all", "counts"] = "all",
     chatter: float = 1e-6,
     skip_unreachable: bool = True,
 ) -> Motion:
-    """The motion of an oscillator between stops, exact up to rounding.
+    """The motion of an oscillator between stops, exact up to rounding where it is linear.
 
-    Between events the motion is known in closed form; there is no time step and no tolerance. The
-    first contact cannot be missed. Infinitely many rebounds in a finite time (chatter) are summed
-    as the geometric series they are, and the mass sticks to the stop until the forcing lets go.
-    Friction lets it slide and stick; the instants where it does either are as exact.
+    Between events a linear motion is known in closed form; there is no time step and no tolerance,
+    and the first contact cannot be missed. Hertz contacts and a force `law` of the user's are not
+    linear: then the motion is stepped, to a tolerance (`RungeKutta`). Infinitely many rebounds in
+    a finite time (chatter) are summed as the geometric series they are, and the mass sticks to the
+    stop until the forcing lets go. Friction lets it slide and stick; the instants where it does
+    either are as exact.
 
     Parameters
     ----------
@@ -42,6 +46,9 @@ def simulate(
         Displacement and velocity at t = 0, in the oscillator's units, against the ground.
     phase : float
         Phase of the reference forcing at t = 0 [rad].
+    method : RungeKutta or FixedStep, optional
+        Step the motion in this way, linear or not. By default it is exact where it can be, and
+        ``RungeKutta()`` elsewhere.
     keep : {"all", "counts"}
         "all" keeps what impacts, sticks and samples are made of, about 64 bytes an event;
         "counts" only counts, in constant memory. See `simulate_blocks` for what lies between.
@@ -73,6 +80,7 @@ def simulate(
         transient=transient,
         initial=initial,
         phase=phase,
+        method=method,
         chatter=chatter,
         skip_unreachable=skip_unreachable,
     )

@@ -38,8 +38,8 @@ def run(*words):
         ),
         (["tian", "--omega=0.8", "--amplitude=0.8"], scenes.tian(0.8, 0.8)),
         (
-            ["begley_virgin", "--gamma=0.88", "--sigma=1.6", "--friction=0"],
-            scenes.begley_virgin(0.88, 1.6, 0),
+            ["begley_virgin", "--gamma=0.88", "--sigma=1.6", "--friction=0.06"],
+            scenes.begley_virgin(0.88, 1.6, 0.06),
         ),
         (
             ["begley_virgin", "--gamma", "0.88", "--sigma", "-1.86", "175e-2", "--friction", "0"],

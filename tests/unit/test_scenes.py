@@ -122,8 +122,8 @@ def tian(t, x, v):
     return 0.8 * math.sin(1.3 * t) - 2 * 0.02 * v - x - contact
 
 
-def begley_virgin(t, theta, rate, f=0.06):
-    gamma, h, alpha, rho, left, right = 0.88, 0.1, 0.8, 12.0, -1.1, 2.2
+def begley_virgin(t, theta, rate):
+    gamma, h, alpha, f, rho, left, right = 0.88, 0.1, 0.8, 0.06, 12.0, -1.1, 2.2
     g = rho**2 * (theta - right) if theta > right else 0.0
     g = rho**2 * (theta - left) if theta < left else g
     drive = 2 * h * gamma * math.cos(gamma * t) + math.sin(gamma * t)
@@ -165,8 +165,10 @@ def test_a_scene_obeys_the_papers_equation(scene, printed, reach):
         (scenes.okolewski(3, 0.6, "soft"), okolewski),
         (scenes.tian(1.3, 0.8, damping_ratio=0.02, gap=0.7), tian),
         (
-            scenes.begley_virgin(0.88, (-1.1, 2.2), 0, damping_ratio=0.1, wall_stiffness=144),
-            lambda t, x, v: begley_virgin(t, x, v, f=0),
+            scenes.begley_virgin(
+                0.88, (-1.1, 2.2), 0.06, damping_ratio=0.1, wall_stiffness=144, kinetic_ratio=0.8
+            ),
+            begley_virgin,
         ),
     ],
     ids=["okolewski", "tian", "begley_virgin"],
