@@ -46,24 +46,23 @@ if TYPE_CHECKING:
         flows,
         scenes,
     )
-    from .reconstruct import CorrelationSum, correlation_sum
+    from .oscillators.flows import Flow
     from .reconstruct import (
         AveragedFalseNeighbors,
+        CorrelationSum,
         DelayChoice,
         FalseNeighbors,
         LyapunovExponent,
         autocorrelation_delay,
         averaged_false_neighbors,
+        correlation_sum,
         delay_embed,
         false_nearest_neighbors,
         lyapunov_exponent,
         mutual_information_delay,
     )
-    from .oscillators.flows import Flow
     from .recording import Recording
     from .report import write_report
-    from .simulate import Motion, simulate, simulate_blocks, simulate_many
-    from .simulate.firing import integrate_and_fire, threshold_crossings
     from .simulate import (
         FixedStep,
         Motion,
@@ -72,6 +71,7 @@ if TYPE_CHECKING:
         simulate_blocks,
         simulate_many,
     )
+    from .simulate.firing import integrate_and_fire, threshold_crossings
     from .simulate.measuring import Measured, measure
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
@@ -112,8 +112,8 @@ _HOME = {
         "flows",
         "scenes",
     ),
-    "reconstruct": ("CorrelationSum", "correlation_sum"),
     "reconstruct": (),
+    "reconstruct.correlation": ("CorrelationSum", "correlation_sum"),
     "reconstruct.delays": ("DelayChoice", "autocorrelation_delay", "mutual_information_delay"),
     "reconstruct.embedding": ("delay_embed",),
     "reconstruct.exponents": ("LyapunovExponent", "lyapunov_exponent"),
@@ -125,7 +125,6 @@ _HOME = {
     ),
     "oscillators.flows": ("Flow",),
     "report": ("write_report",),
-    "simulate": ("Motion", "simulate_blocks", "simulate_many"),
     "simulate.firing": ("integrate_and_fire", "threshold_crossings"),
     "simulate": ("FixedStep", "Motion", "RungeKutta", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
@@ -144,8 +143,8 @@ __all__ = [
     "CorrelationSum",
     "DelayChoice",
     "FalseNeighbors",
-    "Flow",
     "FixedStep",
+    "Flow",
     "Force",
     "Friction",
     "Hertz",

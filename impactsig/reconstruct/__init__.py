@@ -1,9 +1,7 @@
 """The dynamics behind a series of intervals: embedding, dimension, exponents, surrogates."""
 
-from .correlation import CorrelationSum, correlation_sum
-
-__all__ = ["CorrelationSum", "correlation_sum"]
 from . import classic
+from .correlation import CorrelationSum, correlation_sum
 from .delays import DelayChoice, autocorrelation_delay, mutual_information_delay
 from .embedding import delay_embed
 from .exponents import LyapunovExponent, lyapunov_exponent
@@ -16,12 +14,14 @@ from .neighbors import (
 
 __all__ = [
     "AveragedFalseNeighbors",
+    "CorrelationSum",
     "DelayChoice",
     "FalseNeighbors",
     "LyapunovExponent",
     "autocorrelation_delay",
     "averaged_false_neighbors",
     "classic",
+    "correlation_sum",
     "delay_embed",
     "false_nearest_neighbors",
     "lyapunov_exponent",
