@@ -25,12 +25,16 @@ if TYPE_CHECKING:
     from .impacts import Impacts
     from .intervals import (
         IntervalHistogram,
+        Join,
         Periodicity,
+        Repair,
+        Split,
         coefficient_of_variation,
         cv2,
         identify_period,
         interval_histogram,
         local_variation,
+        repair_intervals,
         return_map,
     )
     from .io import info, read, read_blocks
@@ -45,6 +49,20 @@ if TYPE_CHECKING:
         Stop,
         scenes,
     )
+    from .reconstruct.determinism import ReturnMapDeterminism, return_map_determinism
+    from .reconstruct.prediction import (
+        PredictionError,
+        prediction_error,
+        time_reversal_asymmetry,
+    )
+    from .reconstruct.recurrence import (
+        RecurrencePlot,
+        RecurrenceQuantification,
+        recurrence_plot,
+        recurrence_quantification,
+    )
+    from .reconstruct.surrogate_testing import SurrogateTest, surrogate_test
+    from .reconstruct.surrogates import Surrogates, surrogates
     from .recording import Recording
     from .report import write_report
     from .simulate import Motion, simulate, simulate_blocks, simulate_many
@@ -67,12 +85,16 @@ _HOME = {
     "detect": ("detect_impacts",),
     "intervals": (
         "IntervalHistogram",
+        "Join",
         "Periodicity",
+        "Repair",
+        "Split",
         "coefficient_of_variation",
         "cv2",
         "identify_period",
         "interval_histogram",
         "local_variation",
+        "repair_intervals",
         "return_map",
     ),
     "oscillators": (
@@ -86,6 +108,20 @@ _HOME = {
         "Stop",
         "scenes",
     ),
+    "reconstruct.determinism": ("ReturnMapDeterminism", "return_map_determinism"),
+    "reconstruct.prediction": (
+        "PredictionError",
+        "prediction_error",
+        "time_reversal_asymmetry",
+    ),
+    "reconstruct.recurrence": (
+        "RecurrencePlot",
+        "RecurrenceQuantification",
+        "recurrence_plot",
+        "recurrence_quantification",
+    ),
+    "reconstruct.surrogate_testing": ("SurrogateTest", "surrogate_test"),
+    "reconstruct.surrogates": ("Surrogates", "surrogates"),
     "report": ("write_report",),
     "simulate": ("Motion", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
@@ -107,6 +143,7 @@ __all__ = [
     "ImpactsigWarning",
     "IntervalHistogram",
     "InvalidInput",
+    "Join",
     "KelvinVoigt",
     "LoadCell",
     "Measured",
@@ -115,9 +152,17 @@ __all__ = [
     "Motion",
     "Oscillator",
     "Periodicity",
+    "PredictionError",
     "Recording",
+    "RecurrencePlot",
+    "RecurrenceQuantification",
+    "Repair",
+    "ReturnMapDeterminism",
     "Rigid",
+    "Split",
     "Stop",
+    "SurrogateTest",
+    "Surrogates",
     "UnreadableFile",
     "UnwritableFile",
     "coefficient_of_variation",
@@ -130,14 +175,22 @@ __all__ = [
     "local_variation",
     "measure",
     "plot",
+    "prediction_error",
     "read",
     "read_blocks",
+    "recurrence_plot",
+    "recurrence_quantification",
+    "repair_intervals",
     "return_map",
+    "return_map_determinism",
     "scenes",
     "simulate",
     "simulate_blocks",
     "simulate_many",
+    "surrogate_test",
+    "surrogates",
     "synthesize",
+    "time_reversal_asymmetry",
     "write_report",
 ]
 

@@ -2,8 +2,10 @@
 
 from .comparison import comparison
 from .motions import phase_portrait, power_spectrum, time_history
+from .recurrence import recurrence_plot
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
+from .surrogates import prediction_error, surrogate_test
 from .trains import interval_densities, return_maps
 from .waveforms import pulse, waveform
 
@@ -16,10 +18,13 @@ __all__ = [
     "peak_against_time",
     "phase_portrait",
     "power_spectrum",
+    "prediction_error",
     "pulse",
+    "recurrence_plot",
     "return_map",
     "return_maps",
     "spike_train",
+    "surrogate_test",
     "time_history",
     "waveform",
 ]
