@@ -20,8 +20,8 @@ MOST_PIXELS = 1000
 def recurrence_plot(result: RecurrencePlot, ax: Axes | None = None) -> Axes:
     """Draw the recurrences as dark points, time to the right and upwards.
 
-    Where the matrix is larger than 1000 by 1000, the darkness of a pixel is the share of the
-    recurrences in its square.
+    Where the matrix is larger than 1000 by 1000, the darkness of a pixel is the square root of the
+    share of recurrences in its square, so that single ones are seen.
 
     Parameters
     ----------
@@ -43,6 +43,7 @@ def recurrence_plot(result: RecurrencePlot, ax: Axes | None = None) -> Axes:
         rows = np.add.reduceat(result.matrix, first, axis=0, dtype=np.int32)
         size = np.diff(np.append(first, count))
         image = np.add.reduceat(rows, first, axis=1) / np.outer(size, size)
+        image = np.sqrt(image)
     edge = len(image) * block - 0.5
     ax.imshow(
         image, cmap="Greys", origin="lower", interpolation="nearest", vmin=0,
@@ -53,6 +54,6 @@ def recurrence_plot(result: RecurrencePlot, ax: Axes | None = None) -> Axes:
         axis.set_major_locator(MaxNLocator(integer=True, nbins=5))
         axis.set_label_text(f"delay vector ${letter}$")
     ax.set_title(
-        f"within {result.radius:.3g}, {result.dimension} dimensions", fontsize="medium", loc="left"
+        f"within {result.radius:.3g}, m = {result.dimension}", fontsize="medium", loc="left"
     )
     return ax

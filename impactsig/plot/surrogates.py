@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
+from ..reconstruct.surrogates import LABEL
 from ._axes import BLUE, GREY, VERMILLION, axes
 
 if TYPE_CHECKING:
@@ -32,13 +33,13 @@ def surrogate_test(result: SurrogateTest, ax: Axes | None = None) -> Axes:
     """
     ax = axes(ax, width=5.0, height=3.0)
     others = result.surrogates
-    bins = np.histogram_bin_edges(others, bins=max(6, int(2 * np.sqrt(len(others)))))
+    bins = np.histogram_bin_edges(others, bins=max(6, int(np.sqrt(len(others)))))
     ax.hist(
         others,
         bins=bins.tolist(),
         color=GREY,
         alpha=0.6,
-        label=f"{len(others)} {result.method} surrogates",
+        label=f"{len(others)} {LABEL[result.method]} surrogates",
     )
     ax.axvline(
         result.statistic, color=VERMILLION, linewidth=2, label=f"data, p = {result.p_value:.2g}"
@@ -70,18 +71,14 @@ def prediction_error(result: PredictionError, ax: Axes | None = None) -> Axes:
     """
     ax = axes(ax, width=5.0, height=3.0)
     order = np.argsort(result.horizon)
-    ax.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
-    ax.annotate(
-        "mean as predictor", (1, 1), xycoords=("axes fraction", "data"), ha="right", va="bottom",
-        color=GREY, fontsize="small",
-    )  # fmt: skip
+    ax.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":", label="mean as predictor")
     ax.plot(
         result.horizon[order],
         result.error[order],
         color=BLUE,
         marker="o",
         markersize=4,
-        label=f"{result.dimension} dimensions, {result.neighbors} neighbours",
+        label=f"{result.neighbors} neighbours, m = {result.dimension}",
     )
     ax.set_ylim(0, 1.1 * max(1.0, float(result.error.max())))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))

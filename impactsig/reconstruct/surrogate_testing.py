@@ -11,7 +11,7 @@ import numpy as np
 from .._arguments import Seed, whole
 from ..errors import InvalidInput
 from .prediction import prediction_error, time_reversal_asymmetry
-from .surrogates import NULL, Method, varying_series
+from .surrogates import LABEL, NULL, Method, varying_series
 from .surrogates import surrogates as make_surrogates
 
 if TYPE_CHECKING:
@@ -75,8 +75,10 @@ class SurrogateTest:
     @property
     def deviation(self) -> float | None:
         """From the mean of the surrogates, in their standard deviations; None where they agree."""
+        if self.surrogates.min() == self.surrogates.max():
+            return None
         spread = float(self.surrogates.std(ddof=1))
-        return (self.statistic - float(self.surrogates.mean())) / spread if spread else None
+        return (self.statistic - float(self.surrogates.mean())) / spread
 
     def describe(self) -> str:
         """The verdict in words."""
@@ -84,7 +86,7 @@ class SurrogateTest:
         words = (
             f"{verdict} {self.null} (p = {self.p_value:.2g}): {self.name} {self.statistic:.3g} "
             f"against {self.surrogates.mean():.3g} ± {self.surrogates.std(ddof=1):.2g} "
-            f"of {len(self.surrogates)} {self.method} surrogates"
+            f"of {len(self.surrogates)} {LABEL[self.method]} surrogates"
         )
         return "; but ".join((words, *self.warnings))
 

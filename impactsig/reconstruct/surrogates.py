@@ -21,6 +21,8 @@ NULL = {
 }
 """What each kind of surrogate stands for."""
 
+LABEL = {"shuffled": "shuffled", "phase": "phase-randomised", "iaaft": "IAAFT"}
+
 LEAST = 10
 MOST_DROPPED = 0.1  # of the series, to make its ends meet
 MOST_ITERATIONS = 1000
@@ -67,7 +69,7 @@ class Surrogates:
     def describe(self) -> str:
         """In words."""
         count, n = self.values.shape
-        words = f"{count} {self.method} surrogates of {n} values ({NULL[self.method]})"
+        words = f"{count} {LABEL[self.method]} surrogates of {n} values ({NULL[self.method]})"
         if count:
             words += f", spectrum within {self.spectrum_error.max():.2g}"
         return "; ".join((words, *self.warnings))
