@@ -33,7 +33,7 @@ class SurrogateTest:
     Attributes
     ----------
     statistic : float
-        Of the data.
+        Of the data (where the surrogates are IAAFT, of their normal scores).
     surrogates : ndarray, shape (count,)
         The statistic of each surrogate.
     p_value : float
@@ -47,7 +47,7 @@ class SurrogateTest:
     count : int
         Values of the series that were used; its ends may have been cut to fit.
     spectrum_error : float
-        The greatest of the surrogates (of IAAFT, that of the normal scores); see `Surrogates`.
+        The greatest of the surrogates; see `Surrogates`.
     warnings : tuple of str
         Why the verdict may not mean what it says.
     """
@@ -123,10 +123,11 @@ def surrogate_test(
     which under the null hypothesis is at most alpha with probability alpha, where
     alpha (count + 1) (two-sided: half of it) is a whole number; else with less.
 
-    IAAFT surrogates are made of the normal scores of the values (standard normal quantiles of the
-    ranks) and given the values back in the order of the scores: the null hypothesis allows any
-    monotone function, and the spectrum of skewed values is that of a few of them. Made of the
-    values themselves they reject a lognormal first-order process two to three times too often.
+    With IAAFT surrogates, both are of the normal scores of the values: the standard normal
+    quantiles of their ranks. The null hypothesis allows any monotone function, and so the test
+    does not depend on one. Of the values themselves, where they are skewed, IAAFT does not get
+    near the spectrum, and a lognormal first-order process is rejected two to three times too
+    often.
 
     Parameters
     ----------
@@ -180,17 +181,10 @@ def surrogate_test(
         alternative = "less" if statistic == "prediction_error" else "two-sided"
     if alternative not in ("less", "greater", "two-sided"):
         raise InvalidInput("alternative", alternative, 'one of "less", "greater", "two-sided"')
-    scored = surrogates == "iaaft"
-    made = make_surrogates(
-        _normal_scores(values) if scored else values, count, surrogates, seed=seed
-    )
-    original = values[made.start : made.start + len(made.original)]
-    own = _number(evaluate(original.copy()), name)
-    others = np.empty(count)
-    for k, row in enumerate(made.values):
-        others[k] = _number(
-            evaluate(_in_the_order_of(row, original) if scored else row.copy()), name
-        )
+    judged = _normal_scores(values) if surrogates == "iaaft" else values
+    made = make_surrogates(judged, count, surrogates, seed=seed)
+    own = _number(evaluate(made.original), name)
+    others = np.array([_number(evaluate(row.copy()), name) for row in made.values])
     others.flags.writeable = False
     return SurrogateTest(
         own,
@@ -221,13 +215,6 @@ def _normal_scores(x: np.ndarray) -> np.ndarray:
     from scipy.stats import rankdata
 
     return ndtri(rankdata(x) / (len(x) + 1))
-
-
-def _in_the_order_of(row: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """The values of `x`, the least where `row` has its least, and so on."""
-    ordered = np.empty_like(x)
-    ordered[np.argsort(row, kind="stable")] = np.sort(x)
-    return ordered
 
 
 def _name_of(statistic: Callable[..., Any]) -> str:

@@ -6,7 +6,7 @@ import pytest
 from scipy.signal import lfilter
 
 import impactsig
-from impactsig import Impacts, InvalidInput, surrogate_test, surrogates
+from impactsig import Impacts, InvalidInput, prediction_error, surrogate_test, surrogates
 from tests import firing
 
 METHODS = ["shuffled", "phase", "iaaft"]
@@ -123,6 +123,17 @@ def test_each_null_hypothesis_is_told_from_the_next():
     assert surrogate_test(bent, np.min, surrogates="phase", seed=1).rejected
     assert not surrogate_test(bent, np.min, surrogates="iaaft", seed=1).rejected
     assert not surrogate_test(bent, surrogates="iaaft", seed=1).rejected
+
+
+def test_the_iaaft_test_does_not_depend_on_a_monotone_function():
+    x = firing.intervals("lorenz", 300, 2)
+    one, other = (surrogate_test(v, count=19, seed=1) for v in (x, np.exp(5 * x)))
+    assert one.statistic == other.statistic
+    np.testing.assert_array_equal(one.surrogates, other.surrogates)
+    raw = surrogate_test(x, surrogates="phase", count=19, seed=1)
+    assert raw.statistic == pytest.approx(
+        prediction_error(surrogates(x, 0, "phase").original).value
+    )
 
 
 def test_the_logistic_map_is_found_by_both_statistics():
