@@ -16,6 +16,7 @@ import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Literal
@@ -25,7 +26,17 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import impactsig
-from impactsig import Force, Friction, KelvinVoigt, Oscillator, Rigid, Stop, scenes
+from impactsig import (
+    FixedStep,
+    Force,
+    Friction,
+    KelvinVoigt,
+    Oscillator,
+    Rigid,
+    RungeKutta,
+    Stop,
+    scenes,
+)
 from tests import naive, naive_simulate
 from tests.naive_simulate import Machine
 
@@ -98,6 +109,12 @@ def cases() -> list[Case]:
         moving_base("soft stop, 1e8", "soft", 1e8),
         rubbing("friction"),
     ]
+
+
+METHODS = (
+    *(FixedStep(steps) for steps in (30, 300, 3000)),
+    *(RungeKutta(tolerance) for tolerance in (1e-8, 1e-10, 1e-13)),
+)
 
 
 # -- tools: (case, count) -> instants ----------------------------------------------------------
@@ -232,32 +249,6 @@ def by_heyoka(tol: float) -> Callable:
     return find
 
 
-def by_thesis(steps: int) -> Callable:
-    """The thesis' Runge-Kutta steps, halved at the stop, of the chaotic scene (in Python)."""
-
-    def find(case: Case, count: int) -> np.ndarray:
-        machine = case.machine
-        zeta, amplitude, omega = machine.damping / 2, -machine.cosine, machine.omega
-        h = 2 * np.pi / omega / steps
-        t, x, v, found = 0.0, 1 - case.gap, -case.speed, []
-        while len(found) < count:
-            x_next, v_next = naive.rk4_step(t, x, v, h, omega, zeta, amplitude)
-            if x_next < 1:
-                t, x, v = t + h, x_next, v_next
-                continue
-            part = h
-            while part > 1e-15:
-                part /= 2
-                x_next, v_next = naive.rk4_step(t, x, v, part, omega, zeta, amplitude)
-                if x_next < 1:
-                    t, x, v = t + part, x_next, v_next
-            found.append(t)
-            v *= -machine.restitution
-        return np.array(found)
-
-    return find
-
-
 # -- tables ------------------------------------------------------------------------------------
 
 
@@ -325,8 +316,14 @@ def scene_table(case: Case) -> list[dict]:
         rows[-1]["time / ours"] = float(np.median(np.divide(theirs[name], ours)))
     slow = [(f"scipy {m}, rtol {r:g}", by_scipy(m, r)) for m in case.methods for r in TOLERANCES
             if not (m == "Radau" and r < 1e-9)]  # fmt: skip
-    if case.name == "chaotic":
-        slow += [(f"thesis RK4, {n} steps, Python", by_thesis(n)) for n in (300, 3000)]
+    for method in METHODS:
+        stepped = partial(impactsig.simulate, case.oscillator, initial=case.initial, method=method)
+        stepped(periods=1)  # compiles
+        start = time.perf_counter()
+        motion = stepped(periods=20 * COUNT)
+        each = (time.perf_counter() - start) / max(motion.impact_count, 1)
+        rows.append(line(case, f"impactsig, {method}", motion.impacts.time[:COUNT], each, truth))
+        rows[-1]["time / ours"] = each / float(np.median(ours))
     for name, find in slow:
         start = time.perf_counter()
         found = find(case, COUNT)

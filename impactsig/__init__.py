@@ -25,12 +25,16 @@ if TYPE_CHECKING:
     from .impacts import Impacts
     from .intervals import (
         IntervalHistogram,
+        Join,
         Periodicity,
+        Repair,
+        Split,
         coefficient_of_variation,
         cv2,
         identify_period,
         interval_histogram,
         local_variation,
+        repair_intervals,
         return_map,
     )
     from .io import info, read, read_blocks
@@ -61,6 +65,20 @@ if TYPE_CHECKING:
         lyapunov_exponent,
         mutual_information_delay,
     )
+    from .reconstruct.determinism import ReturnMapDeterminism, return_map_determinism
+    from .reconstruct.prediction import (
+        PredictionError,
+        prediction_error,
+        time_reversal_asymmetry,
+    )
+    from .reconstruct.recurrence import (
+        RecurrencePlot,
+        RecurrenceQuantification,
+        recurrence_plot,
+        recurrence_quantification,
+    )
+    from .reconstruct.surrogate_testing import SurrogateTest, surrogate_test
+    from .reconstruct.surrogates import Surrogates, surrogates
     from .recording import Recording
     from .report import write_report
     from .simulate import (
@@ -92,12 +110,16 @@ _HOME = {
     "detect": ("detect_impacts",),
     "intervals": (
         "IntervalHistogram",
+        "Join",
         "Periodicity",
+        "Repair",
+        "Split",
         "coefficient_of_variation",
         "cv2",
         "identify_period",
         "interval_histogram",
         "local_variation",
+        "repair_intervals",
         "return_map",
     ),
     "oscillators": (
@@ -124,6 +146,20 @@ _HOME = {
         "false_nearest_neighbors",
     ),
     "oscillators.flows": ("Flow",),
+    "reconstruct.determinism": ("ReturnMapDeterminism", "return_map_determinism"),
+    "reconstruct.prediction": (
+        "PredictionError",
+        "prediction_error",
+        "time_reversal_asymmetry",
+    ),
+    "reconstruct.recurrence": (
+        "RecurrencePlot",
+        "RecurrenceQuantification",
+        "recurrence_plot",
+        "recurrence_quantification",
+    ),
+    "reconstruct.surrogate_testing": ("SurrogateTest", "surrogate_test"),
+    "reconstruct.surrogates": ("Surrogates", "surrogates"),
     "report": ("write_report",),
     "simulate.firing": ("integrate_and_fire", "threshold_crossings"),
     "simulate": ("FixedStep", "Motion", "RungeKutta", "simulate_blocks", "simulate_many"),
@@ -153,6 +189,7 @@ __all__ = [
     "ImpactsigWarning",
     "IntervalHistogram",
     "InvalidInput",
+    "Join",
     "KelvinVoigt",
     "LoadCell",
     "LyapunovExponent",
@@ -162,10 +199,18 @@ __all__ = [
     "Motion",
     "Oscillator",
     "Periodicity",
+    "PredictionError",
     "Recording",
+    "RecurrencePlot",
+    "RecurrenceQuantification",
+    "Repair",
+    "ReturnMapDeterminism",
     "Rigid",
     "RungeKutta",
+    "Split",
     "Stop",
+    "SurrogateTest",
+    "Surrogates",
     "Trajectory",
     "UnreadableFile",
     "UnwritableFile",
@@ -188,15 +233,23 @@ __all__ = [
     "measure",
     "mutual_information_delay",
     "plot",
+    "prediction_error",
     "read",
     "read_blocks",
+    "recurrence_plot",
+    "recurrence_quantification",
+    "repair_intervals",
     "return_map",
+    "return_map_determinism",
     "scenes",
     "simulate",
     "simulate_blocks",
     "simulate_many",
+    "surrogate_test",
+    "surrogates",
     "synthesize",
     "threshold_crossings",
+    "time_reversal_asymmetry",
     "trajectory",
     "write_report",
 ]

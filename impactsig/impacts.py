@@ -28,12 +28,15 @@ CLIPPED = 4
 """The peak reached the limit of the instrument: peak and impulse are lower bounds."""
 UNRESOLVED = 8
 """The pulse overlaps a neighbour: it is measured as far as the valley between them."""
+INFERRED = 16
+"""Not measured at all, but put in by `impactsig.repair_intervals` where one was missed."""
 
 FLAG_NAMES = {
     OPEN_START: "open start",
     OPEN_END: "open end",
     CLIPPED: "clipped",
     UNRESOLVED: "unresolved",
+    INFERRED: "inferred",
 }
 
 _PER_IMPACT = ("contact_time", "peak", "impulse", "rise_time", "approach_velocity")
@@ -59,7 +62,7 @@ class Impacts:
     approach_velocity : array_like, shape (n,), optional
         Speed towards the stop at first touch, relative to it; of simulated impacts.
     flags : array_like of uint8, shape (n,), optional
-        Bits `OPEN_START`, `OPEN_END`, `CLIPPED`, `UNRESOLVED`.
+        Bits `OPEN_START`, `OPEN_END`, `CLIPPED`, `UNRESOLVED`, `INFERRED`.
     start, duration : float
         Span of the run [s]; by default from the first to the last impact.
     unit : str

@@ -88,9 +88,9 @@ def _assign(
     cycles: np.ndarray, phase: np.ndarray, centre: np.ndarray, fold: int, reach: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The slot nearest each impact, the offset from it [cycles], and whether it hits it."""
-    slot, offset = _nearest(phase, centre, fold)
+    slot, offset = nearest_slot(phase, centre, fold)
     turn = np.round((cycles - offset - centre[slot]) / fold).astype(np.int64)
-    return slot, offset, _once(turn * len(centre) + slot, offset, reach)
+    return slot, offset, once(turn * len(centre) + slot, offset, reach)
 
 
 def _rms(values: np.ndarray) -> float:
@@ -158,14 +158,14 @@ def _peel(phase: np.ndarray, fold: int, width: float, least: float) -> np.ndarra
     return np.sort(centre)
 
 
-def _nearest(phase: np.ndarray, centre: np.ndarray, fold: int) -> tuple[np.ndarray, np.ndarray]:
+def nearest_slot(phase: np.ndarray, centre: np.ndarray, fold: int) -> tuple[np.ndarray, np.ndarray]:
     """The slot nearest each phase on the circle of `fold` cycles, and the offset from it."""
     ring = np.concatenate(([centre[-1] - fold], centre, [centre[0] + fold]))
     between = np.searchsorted(0.5 * (ring[1:] + ring[:-1]), phase)
     return (between - 1) % len(centre), phase - ring[between]
 
 
-def _once(instant: np.ndarray, offset: np.ndarray, reach: float) -> np.ndarray:
+def once(instant: np.ndarray, offset: np.ndarray, reach: float) -> np.ndarray:
     """Which impacts hit the instant due that they are numbered with: within reach, the nearest."""
     hit = np.abs(offset) <= reach
     near = np.flatnonzero(hit)

@@ -5,8 +5,10 @@ from .correlation import correlation_sum
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
 from .exponents import stretch_curve
 from .motions import phase_portrait, power_spectrum, time_history
+from .recurrence import recurrence_plot
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
+from .surrogates import prediction_error, surrogate_test
 from .trains import interval_densities, return_maps
 from .waveforms import pulse, waveform
 
@@ -23,11 +25,14 @@ __all__ = [
     "peak_against_time",
     "phase_portrait",
     "power_spectrum",
+    "prediction_error",
     "pulse",
+    "recurrence_plot",
     "return_map",
     "return_maps",
     "spike_train",
     "stretch_curve",
+    "surrogate_test",
     "time_history",
     "waveform",
 ]

@@ -8,14 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from .._arguments import whole
 from ..errors import InvalidInput, finite_number
-
-
-def whole(argument: str, value: Any, least: int) -> int:
-    """`value` as an int of at least `least`."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise InvalidInput(argument, value, f"a whole number, {least} or greater")
-    return int(value)
 
 
 def positive(argument: str, value: Any, required: str = "a positive number") -> float:

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from .._arguments import whole
 from ..errors import InvalidInput
-from ._arguments import positive, theiler_window, varying, whole
+from ._arguments import positive, theiler_window, varying
 from ._series import series
 
 FIT = "poly"  # nolds' other way, RANSAC, draws random numbers and needs another library

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._arguments import whole
 from ..errors import InvalidInput
-from ._arguments import varying, whole
+from ._arguments import varying
 from ._series import series
 
 if TYPE_CHECKING:

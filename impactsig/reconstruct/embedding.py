@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from .._arguments import whole
 from ..errors import InvalidInput
-from ._arguments import whole
 from ._series import series
 
 

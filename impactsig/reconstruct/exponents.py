@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
+from .._arguments import whole
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._arguments import long_enough, positive, theiler_window, varying, whole
+from ._arguments import long_enough, positive, theiler_window, varying
 from ._series import series
 from .embedding import delay_embed
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arguments import whole
 from ..errors import InvalidInput
-from ._arguments import dimensions_of, long_enough, positive, theiler_window, varying, whole
+from ._arguments import dimensions_of, long_enough, positive, theiler_window, varying
 from ._series import series
 from .embedding import delay_embed
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators import Hertz, Oscillator, Rigid
-from ._arguments import number
 from ._events import COLUMNS, FULL, START, STATUS, STICK, Engine
 from ._exact import ExactEngine
 from ._frame import base_motion

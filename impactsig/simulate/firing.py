@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from .._arguments import number
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..oscillators.flows import Flow
-from ._arguments import number
 from ._course import Running
 
 Signal = Callable[[Any], float] | str | int

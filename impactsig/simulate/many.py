@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ._arguments import number
 from ._run import Run
 from .motion import Motion
 from .simulation import simulate

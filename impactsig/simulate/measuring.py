@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from .._arguments import Seed, number, streams
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._arguments import Seed, number, streams
 from ._thresholding import Spikes, spikes
 from .motion import Motion
 

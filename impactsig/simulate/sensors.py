@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .._arguments import number
 from ..errors import InvalidInput
-from ._arguments import number
 
 Modes = tuple[tuple[float, float, float], ...]
 

@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
+from .._arguments import Seed, number, streams
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..recording import Recording
-from ._arguments import Seed, number, streams
 from .measuring import strength_of
 from .sensors import LoadCell, Microphone
 

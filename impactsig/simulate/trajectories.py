@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
-from ._arguments import number
 from ._course import Running, coordinate_of
 
 

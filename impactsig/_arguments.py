@@ -1,4 +1,4 @@
-"""Arguments that the measuring chain shares: bounded numbers, and independent random streams."""
+"""Arguments that many functions share: bounded numbers, and independent random streams."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidInput
+from .errors import InvalidInput
 
 Seed = int | np.random.SeedSequence | np.random.Generator | None
 
@@ -39,6 +39,19 @@ def number(
     elif math.isfinite(least):
         required += f", {least:g} or greater"
     raise InvalidInput(name, value, required)
+
+
+def whole(name: str, value: Any, least: int) -> int:
+    """A whole number of at least `least`.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise InvalidInput(name, value, f"a whole number, {least} or greater")
+    return int(value)
 
 
 def streams(seed: Seed, count: int) -> list[np.random.Generator]:

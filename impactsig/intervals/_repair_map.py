@@ -1,0 +1,145 @@
+"""What to change in an aperiodic train: sequences of impacts without like, where a change has many.
+
+Impact j with its two neighbours on the right is the triple (phase of j in the forcing, the interval
+after it, the next one), all in forcing periods. The support of a triple is the number of others of
+the train within a radius; the radius is such that most triples have some.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..impacts import Impacts
+from ._phase import to_cycles
+from ._repair_slots import CLOCK_ERROR, Edits
+
+LEAST_IMPACTS = 60
+LIKE = 8  # others that three triples in four have within the radius
+LEAST_LIKE = 4  # of every triple that a change makes
+AWAY = 3.0  # radii within which a false impact has no like; a rare true one may have some
+MOST_RADIUS = 0.05  # [forcing periods]; where it takes more the map is too sparsely known
+FALSE_SHARE = 0.02  # support of what is there, of that of what a join makes of it
+MISSED_SHARE = 0.1  # the same for a split: missed impacts look alike
+AHEAD = 3.0  # by which the best change must be better supported than another
+
+
+def map_edits(train: Impacts, forcing_period: float) -> Edits:
+    """Impacts to take out and to put in, by the return map and the phases of the train itself."""
+    none: Edits = {}, []
+    if len(train) < LEAST_IMPACTS:
+        return none
+    cycles, base = to_cycles(train.time, forcing_period, CLOCK_ERROR)
+    sequences = _Sequences(cycles, train.interval_spans_gap())
+    if not sequences.usable:
+        return none
+    triples = sequences.triples(cycles)
+    # not counting itself
+    own, far = sequences.support(triples) - 1, sequences.support(triples, AWAY) - 1
+    removed: dict[int, str] = {}
+    inserted: list[tuple[int, float, str]] = []
+    busy = np.zeros(len(train), bool)
+    for i in np.argsort(own, kind="stable"):
+        if own[i] > 1:
+            break
+        if busy[max(i - 3, 0) : i + 5].any():
+            continue
+        change = sequences.best_change(cycles, own, far, int(i))
+        if change is None:
+            continue
+        kind, where, offset, like = change
+        busy[max(where - 3, 0) : where + 4] = True
+        if kind == "join":
+            removed[where] = f"{like} sequences of the train go on so without it, none with it"
+        else:
+            why = f"{like} sequences of the train go on so with it, next to none without"
+            inserted.append((where, offset * base, why))
+    return removed, inserted
+
+
+def _phase(cycles: np.ndarray) -> np.ndarray:
+    phase = cycles % 1
+    return np.where(phase < 1, phase, 0.0)  # just below 0, the remainder is rounded to 1
+
+
+class _Sequences:
+    """The triples of a train, and how many others are like a given one."""
+
+    def __init__(self, cycles: np.ndarray, spans_gap: np.ndarray) -> None:
+        from scipy.spatial import cKDTree
+
+        self.broken = spans_gap
+        whole = ~(spans_gap[:-1] | spans_gap[1:])
+        self.library = self.triples(cycles)[whole]
+        self.usable = len(self.library) >= LEAST_IMPACTS
+        if not self.usable:
+            return
+        self.tree: Any = cKDTree(self.library, boxsize=(1, 0, 0))
+        apart = self.tree.query(self.library, LIKE + 1, p=np.inf)[0][:, -1]
+        self.radius = float(np.quantile(apart, 0.75))
+        self.usable = 0 < self.radius <= MOST_RADIUS
+        # four impacts with the third left out: what a missed one would look like
+        step = np.diff(cycles)
+        whole = ~(spans_gap[:-3] | spans_gap[1:-2] | spans_gap[2:-1] | spans_gap[3:])
+        four = np.column_stack((_phase(cycles[:-4]), step[:-3], step[1:-2] + step[2:-1], step[3:]))[
+            whole
+        ]
+        self.first_of_two = step[1:-2][whole]
+        self.skipping: Any = cKDTree(four, boxsize=(1, 0, 0, 0)) if len(four) else None
+
+    @staticmethod
+    def triples(cycles: np.ndarray) -> np.ndarray:
+        step = np.diff(cycles)
+        return np.column_stack((_phase(cycles[:-2]), step[:-1], step[1:]))
+
+    def support(self, triples: np.ndarray, radii: float = 1.0) -> np.ndarray:
+        return self.tree.query_ball_point(
+            triples, radii * self.radius, p=np.inf, return_length=True
+        )
+
+    def best_change(
+        self, cycles: np.ndarray, own: np.ndarray, far: np.ndarray, i: int
+    ) -> tuple[str, int, float, int] | None:
+        """Of the changes that would mend triple i, the one that all made of it supports."""
+        found: list[tuple[int, str, int, float]] = []
+        last = len(cycles) - 1
+        for k in (i, i + 1, i + 2):
+            if not 2 <= k <= last - 2 or self.broken[k - 2 : k + 2].any():
+                continue
+            made = np.concatenate((cycles[k - 2 : k], cycles[k + 1 : k + 3]))
+            like = int(self.support(self.triples(made)).min())
+            if like >= LEAST_LIKE and far[k - 2 : k + 1].max() <= max(1, FALSE_SHARE * like):
+                found.append((like, "join", k, 0.0))
+        for k in (i, i + 1):
+            if not 1 <= k <= last - 2 or self.broken[k - 1 : k + 2].any():
+                continue
+            offset = self._missed(cycles[k - 1 : k + 3])
+            if offset is None:
+                continue
+            made = np.concatenate(
+                (cycles[k - 1 : k + 1], [cycles[k] + offset], cycles[k + 1 : k + 3])
+            )
+            like = int(self.support(self.triples(made)).min())
+            if like >= LEAST_LIKE and own[k - 1 : k + 1].max() <= max(1, MISSED_SHARE * like):
+                found.append((like, "split", k, offset))
+        found.sort(reverse=True)
+        if not found or (len(found) > 1 and found[0][0] < AHEAD * found[1][0]):
+            return None
+        like, kind, where, offset = found[0]
+        return kind, where, offset, like
+
+    def _missed(self, four: np.ndarray) -> float | None:
+        """When after the second of four impacts one comes that was missed, as in like sequences."""
+        if self.skipping is None:
+            return None
+        step = np.diff(four)
+        like = self.skipping.query_ball_point(
+            np.concatenate((_phase(four[:1]), step)), self.radius, p=np.inf
+        )
+        if len(like) < LEAST_LIKE:
+            return None
+        first = self.first_of_two[like]
+        if np.quantile(first, 0.9) - np.quantile(first, 0.1) > 2 * self.radius:
+            return None
+        return float(np.median(first))

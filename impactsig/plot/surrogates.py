@@ -1,0 +1,88 @@
+"""Determinism: a statistic among its surrogates, and the prediction error against the horizon."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from ..reconstruct.surrogates import LABEL
+from ._axes import BLUE, GREY, VERMILLION, axes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..reconstruct.prediction import PredictionError
+    from ..reconstruct.surrogate_testing import SurrogateTest
+
+
+def surrogate_test(result: SurrogateTest, ax: Axes | None = None) -> Axes:
+    """Draw the statistic of the surrogates as a histogram, and that of the data as a line.
+
+    Parameters
+    ----------
+    result : SurrogateTest
+        From `impactsig.surrogate_test`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax, width=5.0, height=3.0)
+    others = result.surrogates
+    bins = np.histogram_bin_edges(others, bins=max(6, int(np.sqrt(len(others)))))
+    ax.hist(
+        others,
+        bins=bins.tolist(),
+        color=GREY,
+        alpha=0.6,
+        label=f"{len(others)} {LABEL[result.method]} surrogates",
+    )
+    ax.axvline(
+        result.statistic, color=VERMILLION, linewidth=2, label=f"data, p = {result.p_value:.2g}"
+    )
+    low, high = min(others.min(), result.statistic), max(others.max(), result.statistic)
+    room = 0.06 * (high - low) or 0.06 * abs(high) or 1.0
+    ax.set_xlim(low - room, high + room)
+    ax.set_xlabel(result.name)
+    ax.set_ylabel("surrogates")
+    ax.yaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
+    # above the axes, since the data's line may stand at either side
+    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
+    return ax
+
+
+def prediction_error(result: PredictionError, ax: Axes | None = None) -> Axes:
+    """Draw the prediction error against the horizon; 1 is no better than the mean.
+
+    Parameters
+    ----------
+    result : PredictionError
+        From `impactsig.prediction_error`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax, width=5.0, height=3.0)
+    order = np.argsort(result.horizon)
+    ax.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":", label="mean as predictor")
+    ax.plot(
+        result.horizon[order],
+        result.error[order],
+        color=BLUE,
+        marker="o",
+        markersize=4,
+        label=f"{result.neighbors} neighbours, m = {result.dimension}",
+    )
+    ax.set_ylim(0, 1.1 * max(1.0, float(result.error.max())))
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.set_xlabel("horizon [steps]")
+    ax.set_ylabel("prediction error / sd")
+    ax.legend(frameon=False, loc="lower right")
+    return ax

@@ -1,0 +1,59 @@
+"""Kernels of the recurrence plot: which delay vectors are close, and how long they stay so."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, nogil=True)
+def _close(x, i, j, span, delay, radius):
+    for c in range(0, span + 1, delay):  # noqa: SIM110 - any() of a generator does not compile
+        if not abs(x[i + c] - x[j + c]) <= radius:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def close_pairs(x, dimension, delay, radius):
+    """Whether vectors i and j are within the radius, shape (N, N)."""
+    span = (dimension - 1) * delay
+    count = len(x) - span
+    found = np.empty((count, count), np.bool_)
+    for i in range(count):
+        for j in range(i + 1):
+            found[i, j] = found[j, i] = _close(x, i, j, span, delay, radius)
+    return found
+
+
+@njit(cache=True, nogil=True)
+def line_lengths(x, dimension, delay, radius, theiler):
+    """How many diagonal and vertical lines of every length there are, each of shape (N + 1,).
+
+    Points of the matrix with |i - j| <= theiler count as no recurrence. Nothing but the counts is
+    kept: memory is O(N).
+    """
+    span = (dimension - 1) * delay
+    count = len(x) - span
+    diagonal = np.zeros(count + 1, np.int64)
+    vertical = np.zeros(count + 1, np.int64)
+    for lag in range(theiler + 1, count):
+        length = 0
+        for i in range(count - lag):
+            if _close(x, i, i + lag, span, delay, radius):
+                length += 1
+            else:
+                diagonal[length] += 2  # above and below the main diagonal
+                length = 0
+        diagonal[length] += 2
+    for j in range(count):
+        length = 0
+        for i in range(count):
+            if abs(i - j) > theiler and _close(x, i, j, span, delay, radius):
+                length += 1
+            else:
+                vertical[length] += 1
+                length = 0
+        vertical[length] += 1
+    diagonal[0] = vertical[0] = 0
+    return diagonal, vertical

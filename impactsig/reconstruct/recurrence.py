@@ -1,0 +1,290 @@
+"""Recurrence: when a series comes near where it was, and for how long it then keeps along."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arguments import number, whole
+from ..errors import InvalidInput
+from ._series import series
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST_VECTORS = 10_000  # in a matrix of one byte an element
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RecurrencePlot:
+    """Which delay vectors of a series are near each other.
+
+    Attributes
+    ----------
+    matrix : ndarray of bool, shape (N, N)
+        R_ij: whether vectors i and j are within the radius; N^2 bytes.
+    radius : float
+        In the unit of the series.
+    dimension, delay : int
+        Of the vectors.
+    """
+
+    matrix: np.ndarray
+    radius: float
+    dimension: int
+    delay: int
+
+    def describe(self) -> str:
+        """In words."""
+        count = len(self.matrix)
+        others = count * max(count - 1, 1)
+        share = (int(np.count_nonzero(self.matrix)) - count) / others
+        return (
+            f"{share:.3g} of the pairs of {count} vectors ({self.dimension} dimensions, "
+            f"delay {self.delay}) are within {self.radius:.4g}"
+        )
+
+    def __repr__(self) -> str:
+        return f"RecurrencePlot({self.describe()})"
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw it; see `impactsig.plot.recurrence_plot`."""
+        from .. import plot
+
+        return plot.recurrence_plot(self, ax=ax)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RecurrenceQuantification:
+    """Measures of the lines in a recurrence plot; None where there is no line to measure.
+
+    Attributes
+    ----------
+    recurrence_rate : float
+        RR, share of the pairs (i, j), |i - j| > theiler, that are within the radius.
+    determinism : float or None
+        DET, share of the recurrences that stand in diagonal lines.
+    mean_diagonal : float or None
+        L, mean length of a diagonal line [vectors].
+    longest_diagonal : int
+        L_max [vectors].
+    entropy : float or None
+        ENTR, Shannon entropy of the lengths of the diagonal lines [nat].
+    laminarity : float or None
+        LAM, share of the recurrences that stand in vertical lines.
+    trapping_time : float or None
+        TT, mean length of a vertical line [vectors].
+    longest_vertical : int
+        V_max [vectors].
+    diagonals, verticals : ndarray of int, shape (N + 1,)
+        P(l): how many lines of length l there are, those shorter than the least too.
+    radius : float
+        In the unit of the series.
+    dimension, delay, theiler, least_diagonal, least_vertical : int
+        As given.
+    warnings : tuple of str
+        Why the measures may say nothing.
+    """
+
+    recurrence_rate: float
+    determinism: float | None
+    mean_diagonal: float | None
+    longest_diagonal: int
+    entropy: float | None
+    laminarity: float | None
+    trapping_time: float | None
+    longest_vertical: int
+    diagonals: np.ndarray
+    verticals: np.ndarray
+    radius: float
+    dimension: int
+    delay: int
+    theiler: int
+    least_diagonal: int
+    least_vertical: int
+    warnings: tuple[str, ...] = ()
+
+    def describe(self) -> str:
+        """In words."""
+        words = [f"recurrence rate {self.recurrence_rate:.3g}"]
+        if self.determinism is not None:
+            words.append(f"determinism {self.determinism:.3g}, laminarity {self.laminarity:.3g}")
+        if self.mean_diagonal is not None:
+            words.append(
+                f"diagonal lines of {self.mean_diagonal:.3g} on average, "
+                f"{self.longest_diagonal} at most"
+            )
+        return "; ".join((*words, *self.warnings))
+
+    def __repr__(self) -> str:
+        return f"RecurrenceQuantification({self.describe()})"
+
+
+def recurrence_plot(x: Any, dimension: int = 1, delay: int = 1, *, radius: float) -> RecurrencePlot:
+    """Which delay vectors of a series are near each other: R_ij = 1 if |v_i - v_j| <= radius.
+
+    The distance is the largest difference of a coordinate [Marwan2007]_.
+
+    Parameters
+    ----------
+    x : Impacts or array_like, shape (n,)
+        A series in the order of time; of impacts, their interspike intervals [s].
+    dimension, delay : int
+        Coordinates of a vector, and the values from one to the next.
+    radius : float
+        In the unit of `x`; a tenth of its standard deviation is a beginning.
+
+    Raises
+    ------
+    InvalidInput
+        If `x` is no series of finite numbers, is too short for one vector, or gives more than
+        10 000 of them (100 MB); `recurrence_quantification` takes more.
+
+    Examples
+    --------
+    >>> recurrence_plot([0, 1, 0, 1], radius=0.5).matrix.astype(int)
+    array([[1, 0, 1, 0],
+           [0, 1, 0, 1],
+           [1, 0, 1, 0],
+           [0, 1, 0, 1]])
+    """
+    values, dimension, delay, radius = _vectors(x, dimension, delay, radius)
+    count = len(values) - (dimension - 1) * delay
+    if count > MOST_VECTORS:
+        raise InvalidInput(
+            "x",
+            f"{count} delay vectors",
+            f"{MOST_VECTORS} or fewer: the matrix would take {count**2 / 1e6:.0f} MB",
+            "Give a part of it, or use recurrence_quantification, which keeps no matrix",
+        )
+    from ._recurrence import close_pairs
+
+    matrix = close_pairs(values, dimension, delay, radius)
+    matrix.flags.writeable = False
+    return RecurrencePlot(matrix, radius, dimension, delay)
+
+
+def recurrence_quantification(
+    x: Any,
+    dimension: int = 1,
+    delay: int = 1,
+    *,
+    radius: float,
+    theiler: int = 0,
+    least_diagonal: int = 2,
+    least_vertical: int = 2,
+) -> RecurrenceQuantification:
+    """Measures of the diagonal and vertical lines of a recurrence plot, [Marwan2007]_.
+
+    With P(l) the number of diagonal lines of length l (R_{i+k,j+k} = 1 for k = 0 ... l - 1, as long
+    as can be), Q(v) that of vertical ones, l >= l_min and v >= v_min in the sums unless noted,
+
+        DET = sum l P(l) / sum_{l>=1} l P(l),       L = sum l P(l) / sum P(l),
+        ENTR = -sum p(l) ln p(l),  p(l) = P(l) / sum P(l),
+        LAM = sum v Q(v) / sum_{v>=1} v Q(v),      TT = sum v Q(v) / sum Q(v).
+
+    Points with |i - j| <= theiler, at least the main diagonal, are no recurrences, and RR is the
+    share of the others. A line that touches the edge of the plot counts with the length it has
+    there. Exact; N^2 comparisons (each a few ns) and memory of N numbers, the matrix is not made.
+
+    Parameters
+    ----------
+    x : Impacts or array_like, shape (n,)
+        A series in the order of time; of impacts, their interspike intervals [s].
+    dimension, delay : int
+        Coordinates of a vector, and the values from one to the next.
+    radius : float
+        In the unit of `x`.
+    theiler : int
+        Pairs of vectors so many steps apart or less are left out.
+    least_diagonal, least_vertical : int
+        l_min and v_min.
+
+    Raises
+    ------
+    InvalidInput
+        If `x` is no series of finite numbers, or gives no pair of vectors outside `theiler`.
+    """
+    values, dimension, delay, radius = _vectors(x, dimension, delay, radius)
+    theiler = whole("theiler", theiler, 0)
+    least_diagonal = whole("least_diagonal", least_diagonal, 1)
+    least_vertical = whole("least_vertical", least_vertical, 1)
+    count = len(values) - (dimension - 1) * delay
+    pairs = (count - theiler) * (count - theiler - 1)
+    if count <= theiler + 1:
+        raise InvalidInput(
+            "x",
+            f"{len(values)} values",
+            f"at least {theiler + 2 + len(values) - count} for dimension {dimension}, delay "
+            f"{delay} and theiler {theiler}",
+        )
+    from ._recurrence import line_lengths
+
+    diagonals, verticals = line_lengths(values, dimension, delay, radius, theiler)
+    points = int(diagonals @ np.arange(count + 1))
+    rate = points / pairs
+    warnings: tuple[str, ...] = ()
+    if values.min() == values.max():
+        warnings = ("the series is constant: every vector recurs always",)
+    elif points == 0:
+        warnings = ("no vectors are within the radius: use a larger one",)
+    elif points == pairs:
+        warnings = ("all vectors are within the radius: use a smaller one",)
+    diagonal = _Lines.of(diagonals, least_diagonal)
+    vertical = _Lines.of(verticals, least_vertical)
+    for array in (diagonals, verticals):
+        array.flags.writeable = False
+    return RecurrenceQuantification(
+        rate,
+        diagonal.share,
+        diagonal.mean,
+        diagonal.longest,
+        diagonal.entropy,
+        vertical.share,
+        vertical.mean,
+        vertical.longest,
+        diagonals,
+        verticals,
+        radius,
+        dimension,
+        delay,
+        theiler,
+        least_diagonal,
+        least_vertical,
+        warnings,
+    )
+
+
+@dataclass(frozen=True)
+class _Lines:
+    share: float | None
+    mean: float | None
+    entropy: float | None
+    longest: int
+
+    @classmethod
+    def of(cls, lines: np.ndarray, least: int) -> _Lines:
+        """Measures of the lines not shorter than `least`."""
+        length = np.arange(len(lines))
+        points = int(lines @ length)
+        length, kept = length[least:], lines[least:]
+        if not kept.any():
+            return cls(0.0 if points else None, None, None, 0)
+        share = kept[kept > 0] / kept.sum()
+        inside = int(kept @ length)
+        return cls(
+            inside / points,
+            inside / int(kept.sum()),
+            float(-np.sum(share * np.log(share))) + 0.0,
+            int(length[kept > 0].max()),
+        )
+
+
+def _vectors(
+    x: Any, dimension: int, delay: int, radius: float
+) -> tuple[np.ndarray, int, int, float]:
+    dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
+    radius = number("radius", radius, least=0)
+    return series(x, least=(dimension - 1) * delay + 1), dimension, delay, radius
