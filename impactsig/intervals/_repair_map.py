@@ -17,8 +17,8 @@ from ._repair_slots import CLOCK_ERROR, Edits
 
 LEAST_IMPACTS = 60
 LIKE = 8  # others that three triples in four have within the radius
-LEAST_LIKE = 4  # of every triple that a change makes
-AWAY = 3.0  # radii within which a false impact has no like; a rare true one may have some
+LEAST_LIKE = 8  # of every triple that a change makes
+AWAY = 6.0  # radii within which a false impact has no like; a rare true one may have some
 MOST_RADIUS = 0.05  # [forcing periods]; where it takes more the map is too sparsely known
 FALSE_SHARE = 0.02  # support of what is there, of that of what a join makes of it
 MISSED_SHARE = 0.1  # the same for a split: missed impacts look alike
