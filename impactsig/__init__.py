@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         Stop,
         scenes,
     )
+    from .reconstruct import CorrelationSum, correlation_sum
     from .recording import Recording
     from .report import write_report
     from .simulate import Motion, simulate, simulate_blocks, simulate_many
@@ -86,6 +87,7 @@ _HOME = {
         "Stop",
         "scenes",
     ),
+    "reconstruct": ("CorrelationSum", "correlation_sum"),
     "report": ("write_report",),
     "simulate": ("Motion", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
@@ -99,6 +101,7 @@ _WHERE = {name: module for module, names in _HOME.items() for name in names}
 __all__ = [
     "BaseMotion",
     "Comparison",
+    "CorrelationSum",
     "Force",
     "Friction",
     "Hertz",
@@ -122,6 +125,7 @@ __all__ = [
     "UnwritableFile",
     "coefficient_of_variation",
     "compare",
+    "correlation_sum",
     "cv2",
     "detect_impacts",
     "identify_period",

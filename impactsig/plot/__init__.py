@@ -1,6 +1,7 @@
 """Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes."""
 
 from .comparison import comparison
+from .correlation import correlation_sum
 from .motions import phase_portrait, power_spectrum, time_history
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
@@ -10,6 +11,7 @@ from .waveforms import pulse, waveform
 __all__ = [
     "comparison",
     "contact_against_interval",
+    "correlation_sum",
     "histogram",
     "interval_densities",
     "interval_sequence",

@@ -1,0 +1,280 @@
+"""Exact counts of pairs: which kernel, in how many threads, never with what result."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from . import _boxes, _pairs
+
+Kernel = Literal["pairs", "boxes"]
+
+# Nanoseconds a pair, measured: of all pairs (binning, and every dimension more), of those that the
+# sweep looks at, of those that are looked up in order to sort. Only the ratios matter.
+OF_ALL, PER_DIMENSION, OF_NEAR = 0.8, 0.25, 10.0
+PARTS = 64
+"""Parts that sums of floats are made of, whatever the number of threads, so that none differs."""
+
+
+class LogSums(NamedTuple):
+    """Sums of logarithms of distances, for estimators of Takens' kind.
+
+    Attributes
+    ----------
+    sums : ndarray, shape (radii,)
+        Sum of ln d over the pairs with 0 < d <= r.
+    counts : ndarray of int64, shape (radii,)
+        Pairs with 0 < d <= r.
+    zeros : int
+        Pairs with d = 0, which have no logarithm and are left out.
+    """
+
+    sums: np.ndarray
+    counts: np.ndarray
+    zeros: int
+
+
+def count_pairs(
+    x: np.ndarray,
+    dimensions: Sequence[int],
+    delay: int,
+    theiler: int,
+    radii: np.ndarray,
+    workers: int | None = None,
+    kernel: Kernel | None = None,
+) -> np.ndarray:
+    """Pairs i < j of delay vectors with j - i > theiler and a distance of r or less.
+
+    Parameters
+    ----------
+    x : ndarray of float64, shape (n,)
+        As `series` returns it.
+    dimensions : sequence of int
+        Ascending.
+    radii : ndarray of float64, shape (r,)
+        Positive, ascending.
+    workers : int, optional
+        Threads; as many as there are cores unless given. The counts do not depend on it.
+    kernel : {"pairs", "boxes"}, optional
+        Whether to look at all pairs or at near ones; unless given, the one expected to be faster.
+        The counts do not depend on it.
+
+    Returns
+    -------
+    ndarray of int64, shape (dimensions, radii)
+    """
+    counts = [
+        _count(x, dimensions, delay, theiler, part, 1, workers, kernel)[:, 0, 0]
+        for part in _parts_of(radii)
+    ]
+    return np.concatenate(counts, axis=-1)
+
+
+def pair_counts_by_block(
+    x: np.ndarray,
+    m: int,
+    delay: int,
+    theiler: int,
+    radii: np.ndarray,
+    blocks: int,
+    workers: int | None = None,
+    kernel: Kernel | None = None,
+) -> np.ndarray:
+    """`count_pairs` of dimension m by the blocks that the two vectors of a pair are in.
+
+    Blocks are contiguous stretches of time, as equal as can be: vector i of n is in block
+    i * blocks // n.
+
+    Returns
+    -------
+    ndarray of int64, shape (blocks, blocks, radii)
+        The first index is the block of the earlier vector, so that what is below the diagonal
+        is 0; the sum over both is what `count_pairs` returns.
+    """
+    counts = [
+        _count(x, (m,), delay, theiler, part, blocks, workers, kernel)[0]
+        for part in _parts_of(radii)
+    ]
+    return np.concatenate(counts, axis=-1)
+
+
+def log_sums(
+    x: np.ndarray,
+    m: int,
+    delay: int,
+    theiler: int,
+    radii: np.ndarray,
+    workers: int | None = None,
+    kernel: Kernel | None = None,
+) -> LogSums:
+    """Sums of the logarithms of the distances that `count_pairs` counts in dimension m.
+
+    The order of summation is fixed: the sums do not depend on the number of workers. Between the
+    two kernels they differ by rounding.
+    """
+    if len(radii) > _pairs.MOST_RADII:
+        raise ValueError(f"{len(radii)} radii; sums are taken for {_pairs.MOST_RADII} at the most")
+    bins = _pairs.bins_of(radii)
+    n = len(x) - (m - 1) * delay
+    strips = _strips_if_faster(x, (m,), delay, theiler, float(radii[-1]), kernel)
+    near = strips is not None
+
+    def part(k: int) -> tuple[np.ndarray, np.ndarray, int]:
+        counts, logs = np.zeros(len(radii), np.int64), np.zeros(len(radii))
+        if near:
+            ends = n * k // PARTS, n * (k + 1) // PARTS
+            zeros = _boxes.log_near(strips, *ends, theiler, bins, counts, logs)
+        else:
+            lags = theiler + 1 + k, n, PARTS
+            zeros = _pairs.log_diagonals(x, *lags, delay, m, bins, counts, logs)
+        return counts, logs, zeros
+
+    found = _in_threads(part, PARTS, workers)
+    zeros = sum(one[2] for one in found)
+    counts = np.cumsum(sum(one[0] for one in found)) - zeros
+    logs = np.cumsum(sum(one[1] for one in found))
+    return LogSums(logs + counts * np.log(radii[-1]), counts, zeros)
+
+
+def _parts_of(radii: np.ndarray) -> list[np.ndarray]:
+    return [radii[k : k + _pairs.MOST_RADII] for k in range(0, len(radii), _pairs.MOST_RADII)]
+
+
+def _count(
+    x: np.ndarray,
+    dimensions: Sequence[int],
+    delay: int,
+    theiler: int,
+    radii: np.ndarray,
+    blocks: int,
+    workers: int | None,
+    kernel: Kernel | None,
+) -> np.ndarray:
+    """Counts, shape (dimensions, blocks, blocks, radii)."""
+    # Of one dimension the sorted values tell how many lie within each radius without any pair.
+    sort = dimensions[0] == 1 and blocks == 1 and (len(dimensions) > 1 or kernel != "pairs")
+    rest = tuple(dimensions[1:]) if sort else tuple(dimensions)
+    if sort and not rest:
+        return _sorted(x, theiler, radii, workers)
+    strips = _strips_if_faster(x, rest, delay, theiler, float(radii[-1]), kernel)
+    if strips is None:
+        return _full(x, dimensions, delay, theiler, radii, blocks, workers)
+    counts = _near(strips, rest, theiler, radii, blocks, workers)
+    if sort:
+        counts = np.concatenate((_sorted(x, theiler, radii, workers), counts))
+    return counts
+
+
+def _strips_if_faster(
+    x: np.ndarray,
+    dimensions: Sequence[int],
+    delay: int,
+    theiler: int,
+    radius: float,
+    kernel: Kernel | None,
+) -> _boxes.Strips | None:
+    """The vectors made ready for the sweep, or None where to look at all pairs costs less."""
+    with np.errstate(over="ignore"):
+        span = float(np.ptp(x))
+    if kernel == "pairs" or not np.isfinite(span) or (kernel is None and 4 * radius > span):
+        return None
+    strips = _boxes.strips_of(x, dimensions[0], dimensions[-1], delay, radius)
+    if kernel is None:
+        far = max(len(strips.order) - theiler - 1, 0)
+        cost = (OF_ALL + PER_DIMENSION * len(dimensions)) * far * (far + 1) / 2
+        if OF_NEAR * _boxes.candidates(strips, radius) > cost:
+            return None
+    return strips
+
+
+def _full(
+    x: np.ndarray,
+    dimensions: Sequence[int],
+    delay: int,
+    theiler: int,
+    radii: np.ndarray,
+    blocks: int,
+    workers: int | None,
+) -> np.ndarray:
+    bins = _pairs.bins_of(radii)
+    n = len(x) - (dimensions[0] - 1) * delay
+    edges = -(-np.arange(blocks + 1) * n // blocks)
+    row_of = _rows(dimensions)
+    parts = 4 * _threads(workers)
+
+    def part(k: int) -> np.ndarray:
+        counts = np.zeros((len(dimensions), blocks, blocks, len(radii) + 1), np.int64)
+        lags = theiler + 1 + k, n, parts
+        if blocks == 1:
+            _pairs.count_diagonals(x, *lags, delay, row_of, bins, counts[:, 0, 0])
+        else:
+            _pairs.block_diagonals(x, *lags, delay, dimensions[0], bins, edges, counts[0])
+        return counts
+
+    return _within(_in_threads(part, parts, workers))
+
+
+def _near(
+    strips: _boxes.Strips,
+    dimensions: Sequence[int],
+    theiler: int,
+    radii: np.ndarray,
+    blocks: int,
+    workers: int | None,
+) -> np.ndarray:
+    bins, n, row_of = _pairs.bins_of(radii), len(strips.order), _rows(dimensions)
+
+    def part(k: int) -> np.ndarray:
+        counts = np.zeros((len(dimensions), blocks, blocks, len(radii) + 1), np.int64)
+        ends = n * k // PARTS, n * (k + 1) // PARTS
+        _boxes.count_near(strips, *ends, theiler, row_of, bins, counts)
+        return counts
+
+    return _within(_in_threads(part, PARTS, workers))
+
+
+def _sorted(x: np.ndarray, theiler: int, radii: np.ndarray, workers: int | None) -> np.ndarray:
+    """Counts of dimension 1: of all pairs by sorting, less those within the Theiler window."""
+    values = np.sort(x)
+    parts = _threads(workers)
+
+    def part(k: int) -> np.ndarray:
+        within = np.zeros(len(radii[k::parts]), np.int64)
+        _boxes.count_sorted(values, radii[k::parts], within)
+        return within
+
+    counts = np.empty(len(radii), np.int64)
+    for k, within in enumerate(_in_threads(part, parts, workers)):
+        counts[k::parts] = within
+    close = np.zeros((1, len(radii) + 1), np.int64)
+    bins = _pairs.bins_of(radii)
+    _pairs.count_diagonals(x, 1, min(theiler + 1, len(x)), 1, 1, _rows((1,)), bins, close)
+    return (counts - np.cumsum(close[0])[:-1])[None, None, None]
+
+
+def _rows(dimensions: Sequence[int]) -> np.ndarray:
+    row_of = np.full(dimensions[-1], -1)
+    row_of[np.array(dimensions) - 1] = np.arange(len(dimensions))
+    return row_of
+
+
+def _within(binned: list[np.ndarray]) -> np.ndarray:
+    """The sum of the parts' counts per bin, as counts of all pairs within each radius."""
+    return np.cumsum(np.sum(binned, axis=0), axis=-1)[..., :-1]
+
+
+def _threads(workers: int | None) -> int:
+    return workers or os.cpu_count() or 1
+
+
+def _in_threads(part: Callable[[int], object], parts: int, workers: int | None) -> list:
+    """part(0), part(1), ... in that order, worked out by so many threads."""
+    threads = _threads(workers)
+    if threads == 1:
+        return [part(k) for k in range(parts)]
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(part, range(parts)))

@@ -1,0 +1,48 @@
+"""The correlation sum and its relatives row by row, in plain numpy: slow, and easy to believe."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def delay_vectors(x, m, delay):
+    n = len(x) - (m - 1) * delay
+    return np.column_stack([x[k * delay : k * delay + n] for k in range(m)])
+
+
+def rows_of_distances(x, m, delay, theiler):
+    """(i, distances to the vectors i + theiler + 1 and later), of the maximum norm."""
+    y = delay_vectors(np.asarray(x, float), m, delay)
+    for i in range(len(y) - theiler - 1):
+        yield i, np.abs(y[i] - y[i + theiler + 1 :]).max(axis=1)
+
+
+def correlation_counts(x, dimensions, delay, theiler, radii):
+    """Pairs within each radius, shape (dimensions, radii)."""
+    counts = np.zeros((len(dimensions), len(radii)), np.int64)
+    for row, m in enumerate(dimensions):
+        for _, d in rows_of_distances(x, m, delay, theiler):
+            counts[row] += [np.count_nonzero(d <= r) for r in radii]
+    return counts
+
+
+def block_counts(x, m, delay, theiler, radii, blocks):
+    """Pairs within each radius by the blocks of both, shape (blocks, blocks, radii)."""
+    n = len(x) - (m - 1) * delay
+    counts = np.zeros((blocks, blocks, len(radii)), np.int64)
+    for i, d in rows_of_distances(x, m, delay, theiler):
+        for k, distance in enumerate(d):
+            j = i + theiler + 1 + k
+            counts[i * blocks // n, j * blocks // n] += distance <= np.asarray(radii)
+    return counts
+
+
+def log_sums(x, m, delay, theiler, radii):
+    """Sum of ln d and number of pairs with 0 < d <= r; number of pairs with d = 0."""
+    d = np.concatenate([d for _, d in rows_of_distances(x, m, delay, theiler)])
+    near = [d[(d > 0) & (d <= r)] for r in radii]
+    return (
+        np.array([np.log(part).sum() for part in near]),
+        np.array([len(part) for part in near]),
+        np.count_nonzero(d == 0),
+    )
