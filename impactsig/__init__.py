@@ -45,7 +45,12 @@ if TYPE_CHECKING:
         Stop,
         scenes,
     )
-    from .reconstruct import CorrelationSum, correlation_sum
+    from .reconstruct import (
+        CorrelationDimension,
+        CorrelationSum,
+        correlation_dimension,
+        correlation_sum,
+    )
     from .recording import Recording
     from .report import write_report
     from .simulate import Motion, simulate, simulate_blocks, simulate_many
@@ -87,7 +92,12 @@ _HOME = {
         "Stop",
         "scenes",
     ),
-    "reconstruct": ("CorrelationSum", "correlation_sum"),
+    "reconstruct": (
+        "CorrelationDimension",
+        "CorrelationSum",
+        "correlation_dimension",
+        "correlation_sum",
+    ),
     "report": ("write_report",),
     "simulate": ("Motion", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
@@ -101,6 +111,7 @@ _WHERE = {name: module for module, names in _HOME.items() for name in names}
 __all__ = [
     "BaseMotion",
     "Comparison",
+    "CorrelationDimension",
     "CorrelationSum",
     "Force",
     "Friction",
@@ -125,6 +136,7 @@ __all__ = [
     "UnwritableFile",
     "coefficient_of_variation",
     "compare",
+    "correlation_dimension",
     "correlation_sum",
     "cv2",
     "detect_impacts",

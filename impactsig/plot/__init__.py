@@ -2,6 +2,7 @@
 
 from .comparison import comparison
 from .correlation import correlation_sum
+from .dimension import dimension
 from .motions import phase_portrait, power_spectrum, time_history
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
@@ -12,6 +13,7 @@ __all__ = [
     "comparison",
     "contact_against_interval",
     "correlation_sum",
+    "dimension",
     "histogram",
     "interval_densities",
     "interval_sequence",

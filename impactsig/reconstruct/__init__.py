@@ -1,5 +1,12 @@
 """The dynamics behind a series of intervals: embedding, dimension, exponents, surrogates."""
 
 from .correlation import CorrelationSum, correlation_sum
+from .dimension import CorrelationDimension, DimensionEstimate, correlation_dimension
 
-__all__ = ["CorrelationSum", "correlation_sum"]
+__all__ = [
+    "CorrelationDimension",
+    "CorrelationSum",
+    "DimensionEstimate",
+    "correlation_dimension",
+    "correlation_sum",
+]

@@ -13,6 +13,9 @@ from ._nearest import mean_log_distances
 
 NEIGHBOURS = 32
 
+LATTICE = 0.6
+"""Half of what chance gives as standard deviation of ln r_1, times the dimension."""
+
 
 def takens(sums: np.ndarray, step: float, low: int) -> np.ndarray:
     r"""Takens and Theiler's maximum-likelihood dimension below every radius r, shape (..., radii).
@@ -93,17 +96,33 @@ class Neighbours:
         self.block_of = np.take_along_axis(index, order, axis=1) * blocks // n
         self.own_block = at * blocks // n
 
-    def dimension(self, weights: np.ndarray, floor: float) -> tuple[np.ndarray, tuple[int, int]]:
-        r"""D1 of the data and of each resample, and the first and last rank used.
+    def even_up_to(self, dimension: float) -> float:
+        """The distance below which vectors are spaced too evenly to be counted, 0 if there is none.
+
+        Of vectors that lie where chance puts them, ln of the distance to the nearest has a standard
+        deviation of 1.28 / D or more. Those of a quasi-periodic motion lie like a lattice on a
+        circle; below its spacing there is nothing to count, and above it too much at once.
+        """
+        nearest = self.logs[np.isfinite(self.logs[:, 0]), 0]
+        if len(nearest) < 20 or nearest.std() * dimension > LATTICE:
+            return 0.0
+        return float(3 * np.exp(np.quantile(nearest, 0.9)))
+
+    def dimension(self, weights: np.ndarray, floor: float) -> np.ndarray:
+        r"""D1 of the data and of each resample, shape (1 + resamples,); nan where there is none.
 
         The slope of psi(k) against <ln r_k>, psi being the digamma function, over the ranks k to
         8 k, where k is the first whose mean ln r_k is above `floor` [Badii1985]_,
         [Grassberger1985]_.
         """
-        mean = np.nanmean(self.logs, axis=0) if len(self.logs) else np.empty(0)
-        above = np.flatnonzero(mean[: NEIGHBOURS // 4] >= np.log(floor)) if floor else [0]
+        most = NEIGHBOURS // 4
+        complete = np.isfinite(self.logs[:, most - 1])
+        if not complete.any():
+            return np.full(len(weights), np.nan)
+        mean = self.logs[complete, :most].mean(axis=0)
+        above = np.flatnonzero(mean >= np.log(floor)) if floor else np.array([0])
         if not len(above):
-            return np.full(len(weights), np.nan), (0, 0)
+            return np.full(len(weights), np.nan)
         first = int(above[0]) + 1
         last = min(8 * first, NEIGHBOURS)
         ranks = np.unique(np.geomspace(first, last, 6).round().astype(int))
@@ -111,4 +130,4 @@ class Neighbours:
         mass = digamma(ranks) - digamma(ranks).mean()
         with np.errstate(divide="ignore", invalid="ignore"):
             found = (mass @ mass) / (means @ mass)
-        return np.where(np.isfinite(found) & (found > 0), found, np.nan), (first, last)
+        return np.where(np.isfinite(found) & (found > 0), found, np.nan)

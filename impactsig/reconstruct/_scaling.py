@@ -12,6 +12,12 @@ from ._estimators import takens
 TOLERANCE = 0.03
 """Relative differences between scales no larger than this are taken for lacunarity, not bias."""
 
+LEAST_PAIRS = 30
+"""Pairs below the anchor, of which an estimate is made at all."""
+
+ANCHOR = 0.17
+"""C(r) times the square root of the number of vectors, where an estimate begins."""
+
 LARGEST_SUM = 0.1
 """C(r) above which the extent of the attractor shows in every slope."""
 
@@ -30,7 +36,7 @@ def quantum(x: np.ndarray) -> float:
     if not np.isfinite(step):
         return 0.0
     whole = gaps / step
-    return step if np.abs(whole - whole.round()).max() < 0.05 * max(1.0, whole.max()) else 0.0
+    return step if np.abs(whole - whole.round()).max() < 0.05 else 0.0
 
 
 def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ...]) -> float:
@@ -42,8 +48,8 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
     .. math:: C_{m+1}(r) / C_m(r) = A_m \operatorname{erf}(r / 2 s)
 
     at radii well inside the attractor, where without noise the ratio hardly depends on r
-    [Schreiber1993]_. The s that fits best is taken if it takes away nine tenths of the variation
-    of the ratio that is more than that of the counts.
+    [Schreiber1993]_. The s that fits best is taken if it leaves less than 60 % of the
+    variation of the ratios, and takes away more than the counts' own.
 
     Parameters
     ----------
@@ -82,32 +88,41 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
         return 0.0
     best = int(np.argmin(total))
     gain = total[0] - total[best]
-    return float(trial[best]) if gain > 6 and gain > 0.5 * total[0] else 0.0
+    return float(trial[best]) if gain > 5 and gain > 0.4 * total[0] else 0.0
+
+
+def highest_scale(sums: np.ndarray) -> int:
+    """The last radius of the scales looked at, by its index."""
+    return int(np.searchsorted(sums, LARGEST_SUM))
 
 
 class Reading(NamedTuple):
-    """A dimension read from one correlation sum, with what it was read from.
+    """A dimension read from one correlation sum.
 
-    `values` are the estimate of the data and of the resamples; `takens` the Takens estimate
-    averaged over the region; `low`, `high` the ends of the scaling region (indices of radii).
+    Attributes
+    ----------
+    values : ndarray, shape (1 + resamples,)
+        The estimate of the data, and of each resample.
+    surplus : float
+        What the variance of the resamples has too much, see `spread`.
+    takens : ndarray, shape (1 + resamples,)
+        The Takens estimate averaged over the scaling region alone.
+    low, high : int
+        Ends of the scaling region, as indices of radii.
     """
 
     values: np.ndarray
+    surplus: float
     takens: np.ndarray
     low: int
     high: int
 
 
-def pair_variance(value: float, pairs: np.ndarray) -> np.ndarray:
-    """Variance of a Takens estimate by the number of its pairs alone, D^2 / n."""
-    return value**2 / np.maximum(pairs, 1)
-
-
 def spread(values: np.ndarray, surplus: np.ndarray | float) -> np.ndarray:
-    """Variance over the resamples, without what drawing pairs by both members counts twice over.
+    """Variance over the resamples, less twice what single pairs contribute to it.
 
-    The noise of a pair's own distance enters the drawing of its first member, of its second and of
-    both at once, three times for once.
+    The noise of a pair's own distance enters by the drawing of its first member, of its second and
+    of both at once: three times for once. A third remains at the least.
     """
     found = np.nanvar(values[1:], axis=0)
     return np.maximum(found - 2 * surplus, found / 3)
@@ -119,9 +134,21 @@ def read(
     points: int,
     radii: np.ndarray,
     floor: float,
-    neighbours: np.ndarray | None,
+    neighbours: np.ndarray,
 ) -> Reading | None:
-    """The dimension at every scale, averaged as far as the scales agree; None if there are none.
+    r"""The dimension at every scale, averaged as far as the scales agree.
+
+    1. The anchor S is the Takens estimate at the radius where C = 0.17 / sqrt(n) (or an octave
+       above the floor), averaged with the nearest-neighbour estimate by inverse variance. So the
+       anchor moves to small radii as n grows, but slowly enough to become certain.
+    2. Takens estimates T_k at radii from a thirtieth of that C to C = 0.1 are drawn towards the anchor,
+       S + s_k (T_k - S) with s_k = V_k / (V_k + b_k), where V_k is the variance of T_k - S (and
+       3 % of S squared) and b_k the squared bias the difference speaks for: 2 (T_k - S)^2 for a
+       fall, as the extent of the attractor lowers all slopes at large radii; for a rise
+       (T_k - S)^2 - 4 V_k, if that is positive.
+    3. The value is their mean, with weights of squared inverse variance.
+
+    The scaling region ends where s_k falls below one half.
 
     Parameters
     ----------
@@ -134,54 +161,69 @@ def read(
         Evenly spaced in ln r.
     floor : float
         Radii below it are not used.
-    neighbours : ndarray, shape (1 + resamples,), or None
-        A dimension by nearest neighbours.
+    neighbours : ndarray, shape (1 + resamples,)
+        A dimension by nearest neighbours; nan where there is none.
+
+    Returns
+    -------
+    Reading or None
+        None if no radius between the floor and C = 0.1 holds enough pairs.
     """
     step = float(np.log(radii[1] / radii[0]))
     octave = round(np.log(2) / step)
     data = sums[0]
-    anchor = int(np.searchsorted(data, 3 / points))
-    lowest = int(np.searchsorted(radii, floor)) if floor else max(0, anchor - 5 * octave)
+    anchor = int(np.searchsorted(data, ANCHOR / np.sqrt(points)))
+    first = int(np.searchsorted(data, ANCHOR / np.sqrt(points) / 30))
+    lowest = int(np.searchsorted(radii, floor)) if floor > radii[0] else 0
+    lowest = max(lowest, anchor - 5 * octave)
     anchor = max(anchor, lowest + octave)
-    highest = int(np.searchsorted(data, LARGEST_SUM))
-    first = max(int(np.searchsorted(data, 1 / points)), lowest + octave // 2)
-    if highest < anchor:
+    highest = highest_scale(data)
+    first = max(first, lowest + octave // 2)
+    if highest < anchor or pairs * (data[anchor] - data[lowest]) < LEAST_PAIRS:
         return None
     scales = np.arange(min(first, anchor), highest + 1)
     found = takens(sums, step, lowest)
-    below = pairs * (data[scales] - data[lowest])
-    at_anchor = found[:, anchor].copy()
-    near = pairs * (data[anchor] - data[lowest])
-    value = float(at_anchor[0])
-    if not np.isfinite(value) or near < 30:
-        return None
-    noise = spread(at_anchor, pair_variance(value, near))
-    if neighbours is not None and np.isfinite(neighbours[0]):
-        weight = noise / (noise + np.nanvar(neighbours[1:]) + (TOLERANCE * value) ** 2)
-        at_anchor += weight * (neighbours - at_anchor)
-        noise = float(np.nanvar(at_anchor[1:]))
+    start = found[:, anchor].copy()
+    value = float(start[0])
+    near = value**2 / (pairs * (data[anchor] - data[lowest]))
+    noise = spread(start, near)
+    tolerated = (TOLERANCE * value) ** 2
+    if np.isfinite(neighbours[0]):
+        share = noise / (noise + np.nanvar(neighbours[1:]) / 2 + tolerated)
+        start += share * (neighbours - start)
+        noise = spread(start, (1 - share) * near)
     found = found[:, scales]
-    apart = found - at_anchor[:, None]
-    surplus = pair_variance(value, below)
-    variance = spread(apart, np.abs(pair_variance(value, near) - surplus))
-    tolerated = variance + (TOLERANCE * value) ** 2
-    # The extent of an attractor lowers the slope: a rise must be beyond doubt to be a bias.
-    bias = np.where(apart[0] < 0, apart[0] ** 2, np.maximum(apart[0] ** 2 - 4 * variance, 0))
-    share = tolerated / (tolerated + bias)
-    values = at_anchor[:, None] + share * apart
-    precision = 1 / (
-        share * spread(found, surplus) + (1 - share) * noise + (TOLERANCE * value) ** 2
-    )
-    mean = _mean(values, precision)
-    agree = np.flatnonzero(share < 0.5)
-    beyond = agree[scales[agree] > anchor]
-    high = int(scales[beyond[0]] - 1) if len(beyond) else int(scales[-1])
+    apart = found - start[:, None]
+    surplus = value**2 / np.maximum(pairs * (data[scales] - data[lowest]), 1)
+    variance = spread(apart, np.abs(near - surplus)) + tolerated
+    squared = apart[0] ** 2
+    bias = np.where(apart[0] < 0, 2 * squared, np.maximum(squared - 4 * variance, 0))
+    share = variance / (variance + bias)
+    weights = (share * spread(found, surplus) + (1 - share) * noise + tolerated) ** -2.0
+    values = _mean(start[:, None] + share * apart, weights)
+    own = float(np.average(share * surplus + (1 - share) * near, weights=weights))
+    beyond = scales[(share < 0.5) & (scales > anchor)]
+    high = int(beyond[0] - 1) if len(beyond) else highest
     inside = scales <= high
-    return Reading(mean, _mean(found[:, inside], precision[inside]), lowest, high)
+    return Reading(values, own, _mean(found[:, inside], weights[inside]), lowest, high)
+
+
+def read_region(
+    sums: np.ndarray, pairs: float, radii: np.ndarray, low: int, high: int
+) -> Reading | None:
+    """The Takens estimate averaged over the upper octave, or half, of a region that was chosen."""
+    step = float(np.log(radii[1] / radii[0]))
+    inside = pairs * (sums[0, high] - sums[0, low])
+    if inside < LEAST_PAIRS:
+        return None
+    first = max((low + high) // 2, high - round(np.log(2) / step)) + 1
+    found = takens(sums, step, low)[:, first : high + 1]
+    values = _mean(found, np.ones(found.shape[1]))
+    return Reading(values, float(values[0] ** 2 / inside), values, low, high)
 
 
 def _mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Weighted mean of each row, of what is known in it."""
     known = np.isfinite(values)
-    total = np.where(known, weights, 0.0).sum(axis=1)
     with np.errstate(invalid="ignore"):
-        return np.where(known, weights * values, 0.0).sum(axis=1) / total
+        return np.where(known, weights * values, 0).sum(1) / np.where(known, weights, 0).sum(1)
