@@ -21,7 +21,7 @@ RESOLUTION_FLOOR = 2.0
 STRUCTURE = 0.2
 """Noise above this share of the standard deviation is not noise on a structure, but all there is."""
 
-SATURATED = 0.3
+SATURATED = 0.4
 """What a further coordinate may add to the dimension at a plateau; of noise it adds nearly one."""
 
 EXTRAPOLATED_BELOW = 0.01

@@ -19,6 +19,9 @@ Verdict = Literal["dimension", "no plateau", "periodic", "constant"]
 
 LEAST_VECTORS = 50
 
+FINE = 0.02
+"""Share of the standard deviation below which a resolution lets recurrences be told from chance."""
+
 
 @dataclass(frozen=True, eq=False)
 class DimensionEstimate:
@@ -181,7 +184,7 @@ def correlation_dimension(
       anew, with Student's t for the number of blocks. It tells of chance, not of what all scales
       that can be seen have in common: see `spread` and `extrapolated`.
 
-    The verdict is "dimension" where the estimates of the two highest m differ by no more than 0.3
+    The verdict is "dimension" where the estimates of the two highest m differ by no more than 0.4
     (each further coordinate of noise would add one); their mean is the value.
 
     Parameters
@@ -243,7 +246,9 @@ def correlation_dimension(
             f"{wanted[-1]}, delay {delay} and a Theiler window of {window}",
             "Give more values, or ask for lower dimensions",
         )
-    period = _dimension.recurrence(values, 2 * step + rounding)
+    # Where the step is coarse, everything recurs to within it.
+    tolerance = 2 * step if step < FINE * values.std() else 0.0
+    period = _dimension.recurrence(values, tolerance + rounding)
     if period:
         return CorrelationDimension("periodic", 0.0, (0.0, 0.0), period=period, resolution=step)
     return _dimension.estimate(
