@@ -17,9 +17,7 @@ LEAST_PAIRS = 30
 """Pairs from which on C(r) is drawn as a line rather than not at all."""
 
 
-def dimension(
-    result: CorrelationDimension, figure: Figure | SubFigure | None = None
-) -> np.ndarray:
+def dimension(result: CorrelationDimension, figure: Figure | SubFigure | None = None) -> np.ndarray:
     """Draw what a correlation dimension was read from.
 
     Correlation sums of every embedding dimension m with the scaling region shaded; their local

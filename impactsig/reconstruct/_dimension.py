@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
 import numpy as np
 from scipy import stats
 
@@ -16,10 +19,13 @@ OCTAVES = 16
 NOISE_FLOOR = 2.33
 """Radius in standard deviations of the noise at which erf(r / 2 s) is 0.9."""
 
+NOISE_UNCERTAIN = 1.25
+"""Factor by which the noise level of some hundred values is typically wrong."""
+
 RESOLUTION_FLOOR = 2.0
 
 STRUCTURE = 0.2
-"""Noise above this share of the standard deviation is not noise on a structure, but all there is."""
+"""Noise above this share of the standard deviation leaves no structure to be seen."""
 
 SATURATED = 0.4
 """What a further coordinate may add to the dimension at a plateau; of noise it adds nearly one."""
@@ -35,14 +41,29 @@ CHOSEN = "Takens' estimate averaged over the upper octave of the region given"
 
 
 def recurrence(x: np.ndarray, tolerance: float) -> int | None:
-    """The least number of steps after which all values recur, three times or more."""
+    """The least number of steps after which the first values recur, again and again to the end."""
     longest = len(x) // 3
     head = np.lib.stride_tricks.sliding_window_view(x, 8)[1 : longest + 1]
     likely = np.flatnonzero((np.abs(head - x[:8]) <= tolerance).all(axis=1)) + 1
     for steps in likely:
-        if np.abs(x[steps:] - x[:-steps]).max() <= tolerance:
+        # Against the first cycle, as a slow drift is small from any one cycle to the next.
+        if np.abs(x - np.resize(x[:steps], len(x))).max() <= tolerance:
             return int(steps)
     return None
+
+
+class _Setting(NamedTuple):
+    """What the readings of all embedding dimensions share; radii in the range of the series."""
+
+    radii: np.ndarray
+    scale: float
+    floor: float
+    noisy: bool
+    delay: int
+    theiler: int
+    weights: np.ndarray
+    region: tuple[float, float] | None
+    seed: int
 
 
 def estimate(
@@ -71,9 +92,7 @@ def estimate(
         pair_counts_by_block(unit, m, delay, theiler, radii, blocks, workers) for m in dimensions
     ]
     totals = np.array([count.sum(axis=(0, 1)) for count in counts])
-    correlation = CorrelationSum(
-        radii * scale, totals, totals[:, -1], dimensions, delay, theiler
-    )
+    correlation = CorrelationSum(radii * scale, totals, totals[:, -1], dimensions, delay, theiler)
     noise = _scaling.noise_level(totals, radii, dimensions)
     warnings = []
     floor = RESOLUTION_FLOOR * resolution / scale
@@ -87,52 +106,41 @@ def estimate(
     same = totals[-1, 0] / totals[-1, -1]
     if same * vectors[-1] > 1:
         warnings.append(f"{same:.1%} of the pairs of vectors coincide")
+    setting = _Setting(
+        radii, scale, floor, noise > 0, delay, theiler, weights, region, seed
+    )  # fmt: skip
     read = tuple(
-        _read_one(
-            m, unit, n, count, weights, radii, scale, floor, delay, theiler, blocks, region, seed
-        )
-        for m, n, count in zip(dimensions, vectors, counts, strict=True)
+        _read_one(m, unit, count, setting) for m, count in zip(dimensions, counts, strict=True)
     )
     return _verdict(
         read, correlation, noise * scale, resolution, floor * scale, region is not None, warnings
     )
 
 
-def _read_one(
-    m, unit, points, counts, weights, radii, scale, floor, delay, theiler, blocks, region, seed
-) -> DimensionEstimate:
+def _read_one(m: int, x: np.ndarray, counts: np.ndarray, given: _Setting) -> DimensionEstimate:
     """What one embedding tells."""
-    sums = _bootstrap.resampled_sums(counts, weights)
+    radii, scale = given.radii, given.scale
+    sums = _bootstrap.resampled_sums(counts, given.weights)
     pairs = float(counts[..., -1].sum())
     step = float(np.log(radii[1] / radii[0]))
-    slopes = _estimators.local_slopes(sums, step, PER_OCTAVE // 4)
-    enough = pairs * sums[0] >= _scaling.LEAST_PAIRS
-    slopes = np.where(enough, slopes, np.nan)
-    slope_errors = np.full(len(radii), np.nan)
-    known = np.isfinite(slopes[0])
-    slope_errors[known] = np.nanstd(slopes[1:, known], axis=0)
-    nearest = np.full(len(weights), np.nan)
-    if region is None:
-        embedded = np.column_stack([unit[k * delay : k * delay + points] for k in range(m)])
-        neighbours = _estimators.Neighbours(embedded, theiler, blocks, seed)
-        coarse = _estimators.takens(sums[0], step, 0)[_scaling.highest_scale(sums[0])]
-        floor = max(floor, neighbours.even_up_to(coarse))
-        nearest = neighbours.dimension(weights, floor)
-        reading = _scaling.read(sums, pairs, points, radii, floor, nearest)
+    slopes, slope_errors = _slopes(sums, pairs, step)
+    nearest = np.full(len(given.weights), np.nan)
+    if given.region is None:
+        reading, nearest, error = _by_rule(m, x, sums, pairs, given)
     else:
-        low, high = np.searchsorted(radii, np.array(region) / scale)
+        low, high = np.searchsorted(radii, np.array(given.region) / scale)
         low, high = min(int(low), len(radii) - 2), min(int(high), len(radii) - 1)
-        reading = _scaling.read_region(sums, pairs, radii, low, max(high, low + 1))
+        reading, error = _scaling.read_region(sums, pairs, radii, low, max(high, low + 1)), 0.0
     if reading is None:
         none = np.empty(0)
         return DimensionEstimate(
-            m, None, None, None, None, None, None, None, none, slopes[0], slope_errors
+            m, None, None, None, None, None, None, None, none, slopes, slope_errors
         )
     value = float(reading.values[0])
-    error = float(np.sqrt(_scaling.spread(reading.values, reading.surplus)))
+    error = float(np.hypot(error, np.sqrt(_scaling.spread(reading.values, reading.surplus))))
     drawn = reading.values[1:] - np.nanmean(reading.values[1:])
     drawn *= error / (np.nanstd(drawn) or 1.0)
-    half = _half_width(error, blocks)
+    half = float(stats.t.ppf(0.975, given.weights.shape[1] - 1)) * error
     whole = _estimators.slope(sums[0], step, _first_filled(sums[0], pairs, reading), reading.high)
     return DimensionEstimate(
         m,
@@ -142,20 +150,49 @@ def _read_one(
         float(reading.takens[0]),
         float(whole) if np.isfinite(whole) else None,
         float(nearest[0]) if np.isfinite(nearest[0]) else None,
-        _extrapolated(radii, slopes[0], slope_errors, sums[0]),
+        _extrapolated(radii, slopes, slope_errors, sums[0]),
         drawn,
-        slopes[0],
+        slopes,
         slope_errors,
     )
+
+
+def _slopes(sums: np.ndarray, pairs: float, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Local slopes where there are enough pairs, and their standard errors."""
+    slopes = _estimators.local_slopes(sums, step, PER_OCTAVE // 4)
+    slopes[:, pairs * sums[0] < _scaling.LEAST_PAIRS] = np.nan
+    errors = np.full(slopes.shape[1], np.nan)
+    known = np.isfinite(slopes[0])
+    errors[known] = np.nanstd(slopes[1:, known], axis=0)
+    return slopes[0], errors
+
+
+def _by_rule(
+    m: int, x: np.ndarray, sums: np.ndarray, pairs: float, given: _Setting
+) -> tuple[_scaling.Reading | None, np.ndarray, float]:
+    """The reading, the nearest-neighbour estimates, and the error by the doubt about the floor."""
+    radii, blocks = given.radii, given.weights.shape[1]
+    points = len(x) - (m - 1) * given.delay
+    vectors = np.column_stack([x[k * given.delay : k * given.delay + points] for k in range(m)])
+    neighbours = _estimators.Neighbours(vectors, given.theiler, blocks, given.seed)
+    step = float(np.log(radii[1] / radii[0]))
+    coarse = _estimators.takens(sums[0], step, 0)[_scaling.highest_scale(sums[0])]
+    floor = max(given.floor, neighbours.even_up_to(coarse))
+    nearest = neighbours.dimension(given.weights, floor)
+    reading = _scaling.read(sums, pairs, points, radii, floor, nearest)
+    if reading is None or not given.noisy:
+        return reading, nearest, 0.0
+    either = [
+        _scaling.read(sums, pairs, points, radii, factor * floor, nearest)
+        for factor in (1 / NOISE_UNCERTAIN, NOISE_UNCERTAIN)
+    ]
+    moved = [float(one.values[0] - reading.values[0]) for one in either if one is not None]
+    return reading, nearest, float(np.sqrt(np.mean(np.square(moved or [0.0]))))
 
 
 def _first_filled(sums: np.ndarray, pairs: float, reading: _scaling.Reading) -> int:
     """The first radius of the region with enough pairs for a logarithm to mean anything."""
     return max(reading.low, int(np.searchsorted(pairs * sums, _scaling.LEAST_PAIRS)))
-
-
-def _half_width(error: float, blocks: int) -> float:
-    return float(stats.t.ppf(0.975, blocks - 1)) * error
 
 
 def _extrapolated(
@@ -181,7 +218,7 @@ def _verdict(
     warnings: list[str],
 ) -> CorrelationDimension:
     known = [one for one in read if one.value is not None]
-    common = {
+    common: dict[str, Any] = {
         "by_dimension": read,
         "noise": noise,
         "resolution": resolution,
@@ -209,17 +246,17 @@ def _verdict(
         "slope": _mean(one.slope for one in last),
         "nearest neighbours (D1)": _mean(one.nearest for one in last),
     }
-    rise = (last[1].value - last[0].value) / (last[1].embedding - last[0].embedding)
+    steps = last[1].embedding - last[0].embedding
+    rise = float(np.diff([one.value for one in last])[0]) / steps
     if rise > 0.05 * value:
         warnings.append(
             f"it still rises by {rise:.2f} from m = {last[0].embedding} to {last[1].embedding}"
         )
     # Least number of vectors for a dimension, with room [EckmannRuelle1992]_.
     points = (1 + np.sqrt(1 + 8 * correlation.pairs[-1])) / 2
-    if value > 1.5 * np.log10(points):
-        warnings.append(
-            f"{points:.0f} vectors are few for a dimension of {value:.1f} (they can tell of {2 * np.log10(points):.1f} at the most)"
-        )
+    most = 2 * np.log10(points)
+    if value > 0.75 * most:
+        warnings.append(f"{points:.0f} vectors can tell of a dimension of {most:.1f} at the most")
     result = CorrelationDimension(
         "dimension",
         value,
@@ -251,6 +288,6 @@ def _half_of(one: DimensionEstimate) -> float:
     return (one.interval[1] - one.interval[0]) / 2
 
 
-def _mean(values) -> float | None:
+def _mean(values: Iterable[float | None]) -> float | None:
     known = [value for value in values if value is not None]
     return float(np.mean(known)) if known else None

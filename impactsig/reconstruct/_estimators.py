@@ -51,7 +51,7 @@ def slope(sums: np.ndarray, step: float, low: int, high: int) -> np.ndarray:
 
 
 def local_slopes(sums: np.ndarray, step: float, reach: int) -> np.ndarray:
-    """d ln C / d ln r between the radii `reach` places before and after; nan at the ends."""
+    """Slopes d ln C / d ln r between the radii `reach` places before and after; nan at the ends."""
     found = np.full(sums.shape, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(sums)

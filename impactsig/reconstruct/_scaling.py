@@ -141,7 +141,7 @@ def read(
     1. The anchor S is the Takens estimate at the radius where C = 0.17 / sqrt(n) (or an octave
        above the floor), averaged with the nearest-neighbour estimate by inverse variance. So the
        anchor moves to small radii as n grows, but slowly enough to become certain.
-    2. Takens estimates T_k at radii from a thirtieth of that C to C = 0.1 are drawn towards the anchor,
+    2. Takens estimates T_k at radii from a thirtieth of that C to C = 0.1 are drawn towards it,
        S + s_k (T_k - S) with s_k = V_k / (V_k + b_k), where V_k is the variance of T_k - S (and
        3 % of S squared) and b_k the squared bias the difference speaks for: 2 (T_k - S)^2 for a
        fall, as the extent of the attractor lowers all slopes at large radii; for a rise

@@ -128,7 +128,9 @@ class CorrelationDimension:
         if self.verdict == "constant":
             return "dimension 0: the series is constant"
         if self.verdict == "periodic":
-            steps = "every value recurs" if self.period == 1 else f"recurs every {self.period} steps"
+            steps = (
+                "every value recurs" if self.period == 1 else f"recurs every {self.period} steps"
+            )
             return f"dimension 0: the series is periodic ({steps}, to within its resolution)"
         if self.verdict == "no plateau":
             read = [one for one in self.by_dimension if one.value is not None]
@@ -174,7 +176,7 @@ def correlation_dimension(
     - Radii below the floor are not used: twice the resolution, and 2.33 standard deviations of the
       noise, at which noise takes away a tenth of the pairs for every coordinate. The noise is found
       by how C_{m+1}/C_m falls towards small radii [Schreiber1993]_.
-    - The estimate begins at a small radius (3 neighbours a vector; an octave above the floor), with
+    - The estimate begins at a small radius (C = 0.17 / sqrt(n); an octave above the floor), with
       the maximum-likelihood estimate of Takens [Takens1985]_ and that of the distances to the
       nearest 8 neighbours [Badii1985]_, by inverse variance. Takens' estimates at larger radii, up
       to C = 0.1, are averaged with it as far as their difference from it is no more than chance
@@ -231,6 +233,7 @@ def correlation_dimension(
     from . import _dimension, _scaling
 
     greatest = float(np.abs(values).max())
+    deviation = float((values / (greatest or 1.0)).std()) * greatest
     rounding = 8 * np.finfo(float).eps * greatest
     if step is None:
         step = _scaling.quantum(values)
@@ -247,7 +250,7 @@ def correlation_dimension(
             "Give more values, or ask for lower dimensions",
         )
     # Where the step is coarse, everything recurs to within it.
-    tolerance = 2 * step if step < FINE * values.std() else 0.0
+    tolerance = 2 * step if step < FINE * deviation else 0.0
     period = _dimension.recurrence(values, tolerance + rounding)
     if period:
         return CorrelationDimension("periodic", 0.0, (0.0, 0.0), period=period, resolution=step)

@@ -10,7 +10,6 @@ from impactsig import InvalidInput, correlation_dimension
 from impactsig.reconstruct import _bootstrap, _dimension, _estimators, _scaling
 from impactsig.reconstruct._nearest import mean_log_distances
 
-from ..naive_reconstruct import delay_vectors
 from ..series import henon, lorenz_intervals, noisy, torus
 
 
@@ -302,7 +301,5 @@ def test_recurrence_is_the_least_period():
     assert _dimension.recurrence(x, 1e-5) == 12
 
 
-def test_delay_vectors_hold_the_series_at_the_delay():
-    """The neighbours are sought among the same vectors whose pairs are counted."""
-    x = np.arange(10.0)
-    assert delay_vectors(x, 3, 2)[0].tolist() == [0, 2, 4]
+def test_a_slow_drift_is_no_period():
+    assert _dimension.recurrence(np.linspace(0, 1, 500), 0.01) is None
