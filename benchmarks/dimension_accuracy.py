@@ -99,7 +99,7 @@ def row(case: Case, seeds: int) -> dict:
 
 
 def main(seeds: int = 40) -> None:
-    for cases, share in ((short_noisy(), 1), (unfamiliar(), 2), (long_series(), 8)):
+    for cases, share in ((short_noisy(), 1), (unfamiliar(), 2), (long_series(), 2)):
         for case in cases:
             line = row(case, max(seeds // share, 2))
             print(

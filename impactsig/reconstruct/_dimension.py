@@ -19,7 +19,7 @@ OCTAVES = 16
 NOISE_FLOOR = 2.33
 """Radius in standard deviations of the noise at which erf(r / 2 s) is 0.9."""
 
-NOISE_UNCERTAIN = 1.25
+NOISE_UNCERTAIN = 1.4
 """Factor by which the noise level of some hundred values is typically wrong."""
 
 RESOLUTION_FLOOR = 2.0

@@ -48,8 +48,8 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
     .. math:: C_{m+1}(r) / C_m(r) = A_m \operatorname{erf}(r / 2 s)
 
     at radii well inside the attractor, where without noise the ratio hardly depends on r
-    [Schreiber1993]_. The s that fits best is taken if it leaves less than 60 % of the
-    variation of the ratios, and takes away more than the counts' own.
+    [Schreiber1993]_. The s that fits best is taken if it explains three tenths of the
+    variation of the ratios, and three units of their weighted sum of squares.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
         return 0.0
     best = int(np.argmin(total))
     gain = total[0] - total[best]
-    return float(trial[best]) if gain > 5 and gain > 0.4 * total[0] else 0.0
+    return float(trial[best]) if gain > 3 and gain > 0.3 * total[0] else 0.0
 
 
 def highest_scale(sums: np.ndarray) -> int:
@@ -146,7 +146,8 @@ def read(
        3 % of S squared) and b_k the squared bias the difference speaks for: 2 (T_k - S)^2 for a
        fall, as the extent of the attractor lowers all slopes at large radii; for a rise
        (T_k - S)^2 - 4 V_k, if that is positive.
-    3. The value is their mean, with weights of squared inverse variance.
+    3. The value is their mean, with weights of the inverse variance cubed: the scales share most
+       of their pairs, so that the certain ones gain nothing by the uncertain.
 
     The scaling region ends where s_k falls below one half.
 
@@ -199,7 +200,7 @@ def read(
     squared = apart[0] ** 2
     bias = np.where(apart[0] < 0, 2 * squared, np.maximum(squared - 4 * variance, 0))
     share = variance / (variance + bias)
-    weights = (share * spread(found, surplus) + (1 - share) * noise + tolerated) ** -2.0
+    weights = (share * spread(found, surplus) + (1 - share) * noise + tolerated) ** -3.0
     values = _mean(start[:, None] + share * apart, weights)
     own = float(np.average(share * surplus + (1 - share) * near, weights=weights))
     beyond = scales[(share < 0.5) & (scales > anchor)]
