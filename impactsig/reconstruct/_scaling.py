@@ -191,7 +191,8 @@ def read(
     tolerated = (TOLERANCE * value) ** 2
     if np.isfinite(neighbours[0]):
         share = noise / (noise + np.nanvar(neighbours[1:]) / 2 + tolerated)
-        start += share * (neighbours - start)
+        # A resample may leave a vector with too few neighbours.
+        start += share * np.where(np.isfinite(neighbours), neighbours - start, 0)
         noise = spread(start, (1 - share) * near)
     found = found[:, scales]
     apart = found - start[:, None]
