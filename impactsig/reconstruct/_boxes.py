@@ -1,11 +1,11 @@
 """Kernels that look at near pairs only: strips of one coordinate, swept along the next.
 
 Boxes as wide as the greatest radius hold all partners of a point in themselves and those beside
-them [Theiler1987]_; here they have no walls in the second coordinate. Delay vectors are sorted by the strip that their first coordinate falls in, and within it by their
-second. A strip is a little wider than the greatest radius, so the partners of a vector lie in its
-own strip and in the next, each time in a window of the second coordinate that moves on with it.
-What is compared beyond the partners themselves is half as many again; memory is that of the
-vectors.
+them [Theiler1987]_; here they have no walls in the second coordinate. Delay vectors are sorted by
+the strip that their first coordinate falls in, and within it by their second. A strip is a little
+wider than the greatest radius, so the partners of a vector lie in its own strip and in the next,
+each time in a window of the second coordinate that moves on with it. What is compared beyond the
+partners themselves is half as many again; memory is that of the vectors.
 """
 
 from __future__ import annotations

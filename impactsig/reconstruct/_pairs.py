@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-CHUNK = 4096  # pairs at a time, so that what is passed on stays in the nearest cache
+CHUNK = 8192  # pairs at a time, so that what is passed on stays in the nearest cache
 MOST_RADII = 254  # a bin is a byte, and one value of it says "look closer"
 CLOSER = 255
 FINEST = 8192  # cells of the table, in bytes of the nearest cache

@@ -144,9 +144,9 @@ def correlation_sum(
     Raises
     ------
     InvalidInput
-        If the series has no number of pairs in the greatest dimension (too short for it, the delay
-        and the Theiler window), or is constant and no radii are given; if dimensions or radii are
-        not positive and ascending; if an argument is not of its kind.
+        If there is no pair of vectors of the greatest dimension (too short a series for it, the
+        delay and the Theiler window); if the series is constant and no radii are given; if
+        dimensions or radii are not positive and ascending; if an argument is not of its kind.
 
     Examples
     --------

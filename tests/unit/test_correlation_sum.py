@@ -177,6 +177,13 @@ def test_a_constant_series_is_counted_where_radii_are_given():
         correlation_sum(np.full(50, 0.045))
 
 
+@np.errstate(over="ignore")
+def test_a_difference_beyond_the_greatest_number_is_within_no_radius():
+    x = [-1.7e308, 1.7e308, 0.0]
+    found = correlation_sum(x, 1, theiler=0, radii=[1.0, 1.75e308], workers=1)
+    np.testing.assert_array_equal(found.counts, [[0, 2]])
+
+
 def test_pairs_at_distance_0_have_no_logarithm():
     found = _counting.log_sums(np.array([1.0, 1.0, 2.0, 4.0]), 1, 1, 0, np.array([0.5, 1.0, 2.0]))
     np.testing.assert_array_equal(found.counts, [0, 2, 3])

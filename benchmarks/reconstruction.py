@@ -1,0 +1,207 @@
+"""Reconstruction beside the tools a user would pick instead: time, memory.
+
+The machine is shared, so that times are of the processor, tools take turns, and what is required
+are ratios. Writes results/reconstruction.json and reconstruction.md.
+
+    python -m benchmarks.reconstruction
+"""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import platform
+import resource
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from impactsig import correlation_sum
+from tests import naive_reconstruct
+
+RESULTS = Path(__file__).parent / "results"
+
+
+def henon(n: int) -> np.ndarray:
+    """x of the Henon map, a = 1.4 and b = 0.3, after 1000 steps."""
+    x, y, found = 0.1, 0.1, np.empty(n)
+    for i in range(-1000, n):
+        x, y = 1 - 1.4 * x * x + y, 0.3 * x
+        if i >= 0:
+            found[i] = x
+    return found
+
+
+def turns(tools: dict[str, Callable[[], Any]], rounds: int = 7) -> dict[str, np.ndarray]:
+    """Processor times [s] of tools that take turns, after a turn that is not counted."""
+    times: dict[str, list[float]] = {name: [] for name in tools}
+    for turn in range(rounds + 1):
+        for name, work in tools.items():
+            start = time.process_time()
+            work()
+            if turn:
+                times[name].append(time.process_time() - start)
+    return {name: np.array(each) for name, each in times.items()}
+
+
+def apart(work: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
+    """What `work` returns in a process of its own, and the most memory that process held [MB]."""
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe()
+    child = context.Process(target=_apart, args=(there, work, arguments))
+    child.start()
+    there.close()
+    try:
+        found = here.recv()
+    finally:
+        child.join()
+    return found
+
+
+def _apart(pipe: Any, work: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+    found = work(*arguments)
+    pipe.send((found, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024))
+
+
+def nolds_radii(x: np.ndarray) -> np.ndarray:
+    """The radii that nolds takes by itself: 0.1 to 0.5 standard deviations, in steps of 1.03."""
+    sd = np.std(x, ddof=1)
+    return sd * 0.1 * 1.03 ** np.arange(1 + int(np.log(5) / np.log(1.03)))
+
+
+def by_kdtree(x: np.ndarray, m: int, radii: np.ndarray) -> np.ndarray:
+    """Pairs within each radius, those of a vector with itself left out."""
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(naive_reconstruct.delay_vectors(x, m, 1))
+    return (tree.count_neighbors(tree, radii, p=np.inf) - tree.n) // 2
+
+
+def by_nolds(n: int) -> float:
+    import nolds
+
+    x = henon(n)
+    start = time.process_time()
+    nolds.corr_dim(x, 2, rvals=nolds_radii(x), fit="poly")
+    return time.process_time() - start
+
+
+def by_twin(n: int) -> float:
+    x = henon(n)
+    start = time.process_time()
+    naive_reconstruct.correlation_counts(x, (2,), 1, 0, nolds_radii(x))
+    return time.process_time() - start
+
+
+def counting_speed(n: int = 20_000) -> list[dict]:
+    """Counts of dimension 2 at the radii of nolds, in one thread."""
+    x = henon(n)
+    radii = nolds_radii(x)
+    ours = correlation_sum(x, 2, theiler=0, radii=radii, workers=1).counts[0]
+    assert np.array_equal(ours, by_kdtree(x, 2, radii))
+    small = radii[0] / 20 * np.geomspace(1 / 30, 1, len(radii))
+    rows = []
+    for name, each in (("0.1 to 0.5 sd", radii), ("1.7e-4 to 5e-3 sd", small)):
+        times = turns(
+            {
+                "impactsig": lambda r=each: correlation_sum(x, 2, theiler=0, radii=r, workers=1),
+                "scipy cKDTree": lambda r=each: by_kdtree(x, 2, r),
+            }
+        )
+        first = times["impactsig"]
+        for tool, took in times.items():
+            rows.append(
+                {
+                    "radii": name,
+                    "tool": tool,
+                    "s": float(np.median(took)),
+                    "time / ours": float(np.median(took / first)),
+                }
+            )
+        if each is radii:
+            for tool, work in (("nolds", by_nolds), ("row by row, numpy", by_twin)):
+                took = apart(work, n)[0]  # once: its time is that of many turns of ours
+                ratio = took / float(np.median(first))
+                rows.append({"radii": name, "tool": tool, "s": took, "time / ours": ratio})
+    return rows
+
+
+def all_dimensions_speed(n: int = 20_000) -> list[dict]:
+    """Dimensions 1 to 10 in one pass, and the largest alone, in one thread."""
+    x = henon(n)
+    radii = np.geomspace(1e-3, np.ptp(x), 40)
+    cases = {"m = 10": 10, "m = 1 to 10": range(1, 11)}
+    times = turns(
+        {
+            name: lambda d=d: correlation_sum(x, d, theiler=1, radii=radii, workers=1)
+            for name, d in cases.items()
+        }
+    )
+    alone = times["m = 10"]
+    return [
+        {
+            "dimensions": name,
+            "s": float(np.median(took)),
+            "time / largest alone": float(np.median(took / alone)),
+        }
+        for name, took in times.items()
+    ]
+
+
+def _default(n: int, dimensions: tuple[int, ...]) -> dict:
+    correlation_sum(henon(31_000), dimensions, theiler=1)  # not the compiler's time
+    x = henon(n)
+    wall, processor = time.perf_counter(), time.process_time()
+    found = correlation_sum(x, dimensions, theiler=1, workers=2)
+    return {
+        "n": n,
+        "dimensions": ", ".join(map(str, dimensions)),
+        "greatest radius": float(found.radii[-1]),
+        "neighbours, m = 2": 2 * float(found.counts[dimensions.index(2), -1]) / n,
+        "s of both processors": time.process_time() - processor,
+        "s on the clock": time.perf_counter() - wall,
+    }
+
+
+def long_series(sizes: tuple[int, ...] = (100_000, 300_000, 1_000_000)) -> list[dict]:
+    """Default radii of long series in two threads; the memory is that of the whole process."""
+    rows = []
+    for n in sizes:
+        for dimensions in ((2,), (1, 2, 3, 4, 5, 6)):
+            row, memory = apart(_default, n, dimensions)
+            rows.append({**row, "MB": memory})
+    return rows
+
+
+def table(rows: list[dict]) -> str:
+    heads = list(rows[0])
+    lines = [heads, ["---"] * len(heads)]
+    for row in rows:
+        lines.append([f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values()])
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+
+
+def main() -> None:
+    sections = {
+        "counting": counting_speed(),
+        "all dimensions": all_dimensions_speed(),
+        "long series": long_series(),
+    }
+    results = {
+        "machine": platform.processor() or platform.machine(),
+        "versions": {name: version(name) for name in ("numpy", "scipy", "numba", "nolds")},
+        **sections,
+    }
+    RESULTS.mkdir(exist_ok=True)
+    (RESULTS / "reconstruction.json").write_text(json.dumps(results, indent=1))
+    text = "\n\n".join(table(rows) for rows in sections.values())
+    (RESULTS / "reconstruction.md").write_text(text + "\n")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
