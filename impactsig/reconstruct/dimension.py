@@ -145,6 +145,8 @@ class CorrelationDimension:
                 f"{self.interval[1]:.2f} (radii {self.region[0]:.3g} to {self.region[1]:.3g}, "
                 f"embedding dimensions {self.plateau[0]} to {self.plateau[-1]}; {self.estimator})"
             )
+            if self.extrapolated is not None:
+                words += f"; extrapolated to radius 0, not measured: {self.extrapolated:.2f}"
         return "; ".join((words, *self.warnings))
 
     def plot(self, figure: Figure | SubFigure | None = None) -> Any:
