@@ -66,6 +66,7 @@ if TYPE_CHECKING:
         mutual_information_delay,
     )
     from .reconstruct.determinism import ReturnMapDeterminism, return_map_determinism
+    from .reconstruct.dimension import CorrelationDimension, correlation_dimension
     from .reconstruct.prediction import (
         PredictionError,
         prediction_error,
@@ -137,6 +138,7 @@ _HOME = {
     "reconstruct": (),
     "reconstruct.correlation": ("CorrelationSum", "correlation_sum"),
     "reconstruct.delays": ("DelayChoice", "autocorrelation_delay", "mutual_information_delay"),
+    "reconstruct.dimension": ("CorrelationDimension", "correlation_dimension"),
     "reconstruct.embedding": ("delay_embed",),
     "reconstruct.exponents": ("LyapunovExponent", "lyapunov_exponent"),
     "reconstruct.neighbors": (
@@ -176,6 +178,7 @@ __all__ = [
     "AveragedFalseNeighbors",
     "BaseMotion",
     "Comparison",
+    "CorrelationDimension",
     "CorrelationSum",
     "DelayChoice",
     "FalseNeighbors",
@@ -218,6 +221,7 @@ __all__ = [
     "averaged_false_neighbors",
     "coefficient_of_variation",
     "compare",
+    "correlation_dimension",
     "correlation_sum",
     "cv2",
     "delay_embed",

@@ -2,6 +2,7 @@
 
 from .comparison import comparison
 from .correlation import correlation_sum
+from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
 from .exponents import stretch_curve
 from .motions import phase_portrait, power_spectrum, time_history
@@ -18,6 +19,7 @@ __all__ = [
     "contact_against_interval",
     "correlation_sum",
     "delay_choice",
+    "dimension",
     "false_neighbors",
     "histogram",
     "interval_densities",

@@ -3,6 +3,8 @@
 from . import classic
 from .correlation import CorrelationSum, correlation_sum
 from .delays import DelayChoice, autocorrelation_delay, mutual_information_delay
+from .determinism import ReturnMapDeterminism, return_map_determinism
+from .dimension import CorrelationDimension, DimensionEstimate, correlation_dimension
 from .embedding import delay_embed
 from .exponents import LyapunovExponent, lyapunov_exponent
 from .neighbors import (
@@ -11,19 +13,44 @@ from .neighbors import (
     averaged_false_neighbors,
     false_nearest_neighbors,
 )
+from .prediction import PredictionError, prediction_error, time_reversal_asymmetry
+from .recurrence import (
+    RecurrencePlot,
+    RecurrenceQuantification,
+    recurrence_plot,
+    recurrence_quantification,
+)
+from .surrogate_testing import SurrogateTest, surrogate_test
+from .surrogates import Surrogates, surrogates
 
 __all__ = [
     "AveragedFalseNeighbors",
+    "CorrelationDimension",
     "CorrelationSum",
     "DelayChoice",
+    "DimensionEstimate",
     "FalseNeighbors",
     "LyapunovExponent",
+    "PredictionError",
+    "RecurrencePlot",
+    "RecurrenceQuantification",
+    "ReturnMapDeterminism",
+    "SurrogateTest",
+    "Surrogates",
     "autocorrelation_delay",
     "averaged_false_neighbors",
     "classic",
+    "correlation_dimension",
     "correlation_sum",
     "delay_embed",
     "false_nearest_neighbors",
     "lyapunov_exponent",
     "mutual_information_delay",
+    "prediction_error",
+    "recurrence_plot",
+    "recurrence_quantification",
+    "return_map_determinism",
+    "surrogate_test",
+    "surrogates",
+    "time_reversal_asymmetry",
 ]

@@ -1,0 +1,293 @@
+"""From a series to its dimension: counting, resampling, reading each embedding, the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from . import _bootstrap, _estimators, _scaling
+from ._counting import pair_counts_by_block
+from .correlation import CorrelationSum
+from .dimension import CorrelationDimension, DimensionEstimate
+
+PER_OCTAVE = 8
+OCTAVES = 16
+
+NOISE_FLOOR = 2.33
+"""Radius in standard deviations of the noise at which erf(r / 2 s) is 0.9."""
+
+NOISE_UNCERTAIN = 1.4
+"""Factor by which the noise level of some hundred values is typically wrong."""
+
+RESOLUTION_FLOOR = 2.0
+
+STRUCTURE = 0.2
+"""Noise above this share of the standard deviation leaves no structure to be seen."""
+
+SATURATED = 0.4
+"""What a further coordinate may add to the dimension at a plateau; of noise it adds nearly one."""
+
+EXTRAPOLATED_BELOW = 0.01
+"""Correlation sums above it tell of the extent of the attractor, not of the limit."""
+
+EXTRAPOLATED_FROM = 3 * PER_OCTAVE
+"""Radii with slopes known to 5 % from which alone an extrapolation is made."""
+
+ESTIMATOR = "Takens' and nearest-neighbour estimates, averaged over the scales that agree"
+CHOSEN = "Takens' estimate averaged over the upper octave of the region given"
+
+
+def recurrence(x: np.ndarray, tolerance: float) -> int | None:
+    """The least number of steps after which the first values recur, again and again to the end."""
+    longest = len(x) // 3
+    head = np.lib.stride_tricks.sliding_window_view(x, 8)[1 : longest + 1]
+    likely = np.flatnonzero((np.abs(head - x[:8]) <= tolerance).all(axis=1)) + 1
+    for steps in likely:
+        # Against the first cycle, as a slow drift is small from any one cycle to the next.
+        if np.abs(x - np.resize(x[:steps], len(x))).max() <= tolerance:
+            return int(steps)
+    return None
+
+
+class _Setting(NamedTuple):
+    """What the readings of all embedding dimensions share; radii in the range of the series."""
+
+    radii: np.ndarray
+    scale: float
+    floor: float
+    noisy: bool
+    delay: int
+    theiler: int
+    weights: np.ndarray
+    region: tuple[float, float] | None
+    seed: int
+
+
+def estimate(
+    x: np.ndarray,
+    dimensions: tuple[int, ...],
+    delay: int,
+    theiler: int,
+    resolution: float,
+    region: tuple[float, float] | None,
+    seed: int,
+    workers: int | None,
+) -> CorrelationDimension:
+    """The dimension of a series that is neither constant nor periodic; see `dimension`."""
+    scale = float(np.ptp(x / np.abs(x).max()) * np.abs(x).max())
+    unit = (x - x.mean()) / scale
+    quantised = _scaling.quantum(x) / scale
+    if quantised:
+        # Undoes the rounding: distances would else be whole steps, and C(r) a staircase.
+        unit = unit + quantised * np.random.default_rng(seed).uniform(-0.5, 0.5, len(x))
+    radii = 2.0 ** (np.arange(-PER_OCTAVE * OCTAVES, 1) / PER_OCTAVE)
+    radii *= np.ptp(unit) * (1 + 1e-9)
+    vectors = [len(x) - (m - 1) * delay for m in dimensions]
+    blocks = _bootstrap.block_count(vectors[-1], theiler)
+    weights = _bootstrap.block_weights(blocks, seed)
+    counts = [
+        pair_counts_by_block(unit, m, delay, theiler, radii, blocks, workers) for m in dimensions
+    ]
+    totals = np.array([count.sum(axis=(0, 1)) for count in counts])
+    correlation = CorrelationSum(radii * scale, totals, totals[:, -1], dimensions, delay, theiler)
+    noise = _scaling.noise_level(totals, radii, dimensions)
+    warnings = []
+    floor = RESOLUTION_FLOOR * resolution / scale
+    if noise > STRUCTURE * unit.std():
+        noise = 0.0
+    elif noise:
+        floor = max(floor, NOISE_FLOOR * noise)
+        warnings.append(f"noise of about {noise * scale:.2g} ({noise / unit.std():.0%} of sd)")
+    if quantised:
+        warnings.append(f"values rounded to {quantised * scale:.3g}")
+    same = totals[-1, 0] / totals[-1, -1]
+    if same * vectors[-1] > 1:
+        warnings.append(f"{same:.1%} of the pairs of vectors coincide")
+    setting = _Setting(
+        radii, scale, floor, noise > 0, delay, theiler, weights, region, seed
+    )  # fmt: skip
+    read = tuple(
+        _read_one(m, unit, count, setting) for m, count in zip(dimensions, counts, strict=True)
+    )
+    return _verdict(
+        read, correlation, noise * scale, resolution, floor * scale, region is not None, warnings
+    )
+
+
+def _read_one(m: int, x: np.ndarray, counts: np.ndarray, given: _Setting) -> DimensionEstimate:
+    """What one embedding tells."""
+    radii, scale = given.radii, given.scale
+    sums = _bootstrap.resampled_sums(counts, given.weights)
+    pairs = float(counts[..., -1].sum())
+    step = float(np.log(radii[1] / radii[0]))
+    slopes, slope_errors = _slopes(sums, pairs, step)
+    nearest = np.full(len(given.weights), np.nan)
+    if given.region is None:
+        reading, nearest, error = _by_rule(m, x, sums, pairs, given)
+    else:
+        low, high = np.searchsorted(radii, np.array(given.region) / scale)
+        low, high = min(int(low), len(radii) - 2), min(int(high), len(radii) - 1)
+        reading, error = _scaling.read_region(sums, pairs, radii, low, max(high, low + 1)), 0.0
+    if reading is None:
+        none = np.empty(0)
+        return DimensionEstimate(
+            m, None, None, None, None, None, None, None, none, slopes, slope_errors
+        )
+    value = float(reading.values[0])
+    error = float(np.hypot(error, np.sqrt(_scaling.spread(reading.values, reading.surplus))))
+    drawn = reading.values[1:] - np.nanmean(reading.values[1:])
+    drawn *= error / (np.nanstd(drawn) or 1.0)
+    half = float(stats.t.ppf(0.975, given.weights.shape[1] - 1)) * error
+    whole = _estimators.slope(sums[0], step, _first_filled(sums[0], pairs, reading), reading.high)
+    return DimensionEstimate(
+        m,
+        value,
+        (value - half, value + half),
+        (float(radii[reading.low] * scale), float(radii[reading.high] * scale)),
+        float(reading.takens[0]),
+        float(whole) if np.isfinite(whole) else None,
+        float(nearest[0]) if np.isfinite(nearest[0]) else None,
+        _extrapolated(radii, slopes, slope_errors, sums[0]),
+        drawn,
+        slopes,
+        slope_errors,
+    )
+
+
+def _slopes(sums: np.ndarray, pairs: float, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Local slopes where there are enough pairs, and their standard errors."""
+    slopes = _estimators.local_slopes(sums, step, PER_OCTAVE // 4)
+    slopes[:, pairs * sums[0] < _scaling.LEAST_PAIRS] = np.nan
+    errors = np.full(slopes.shape[1], np.nan)
+    known = np.isfinite(slopes[0])
+    errors[known] = np.nanstd(slopes[1:, known], axis=0)
+    return slopes[0], errors
+
+
+def _by_rule(
+    m: int, x: np.ndarray, sums: np.ndarray, pairs: float, given: _Setting
+) -> tuple[_scaling.Reading | None, np.ndarray, float]:
+    """The reading, the nearest-neighbour estimates, and the error by the doubt about the floor."""
+    radii, blocks = given.radii, given.weights.shape[1]
+    points = len(x) - (m - 1) * given.delay
+    vectors = np.column_stack([x[k * given.delay : k * given.delay + points] for k in range(m)])
+    neighbours = _estimators.Neighbours(vectors, given.theiler, blocks, given.seed)
+    step = float(np.log(radii[1] / radii[0]))
+    coarse = _estimators.takens(sums[0], step, 0)[_scaling.highest_scale(sums[0])]
+    floor = max(given.floor, neighbours.even_up_to(coarse))
+    nearest = neighbours.dimension(given.weights, floor)
+    reading = _scaling.read(sums, pairs, points, radii, floor, nearest)
+    if reading is None or not given.noisy:
+        return reading, nearest, 0.0
+    either = [
+        _scaling.read(sums, pairs, points, radii, factor * floor, nearest)
+        for factor in (1 / NOISE_UNCERTAIN, NOISE_UNCERTAIN)
+    ]
+    moved = [float(one.values[0] - reading.values[0]) for one in either if one is not None]
+    return reading, nearest, float(np.sqrt(np.mean(np.square(moved or [0.0]))))
+
+
+def _first_filled(sums: np.ndarray, pairs: float, reading: _scaling.Reading) -> int:
+    """The first radius of the region with enough pairs for a logarithm to mean anything."""
+    return max(reading.low, int(np.searchsorted(pairs * sums, _scaling.LEAST_PAIRS)))
+
+
+def _extrapolated(
+    radii: np.ndarray, slopes: np.ndarray, errors: np.ndarray, sums: np.ndarray
+) -> float | None:
+    """Intercept of the local slopes against 1 / ln(R / r), R = 1 being the range of the series."""
+    with np.errstate(invalid="ignore"):
+        use = (errors < 0.05 * slopes) & (sums <= EXTRAPOLATED_BELOW)
+    if np.count_nonzero(use) < EXTRAPOLATED_FROM:
+        return None
+    inverse = 1 / np.log(1 / radii[use])
+    weight = 1 / np.hypot(errors[use], _scaling.TOLERANCE * slopes[use])
+    return float(np.polyfit(inverse, slopes[use], 1, w=weight)[1])
+
+
+def _verdict(
+    read: tuple[DimensionEstimate, ...],
+    correlation: CorrelationSum,
+    noise: float,
+    resolution: float,
+    floor: float,
+    chosen: bool,
+    warnings: list[str],
+) -> CorrelationDimension:
+    known = [one for one in read if one.value is not None]
+    common: dict[str, Any] = {
+        "by_dimension": read,
+        "noise": noise,
+        "resolution": resolution,
+        "floor": floor,
+        "correlation": correlation,
+    }
+    unread = [str(one.embedding) for one in read if one.value is None]
+    if unread:
+        warnings.append(
+            f"no radius above {floor:.3g} holds enough pairs for m = {', '.join(unread)}"
+        )
+    plateau = known[-1:]
+    for one in reversed(known[:-1]):
+        if not _agree(one, plateau[0]) or not _agree(one, known[-1]):
+            break
+        plateau.insert(0, one)
+    if len(plateau) < 2:
+        return CorrelationDimension("no plateau", None, None, warnings=tuple(warnings), **common)
+    last = plateau[-2:]
+    value = float(np.mean([one.value for one in last]))
+    drawn = np.nanmean([one.resamples for one in last], axis=0)
+    half = _half_of(last[-1]) * float(np.nanstd(drawn) / (np.nanstd(last[-1].resamples) or 1.0))
+    estimates = {
+        "Takens": _mean(one.takens for one in last),
+        "slope": _mean(one.slope for one in last),
+        "nearest neighbours (D1)": _mean(one.nearest for one in last),
+    }
+    steps = last[1].embedding - last[0].embedding
+    rise = float(np.diff([one.value for one in last])[0]) / steps
+    if rise > 0.05 * value:
+        warnings.append(
+            f"it still rises by {rise:.2f} from m = {last[0].embedding} to {last[1].embedding}"
+        )
+    # Least number of vectors for a dimension, with room [EckmannRuelle1992]_.
+    points = (1 + np.sqrt(1 + 8 * correlation.pairs[-1])) / 2
+    most = 2 * np.log10(points)
+    if value > 0.75 * most:
+        warnings.append(f"{points:.0f} vectors can tell of a dimension of {most:.1f} at the most")
+    result = CorrelationDimension(
+        "dimension",
+        value,
+        (value - half, value + half),
+        last[-1].region,
+        tuple(one.embedding for one in plateau),
+        estimator=CHOSEN if chosen else ESTIMATOR,
+        estimates=estimates,
+        extrapolated=_mean(one.extrapolated for one in last),
+        warnings=tuple(warnings),
+        **common,
+    )
+    if result.spread is not None and result.spread > max(2 * half, 0.1 * value):
+        differ = f"the estimators differ by {result.spread:.2f}"
+        return CorrelationDimension(**{**vars(result), "warnings": (*result.warnings, differ)})
+    return result
+
+
+def _agree(one: DimensionEstimate, last: DimensionEstimate) -> bool:
+    """Whether further coordinates add little: each of noise would add one to the dimension."""
+    assert one.value is not None
+    assert last.value is not None
+    rise = abs(last.value - one.value)
+    return rise <= SATURATED * (last.embedding - one.embedding)
+
+
+def _half_of(one: DimensionEstimate) -> float:
+    assert one.interval is not None
+    return (one.interval[1] - one.interval[0]) / 2
+
+
+def _mean(values: Iterable[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return float(np.mean(known)) if known else None

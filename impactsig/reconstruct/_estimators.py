@@ -1,0 +1,133 @@
+"""Estimators of a dimension from a correlation sum, or from distances to neighbours.
+
+All take many correlation sums at once, shape (..., radii), with radii evenly spaced in ln r: the
+first is that of the data, the others are its resamples.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import digamma
+
+from ._nearest import mean_log_distances
+
+NEIGHBOURS = 32
+
+LATTICE = 0.6
+"""Half of what chance gives as standard deviation of ln r_1, times the dimension."""
+
+
+def takens(sums: np.ndarray, step: float, low: int) -> np.ndarray:
+    r"""Takens and Theiler's maximum-likelihood dimension below every radius r, shape (..., radii).
+
+    .. math:: D(r) = \frac{C(r) - C(r_0)}{\int_{r_0}^{r} C(r') \, d\ln r'}
+
+    is 1 / <ln(r / d)> over the distances d below r, without those below r0 (index `low`)
+    [Takens1985]_, [Theiler1988]_. nan up to `low`, and where there are no pairs.
+    """
+    before, after = sums[..., :-1], sums[..., 1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # Exact for a power law between two radii.
+        part = np.where(
+            (before > 0) & (after > before),
+            (after - before) / np.log(after / before),
+            (before + after) / 2,
+        )
+        integral = np.zeros_like(sums)
+        np.cumsum(step * part, axis=-1, out=integral[..., 1:])
+        found = (sums - sums[..., low, None]) / (integral - integral[..., low, None])
+    found[..., : low + 1] = np.nan
+    return found
+
+
+def slope(sums: np.ndarray, step: float, low: int, high: int) -> np.ndarray:
+    """Least-squares slope of ln C against ln r between two radii, weighted evenly in ln r."""
+    with np.errstate(divide="ignore"):
+        logs = np.log(sums[..., low : high + 1])
+    x = step * (np.arange(logs.shape[-1]) - (logs.shape[-1] - 1) / 2)
+    with np.errstate(invalid="ignore"):
+        found = logs @ x / (x @ x)
+    return np.where(np.isfinite(found), found, np.nan)
+
+
+def local_slopes(sums: np.ndarray, step: float, reach: int) -> np.ndarray:
+    """Slopes d ln C / d ln r between the radii `reach` places before and after; nan at the ends."""
+    found = np.full(sums.shape, np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.log(sums)
+        middle = (logs[..., 2 * reach :] - logs[..., : -2 * reach]) / (2 * reach * step)
+    found[..., reach:-reach] = np.where(np.isfinite(middle), middle, np.nan)
+    return found
+
+
+class Neighbours:
+    """Distances to the nearest neighbours in one embedding, for the fixed-mass dimension.
+
+    Parameters
+    ----------
+    vectors : ndarray, shape (n, m)
+        Delay vectors in the order of time.
+    theiler : int
+        Neighbours no further away in time are not counted.
+    blocks : int
+        Blocks of time of the bootstrap.
+    seed : int
+        Chooses the vectors looked from, where there are more than `MOST`.
+    """
+
+    MOST = 1000
+
+    def __init__(self, vectors: np.ndarray, theiler: int, blocks: int, seed: int) -> None:
+        from scipy.spatial import cKDTree
+
+        n = len(vectors)
+        at = np.arange(n)
+        if n > self.MOST:
+            at = np.sort(np.random.default_rng(seed).choice(n, self.MOST, replace=False))
+        # Twice as many as are used, as resamples leave some out.
+        wanted = min(n, 2 * NEIGHBOURS + 2 * theiler + 1)
+        distance, index = cKDTree(vectors).query(vectors[at], k=wanted, p=np.inf)
+        near = (np.abs(index - at[:, None]) <= theiler) | (distance <= 0)
+        order = np.argsort(near, axis=1, kind="stable")[:, : 2 * NEIGHBOURS]
+        near = np.take_along_axis(near, order, axis=1)
+        distance = np.where(near, np.nan, np.take_along_axis(distance, order, axis=1))
+        with np.errstate(invalid="ignore"):
+            self.logs = np.log(distance)
+        self.block_of = np.take_along_axis(index, order, axis=1) * blocks // n
+        self.own_block = at * blocks // n
+
+    def even_up_to(self, dimension: float) -> float:
+        """The distance below which vectors are spaced too evenly to be counted, 0 if there is none.
+
+        Of vectors that lie where chance puts them, ln of the distance to the nearest has a standard
+        deviation of 1.28 / D or more. Those of a quasi-periodic motion lie like a lattice on a
+        circle; below its spacing there is nothing to count, and above it too much at once.
+        """
+        nearest = self.logs[np.isfinite(self.logs[:, 0]), 0]
+        if len(nearest) < 20 or nearest.std() * dimension > LATTICE:
+            return 0.0
+        return float(3 * np.exp(np.quantile(nearest, 0.9)))
+
+    def dimension(self, weights: np.ndarray, floor: float) -> np.ndarray:
+        r"""D1 of the data and of each resample, shape (1 + resamples,); nan where there is none.
+
+        The slope of psi(k) against <ln r_k>, psi being the digamma function, over the ranks k to
+        8 k, where k is the first whose mean ln r_k is above `floor` [Badii1985]_,
+        [Grassberger1985]_.
+        """
+        most = NEIGHBOURS // 4
+        complete = np.isfinite(self.logs[:, most - 1])
+        if not complete.any():
+            return np.full(len(weights), np.nan)
+        mean = self.logs[complete, :most].mean(axis=0)
+        above = np.flatnonzero(mean >= np.log(floor)) if floor else np.array([0])
+        if not len(above):
+            return np.full(len(weights), np.nan)
+        first = int(above[0]) + 1
+        last = min(8 * first, NEIGHBOURS)
+        ranks = np.unique(np.geomspace(first, last, 6).round().astype(int))
+        means = mean_log_distances(self.logs, self.block_of, self.own_block, weights, ranks)
+        mass = digamma(ranks) - digamma(ranks).mean()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = (mass @ mass) / (means @ mass)
+        return np.where(np.isfinite(found) & (found > 0), found, np.nan)

@@ -1,0 +1,231 @@
+"""Which radii a dimension is read from: floors of resolution and noise, and the scaling region."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import erf
+
+from ._estimators import takens
+
+TOLERANCE = 0.03
+"""Relative differences between scales no larger than this are taken for lacunarity, not bias."""
+
+LEAST_PAIRS = 30
+"""Pairs below the anchor, of which an estimate is made at all."""
+
+ANCHOR = 0.17
+"""C(r) times the square root of the number of vectors, where an estimate begins."""
+
+LARGEST_SUM = 0.1
+"""C(r) above which the extent of the attractor shows in every slope."""
+
+
+def quantum(x: np.ndarray) -> float:
+    """The step in which the numbers were rounded, 0 where they were not.
+
+    The smallest difference between values that differ, if values repeat far more often than those
+    of a continuous quantity would, and if all differences are whole multiples of it.
+    """
+    values = np.unique(x)
+    if len(values) < 2 or len(values) > 0.9 * len(x):
+        return 0.0
+    gaps = np.diff(values)
+    step = float(gaps[gaps > 1e-12 * np.abs(values).max()].min(initial=np.inf))
+    if not np.isfinite(step):
+        return 0.0
+    whole = gaps / step
+    return step if np.abs(whole - whole.round()).max() < 0.05 else 0.0
+
+
+def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ...]) -> float:
+    r"""Standard deviation of Gaussian noise on the series, 0 where none shows.
+
+    Noise of standard deviation s parts two neighbours by another difference in every coordinate,
+    so that each further coordinate multiplies the correlation sum by
+
+    .. math:: C_{m+1}(r) / C_m(r) = A_m \operatorname{erf}(r / 2 s)
+
+    at radii well inside the attractor, where without noise the ratio hardly depends on r
+    [Schreiber1993]_. The s that fits best is taken if it explains three tenths of the
+    variation of the ratios, and three units of their weighted sum of squares.
+
+    Parameters
+    ----------
+    counts : ndarray, shape (dimensions, radii)
+        Pairs within each radius.
+    radii : ndarray, shape (radii,)
+    dimensions : tuple of int
+    """
+    trial = np.append(0.0, np.geomspace(radii[0] / 2, radii[-1] / 4, 160))
+    total = np.zeros(len(trial))
+    freedom = 0
+    for lower in range(len(dimensions) - 1):
+        if dimensions[lower] < 2:
+            continue
+        below, above = counts[lower], counts[lower + 1]
+        share = below / below[-1]
+        use = np.flatnonzero((above >= 20) & (share <= 0.03))[::4]
+        if len(use) < 4:
+            continue
+        ratio = np.log(above[use] / below[use])
+        # A ratio of nested counts is binomial; a floor keeps huge counts from deciding by trifles.
+        variance = (1 - above[use] / below[use]) / above[use] + 0.03**2
+        steps = dimensions[lower + 1] - dimensions[lower]
+        with np.errstate(divide="ignore"):
+            model = np.array(
+                [
+                    np.zeros(len(use)) if s == 0 else steps * np.log(erf(radii[use] / (2 * s)))
+                    for s in trial
+                ]
+            )
+        rest = ratio - model
+        rest -= (rest / variance).sum(1, keepdims=True) / (1 / variance).sum()
+        total += (rest**2 / variance).sum(1)
+        freedom += len(use) - 1
+    if not freedom:
+        return 0.0
+    best = int(np.argmin(total))
+    gain = total[0] - total[best]
+    return float(trial[best]) if gain > 3 and gain > 0.3 * total[0] else 0.0
+
+
+def highest_scale(sums: np.ndarray) -> int:
+    """The last radius of the scales looked at, by its index."""
+    return int(np.searchsorted(sums, LARGEST_SUM))
+
+
+class Reading(NamedTuple):
+    """A dimension read from one correlation sum.
+
+    Attributes
+    ----------
+    values : ndarray, shape (1 + resamples,)
+        The estimate of the data, and of each resample.
+    surplus : float
+        What the variance of the resamples has too much, see `spread`.
+    takens : ndarray, shape (1 + resamples,)
+        The Takens estimate averaged over the scaling region alone.
+    low, high : int
+        Ends of the scaling region, as indices of radii.
+    """
+
+    values: np.ndarray
+    surplus: float
+    takens: np.ndarray
+    low: int
+    high: int
+
+
+def spread(values: np.ndarray, surplus: np.ndarray | float) -> np.ndarray:
+    """Variance over the resamples, less twice what single pairs contribute to it.
+
+    The noise of a pair's own distance enters by the drawing of its first member, of its second and
+    of both at once: three times for once. A third remains at the least.
+    """
+    found = np.nanvar(values[1:], axis=0)
+    return np.maximum(found - 2 * surplus, found / 3)
+
+
+def read(
+    sums: np.ndarray,
+    pairs: float,
+    points: int,
+    radii: np.ndarray,
+    floor: float,
+    neighbours: np.ndarray,
+) -> Reading | None:
+    r"""The dimension at every scale, averaged as far as the scales agree.
+
+    1. The anchor S is the Takens estimate at the radius where C = 0.17 / sqrt(n) (or an octave
+       above the floor), averaged with the nearest-neighbour estimate by inverse variance. So the
+       anchor moves to small radii as n grows, but slowly enough to become certain.
+    2. Takens estimates T_k at radii from a thirtieth of that C to C = 0.1 are drawn towards it,
+       S + s_k (T_k - S) with s_k = V_k / (V_k + b_k), where V_k is the variance of T_k - S (and
+       3 % of S squared) and b_k the squared bias the difference speaks for: 2 (T_k - S)^2 for a
+       fall, as the extent of the attractor lowers all slopes at large radii; for a rise
+       (T_k - S)^2 - 4 V_k, if that is positive.
+    3. The value is their mean, with weights of the inverse variance cubed: the scales share most
+       of their pairs, so that the certain ones gain nothing by the uncertain.
+
+    The scaling region ends where s_k falls below one half.
+
+    Parameters
+    ----------
+    sums : ndarray, shape (1 + resamples, radii)
+    pairs : float
+        Number of pairs C is a share of.
+    points : int
+        Number of delay vectors.
+    radii : ndarray, shape (radii,)
+        Evenly spaced in ln r.
+    floor : float
+        Radii below it are not used.
+    neighbours : ndarray, shape (1 + resamples,)
+        A dimension by nearest neighbours; nan where there is none.
+
+    Returns
+    -------
+    Reading or None
+        None if no radius between the floor and C = 0.1 holds enough pairs.
+    """
+    step = float(np.log(radii[1] / radii[0]))
+    octave = round(np.log(2) / step)
+    data = sums[0]
+    anchor = int(np.searchsorted(data, ANCHOR / np.sqrt(points)))
+    first = int(np.searchsorted(data, ANCHOR / np.sqrt(points) / 30))
+    lowest = int(np.searchsorted(radii, floor)) if floor > radii[0] else 0
+    lowest = max(lowest, anchor - 5 * octave)
+    anchor = max(anchor, lowest + octave)
+    highest = highest_scale(data)
+    first = max(first, lowest + octave // 2)
+    if highest < anchor or pairs * (data[anchor] - data[lowest]) < LEAST_PAIRS:
+        return None
+    scales = np.arange(min(first, anchor), highest + 1)
+    found = takens(sums, step, lowest)
+    start = found[:, anchor].copy()
+    value = float(start[0])
+    near = value**2 / (pairs * (data[anchor] - data[lowest]))
+    noise = spread(start, near)
+    tolerated = (TOLERANCE * value) ** 2
+    if np.isfinite(neighbours[0]):
+        share = noise / (noise + np.nanvar(neighbours[1:]) / 2 + tolerated)
+        # A resample may leave a vector with too few neighbours.
+        start += share * np.where(np.isfinite(neighbours), neighbours - start, 0)
+        noise = spread(start, (1 - share) * near)
+    found = found[:, scales]
+    apart = found - start[:, None]
+    surplus = value**2 / np.maximum(pairs * (data[scales] - data[lowest]), 1)
+    variance = spread(apart, np.abs(near - surplus)) + tolerated
+    squared = apart[0] ** 2
+    bias = np.where(apart[0] < 0, 2 * squared, np.maximum(squared - 4 * variance, 0))
+    share = variance / (variance + bias)
+    weights = (share * spread(found, surplus) + (1 - share) * noise + tolerated) ** -3.0
+    values = _mean(start[:, None] + share * apart, weights)
+    own = float(np.average(share * surplus + (1 - share) * near, weights=weights))
+    beyond = scales[(share < 0.5) & (scales > anchor)]
+    high = int(beyond[0] - 1) if len(beyond) else highest
+    inside = scales <= high
+    return Reading(values, own, _mean(found[:, inside], weights[inside]), lowest, high)
+
+
+def read_region(
+    sums: np.ndarray, pairs: float, radii: np.ndarray, low: int, high: int
+) -> Reading | None:
+    """The Takens estimate averaged over the upper octave, or half, of a region that was chosen."""
+    step = float(np.log(radii[1] / radii[0]))
+    inside = pairs * (sums[0, high] - sums[0, low])
+    if inside < LEAST_PAIRS:
+        return None
+    first = max((low + high) // 2, high - round(np.log(2) / step)) + 1
+    found = takens(sums, step, low)[:, first : high + 1]
+    values = _mean(found, np.ones(found.shape[1]))
+    return Reading(values, float(values[0] ** 2 / inside), values, low, high)
+
+
+def _mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Weighted mean of each row, of what is known in it."""
+    known = np.isfinite(values)
+    with np.errstate(invalid="ignore"):
+        return np.where(known, weights * values, 0).sum(1) / np.where(known, weights, 0).sum(1)

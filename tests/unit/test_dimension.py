@@ -1,0 +1,305 @@
+"""The correlation dimension: what it refuses, what it flags, and closed forms of its parts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import impactsig
+from impactsig import InvalidInput, correlation_dimension
+from impactsig.reconstruct import _bootstrap, _dimension, _estimators, _scaling
+from impactsig.reconstruct._nearest import mean_log_distances
+
+from ..series import henon, lorenz_intervals, noisy, torus
+
+
+@pytest.fixture(scope="module")
+def attractor():
+    return correlation_dimension(henon(1000), 3)
+
+
+# -- refused ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("x", "argument"),
+    [
+        ([1.0, np.nan] * 100, "x"),
+        ([1.0, np.inf] * 100, "x"),
+        (np.ones((100, 3)), "x"),
+        (["a", "b"] * 100, "x"),
+        (np.arange(20.0) ** 2, "x"),
+        ([], "x"),
+    ],
+)
+def test_what_is_no_series_or_too_short_is_refused(x, argument):
+    with pytest.raises(InvalidInput) as refused:
+        correlation_dimension(x)
+    assert refused.value.argument == argument
+
+
+@pytest.mark.parametrize(
+    ("argument", "value"),
+    [
+        ("dimensions", 1),
+        ("dimensions", (3,)),
+        ("dimensions", (3, 2)),
+        ("dimensions", 2.5),
+        ("delay", 0),
+        ("theiler", -1),
+        ("theiler", 2.5),
+        ("region", (0.2, 0.1)),
+        ("region", (-1, 1)),
+        ("region", 0.1),
+        ("region", (0.1, np.nan)),
+        ("resolution", 0),
+        ("resolution", "fine"),
+        ("seed", -1),
+        ("workers", 0),
+    ],
+)
+def test_arguments_that_cannot_be_used_are_named(argument, value):
+    with pytest.raises(InvalidInput) as refused:
+        correlation_dimension(henon(300), **{argument: value})
+    assert refused.value.argument == argument
+
+
+def test_too_short_for_delay_and_window_says_how_many_are_needed():
+    with pytest.raises(InvalidInput, match="at least 290 for dimension 5, delay 10"):
+        correlation_dimension(henon(200), 5, delay=10, theiler=200)
+
+
+# -- flagged ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("value", [0.0, 3.7, -1e300, 1e-300])
+def test_a_constant_has_dimension_0_and_says_so(value):
+    found = correlation_dimension(np.full(200, value))
+    assert (found.verdict, found.value) == ("constant", 0.0)
+    assert "constant" in str(found)
+
+
+def test_a_constant_up_to_rounding_is_constant():
+    found = correlation_dimension(0.1 * np.ones(200) + np.tile([0, 1e-17, 2e-17, 1e-17], 50))
+    assert found.verdict == "constant"
+
+
+@pytest.mark.parametrize("period", [1, 2, 3, 7, 30])
+def test_periodic_intervals_are_recognised_and_not_fitted(period):
+    one = np.random.default_rng(period).uniform(1, 2, period)
+    found = correlation_dimension(np.resize(one, 300))
+    assert found.value == 0.0
+    assert found.verdict == ("periodic" if period > 1 else "constant")
+    assert found.correlation is None
+    if period > 1:
+        assert found.period == period
+        assert f"every {period} steps" in found.describe()
+
+
+def test_periodic_to_within_the_resolution_is_periodic():
+    """Intervals of period 3 between instants that were sampled at 1 kHz."""
+    instants = np.cumsum(np.resize([0.1234567, 0.2345678, 0.3456789], 300))
+    found = correlation_dimension(np.diff(np.floor(instants * 1000) / 1000), resolution=1e-3)
+    assert (found.verdict, found.period, found.value) == ("periodic", 3, 0.0)
+
+
+def test_a_quasi_periodic_series_is_not_periodic():
+    found = correlation_dimension(torus(300, frequencies=1), 3)
+    assert found.verdict == "dimension"
+
+
+def test_integers_of_three_values_are_periodic_only_if_they_recur():
+    assert correlation_dimension(np.tile([1, 2, 3], 60)).period == 3
+    found = correlation_dimension(np.random.default_rng(0).integers(1, 4, 300))
+    assert found.verdict == "no plateau"
+    assert found.value is None
+    assert "rounded to 1" in str(found)
+
+
+def test_quantised_values_are_flagged_and_read_above_their_step():
+    x = np.round(henon(2000), 2)
+    found = correlation_dimension(x, 3)
+    assert found.resolution == pytest.approx(0.01)
+    assert found.region[0] >= 0.02
+    assert "rounded to 0.01" in str(found)
+    assert found.value == pytest.approx(1.22, abs=0.12)
+
+
+def test_no_radius_below_the_resolution_given_is_used():
+    found = correlation_dimension(henon(2000), 3, resolution=0.01)
+    assert all(one.region[0] >= 0.02 for one in found.by_dimension)
+
+
+def test_duplicated_stretches_are_flagged():
+    x = henon(400)
+    found = correlation_dimension(np.concatenate((x, [0.123], x)), 3)
+    assert any("coincide" in warning for warning in found.warnings)
+
+
+def test_noise_on_a_structure_is_found_and_radii_below_it_left_out():
+    x = noisy(lorenz_intervals(1000), 0.05)
+    found = correlation_dimension(x, 4, theiler=12)
+    assert found.noise / x.std() == pytest.approx(0.05, rel=0.4)
+    assert found.floor >= 2.3 * found.noise
+    assert found.region[0] >= found.floor
+    assert "noise of about" in str(found)
+
+
+def test_a_series_of_noise_has_no_plateau():
+    found = correlation_dimension(np.random.default_rng(1).normal(size=1000))
+    assert found.verdict == "no plateau"
+    assert found.value is found.interval is None
+    assert str(found).startswith("no plateau")
+
+
+# -- the same whatever it is given in --------------------------------------------------------
+
+
+def test_lists_series_float32_and_impacts_are_read(attractor):
+    import pandas as pd
+
+    x = henon(1000)
+    for given in (x.tolist(), pd.Series(x, index=np.arange(1000) + 7)):
+        assert correlation_dimension(given, 3).value == attractor.value
+    assert correlation_dimension(x.astype(np.float32), 3).value == pytest.approx(
+        attractor.value, abs=1e-3
+    )
+    run = impactsig.Impacts(np.cumsum(x + 2), duration=3000.0)
+    assert correlation_dimension(run, 3).value == pytest.approx(attractor.value, abs=0.02)
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e-3, 1e6, 1e200])
+def test_units_do_not_matter(attractor, scale):
+    found = correlation_dimension(scale * henon(1000), 3)
+    assert found.value == pytest.approx(attractor.value, abs=0.01)
+    assert found.region[1] == pytest.approx(scale * attractor.region[1], rel=0.1)
+
+
+def test_workers_do_not_matter_and_the_seed_moves_only_the_interval_much(attractor):
+    one = correlation_dimension(henon(1000), 3, workers=1)
+    assert (one.value, one.interval) == (attractor.value, attractor.interval)
+    other = correlation_dimension(henon(1000), 3, seed=1)
+    assert other.interval != attractor.interval
+    assert other.value == pytest.approx(attractor.value, abs=0.03)
+
+
+# -- evidence --------------------------------------------------------------------------------
+
+
+def test_the_result_carries_its_evidence(attractor):
+    assert attractor.verdict == "dimension"
+    assert attractor.interval[0] < attractor.value < attractor.interval[1]
+    assert attractor.plateau[-1] == 3
+    assert set(attractor.estimates) == {"Takens", "slope", "nearest neighbours (D1)"}
+    assert attractor.spread == np.ptp(list(attractor.estimates.values()))
+    assert [one.embedding for one in attractor.by_dimension] == [1, 2, 3]
+    for one in attractor.by_dimension:
+        assert one.slopes.shape == one.slope_errors.shape == attractor.correlation.radii.shape
+    assert f"{attractor.value:.2f}" in str(attractor)
+    assert "95 %" in str(attractor)
+
+
+def test_a_region_given_is_the_region_used(attractor):
+    found = correlation_dimension(henon(1000), 3, region=(0.02, 0.2))
+    assert found.region == pytest.approx((0.02, 0.2), rel=0.1)
+    assert found.value == pytest.approx(1.22, abs=0.1)
+    assert "region given" in found.estimator
+
+
+def test_a_region_without_pairs_gives_no_number():
+    found = correlation_dimension(henon(300), 3, region=(1e-12, 1e-11))
+    assert found.verdict == "no plateau"
+    assert found.value is None
+
+
+def test_the_figure_shows_all_dimensions_and_the_thesis_figure_is_one_call():
+    import matplotlib
+
+    matplotlib.use("Agg")
+    panels = correlation_dimension(lorenz_intervals(500), (1, 2, 3), theiler=12).plot()
+    assert len(panels) == 3
+    assert len(panels[0].get_lines()) == 3
+    assert len(correlation_dimension(np.tile([1.0, 2.0], 100)).plot()) == 3
+    matplotlib.pyplot.close("all")
+
+
+# -- its parts -------------------------------------------------------------------------------
+
+RADII = 2.0 ** (np.arange(-64, 1) / 8)
+STEP = np.log(2) / 8
+
+
+@pytest.mark.parametrize("dimension", [0.5, 1.0, 2.7])
+def test_a_power_law_gives_its_exponent_by_every_estimator(dimension):
+    sums = RADII**dimension
+    assert _estimators.takens(sums, STEP, 8)[20:] == pytest.approx(dimension, rel=1e-12)
+    assert _estimators.slope(sums, STEP, 5, 40) == pytest.approx(dimension, rel=1e-12)
+    assert _estimators.local_slopes(sums, STEP, 2)[2:-2] == pytest.approx(dimension, rel=1e-12)
+
+
+def test_takens_is_the_inverse_mean_logarithm():
+    d = np.random.default_rng(0).uniform(0, 1, 200_000) ** 0.5
+    sums = np.array([(d <= r).mean() for r in RADII])
+    below = d[d <= RADII[56]]
+    expected = 1 / np.log(RADII[56] / below).mean()
+    assert _estimators.takens(sums, STEP, 0)[56] == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3])
+def test_uniform_points_in_a_cube_have_its_dimension_by_their_neighbours(dimension):
+    points = np.random.default_rng(dimension).uniform(size=(4000, dimension))
+    found = _estimators.Neighbours(points, 0, 10, 0).dimension(np.ones((1, 10)), 0.0)
+    assert found[0] == pytest.approx(dimension, rel=0.05)
+
+
+def test_mean_log_distances_are_those_of_vectors_written_out_as_often_as_drawn():
+    rng = np.random.default_rng(3)
+    logs = np.sort(rng.normal(size=(12, 9)), axis=1)
+    block_of, own = rng.integers(0, 4, (12, 9)), rng.integers(0, 4, 12)
+    weights, ranks = np.array([[1, 1, 1, 1], [2, 0, 1, 1], [1, 3, 0, 0.0]]), np.array([1, 2])
+    naive = [
+        [
+            np.mean(
+                [
+                    np.repeat(logs[i], weight[block_of[i]].astype(int))[rank - 1]
+                    for i in range(12)
+                    for _ in range(int(weight[own[i]]))
+                ]
+            )
+            for rank in ranks
+        ]
+        for weight in weights
+    ]
+    assert mean_log_distances(logs, block_of, own, weights, ranks) == pytest.approx(np.array(naive))
+
+
+def test_resampled_sums_are_those_of_blocks_written_out():
+    rng = np.random.default_rng(5)
+    counts = np.triu(rng.integers(0, 9, (4, 4))).astype(np.int64)
+    counts = np.stack([counts, counts + np.triu(np.ones((4, 4), np.int64))], axis=-1)
+    drawn = [0, 0, 2, 3]
+    weights = np.bincount(drawn, minlength=4)[None].astype(float)
+    both = np.zeros(2)
+    for p in range(4):
+        for q in range(p, 4):
+            both += counts[p, q] * (weights[0, p] * weights[0, q] if p != q else weights[0, p])
+    assert _bootstrap.resampled_sums(counts, weights)[0] == pytest.approx(both / both[-1])
+
+
+def test_the_quantum_of_multiples_is_found_and_none_of_a_continuous_series():
+    rng = np.random.default_rng(0)
+    assert _scaling.quantum(rng.integers(0, 50, 500) * 0.02) == pytest.approx(0.02)
+    assert _scaling.quantum(rng.normal(size=500)) == 0
+    assert _scaling.quantum(np.tile(rng.normal(size=50), 10)) == 0
+
+
+def test_recurrence_is_the_least_period():
+    x = np.resize(np.random.default_rng(0).normal(size=12), 120)
+    assert _dimension.recurrence(x, 0.0) == 12
+    x[-1] += 1e-6
+    assert _dimension.recurrence(x, 0.0) is None
+    assert _dimension.recurrence(x, 1e-5) == 12
+
+
+def test_a_slow_drift_is_no_period():
+    assert _dimension.recurrence(np.linspace(0, 1, 500), 0.01) is None
