@@ -6,7 +6,7 @@ import argparse
 import math
 import re
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 READING = ("channel", "start", "stop", "rate", "scale", "offset", "unit", "sensor")
 DETECTING = ("threshold", "polarity", "contact_level", "merge_within", "dead_time", "gaps")
@@ -71,6 +71,11 @@ def detecting_options() -> Parser:
         help="missing samples: refuse the file (default) or split the run there",
     )
     return options
+
+
+def given(chosen: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
+    """The options the user gave; the others keep the defaults of the function they go to."""
+    return {name: value for name in names if (value := getattr(chosen, name)) is not None}
 
 
 def with_negative_numbers(words: Sequence[str]) -> list[str]:

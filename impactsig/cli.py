@@ -11,25 +11,33 @@ import io
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from . import __version__
+from ._command_files import (
+    FIGURES,
+    TABLES,
+    check_ending,
+    detected,
+    impacts_of,
+    write_figure,
+    write_table,
+)
+from ._dimension_command import add_dimension_options, dimension_in_words
 from ._options import (
     DETECTING,
     READING,
     Parser,
     detecting_options,
+    given,
     number,
     reading_options,
     with_negative_numbers,
 )
 from ._simulate_options import add_scenes, in_words, simulated
 from .errors import ImpactsigError, ImpactsigWarning, InvalidInput, UnreadableFile
-
-if TYPE_CHECKING:
-    from .impacts import Impacts
 
 DEBUG = "IMPACTSIG_DEBUG"
 INTERRUPTED, PIPE_CLOSED = 128 + 2, 128 + 13
@@ -93,7 +101,7 @@ def report(chosen: argparse.Namespace) -> None:
         chosen.file,
         chosen.output,
         forcing_frequency=chosen.forcing_frequency,
-        **_given(chosen, READING + DETECTING),
+        **given(chosen, READING + DETECTING),
     )
     print(one_line(analysis.summary()))
     print(f"report: {one_line(path)}")
@@ -101,44 +109,22 @@ def report(chosen: argparse.Namespace) -> None:
 
 def detect(chosen: argparse.Namespace) -> None:
     """Find the impacts of a file and write them as a table."""
-    _check_ending(chosen.output, _TABLES)
-    impacts = _detected(chosen.file, chosen)
-    _write_table(impacts, chosen.output)
+    check_ending(chosen.output, TABLES)
+    impacts = detected(chosen.file, chosen)
+    write_table(impacts, chosen.output)
     if not len(impacts):
         warnings.warn(f"no impacts: {impacts.reason}", ImpactsigWarning, stacklevel=1)
-
-
-_TABLES = {".csv": "to_csv", ".parquet": "to_parquet"}
-
-
-def _write_table(impacts: Impacts, path: Path | None) -> None:
-    if path is None:
-        impacts.to_csv(sys.stdout)
-    else:
-        getattr(impacts, _TABLES[path.suffix.lower()])(path)
-
-
-def _detected(path: Path, chosen: argparse.Namespace) -> Impacts:
-    from .detect import detect_impacts
-    from .io import info as read_info
-    from .report.analysis import open_recording
-
-    source = open_recording(read_info(path), **_given(chosen, READING))
-    return detect_impacts(source, **_given(chosen, DETECTING))
 
 
 def compare(chosen: argparse.Namespace) -> None:
     """Set the impacts of two files side by side: recordings, or tables of impacts."""
     from .comparison import compare as side_by_side
 
-    _check_ending(chosen.output, _FIGURES)
+    check_ending(chosen.output, FIGURES)
     frequency = chosen.forcing_frequency
     if frequency is not None and frequency <= 0:
         raise InvalidInput("forcing_frequency", frequency, "a positive frequency [Hz]")
-    a, b = (
-        _tabulated(path) if _holds_impacts(path) else _detected(path, chosen)
-        for path in chosen.files
-    )
+    a, b = (impacts_of(path, chosen) for path in chosen.files)
     first, second = chosen.files
     if first.name != second.name:
         first, second = first.name, second.name
@@ -150,63 +136,27 @@ def compare(chosen: argparse.Namespace) -> None:
     )
     print(result)
     if chosen.output is not None:
-        _write_figure(result.plot, chosen.output, (8.4, 7.6))
+        write_figure(result.plot, chosen.output, (8.4, 7.6))
         print(f"figure: {one_line(chosen.output)}")
 
 
-_FIGURES = (".png", ".pdf", ".svg")
-
-
-def _holds_impacts(path: Path) -> bool:
-    """Whether this is a table of impacts: written by `detect`, or of columns that impacts have."""
-    if path.suffix != ".csv":
-        return path.suffix == ".parquet"
-    from .impacts import _PER_IMPACT
-
-    try:
-        with path.open(encoding="utf-8") as file:
-            head = file.readline(10_000)
-    except (OSError, UnicodeDecodeError):
-        return False  # the reader of recordings says what is wrong
-    known = {"time", *_PER_IMPACT, "flags"}
-    names = [name.strip() for name in head.split(",")]
-    return head.startswith("# impactsig ") or ("time" in names and known.issuperset(names))
-
-
-def _tabulated(path: Path) -> Impacts:
-    from .impacts import Impacts
-
-    return Impacts.read_parquet(path) if path.suffix == ".parquet" else Impacts.read_csv(path)
-
-
-def _write_figure(draw: Callable[[Any], Any], path: Path, size: tuple[float, float]) -> None:
-    from matplotlib.figure import Figure
-
-    from ._atomic import atomic_path
-
-    figure = Figure(figsize=size, layout="constrained")
-    draw(figure)
-    with atomic_path(path) as temporary:
-        figure.savefig(temporary, format=path.suffix[1:].lower(), dpi=150)
-
-
-def _check_ending(output: Path | None, endings: Iterable[str], option: str = "output") -> None:
-    """Refuse an output of no known kind before any work is done."""
-    if output is not None and output.suffix.lower() not in endings:
-        raise InvalidInput(option, output, f"a name ending in {' or '.join(endings)}")
+def dimension(chosen: argparse.Namespace) -> None:
+    """Read the correlation dimension off the intervals of a recording, or of a table of impacts."""
+    for line in dimension_in_words(chosen):
+        print(one_line(line))
 
 
 def simulate(chosen: argparse.Namespace) -> None:
     """Simulate a machine that hits a stop and write its impacts as a table."""
-    _check_ending(chosen.output, _TABLES)
-    _check_ending(chosen.figure, _FIGURES, "figure")
+    check_ending(chosen.output, TABLES)
+    check_ending(chosen.figure, FIGURES, "figure")
     motion = simulated(chosen)
     assert motion.impacts is not None  # all is kept
-    _write_table(motion.impacts, chosen.output)
+    write_table(motion.impacts, chosen.output)
     # Standard output may hold the table.
     print(in_words(motion), file=sys.stderr)
     if chosen.figure is not None:
-        _write_figure(lambda figure: motion.plot(figure.subplots()), chosen.figure, (4.8, 4.4))
+        write_figure(lambda figure: motion.plot(figure.subplots()), chosen.figure, (4.8, 4.4))
 
 
 def info(chosen: argparse.Namespace) -> None:
@@ -259,6 +209,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
     "report": report,
     "detect": detect,
     "compare": compare,
+    "dimension": dimension,
     "simulate": simulate,
     "info": info,
     "demo": demo,
@@ -288,9 +239,12 @@ def _parser() -> argparse.ArgumentParser:
         if name == "simulate":
             add_scenes(command)
         elif name == "compare":
-            command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_PAIR)
+            command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_EITHER)
         elif name != "demo":
-            command.add_argument("file", type=Path, metavar="FILE", help="the recording")
+            told = _EITHER if name == "dimension" else "the recording"
+            command.add_argument("file", type=Path, metavar="FILE", help=told)
+        if name == "dimension":
+            add_dimension_options(command)
         if name in _FORCING:
             command.add_argument(
                 "--forcing-frequency", type=number, metavar="HZ", help=_FORCING[name]
@@ -304,18 +258,14 @@ _FORCING = {
     "report": "frequency of the forcing; without it periods count the motion's own period",
     "compare": "frequency of the forcing, by which the period of each is identified",
 }
-_PAIR = "a recording, or a .csv or .parquet table of impacts as detect writes them"
-_SEARCHING = ("report", "detect", "compare")
+_EITHER = "a recording, or a .csv or .parquet table of impacts as detect writes them"
+_SEARCHING = ("report", "detect", "compare", "dimension")
 _OUTPUT = {
     "report": "the page to write (default: impactsig-report-FILE.html in this folder)",
     "detect": "a .csv or .parquet file (default: CSV to standard output)",
     "compare": "a .png, .pdf or .svg file for the figure (default: none)",
+    "dimension": "a .png, .pdf or .svg file for the figure (default: none)",
 }
-
-
-def _given(chosen: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
-    """The options the user gave; the others keep the defaults of the function they go to."""
-    return {name: value for name in names if (value := getattr(chosen, name)) is not None}
 
 
 def one_line(text: Any) -> str:

@@ -1,0 +1,81 @@
+"""Files of the commands: impacts from a recording or a table, and tables and figures written."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ._options import DETECTING, READING, given
+from .errors import InvalidInput
+
+if TYPE_CHECKING:
+    from .impacts import Impacts
+
+TABLES = {".csv": "to_csv", ".parquet": "to_parquet"}
+FIGURES = (".png", ".pdf", ".svg")
+
+
+def impacts_of(path: Path, chosen: argparse.Namespace) -> Impacts:
+    """The impacts that a table holds, or that are found in a recording."""
+    return _tabulated(path) if _holds_impacts(path) else detected(path, chosen)
+
+
+def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
+    """The impacts found in a recording, with the options of the command line."""
+    from .detect import detect_impacts
+    from .io import info as read_info
+    from .report.analysis import open_recording
+
+    source = open_recording(read_info(path), **given(chosen, READING))
+    return detect_impacts(source, **given(chosen, DETECTING))
+
+
+def _holds_impacts(path: Path) -> bool:
+    """Whether this is a table of impacts: written by `detect`, or of columns that impacts have."""
+    if path.suffix != ".csv":
+        return path.suffix == ".parquet"
+    from .impacts import _PER_IMPACT
+
+    try:
+        with path.open(encoding="utf-8") as file:
+            head = file.readline(10_000)
+    except (OSError, UnicodeDecodeError):
+        return False  # the reader of recordings says what is wrong
+    known = {"time", *_PER_IMPACT, "flags"}
+    names = [name.strip() for name in head.split(",")]
+    return head.startswith("# impactsig ") or ("time" in names and known.issuperset(names))
+
+
+def _tabulated(path: Path) -> Impacts:
+    from .impacts import Impacts
+
+    return Impacts.read_parquet(path) if path.suffix == ".parquet" else Impacts.read_csv(path)
+
+
+def write_table(impacts: Impacts, path: Path | None) -> None:
+    """Write the impacts where `path` says, as its ending says; else CSV to standard output."""
+    if path is None:
+        impacts.to_csv(sys.stdout)
+    else:
+        getattr(impacts, TABLES[path.suffix.lower()])(path)
+
+
+def write_figure(draw: Callable[[Any], Any], path: Path, size: tuple[float, float]) -> None:
+    """Draw on a figure of that size [inch] and write it, as the ending says."""
+    from matplotlib.figure import Figure
+
+    from ._atomic import atomic_path
+
+    figure = Figure(figsize=size, layout="constrained")
+    draw(figure)
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, format=path.suffix[1:].lower(), dpi=150)
+
+
+def check_ending(output: Path | None, endings: Iterable[str], option: str = "output") -> None:
+    """Refuse an output of no known kind before any work is done."""
+    if output is not None and output.suffix.lower() not in endings:
+        raise InvalidInput(option, output, f"a name ending in {' or '.join(endings)}")
