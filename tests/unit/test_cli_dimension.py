@@ -1,0 +1,142 @@
+"""`impactsig dimension`: the dimension of a file's intervals in words, and why there is none."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactsig import Impacts, cli
+
+SAMPLES = Path(__file__).resolve().parents[2] / "data_samples"
+CHAOTIC = SAMPLES / "loadcell_chaotic_20.1Hz.wav"
+PERIODIC = SAMPLES / "loadcell_periodic_22.1Hz.wav"
+
+
+def run(*words):
+    """Exit code of a command line, as the shell would see it."""
+    try:
+        return cli.main(["dimension", *(str(word) for word in words)])
+    except SystemExit as leave:
+        return leave.code
+
+
+def write(path, intervals):
+    Impacts.from_times(np.cumsum([0.0, *intervals])).to_csv(path)
+    return path
+
+
+@pytest.fixture
+def logistic(tmp_path):
+    """Intervals by the logistic map at r = 4: dimension 1, exponent ln 2."""
+    x = [0.4]
+    for _ in range(1499):
+        x.append(4 * x[-1] * (1 - x[-1]))
+    return write(tmp_path / "logistic.csv", 0.05 + 0.01 * np.array(x))
+
+
+def test_a_chaotic_recording(capsys):
+    assert run(CHAOTIC, "--sensor=force") == 0
+    train, found, estimates = capsys.readouterr().out.splitlines()
+    assert train.startswith("loadcell_chaotic_20.1Hz.wav: 115 intervals, mean 86.1 ms")
+    assert "periodic" not in train
+    assert found.startswith("correlation dimension ")
+    assert re.match(r"estimates: Takens \S+, slope \S+, nearest neighbours \(D1\) \S+$", estimates)
+
+
+def test_a_periodic_recording_is_told_before_the_dimension_of_its_jitter(capsys):
+    assert run(PERIODIC, "--sensor=force") == 0
+    train, found = capsys.readouterr().out.splitlines()
+    assert "periodic: 1 impact every 45.25 ms" in train
+    assert train.endswith("what follows is of the scatter about that")
+    assert found.startswith("no plateau: ")
+
+
+def test_intervals_that_recur_exactly_have_dimension_0(tmp_path, capsys):
+    path = write(tmp_path / "two.csv", np.tile([0.0625, 0.125], 60))
+    assert run(path) == 0
+    assert "dimension 0: the series is periodic (recurs every 2 steps" in capsys.readouterr().out
+
+
+def test_only_what_is_asked_for_is_told(logistic, capsys):
+    assert run(logistic, "--dimensions=3") == 0
+    assert not re.search("surrogates|exponent|figure", capsys.readouterr().out)
+    assert run(logistic, "--dimensions=1,2,3", "--surrogates", "--exponent") == 0
+    out = capsys.readouterr().out
+    assert "\nsurrogates: more than a linear Gaussian process" in out
+    value = float(re.search(r"\nexponent: largest Lyapunov exponent (\S+) per value", out)[1])
+    assert abs(value - np.log(2)) < 0.1
+    dimension = float(re.search(r"\ncorrelation dimension ([\d.]+)", out)[1])
+    assert abs(dimension - 1) < 0.1
+
+
+def test_dimensions_and_theiler_window_reach_the_estimate(logistic, capsys):
+    assert run(logistic, "--dimensions=2,3", "--theiler=7") == 0
+    assert "embedding dimensions 2 to 3" in capsys.readouterr().out
+    assert run(logistic, "--dimensions=2,3", "--theiler=1499") == 1
+    assert "a Theiler window of 1499" in capsys.readouterr().err
+
+
+def test_the_seed_decides_the_interval(logistic, capsys):
+    told = []
+    for seed in (3, 3, 4):
+        assert run(logistic, "--dimensions=2", f"--seed={seed}", "--surrogates") == 0
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1]
+    assert told[0] != told[2]
+
+
+@pytest.mark.parametrize(
+    ("ending", "magic"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")]
+)
+def test_the_figure_is_written(ending, magic, logistic, tmp_path, capsys):
+    path = tmp_path / f"dimension{ending}"
+    assert run(logistic, "--dimensions=2", "-o", path) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == f"figure: {path}"
+    assert path.read_bytes().startswith(magic)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("short.csv",), "intervals of short.csv: got 2 values; required: at least "),
+        (("empty.csv",), "intervals of empty.csv: got 0 values"),
+        (("none.wav",), "none.wav"),
+        (("none.parquet",), "none.parquet"),
+        (("logistic.csv", "-o", "figure.xlsx"), ".png or .pdf or .svg"),
+        (("logistic.csv", "--dimensions=2", "-o", "no/such.png"), "such.png"),
+        (("logistic.csv", "--dimensions=1"), "dimensions"),
+        (("logistic.csv", "--dimensions=3,2"), "dimensions"),
+    ],
+)
+def test_every_failure_is_one_line(words, told, logistic, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Impacts.from_times([0.1, 0.2, 0.35]).to_csv("short.csv")
+    Impacts([]).to_csv("empty.csv")
+    before = sorted(tmp_path.iterdir())
+    assert run(*words) == 1
+    err = capsys.readouterr().err
+    assert err.startswith("error: ")
+    assert told in err
+    assert err.count("\n") == 1
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("option", ["--dimensions=two", "--dimensions=2,", "--theiler=1.5"])
+def test_numbers_must_be_whole(option, capsys):
+    assert run("a.csv", option) == 2
+    assert "is not a whole number" in capsys.readouterr().err
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys\nfrom impactsig.cli import main\n"
+        "try:\n    main(['dimension', '--help'])\nexcept SystemExit:\n    pass\n"
+        "heavy = {'numpy', 'numba', 'scipy', 'pandas', 'matplotlib'} & set(sys.modules)\n"
+        "sys.exit(', '.join(heavy) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "--surrogates" in done.stdout
