@@ -11,6 +11,7 @@ from .errors import InvalidInput
 
 if TYPE_CHECKING:
     from .impacts import Impacts
+    from .intervals import Periodicity
 
 DIMENSIONS = (1, 2, 3, 4, 5)
 
@@ -46,11 +47,14 @@ def add_dimension_options(command: argparse.ArgumentParser) -> None:
 
 def dimension_in_words(chosen: argparse.Namespace) -> Iterator[str]:
     """What the command says, line by line, each as soon as it is known."""
+    from .intervals import identify_period
+
     check_ending(chosen.output, FIGURES)
     impacts = impacts_of(chosen.file, chosen)
-    yield _train(chosen.file.name, impacts)
+    period = identify_period(impacts)
+    yield _train(chosen.file.name, impacts, period)
     try:
-        yield from _reconstructed(impacts, chosen)
+        yield from _reconstructed(impacts, period, chosen)
     except InvalidInput as error:
         if error.argument != "x":
             raise
@@ -59,27 +63,26 @@ def dimension_in_words(chosen: argparse.Namespace) -> Iterator[str]:
         raise InvalidInput(what, error.value, error.required, error.remedy) from None
 
 
-def _train(name: str, impacts: Impacts) -> str:
-    from .intervals import identify_period
-
+def _train(name: str, impacts: Impacts, period: Periodicity) -> str:
     intervals = impacts.intervals()
     words = f"{name}: {len(intervals)} interval{'s' * (len(intervals) != 1)}"
     if not len(intervals):
         return words
     words += f", mean {1e3 * intervals.mean():.4g} ms, SD {1e3 * intervals.std():.4g} ms"
-    period = identify_period(impacts)
-    if period.kind == "periodic":
-        words += f"; {period.describe()}; what follows is of the scatter about that"
-    return words
+    return f"{words}; {period.describe()}" if period.kind == "periodic" else words
 
 
-def _reconstructed(impacts: Impacts, chosen: argparse.Namespace) -> Iterator[str]:
+def _reconstructed(
+    impacts: Impacts, period: Periodicity, chosen: argparse.Namespace
+) -> Iterator[str]:
     from .reconstruct import correlation_dimension
 
     found = correlation_dimension(
         impacts, chosen.dimensions, theiler=chosen.theiler, seed=chosen.seed
     )
-    yield found.describe()
+    # Measured intervals never recur exactly: what is left then is jitter, not the motion.
+    about_period = period.kind == "periodic" and found.correlation is not None
+    yield f"scatter about that period: {found.describe()}" if about_period else found.describe()
     known = {name: one for name, one in (found.estimates or {}).items() if one is not None}
     if known:
         yield "estimates: " + ", ".join(f"{name} {one:.2f}" for name, one in known.items())
