@@ -18,7 +18,8 @@ from ._frame import forcing, reference_frequency
 from ._user import compiled
 
 if TYPE_CHECKING:
-    from ._stepping import Functions, Problem, Tableau
+    from ._rates import Functions, Problem
+    from ._step import Tableau
 
 DEGREE = 7  # of the interpolant
 
@@ -96,7 +97,7 @@ class SteppingEngine:
     def __init__(
         self, oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float = 1e-6
     ) -> None:
-        from ._stepping import Scratch
+        from ._rates import Scratch
 
         self.omega: float = reference_frequency(oscillator)
         self._functions = _functions(oscillator)
@@ -120,7 +121,7 @@ class SteppingEngine:
         A start inside a Lankarani-Nikravesh stop takes for its approach velocity that from which
         the contact, without loss, would have come there.
         """
-        from ._stepping import HERTZ, PUSHER, PUSHING, RIGID, SLACK
+        from ._rates import HERTZ, PUSHER, PUSHING, RIGID, SLACK
 
         p = self._problem = self._problem._replace(start=float(phase))
         mode, at = 0, 0.0
@@ -165,7 +166,7 @@ class SteppingEngine:
 
     def place(self, mode: Any, q: Any) -> Any:
         """Position in the coordinates of the stops, of positions from the origins of modes."""
-        from ._stepping import PLACE, WEIGHT
+        from ._rates import PLACE, WEIGHT
 
         p = self._problem
         origin = np.zeros(np.shape(mode))
@@ -178,7 +179,7 @@ class SteppingEngine:
         self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity at instants, each after the row that `where` names."""
-        from ._stepping import sample
+        from ._retrace import sample
 
         q, v = np.empty(len(turns)), np.empty(len(turns))
         order = np.lexsort((phase, turns, where))
@@ -193,7 +194,7 @@ class SteppingEngine:
         self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
     ) -> np.ndarray:
         """Greatest force of contacts, from the TOUCH in row `first` to row `last` or the end."""
-        from ._stepping import peaks
+        from ._retrace import peaks
 
         out = np.empty(len(first))
         peaks(
@@ -214,7 +215,7 @@ def _pose(
     oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float, omega: float
 ) -> Problem:
     """The kernel's problem, in coordinates in which the stops rest."""
-    from ._stepping import HERTZ, PUSHER, RIGID, SPRING, Problem
+    from ._rates import HERTZ, PUSHER, RIGID, SPRING, Problem
 
     mass, damping, stiffness = oscillator.mass, oscillator.damping, oscillator.stiffness
     inertia = mass * omega**2
@@ -274,7 +275,7 @@ def _tableau() -> Tableau:
     """Dormand and Prince's 8(5,3), from scipy."""
     from scipy.integrate import DOP853
 
-    from ._stepping import Tableau
+    from ._step import Tableau
 
     a = np.zeros((16, 16))
     a[:12, :12], a[13:, :] = DOP853.A, DOP853.A_EXTRA
@@ -292,7 +293,7 @@ def _tableau() -> Tableau:
 
 def _functions(oscillator: Oscillator) -> Functions:
     """The user's functions, compiled; stand-ins where there are none."""
-    from ._stepping import Functions, no_law, no_restitution
+    from ._rates import Functions, no_law, no_restitution
 
     law = no_law if oscillator.law is None else compiled("law", oscillator.law, 3)
     found = {"upper": no_restitution, "lower": no_restitution}

@@ -267,7 +267,7 @@ def test_late_periods_are_as_exact_as_early_ones():
 @given(st.lists(st.floats(-1, 1), min_size=1, max_size=7), st.floats(-3, 0))
 def test_no_root_of_a_polynomial_is_missed(roots, power):
     """Products of (r - x): the first root in (0, 1) is found, or found to be of even order."""
-    from impactsig.simulate._stepping import first_root
+    from impactsig.simulate._roots import first_root
 
     # Apart, so that which is first and of which order is clear in double precision.
     roots = sorted({round(r, 1) + 0.05 for r in roots})
