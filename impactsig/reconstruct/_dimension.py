@@ -246,6 +246,10 @@ def _verdict(
         "slope": _mean(one.slope for one in last),
         "nearest neighbours (D1)": _mean(one.nearest for one in last),
     }
+    # What is carried on is a slow rise; below the value there is none.
+    extrapolated = _mean(one.extrapolated for one in last)
+    if extrapolated is not None and extrapolated < value - half:
+        extrapolated = None
     steps = last[1].embedding - last[0].embedding
     rise = float(np.diff([one.value for one in last])[0]) / steps
     if rise > 0.05 * value:
@@ -265,7 +269,7 @@ def _verdict(
         tuple(one.embedding for one in plateau),
         estimator=CHOSEN if chosen else ESTIMATOR,
         estimates=estimates,
-        extrapolated=_mean(one.extrapolated for one in last),
+        extrapolated=extrapolated,
         warnings=tuple(warnings),
         **common,
     )

@@ -215,7 +215,8 @@ def correlation_dimension(
     -------
     CorrelationDimension
         `extrapolated` is the intercept of the local slopes against 1 / ln(R / r), R being the range
-        of the series: where they would go if their slow rise went on. It is no measurement.
+        of the series: where they would go if their slow rise went on. It is no measurement, and
+        None where it lies below the interval, as nothing rises there.
 
     Raises
     ------

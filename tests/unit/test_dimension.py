@@ -303,3 +303,14 @@ def test_recurrence_is_the_least_period():
 
 def test_a_slow_drift_is_no_period():
     assert _dimension.recurrence(np.linspace(0, 1, 500), 0.01) is None
+
+
+@pytest.mark.parametrize("most", [3, 5])
+def test_nothing_is_extrapolated_downwards(most):
+    """The rise of local slopes is what could go on; the beam's intervals have none."""
+    from impactsig import scenes, simulate
+
+    train = simulate(scenes.karpodinis(20.1), periods=4000, transient=200).impacts
+    found = correlation_dimension(train, most)
+    assert found.verdict == "dimension"
+    assert found.extrapolated is None or found.extrapolated >= found.interval[0]
