@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arguments import whole
 from ..errors import InvalidInput
 from ._series import series
 
@@ -157,9 +157,9 @@ def correlation_sum(
     """
     values = series(x)
     wanted = _dimensions(dimensions)
-    delay = _whole("delay", delay, 1)
-    workers = workers if workers is None else _whole("workers", workers, 1)
-    window = _decorrelated(values) if theiler is None else _whole("theiler", theiler, 0)
+    delay = whole("delay", delay, 1)
+    workers = workers if workers is None else whole("workers", workers, 1)
+    window = _decorrelated(values) if theiler is None else whole("theiler", theiler, 0)
     vectors = len(values) - (np.array(wanted) - 1) * delay
     if vectors[-1] < 2:
         raise InvalidInput(
@@ -188,19 +188,9 @@ def correlation_sum(
     return CorrelationSum(chosen, counts, pairs, wanted, delay, window)
 
 
-def _whole(name: str, value: Any, least: int) -> int:
-    try:
-        number = operator.index(value)
-    except TypeError:
-        number = least - 1
-    if number < least:
-        raise InvalidInput(name, value, f"a whole number, {least} or greater")
-    return number
-
-
 def _dimensions(given: int | Iterable[int]) -> tuple[int, ...]:
     each = given if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
-    dimensions = tuple(_whole("dimensions", m, 1) for m in each)
+    dimensions = tuple(whole("dimensions", m, 1) for m in each)
     if not dimensions or any(np.diff(dimensions) <= 0):
         raise InvalidInput("dimensions", given, "one or more dimensions, ascending")
     return dimensions

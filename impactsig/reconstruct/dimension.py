@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._arguments import whole
 from ..errors import InvalidInput, finite_number
+from ._arguments import positive
 from ._series import series
-from .correlation import CorrelationSum, _decorrelated, _dimensions, _whole
+from .correlation import CorrelationSum, _decorrelated, _dimensions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -226,12 +228,12 @@ def correlation_dimension(
     """
     values = series(x)
     wanted = _several(dimensions)
-    delay = _whole("delay", delay, 1)
-    seed = _whole("seed", seed, 0)
-    workers = workers if workers is None else _whole("workers", workers, 1)
-    step = None if resolution is None else _positive("resolution", resolution)
+    delay = whole("delay", delay, 1)
+    seed = whole("seed", seed, 0)
+    workers = workers if workers is None else whole("workers", workers, 1)
+    step = None if resolution is None else positive("resolution", resolution)
     chosen = None if region is None else _region(region)
-    window = None if theiler is None else _whole("theiler", theiler, 0)
+    window = None if theiler is None else whole("theiler", theiler, 0)
     # Here, because it brings the compiler, which wrong arguments should not wait for.
     from . import _dimension, _scaling
 
@@ -274,13 +276,6 @@ def _several(given: int | Iterable[int]) -> tuple[int, ...]:
             "Whether there is a plateau shows only as the dimension grows",
         )
     return dimensions
-
-
-def _positive(name: str, value: Any) -> float:
-    number = finite_number(name, value, "a positive number")
-    if number <= 0:
-        raise InvalidInput(name, value, "a positive number")
-    return number
 
 
 def _region(given: Any) -> tuple[float, float]:
