@@ -1,0 +1,1 @@
+"""What an oscillator does in the long run: exponents, sections, orbits, diagrams, equivalence."""
