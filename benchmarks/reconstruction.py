@@ -101,14 +101,14 @@ def counting_speed(n: int = 20_000) -> list[dict]:
     """Counts of dimension 2 at the radii of nolds, in one thread."""
     x = henon(n)
     radii = nolds_radii(x)
-    ours = correlation_sum(x, 2, theiler=0, radii=radii, workers=1).counts[0]
+    ours = correlation_sum(x, [2], theiler=0, radii=radii, workers=1).counts[0]
     assert np.array_equal(ours, by_kdtree(x, 2, radii))
     small = radii[0] / 20 * np.geomspace(1 / 30, 1, len(radii))
     rows = []
     for name, each in (("0.1 to 0.5 sd", radii), ("1.7e-4 to 5e-3 sd", small)):
         times = turns(
             {
-                "impactsig": lambda r=each: correlation_sum(x, 2, theiler=0, radii=r, workers=1),
+                "impactsig": lambda r=each: correlation_sum(x, [2], theiler=0, radii=r, workers=1),
                 "scipy cKDTree": lambda r=each: by_kdtree(x, 2, r),
             }
         )
@@ -134,7 +134,7 @@ def all_dimensions_speed(n: int = 20_000) -> list[dict]:
     """Dimensions 1 to 10 in one pass, and the largest alone, in one thread."""
     x = henon(n)
     radii = np.geomspace(1e-3, np.ptp(x), 40)
-    cases = {"m = 10": 10, "m = 1 to 10": range(1, 11)}
+    cases = {"m = 10": [10], "m = 1 to 10": range(1, 11)}
     times = turns(
         {
             name: lambda d=d: correlation_sum(x, d, theiler=1, radii=radii, workers=1)

@@ -35,14 +35,3 @@ def block_counts(x, m, delay, theiler, radii, blocks):
             j = i + theiler + 1 + k
             counts[i * blocks // n, j * blocks // n] += distance <= np.asarray(radii)
     return counts
-
-
-def log_sums(x, m, delay, theiler, radii):
-    """Sum of ln d and number of pairs with 0 < d <= r; number of pairs with d = 0."""
-    d = np.concatenate([d for _, d in rows_of_distances(x, m, delay, theiler)])
-    near = [d[(d > 0) & (d <= r)] for r in radii]
-    return (
-        np.array([np.log(part).sum() for part in near]),
-        np.array([len(part) for part in near]),
-        np.count_nonzero(d == 0),
-    )

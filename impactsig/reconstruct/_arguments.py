@@ -1,4 +1,4 @@
-"""What the reconstructions share of checking arguments: numbers, dimensions, Theiler's window."""
+"""What the reconstructions share of checking arguments: numbers, dimensions, lengths."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput, finite_number
+from ._series import known, unbroken
 
 
 def positive(argument: str, value: Any, required: str = "a positive number") -> float:
@@ -20,44 +21,47 @@ def positive(argument: str, value: Any, required: str = "a positive number") -> 
     return number
 
 
-def dimensions_of(value: int | Iterable[int]) -> np.ndarray:
-    """Dimensions as ascending whole numbers; of a single one, all from 1 up to it."""
+def dimensions_of(value: int | Iterable[int]) -> tuple[int, ...]:
+    """Embedding dimensions, ascending; a single number stands for all from 1 up to it.
+
+    Everywhere: what is asked is how something changes as the dimension grows. ``[m]`` is m alone.
+    """
     if isinstance(value, (int, np.integer)):
         value = range(1, whole("dimensions", value, 1) + 1)
     try:
-        found = [whole("dimensions", one, 1) for one in value]
+        found = tuple(whole("dimensions", one, 1) for one in value)
     except TypeError:
         raise InvalidInput("dimensions", value, "whole numbers, or the greatest of them") from None
     if not found or any(b <= a for a, b in pairwise(found)):
         raise InvalidInput("dimensions", found, "one or more dimensions, ascending")
-    return np.array(found)
+    return found
 
 
 def varying(x: np.ndarray, argument: str = "x") -> np.ndarray:
     """`x`, if it is not constant."""
-    if x.min() == x.max():
-        raise InvalidInput(argument, f"{len(x)} times {x[0]:.6g}", "values that are not all equal")
+    values = known(x)
+    if values.min() == values.max():
+        raise InvalidInput(
+            argument, f"{len(values)} times {values[0]:.6g}", "values that are not all equal"
+        )
     return x
 
 
-def theiler_window(theiler: int | None, x: np.ndarray) -> int:
-    """The window given, or else the mean period: the reciprocal of the mean frequency.
-
-    The mean is weighted with the power spectrum of `x` about its mean [Rosenstein1993]_.
-    """
-    if theiler is not None:
-        return whole("theiler", theiler, 0)
-    power = np.abs(np.fft.rfft(x - x.mean())) ** 2
-    return int(np.ceil(power.sum() / (np.fft.rfftfreq(len(x)) @ power)))
-
-
 def long_enough(x: np.ndarray, span: int, theiler: int, least: int, argument: str = "x") -> None:
-    """Refuse a series too short for `least` references and their neighbours outside the window."""
+    """Refuse a series too short for `least` references and their neighbours outside the window.
+
+    A reference takes `span` values and one more, all of them between the same gaps.
+    """
     needed = span + max(least, 2 * theiler + 2)
-    if len(x) < needed:
-        raise InvalidInput(
-            argument,
-            f"{len(x)} values",
-            f"at least {needed} for this dimension, delay and Theiler window of {theiler}",
-            "Use a longer series, a smaller dimension or delay, or give a smaller theiler",
-        )
+    references = int(np.count_nonzero(unbroken(x, span + 1)))
+    if references + span >= needed:
+        return
+    given = f"{len(known(x))} values"
+    if references < len(x) - span:
+        given += f", {references} stretches of {span + 1} that no gap breaks"
+    raise InvalidInput(
+        argument,
+        given,
+        f"at least {needed} for this dimension, delay and Theiler window of {theiler}",
+        "Use a longer series, a smaller dimension or delay, or give a smaller theiler",
+    )

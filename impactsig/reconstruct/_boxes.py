@@ -10,11 +10,12 @@ partners themselves is half as many again; memory is that of the vectors.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+
+from ._series import unbroken
 
 CLOSER = 255  # as in _pairs
 MOST_STRIPS = 2**22  # so that no rounding of the quotient reaches the slack of a strip's width
@@ -26,41 +27,45 @@ class Strips(NamedTuple):
     Attributes
     ----------
     vectors : ndarray, shape (n, m)
-        Coordinates; nan where the series ends before them.
+        Coordinates; nan where the series ends before them, or a gap comes.
     order : ndarray of int32, shape (n,)
         Their places in time.
     start : ndarray, shape (strips + 2,)
         Where each strip begins; the last two are n.
     along : int
         The coordinate that is swept.
+    places : int
+        Places in time there are, those of gaps included.
     """
 
     vectors: np.ndarray
     order: np.ndarray
     start: np.ndarray
     along: int
+    places: int
 
 
 def strips_of(x: np.ndarray, lowest: int, highest: int, delay: int, radius: float) -> Strips:
     """The vectors of dimension `lowest`, with as many further coordinates as `highest` needs."""
-    n = len(x) - (lowest - 1) * delay
-    first = x[:n]
+    places = len(x) - (lowest - 1) * delay
+    order = np.flatnonzero(unbroken(x, len(x) - places + 1))
     along = min(1, lowest - 1)
-    second = x[along * delay : along * delay + n]
+    first, second = x[order], x[order + along * delay]
     if along:
         low = first.min()
-        width = max(radius * (1 + 1e-6), (first.max() - low) / min(n, MOST_STRIPS))
+        width = max(radius * (1 + 1e-6), (first.max() - low) / min(len(order), MOST_STRIPS))
         strip = np.floor((first - low) / width).astype(np.int32)
-        order = np.lexsort((second, strip)).astype(np.int32)
-        start = np.searchsorted(strip[order], np.arange(strip.max() + 3))
+        ascending = np.lexsort((second, strip))
+        start = np.searchsorted(strip[ascending], np.arange(strip.max() + 3))
     else:
-        order = np.argsort(second).astype(np.int32)
-        start = np.array([0, n, n])
-    vectors = np.full((n, highest), np.nan)
+        ascending = np.argsort(second)
+        start = np.array([0, len(order), len(order)])
+    order = order[ascending].astype(np.int32)
+    vectors = np.full((len(order), highest), np.nan)
     for k in range(highest):
         here = order < len(x) - k * delay
         vectors[here, k] = x[order[here] + k * delay]
-    return Strips(vectors, order, start, along)
+    return Strips(vectors, order, start, along, places)
 
 
 @njit(cache=True, nogil=True)
@@ -98,13 +103,13 @@ def _bin(d, cells, least, radii, shift, offset):
 def count_near(strips, first, last, theiler, row_of, bins, counts):
     """counts[row, p, q, k] += pairs in bin k within the greatest radius.
 
-    Pairs of which the first in the order of the sweep is one of [first, last). Vector i of n is in
+    Pairs of which the first in the order of the sweep is one of [first, last). Place i of n is in
     block i * blocks // n; p is the block of the earlier, q that of the later. row_of[m - 1] is the
     row of dimension m, or -1.
     """
-    vectors, order, start, along = strips
+    vectors, order, start, along, places = strips
     radii, cells, least, shift, offset = bins
-    n, blocks, radius = len(order), counts.shape[1], radii[-1]
+    blocks, radius = counts.shape[1], radii[-1]
     s = np.searchsorted(start, first, side="right") - 1
     low = start[s + 1]
     for p in range(first, last):
@@ -123,7 +128,7 @@ def count_near(strips, first, last, theiler, row_of, bins, counts):
                     continue
                 earlier, later = 0, 0
                 if blocks > 1:
-                    earlier, later = min(i, j) * blocks // n, max(i, j) * blocks // n
+                    earlier, later = min(i, j) * blocks // places, max(i, j) * blocks // places
                 d, k = -1.0, 0
                 for m in range(len(row_of)):
                     apart = abs(vectors[p, m] - vectors[q, m])
@@ -135,50 +140,6 @@ def count_near(strips, first, last, theiler, row_of, bins, counts):
                         k = _bin(d, cells, least, radii, shift, offset)
                     if row_of[m] >= 0:
                         counts[row_of[m], earlier, later, k] += 1
-
-
-@njit(cache=True, nogil=True)
-def log_near(strips, first, last, theiler, bins, counts, logs):
-    """As `_pairs.log_diagonals`, of the pairs that `count_near` looks at."""
-    vectors, order, start, along = strips
-    radii, cells, least, shift, offset = bins
-    radius = radii[-1]
-    products = np.ones(len(logs))
-    zeros = 0
-    s = np.searchsorted(start, first, side="right") - 1
-    low = start[s + 1]
-    for p in range(first, last):
-        while p >= start[s + 1]:
-            s += 1
-            low = start[s + 1]
-        i, y = order[p], vectors[p, along]
-        while low < start[s + 2] and y - vectors[low, along] > radius:
-            low += 1
-        for own in range(2):
-            for q in range(p + 1, start[s + 1]) if own else range(low, start[s + 2]):
-                if vectors[q, along] - y > radius:
-                    break
-                if abs(i - order[q]) <= theiler:
-                    continue
-                d = 0.0
-                for m in range(vectors.shape[1]):
-                    d = max(d, abs(vectors[p, m] - vectors[q, m]))
-                if d > radius:
-                    continue
-                k = _bin(d, cells, least, radii, shift, offset)
-                counts[k] += 1
-                if d == 0.0:
-                    zeros += 1
-                    continue
-                share = d / radius
-                if products[k] * share < 1e-200:
-                    logs[k] += math.log(products[k]) + (math.log(d) - math.log(radius))
-                    products[k] = 1.0
-                else:
-                    products[k] *= share
-    for k in range(len(logs)):
-        logs[k] += math.log(products[k])
-    return zeros
 
 
 @njit(cache=True, nogil=True)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import Literal, NamedTuple
+from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
 from . import _boxes, _pairs
+from ._series import known
+from ._threads import in_threads, threads_of
 
 Kernel = Literal["pairs", "boxes"]
 
@@ -17,25 +17,7 @@ Kernel = Literal["pairs", "boxes"]
 # sweep looks at, of those that are looked up in order to sort. Only the ratios matter.
 OF_ALL, PER_DIMENSION, OF_NEAR = 0.8, 0.25, 10.0
 PARTS = 64
-"""Parts that sums of floats are made of, whatever the number of threads, so that none differs."""
-
-
-class LogSums(NamedTuple):
-    """Sums of logarithms of distances, for estimators of Takens' kind.
-
-    Attributes
-    ----------
-    sums : ndarray, shape (radii,)
-        Sum of ln d over the pairs with 0 < d <= r.
-    counts : ndarray of int64, shape (radii,)
-        Pairs with 0 < d <= r.
-    zeros : int
-        Pairs with d = 0, which have no logarithm and are left out.
-    """
-
-    sums: np.ndarray
-    counts: np.ndarray
-    zeros: int
+"""Parts of the sweep: many more than threads, as they take unequal times."""
 
 
 def count_pairs(
@@ -52,7 +34,8 @@ def count_pairs(
     Parameters
     ----------
     x : ndarray of float64, shape (n,)
-        As `series` returns it.
+        As `series` returns it; each gap at least as many nan wide as the delay. Differences from
+        nan are within no radius, and so no kernel asks for gaps.
     dimensions : sequence of int
         Ascending.
     radii : ndarray of float64, shape (r,)
@@ -102,44 +85,6 @@ def pair_counts_by_block(
     return np.concatenate(counts, axis=-1)
 
 
-def log_sums(
-    x: np.ndarray,
-    m: int,
-    delay: int,
-    theiler: int,
-    radii: np.ndarray,
-    workers: int | None = None,
-    kernel: Kernel | None = None,
-) -> LogSums:
-    """Sums of the logarithms of the distances that `count_pairs` counts in dimension m.
-
-    The order of summation is fixed: the sums do not depend on the number of workers. Between the
-    two kernels they differ by rounding.
-    """
-    if len(radii) > _pairs.MOST_RADII:
-        raise ValueError(f"{len(radii)} radii; sums are taken for {_pairs.MOST_RADII} at the most")
-    bins = _pairs.bins_of(radii)
-    n = len(x) - (m - 1) * delay
-    strips = _strips_if_faster(x, (m,), delay, theiler, float(radii[-1]), kernel)
-    near = strips is not None
-
-    def part(k: int) -> tuple[np.ndarray, np.ndarray, int]:
-        counts, logs = np.zeros(len(radii), np.int64), np.zeros(len(radii))
-        if near:
-            ends = n * k // PARTS, n * (k + 1) // PARTS
-            zeros = _boxes.log_near(strips, *ends, theiler, bins, counts, logs)
-        else:
-            lags = theiler + 1 + k, n, PARTS
-            zeros = _pairs.log_diagonals(x, *lags, delay, m, bins, counts, logs)
-        return counts, logs, zeros
-
-    found = _in_threads(part, PARTS, workers)
-    zeros = sum(one[2] for one in found)
-    counts = np.cumsum(sum(one[0] for one in found)) - zeros
-    logs = np.cumsum(sum(one[1] for one in found))
-    return LogSums(logs + counts * np.log(radii[-1]), counts, zeros)
-
-
 def _parts_of(radii: np.ndarray) -> list[np.ndarray]:
     return [radii[k : k + _pairs.MOST_RADII] for k in range(0, len(radii), _pairs.MOST_RADII)]
 
@@ -179,7 +124,7 @@ def _strips_if_faster(
 ) -> _boxes.Strips | None:
     """The vectors made ready for the sweep, or None where to look at all pairs costs less."""
     with np.errstate(over="ignore"):
-        span = float(np.ptp(x))
+        span = float(np.ptp(known(x)))
     if kernel == "pairs" or not np.isfinite(span) or (kernel is None and 4 * radius > span):
         return None
     strips = _boxes.strips_of(x, dimensions[0], dimensions[-1], delay, radius)
@@ -204,7 +149,7 @@ def _full(
     n = len(x) - (dimensions[0] - 1) * delay
     edges = -(-np.arange(blocks + 1) * n // blocks)
     row_of = _rows(dimensions)
-    parts = 4 * _threads(workers)
+    parts = 4 * threads_of(workers)
 
     def part(k: int) -> np.ndarray:
         counts = np.zeros((len(dimensions), blocks, blocks, len(radii) + 1), np.int64)
@@ -215,7 +160,7 @@ def _full(
             _pairs.block_diagonals(x, *lags, delay, dimensions[0], bins, edges, counts[0])
         return counts
 
-    return _within(_in_threads(part, parts, workers))
+    return _within(in_threads(part, parts, workers))
 
 
 def _near(
@@ -234,13 +179,13 @@ def _near(
         _boxes.count_near(strips, *ends, theiler, row_of, bins, counts)
         return counts
 
-    return _within(_in_threads(part, PARTS, workers))
+    return _within(in_threads(part, PARTS, workers))
 
 
 def _sorted(x: np.ndarray, theiler: int, radii: np.ndarray, workers: int | None) -> np.ndarray:
     """Counts of dimension 1: of all pairs by sorting, less those within the Theiler window."""
-    values = np.sort(x)
-    parts = _threads(workers)
+    values = np.sort(known(x))
+    parts = threads_of(workers)
 
     def part(k: int) -> np.ndarray:
         within = np.zeros(len(radii[k::parts]), np.int64)
@@ -248,7 +193,7 @@ def _sorted(x: np.ndarray, theiler: int, radii: np.ndarray, workers: int | None)
         return within
 
     counts = np.empty(len(radii), np.int64)
-    for k, within in enumerate(_in_threads(part, parts, workers)):
+    for k, within in enumerate(in_threads(part, parts, workers)):
         counts[k::parts] = within
     close = np.zeros((1, len(radii) + 1), np.int64)
     bins = _pairs.bins_of(radii)
@@ -265,16 +210,3 @@ def _rows(dimensions: Sequence[int]) -> np.ndarray:
 def _within(binned: list[np.ndarray]) -> np.ndarray:
     """The sum of the parts' counts per bin, as counts of all pairs within each radius."""
     return np.cumsum(np.sum(binned, axis=0), axis=-1)[..., :-1]
-
-
-def _threads(workers: int | None) -> int:
-    return workers or os.cpu_count() or 1
-
-
-def _in_threads(part: Callable[[int], object], parts: int, workers: int | None) -> list:
-    """part(0), part(1), ... in that order, worked out by so many threads."""
-    threads = _threads(workers)
-    if threads == 1:
-        return [part(k) for k in range(parts)]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(part, range(parts)))

@@ -10,6 +10,7 @@ from scipy import stats
 
 from . import _bootstrap, _estimators, _scaling
 from ._counting import pair_counts_by_block
+from ._series import known
 from .correlation import CorrelationSum
 from .dimension import CorrelationDimension, DimensionEstimate
 
@@ -77,14 +78,15 @@ def estimate(
     workers: int | None,
 ) -> CorrelationDimension:
     """The dimension of a series that is neither constant nor periodic; see `dimension`."""
-    scale = float(np.ptp(x / np.abs(x).max()) * np.abs(x).max())
-    unit = (x - x.mean()) / scale
-    quantised = _scaling.quantum(x) / scale
+    values = known(x)
+    scale = float(np.ptp(values / np.abs(values).max()) * np.abs(values).max())
+    unit = (x - values.mean()) / scale
+    quantised = _scaling.quantum(values) / scale
     if quantised:
         # Undoes the rounding: distances would else be whole steps, and C(r) a staircase.
         unit = unit + quantised * np.random.default_rng(seed).uniform(-0.5, 0.5, len(x))
     radii = 2.0 ** (np.arange(-PER_OCTAVE * OCTAVES, 1) / PER_OCTAVE)
-    radii *= np.ptp(unit) * (1 + 1e-9)
+    radii *= np.ptp(known(unit)) * (1 + 1e-9)
     vectors = [len(x) - (m - 1) * delay for m in dimensions]
     blocks = _bootstrap.block_count(vectors[-1], theiler)
     weights = _bootstrap.block_weights(blocks, seed)
@@ -96,11 +98,12 @@ def estimate(
     noise = _scaling.noise_level(totals, radii, dimensions)
     warnings = []
     floor = RESOLUTION_FLOOR * resolution / scale
-    if noise > STRUCTURE * unit.std():
+    deviation = known(unit).std()
+    if noise > STRUCTURE * deviation:
         noise = 0.0
     elif noise:
         floor = max(floor, NOISE_FLOOR * noise)
-        warnings.append(f"noise of about {noise * scale:.2g} ({noise / unit.std():.0%} of sd)")
+        warnings.append(f"noise of about {noise * scale:.2g} ({noise / deviation:.0%} of sd)")
     if quantised:
         warnings.append(f"values rounded to {quantised * scale:.3g}")
     same = totals[-1, 0] / totals[-1, -1]

@@ -81,12 +81,15 @@ class Neighbours:
         from scipy.spatial import cKDTree
 
         n = len(vectors)
-        at = np.arange(n)
-        if n > self.MOST:
-            at = np.sort(np.random.default_rng(seed).choice(n, self.MOST, replace=False))
+        places = np.flatnonzero(~np.isnan(vectors).any(axis=1))  # not those across a gap
+        vectors = vectors[places]
+        at = np.arange(len(places))
+        if len(at) > self.MOST:
+            at = np.sort(np.random.default_rng(seed).choice(len(at), self.MOST, replace=False))
         # Twice as many as are used, as resamples leave some out.
-        wanted = min(n, 2 * NEIGHBOURS + 2 * theiler + 1)
+        wanted = min(len(places), 2 * NEIGHBOURS + 2 * theiler + 1)
         distance, index = cKDTree(vectors).query(vectors[at], k=wanted, p=np.inf)
+        at, index = places[at], places[index]
         near = (np.abs(index - at[:, None]) <= theiler) | (distance <= 0)
         order = np.argsort(near, axis=1, kind="stable")[:, : 2 * NEIGHBOURS]
         near = np.take_along_axis(near, order, axis=1)

@@ -21,11 +21,12 @@ class Tree(NamedTuple):
     """Points by node: `points[first[k]:first[k + 1]]` of a level; `order` names them."""
 
     points: np.ndarray  # (n, m), in the order of the tree
-    order: np.ndarray  # (n,), the index in time of each
+    order: np.ndarray  # (n,), the place in time of each
     begin: np.ndarray  # (nodes,), where the points of a node begin
     end: np.ndarray
     low: np.ndarray  # (nodes, m), the box around them
     high: np.ndarray
+    places: int  # in time, those without a point included
 
 
 @njit(cache=True, nogil=True)
@@ -60,9 +61,11 @@ def _build(points):
     return points[order], order, begin, end, low, high
 
 
-def tree(points: np.ndarray) -> Tree:
-    """The tree of points, shape (n, m)."""
-    return Tree(*_build(np.ascontiguousarray(points)))
+def tree(vectors: np.ndarray, usable: np.ndarray | None = None) -> Tree:
+    """The tree of the vectors, shape (places, m), that are `usable`: all unless told."""
+    at = np.arange(len(vectors)) if usable is None else np.flatnonzero(usable)
+    points, order, begin, end, low, high = _build(np.ascontiguousarray(vectors[at]))
+    return Tree(points, at[order], begin, end, low, high, len(vectors))
 
 
 @njit(cache=True, nogil=True)
@@ -96,13 +99,14 @@ def _across_box(p, low, high):
 def nearest(found, theiler, maximum):
     """Nearest neighbour of every point that is more than `theiler` away in time, and not equal.
 
-    Of several at the same distance any one is taken. Returns the index, `NOBODY` where there is
-    none, and the distance (Euclidean, or greatest difference of a coordinate if `maximum`).
+    Of several at the same distance any one is taken. Returns, by place in time, the place of the
+    neighbour, `NOBODY` where there is none, and the distance (Euclidean, or greatest difference of
+    a coordinate if `maximum`).
     """
-    points, order, begin, end, low, high = found
+    points, order, begin, end, low, high, places = found
     n = len(points)
     inner = len(begin) // 2
-    index, distance = np.full(n, NOBODY), np.full(n, np.inf)
+    index, distance = np.full(places, NOBODY), np.full(places, np.inf)
     nodes, bounds = np.empty(128, np.int64), np.empty(128)
     for at in range(n):
         p, i = points[at], order[at]
@@ -142,10 +146,10 @@ def nearest(found, theiler, maximum):
 def within(found, places, radius, theiler, maximum, most):
     """Neighbours within `radius`, apart in time and not equal, of the points at some `places`.
 
-    Returns the references' indices in time, `start` (one longer) and `who`: the neighbours of
+    Returns the references' places in time, `start` (one longer) and `who`: the neighbours of
     reference r are `who[start[r]:start[r + 1]]`, the first `most` that were met.
     """
-    points, order, begin, end, low, high = found
+    points, order, begin, end, low, high, _ = found
     inner = len(begin) // 2
     limit = radius if maximum else radius * radius
     start = np.zeros(len(places) + 1, np.int64)

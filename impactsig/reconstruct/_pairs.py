@@ -8,7 +8,6 @@ binned once, to a byte, and all dimensions are maxima of bytes.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -169,48 +168,3 @@ def block_diagonals(x, first, last, step, delay, m, bins, edges, counts):
             while i < end:
                 held[c[i]] += 1
                 i += 1
-
-
-@njit(cache=True, nogil=True)
-def log_diagonals(x, first, last, step, delay, m, bins, counts, logs):
-    """counts[k] += pairs in bin k; logs[k] += the sum of ln(d / reach) of those with d > 0.
-
-    `reach` is the greatest radius; pairs beyond it are left out. Returns the number of pairs with
-    d = 0. The logarithm is taken of products, which is faster than of every distance.
-    """
-    n = len(x) - (m - 1) * delay
-    reach = bins.radii[-1]
-    top = len(bins.cells) - 1
-    d = np.empty(CHUNK)
-    products = np.ones(len(logs))
-    zeros = 0
-    for lag in range(first, last, step):
-        for start in range(0, n - lag, CHUNK):
-            size = min(CHUNK, n - lag - start)
-            d[:size] = 0.0
-            for k in range(m):
-                early = x[start + k * delay : start + k * delay + size]
-                late = x[start + k * delay + lag : start + k * delay + lag + size]
-                for i in range(size):
-                    d[i] = max(d[i], abs(early[i] - late[i]))
-            for i in range(size):
-                if d[i] > reach:
-                    continue
-                bits = np.float64(d[i]).view(np.int64)
-                cell = min(max((bits >> bins.shift) - bins.offset, 0), top)
-                k = np.int64(bins.cells[cell])
-                if k == CLOSER:
-                    k = _look_closer(d[i], np.int64(bins.least[cell]), bins.radii)
-                counts[k] += 1
-                if d[i] == 0.0:
-                    zeros += 1
-                    continue
-                share = d[i] / reach
-                if products[k] * share < 1e-200:
-                    logs[k] += math.log(products[k]) + (math.log(d[i]) - math.log(reach))
-                    products[k] = 1.0
-                else:
-                    products[k] *= share
-    for k in range(len(logs)):
-        logs[k] += math.log(products[k])
-    return zeros

@@ -7,16 +7,19 @@ from numba import njit
 
 
 @njit(cache=True, nogil=True)
-def forecasts(x, dimension, delay, horizons, neighbors, theiler, linear):
+def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, linear):
     """What the nearest vectors of each delay vector say it is followed by, shape (h, references).
+
+    `references` are the places in time, ascending, of the vectors and their futures.
 
     The vectors are gone through outwards from the reference in the order of their first
     coordinate, until that alone is farther away than the worst neighbour: the largest difference
     of a coordinate is the distance. Of equally distant ones the earlier is the nearer.
     """
     span = (dimension - 1) * delay
-    count = len(x) - span - horizons.max()
-    order = np.argsort(x[:count], kind="mergesort")
+    count = len(references)
+    rank = np.argsort(x[references], kind="mergesort")
+    order = references[rank]
     found = np.empty((len(horizons), count))
     index = np.empty(neighbors, np.int64)
     distance = np.empty(neighbors)
@@ -61,9 +64,21 @@ def forecasts(x, dimension, delay, horizons, neighbors, theiler, linear):
             total = 0.0
             for k in range(held):
                 total += x[index[k] + span + horizons[h]]
-            found[h, i] = total / held
+            found[h, rank[place]] = total / held
         if linear:
-            _add_slopes(x, i, index, held, dimension, delay, horizons, found, matrix, right, centre)
+            _add_slopes(
+                x,
+                i,
+                index,
+                held,
+                dimension,
+                delay,
+                horizons,
+                found[:, rank[place]],
+                matrix,
+                right,
+                centre,
+            )
     return found
 
 
@@ -93,7 +108,7 @@ def _add_slopes(x, i, index, held, dimension, delay, horizons, found, matrix, ri
         for h in range(len(horizons)):
             total = 0.0
             for k in range(held):
-                future = x[index[k] + span + horizons[h]] - found[h, i]
+                future = x[index[k] + span + horizons[h]] - found[h]
                 total += (x[index[k] + a * delay] - centre[a]) * future
             right[h, a] = total
     for a in range(dimension):
@@ -116,4 +131,4 @@ def _add_slopes(x, i, index, held, dimension, delay, horizons, found, matrix, ri
             for c in range(a + 1, dimension):
                 total -= matrix[c, a] * right[h, c]
             right[h, a] = total / matrix[a, a] if matrix[a, a] > 0 else 0.0
-            found[h, i] += right[h, a] * (x[i + a * delay] - centre[a])
+            found[h] += right[h, a] * (x[i + a * delay] - centre[a])

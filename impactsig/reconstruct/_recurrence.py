@@ -15,29 +15,26 @@ def _close(x, i, j, span, delay, radius):
 
 
 @njit(cache=True, nogil=True)
-def close_pairs(x, dimension, delay, radius):
-    """Whether vectors i and j are within the radius, shape (N, N)."""
+def close_pairs(x, dimension, delay, radius, first, step, found):
+    """found[i, j]: whether vectors i and j are within the radius, for the greater in such steps."""
     span = (dimension - 1) * delay
-    count = len(x) - span
-    found = np.empty((count, count), np.bool_)
-    for i in range(count):
+    for i in range(first, len(x) - span, step):
         for j in range(i + 1):
             found[i, j] = found[j, i] = _close(x, i, j, span, delay, radius)
-    return found
 
 
 @njit(cache=True, nogil=True)
-def line_lengths(x, dimension, delay, radius, theiler):
+def line_lengths(x, dimension, delay, radius, theiler, first, step):
     """How many diagonal and vertical lines of every length there are, each of shape (N + 1,).
 
-    Points of the matrix with |i - j| <= theiler count as no recurrence. Nothing but the counts is
-    kept: memory is O(N).
+    Those of every `step`-th diagonal and column, from `first` on. Points of the matrix with
+    |i - j| <= theiler count as no recurrence. Nothing but the counts is kept: memory is O(N).
     """
     span = (dimension - 1) * delay
     count = len(x) - span
     diagonal = np.zeros(count + 1, np.int64)
     vertical = np.zeros(count + 1, np.int64)
-    for lag in range(theiler + 1, count):
+    for lag in range(theiler + 1 + first, count, step):
         length = 0
         for i in range(count - lag):
             if _close(x, i, i + lag, span, delay, radius):
@@ -46,7 +43,7 @@ def line_lengths(x, dimension, delay, radius, theiler):
                 diagonal[length] += 2  # above and below the main diagonal
                 length = 0
         diagonal[length] += 2
-    for j in range(count):
+    for j in range(first, count, step):
         length = 0
         for i in range(count):
             if abs(i - j) > theiler and _close(x, i, j, span, delay, radius):

@@ -1,4 +1,9 @@
-"""What every reconstruction is given: a series of numbers, or the intervals of impacts."""
+"""What every reconstruction is given: a series of numbers, or the intervals of impacts.
+
+Here, and nowhere else, is decided what a gap in a run means: an interval across it was not
+measured, and in its place stands nan. A vector that holds nan is none, nor is one that steps over
+it (`unbroken`); what is counted or averaged is what is left.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +15,21 @@ from ..errors import InvalidInput
 from ..impacts import Impacts
 
 
-def series(x: Any, argument: str = "x", least: int = 2) -> np.ndarray:
+def series(x: Any, argument: str = "x", least: int = 2, gap: int = 0) -> np.ndarray:
     """The series as float64 numbers in the order of time; of impacts, their interspike intervals.
 
     Parameters
     ----------
     x : Impacts or array_like, shape (n,)
-        Intervals across a gap of the run are not taken.
+        Only impacts can have gaps; nan in an array is refused.
     argument : str
         What the caller calls it.
     least : int
         Fewest numbers that will do.
+    gap : int
+        How many nan stand for an interval across a gap of the run. With as many as the delay, none
+        of the delay vectors can step over it. 0 leaves the interval out, and joins what is on
+        either side: for what does not ask which value follows which.
 
     Raises
     ------
@@ -28,7 +37,7 @@ def series(x: Any, argument: str = "x", least: int = 2) -> np.ndarray:
         If it is not one-dimensional, holds what is no finite real number, or is too short.
     """
     if isinstance(x, Impacts):
-        values = x.intervals()
+        values, crossing = np.diff(x.time), x.interval_spans_gap()
     else:
         try:
             values = np.asarray(x)
@@ -38,6 +47,7 @@ def series(x: Any, argument: str = "x", least: int = 2) -> np.ndarray:
                 raise TypeError
         except (TypeError, ValueError):
             raise InvalidInput(argument, x, "a series of real numbers") from None
+        crossing = None
     values = np.ascontiguousarray(values, dtype=np.float64)
     if values.ndim != 1:
         raise InvalidInput(
@@ -52,6 +62,34 @@ def series(x: Any, argument: str = "x", least: int = 2) -> np.ndarray:
             "finite numbers",
             "Leave them out, or give the parts between them one by one",
         )
-    if len(values) < least:
-        raise InvalidInput(argument, f"{len(values)} values", f"at least {least}")
-    return values
+    known = len(values) if crossing is None else int(np.count_nonzero(~crossing))
+    if known < least:
+        raise InvalidInput(argument, f"{known} values", f"at least {least}")
+    if crossing is None or not crossing.any():
+        return values
+    values[crossing] = np.nan
+    return np.repeat(values, np.where(crossing, gap, 1))
+
+
+def known(values: np.ndarray) -> np.ndarray:
+    """The values without the nan of the gaps; the very same array where there are none."""
+    missing = np.isnan(values)
+    return values[~missing] if missing.any() else values
+
+
+def unbroken(values: np.ndarray, length: int) -> np.ndarray:
+    """Whether values[i : i + length] holds no nan, shape (n - length + 1,)."""
+    missing = np.concatenate(([0], np.cumsum(np.isnan(values))))
+    return missing[length:] == missing[: max(len(missing) - length, 0)]
+
+
+def pairs_apart(vectors: np.ndarray, window: int) -> int:
+    """How many pairs of `vectors`, shape (n,) of bool, are more than `window` steps apart."""
+    before = np.cumsum(vectors, dtype=np.int64)
+    return int(before[: max(len(vectors) - window - 1, 0)] @ vectors[window + 1 :].astype(np.int64))
+
+
+def stretches(values: np.ndarray) -> list[np.ndarray]:
+    """The parts between gaps, as views."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([True], np.isnan(values), [True])))).tolist()
+    return [values[a:b] for a, b in zip(edges[::2], edges[1::2], strict=True)]

@@ -17,8 +17,9 @@ import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput
-from ._arguments import positive, theiler_window, varying
+from ._arguments import positive, varying
 from ._series import series
+from ._theiler import theiler_window
 
 FIT = "poly"  # nolds' other way, RANSAC, draws random numbers and needs another library
 
@@ -38,8 +39,8 @@ def lyap_r(
     dimension, delay : int
         Of the embedding (nolds: emb_dim, lag).
     theiler : int, optional
-        Vectors no farther apart in time are no neighbours (nolds: min_tsep); the mean period by
-        default.
+        Vectors no farther apart in time are no neighbours (nolds: min_tsep); two mean periods by
+        default, as in `correlation_sum`.
     steps : int
         Points that neighbours are followed for (nolds: trajectory_len), 2 or more.
     step : float
@@ -56,7 +57,7 @@ def lyap_r(
     """
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
     steps, step = whole("steps", steps, 2), positive("step", step)
-    values = varying(series(x))
+    values = _whole(x)
     window = theiler_window(theiler, values)
     _least(values, (dimension - 1) * delay + steps + 2 * window + 2)
     return _answer(
@@ -106,7 +107,7 @@ def lyap_e(
     if neighbors is None:
         neighbors = min(2 * matrix_dimension, matrix_dimension + 4)
     neighbors, step = whole("neighbors", neighbors, 1), positive("step", step)
-    values = varying(series(x))
+    values = _whole(x)
     between = (dimension - 1) // (matrix_dimension - 1)
     _least(values, dimension + between + 2 * theiler + neighbors)
     found = _call(
@@ -143,7 +144,7 @@ def sampen(x: Any, *, dimension: int = 2, delay: int = 1, tolerance: float | Non
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
     if tolerance is not None:
         tolerance = positive("tolerance", tolerance)
-    values = varying(series(x))
+    values = _whole(x)
     _least(values, dimension * delay + 10)
     return _answer("sampen", values, emb_dim=dimension, lag=delay, tolerance=tolerance)
 
@@ -165,7 +166,7 @@ def hurst_rs(x: Any) -> float:
     InvalidInput
         If `x` is no series of finite numbers, constant, or too short.
     """
-    return _answer("hurst_rs", varying(series(x, least=100)), fit=FIT)
+    return _answer("hurst_rs", _whole(x, least=100), fit=FIT)
 
 
 def dfa(x: Any, *, order: int = 1) -> float:
@@ -188,7 +189,21 @@ def dfa(x: Any, *, order: int = 1) -> float:
         If `x` is no series of finite numbers, constant, or too short.
     """
     order = whole("order", order, 1)
-    return _answer("dfa", varying(series(x, least=100)), order=order, fit_exp=FIT)
+    return _answer("dfa", _whole(x, least=100), order=order, fit_exp=FIT)
+
+
+def _whole(x: Any, least: int = 2) -> np.ndarray:
+    """A series that varies and has no gaps, of which nolds knows nothing."""
+    values = varying(series(x, least=least, gap=1))
+    crossing = np.count_nonzero(np.isnan(values))
+    if crossing:
+        raise InvalidInput(
+            "x",
+            f"impacts of a run with {crossing} intervals across gaps",
+            "a series without gaps",
+            "Take a part of the run, with Impacts.between",
+        )
+    return values
 
 
 _TOLD = "a series of which the measure is defined"

@@ -10,7 +10,9 @@ import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput
-from ._series import series
+from ._arguments import dimensions_of
+from ._series import known, pairs_apart, series, unbroken
+from ._theiler import theiler_window
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -111,24 +113,27 @@ def correlation_sum(
 
         C_m(r) = #{i < j : j - i > W, max_k |x_{i+kd} - x_{j+kd}| <= r} / ((n - W)(n - W - 1) / 2),
 
-    with all n = N - (m - 1) d vectors of each dimension m. A pair at exactly the distance r counts,
-    pairs of equal vectors at every r. The comparison is that of the float64 numbers: every count
-    is what comparing pair by pair gives. What is fast is that all dimensions are counted in one
-    pass, that distances are binned by the bits of the number, and that where the greatest radius
-    is small, far pairs are not looked at (whichever is estimated to cost less is done).
+    with all n = N - (m - 1) d vectors of each dimension m (fewer where the run has gaps). A pair
+    at exactly the distance r counts, pairs of equal vectors at every r. The comparison is that of
+    the float64 numbers: every count is what comparing pair by pair gives. What is fast is that all
+    dimensions are counted in one pass, that distances are binned by the bits of the number, and
+    that where the greatest radius is small, far pairs are not looked at (whichever is estimated to
+    cost less is done).
 
     Parameters
     ----------
     x : Impacts or array_like, shape (n,)
-        The series; of impacts, their interspike intervals.
+        The series; of impacts, their interspike intervals. A gap in the run counts as `delay`
+        steps, and what reaches across it is no vector.
     dimensions : int or iterable of int, optional
-        Embedding dimensions m, ascending.
+        Embedding dimensions m, ascending; a single number stands for all from 1 up to it, [m] for
+        m alone.
     delay : int, optional
         Delay d [steps]; of intervals the natural one is 1.
     theiler : int, optional
         Theiler window W [steps]: 0 leaves out only the pairs of a vector with itself. Unless
-        given, the first lag at which the autocorrelation of the series is not positive, and a
-        tenth of the series at the most. Of intervals, give what spans an orbit.
+        given, two mean periods (from one rise through the mean to the next), or until the
+        autocorrelation is not positive, where that is later; a tenth of the series at the most.
     radii : array_like, shape (r,), optional
         Radii, positive and ascending, in the unit of the series. Unless given, quarter octaves,
         2^(k/4): from the last that holds only pairs of equal vectors (or none) to the first that
@@ -155,25 +160,28 @@ def correlation_sum(
     >>> found.counts
     array([[1, 2, 3]])
     """
-    values = series(x)
-    wanted = _dimensions(dimensions)
+    wanted = dimensions_of(dimensions)
     delay = whole("delay", delay, 1)
+    values = series(x, gap=delay)
     workers = workers if workers is None else whole("workers", workers, 1)
-    window = _decorrelated(values) if theiler is None else whole("theiler", theiler, 0)
-    vectors = len(values) - (np.array(wanted) - 1) * delay
-    if vectors[-1] < 2:
+    window = theiler_window(theiler, values)
+    vectors = [unbroken(values, (m - 1) * delay + 1) for m in wanted]
+    if np.count_nonzero(vectors[-1]) < 2:
         raise InvalidInput(
             "x",
-            f"{len(values)} values",
-            f"at least {(wanted[-1] - 1) * delay + 2} for dimension {wanted[-1]} at delay {delay}",
+            f"{len(known(values))} values",
+            f"at least {(wanted[-1] - 1) * delay + 2} for dimension {wanted[-1]} at delay {delay}"
+            + (", all of them between the same gaps" if np.isnan(values).any() else ""),
         )
-    if vectors[-1] - window < 2:
+    farthest = int(np.ptp(np.flatnonzero(vectors[-1])))
+    if window >= farthest:
         raise InvalidInput(
             "theiler",
             window,
-            f"at most {vectors[-1] - 2}: there are {vectors[-1]} vectors of dimension {wanted[-1]}",
+            f"at most {farthest - 1}: the vectors of dimension {wanted[-1]} are {farthest} steps "
+            "apart at the most",
         )
-    pairs = (vectors - window) * (vectors - window - 1) // 2
+    pairs = np.array([pairs_apart(each, window) for each in vectors])
     # Here, because it brings the compiler, which wrong arguments should not wait for.
     from ._counting import count_pairs
 
@@ -188,14 +196,6 @@ def correlation_sum(
     return CorrelationSum(chosen, counts, pairs, wanted, delay, window)
 
 
-def _dimensions(given: int | Iterable[int]) -> tuple[int, ...]:
-    each = given if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
-    dimensions = tuple(whole("dimensions", m, 1) for m in each)
-    if not dimensions or any(np.diff(dimensions) <= 0):
-        raise InvalidInput("dimensions", given, "one or more dimensions, ascending")
-    return dimensions
-
-
 def _radii(given: Any) -> np.ndarray:
     radii = series(given, "radii", least=1)
     if radii[0] <= 0 or np.any(np.diff(radii) <= 0):
@@ -203,32 +203,22 @@ def _radii(given: Any) -> np.ndarray:
     return radii
 
 
-def _decorrelated(x: np.ndarray) -> int:
-    """The first lag at which the autocorrelation is not positive, n // 10 at the most."""
-    most = len(x) // 10
-    # Scaled first, because squares of large numbers overflow and of small ones vanish.
-    centred = x / (np.abs(x).max() or 1.0)
-    centred -= centred.mean()
-    centred /= np.abs(centred).max() or 1.0
-    power = np.abs(np.fft.rfft(centred, 2 * len(x))) ** 2
-    correlation = np.fft.irfft(power)[1:most]
-    return 1 + int(np.argmax(correlation <= 0)) if np.any(correlation <= 0) else most
-
-
 def _quarter_octaves(x: np.ndarray, dimensions: tuple[int, ...], delay: int) -> np.ndarray:
     """All radii of the default that could matter."""
+    values = known(x)
     with np.errstate(over="ignore"):
-        greatest = float(np.ptp(x))
+        greatest = float(np.ptp(values))
     if not 0 < greatest < np.inf:
+        same = f"{len(values)} values that are all {values[0]:g}"
         raise InvalidInput(
             "x",
-            f"{len(x)} values that are all {x[0]:g}" if greatest == 0 else "a range beyond float64",
+            same if greatest == 0 else "a range beyond float64",
             "a series that varies",
             "Intervals that are all equal are those of a periodic motion, of dimension 0. "
             "With radii given they can be counted",
         )
     lowest = next((m for m in dimensions if m > 1), 1)
-    if len(x) - (lowest - 1) * delay > ALL_PAIRS_UP_TO:
+    if np.count_nonzero(unbroken(x, (lowest - 1) * delay + 1)) > ALL_PAIRS_UP_TO:
         greatest = _radius_of_neighbours(x, lowest, delay)
     last = min(np.ceil(PER_OCTAVE * np.log2(greatest)), PER_OCTAVE * 1024 - 1)
     radii = np.exp2(np.arange(last - PER_OCTAVE * OCTAVES, last + 1) / PER_OCTAVE)
@@ -244,8 +234,9 @@ def _radius_of_neighbours(x: np.ndarray, m: int, delay: int) -> float:
     d = np.zeros(len(i))
     for k in range(m):
         np.maximum(d, np.abs(x[i + k * delay] - x[j + k * delay]), out=d)
+    d = known(d)
     radius = float(np.quantile(d, NEIGHBOURS / n))
-    return radius or float(d[d > 0].min(initial=np.ptp(x)))
+    return radius or float(d[d > 0].min(initial=np.ptp(known(x))))
 
 
 def _kept(counts: np.ndarray) -> slice:

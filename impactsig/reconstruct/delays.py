@@ -11,7 +11,7 @@ import numpy as np
 from .._arguments import whole
 from ..errors import InvalidInput
 from ._arguments import varying
-from ._series import series
+from ._series import known, series, stretches, unbroken
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,7 +80,8 @@ def autocorrelation_delay(
 ) -> DelayChoice:
     """Delay at which the autocorrelation has fallen to 1/e, or to zero, for the first time.
 
-    C(k) = sum_i (x_i - mean)(x_{i+k} - mean) / (n - k) / variance, over the n - k pairs there are.
+    C(k) = sum_i (x_i - mean)(x_{i+k} - mean) / (n - k) / variance, over the n - k pairs there are
+    (fewer where the run has gaps: no pair reaches across one).
     For interspike intervals the natural delay is 1: successive intervals are as independent as the
     motion makes them; this is for sampled signals.
 
@@ -104,21 +105,26 @@ def autocorrelation_delay(
     """
     if rule not in ("1/e", "zero"):
         raise InvalidInput("rule", rule, '"1/e" or "zero"')
-    values = varying(series(x, least=LEAST))
-    longest = _longest(longest, len(values), len(values) // 4)
+    values = varying(series(x, least=LEAST, gap=1))
+    count = len(known(values))
+    longest = _longest(longest, values, count // 4)
     from scipy.fft import irfft, next_fast_len, rfft
 
-    centred = values - values.mean()
-    size = next_fast_len(len(values) + longest, real=True)
-    sums = irfft(np.abs(rfft(centred / np.abs(centred).max(), size)) ** 2, size)[: longest + 1]
-    curve = sums / (len(values) - np.arange(longest + 1))
+    centred = values - known(values).mean()
+    centred /= np.nanmax(np.abs(centred))
+    sums, pairs = np.zeros(longest + 1), np.zeros(longest + 1)
+    for part in stretches(centred):
+        size = next_fast_len(len(part) + longest, real=True)
+        sums += irfft(np.abs(rfft(part, size)) ** 2, size)[: longest + 1]
+        pairs += np.maximum(len(part) - np.arange(longest + 1), 0)
+    curve = sums / pairs
     curve /= curve[0]
     level = math.exp(-1) if rule == "1/e" else 0.0
     below = np.flatnonzero(curve <= level)
     delay = int(below[0]) if len(below) else None
     words = "first lag at or below 1/e" if rule == "1/e" else "first lag at or below zero"
     reason = "" if len(below) else f"it stays above {level:.3g} up to lag {longest}"
-    noise = 1 / math.sqrt(len(values))
+    noise = 1 / math.sqrt(count)
     return DelayChoice(delay, words, reason, curve, level, "autocorrelation", None, noise)
 
 
@@ -158,15 +164,18 @@ def mutual_information_delay(
     InvalidInput
         If `x` is no series of finite numbers, constant, or shorter than 16 values.
     """
-    values = varying(series(x, least=LEAST))
-    longest = _longest(longest, len(values), min(len(values) // 10, 200))
+    values = varying(series(x, least=LEAST, gap=1))
+    count = len(known(values))
+    longest = _longest(longest, values, min(count // 10, 200))
     if bins is None:
-        bins = int(min(max(math.sqrt(len(values) / 5), 2), 16))
+        bins = int(min(max(math.sqrt(count / 5), 2), 16))
     bins = whole("bins", bins, 2)
-    inner = np.unique(np.quantile(values, np.arange(1, bins) / bins))
+    inner = np.unique(np.quantile(known(values), np.arange(1, bins) / bins))
     cell = np.searchsorted(inner, values, side="right")
-    curve = np.array([_information(cell, lag, bins) for lag in range(longest + 1)])
-    noise = (bins - 1) / (math.sqrt(2) * len(values))
+    curve = np.array(
+        [_information(cell, lag, bins, unbroken(values, lag + 1)) for lag in range(longest + 1)]
+    )
+    noise = (bins - 1) / (math.sqrt(2) * count)
     level = max(RISE * noise, NOTHING)
     gone = np.flatnonzero(curve <= level)
     searched = curve[: gone[0]] if len(gone) else curve
@@ -180,17 +189,22 @@ def mutual_information_delay(
     return DelayChoice(delay, words, reason, curve, level, "mutual information", bins, noise)
 
 
-def _longest(longest: int | None, n: int, default: int) -> int:
-    longest = max(default, 1) if longest is None else whole("longest", longest, 1)
+def _longest(longest: int | None, values: np.ndarray, default: int) -> int:
+    """The longest lag; half of the values that no gap breaks at the most."""
+    n = max(len(part) for part in stretches(values))
+    if longest is None:
+        return min(max(default, 1), max(n // 2, 1))
+    longest = whole("longest", longest, 1)
     if longest > n // 2:
-        raise InvalidInput("longest", longest, f"at most {n // 2}, half of the {n} values")
+        raise InvalidInput("longest", longest, f"at most {n // 2}, half of {n} values in a row")
     return longest
 
 
-def _information(cell: np.ndarray, lag: int, bins: int) -> float:
-    """Mutual information [nat] between cells `lag` apart, less its bias."""
-    n = len(cell) - lag
-    pairs = np.bincount(cell[:n] * bins + cell[lag:], minlength=bins * bins).reshape(bins, bins)
+def _information(cell: np.ndarray, lag: int, bins: int, together: np.ndarray) -> float:
+    """Mutual information [nat] between cells `lag` apart and `together`, less its bias."""
+    n = np.count_nonzero(together)
+    both = (cell[: len(together)] * bins + cell[lag:])[together]
+    pairs = np.bincount(both, minlength=bins * bins).reshape(bins, bins)
     ways = []
     for count in (pairs.ravel(), pairs.sum(axis=0), pairs.sum(axis=1)):
         count = count[count > 0]

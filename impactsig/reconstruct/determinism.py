@@ -10,6 +10,7 @@ import numpy as np
 from .._arguments import Seed
 from .prediction import prediction_error
 from .surrogate_testing import surrogate_test
+from .surrogates import longest_stretch
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,7 +69,8 @@ def return_map_determinism(
     Parameters
     ----------
     x : Impacts or array_like, shape (n,)
-        A series in the order of time; of impacts, their interspike intervals [s].
+        A series in the order of time; of impacts, their interspike intervals [s], where the run has
+        gaps the longest stretch between two of them.
     lag : int
         Values from one to the other.
     neighbors : int, optional
@@ -83,7 +85,8 @@ def return_map_determinism(
     InvalidInput
         If `x` is no series of finite numbers, is constant or is too short.
     """
-    own = prediction_error(x, 1, 1, lag, neighbors=neighbors)
+    values, _ = longest_stretch(x)
+    own = prediction_error(values, 1, 1, lag, neighbors=neighbors)
 
     def explained(values: np.ndarray) -> float:
         return 1 - prediction_error(values, 1, 1, lag, neighbors=neighbors).value ** 2

@@ -10,9 +10,10 @@ import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput, finite_number
-from ._arguments import positive
-from ._series import series
-from .correlation import CorrelationSum, _decorrelated, _dimensions
+from ._arguments import dimensions_of, positive
+from ._series import series, unbroken
+from ._theiler import theiler_window
+from .correlation import CorrelationSum
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -244,8 +245,9 @@ def correlation_dimension(
         step = _scaling.quantum(values)
     if np.ptp(values / (greatest or 1.0)) * greatest <= max(rounding, step if resolution else 0.0):
         return CorrelationDimension("constant", 0.0, (0.0, 0.0), resolution=step)
-    window = _two_periods(values) if window is None else window
-    vectors = len(values) - (wanted[-1] - 1) * delay
+    marked = series(x, gap=delay)
+    window = theiler_window(window, marked)
+    vectors = np.count_nonzero(unbroken(marked, (wanted[-1] - 1) * delay + 1))
     if vectors - window < LEAST_VECTORS:
         raise InvalidInput(
             "x",
@@ -260,14 +262,12 @@ def correlation_dimension(
     if period:
         return CorrelationDimension("periodic", 0.0, (0.0, 0.0), period=period, resolution=step)
     return _dimension.estimate(
-        values, wanted, delay, window, max(step, rounding), chosen, seed, workers
+        marked, wanted, delay, window, max(step, rounding), chosen, seed, workers
     )
 
 
 def _several(given: int | Iterable[int]) -> tuple[int, ...]:
-    dimensions = _dimensions(given)
-    if not isinstance(given, Iterable):
-        dimensions = tuple(range(1, dimensions[0] + 1))
+    dimensions = dimensions_of(given)
     if len(dimensions) < 2:
         raise InvalidInput(
             "dimensions",
@@ -288,12 +288,3 @@ def _region(given: Any) -> tuple[float, float]:
     if not 0 < low < high:
         raise InvalidInput("region", given, required)
     return low, high
-
-
-def _two_periods(x: np.ndarray) -> int:
-    """Twice the mean time between rises through the mean, or until the series is uncorrelated."""
-    centred = x / np.abs(x).max()
-    above = centred > centred.mean()
-    rises = int(np.count_nonzero(above[1:] & ~above[:-1]))
-    periods = 2 * len(x) // max(rises, 1)
-    return min(max(periods, _decorrelated(x)), len(x) // 10)

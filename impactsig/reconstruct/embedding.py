@@ -8,7 +8,7 @@ import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput
-from ._series import series
+from ._series import known, series, unbroken
 
 
 def delay_embed(x: Any, dimension: int, delay: int = 1) -> np.ndarray:
@@ -21,8 +21,8 @@ def delay_embed(x: Any, dimension: int, delay: int = 1) -> np.ndarray:
     Parameters
     ----------
     x : Impacts or array_like, shape (n,)
-        A series in the order of time; of impacts, their interspike intervals [s]. Intervals across
-        a gap are left out, and vectors are made as if the ends of a gap were neighbours.
+        A series in the order of time; of impacts, their interspike intervals [s]. No vector reaches
+        across a gap of the run.
     dimension : int
         m, coordinates of a vector, 1 or more.
     delay : int
@@ -32,7 +32,8 @@ def delay_embed(x: Any, dimension: int, delay: int = 1) -> np.ndarray:
     -------
     ndarray, shape (n - (dimension - 1) * delay, dimension)
         A read-only view that takes no memory of its own: it shows `x` itself where that is a
-        contiguous float64 array. ``.copy()`` makes it independent.
+        contiguous float64 array. ``.copy()`` makes it independent. Where the run has gaps, there
+        are fewer vectors, and they are a copy.
 
     Raises
     ------
@@ -47,12 +48,19 @@ def delay_embed(x: Any, dimension: int, delay: int = 1) -> np.ndarray:
            [2., 4.]])
     """
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
-    values = series(x, least=1)
+    values = series(x, least=1, gap=1)
     span = (dimension - 1) * delay + 1
-    if len(values) < span:
+    usable = unbroken(values, span)
+    if not usable.any():
         raise InvalidInput(
             "x",
-            f"{len(values)} values",
-            f"at least {span} for dimension {dimension}, delay {delay}",
+            f"{len(known(values))} values",
+            f"at least {span} for dimension {dimension}, delay {delay}"
+            + (", all of them between the same gaps" if np.isnan(values).any() else ""),
         )
-    return np.lib.stride_tricks.sliding_window_view(values, span)[:, ::delay]
+    vectors = np.lib.stride_tricks.sliding_window_view(values, span)[:, ::delay]
+    if usable.all():
+        return vectors
+    kept = vectors[usable]
+    kept.flags.writeable = False
+    return kept

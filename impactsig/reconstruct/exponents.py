@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._arguments import long_enough, positive, theiler_window, varying
-from ._series import series
-from .embedding import delay_embed
+from ._arguments import long_enough, positive, varying
+from ._series import known, series
+from ._theiler import theiler_window
+from ._values import exact_period, resolution, typical_gap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,11 +24,8 @@ if TYPE_CHECKING:
 LEAST = 100
 """Fewest references."""
 
-LEAST_STEPS, MOST_STEPS = 8, 512
-"""Steps that neighbours are followed for, unless told."""
-
-SATURATED = 1.5
-"""A pair is as far apart as any two from a factor exp(-1.5) of their median gap on."""
+LEAST_STEPS = 8
+"""Steps that neighbours are followed for at the least, unless told."""
 
 STILL_CLOSE = 0.6
 """Share of the pairs that must not be that far apart, in the scaling region."""
@@ -177,13 +175,14 @@ def lyapunov_exponent(
     ----------
     x : Impacts or array_like, shape (n,)
         A series in the order of time; of impacts, their interspike intervals [s], and `step` is
-        their mean.
+        their mean. Neighbours are not followed across a gap of the run.
     dimension : int
         m, coordinates of a vector.
     delay : int
         Between two coordinates; for intervals the natural delay is 1.
     theiler : int, optional
-        Vectors i and j with abs(i - j) <= theiler are no neighbours; the mean period by default.
+        Vectors i and j with abs(i - j) <= theiler are no neighbours; two mean periods by default,
+        as in `correlation_sum`.
     method : {"rosenstein", "kantz"}
         See above. That of Kantz averages gaps before their logarithm, which smooths noise, but
         weighs fast growth more: the larger the radius, the more it reads too high.
@@ -215,10 +214,10 @@ def lyapunov_exponent(
         if method != "kantz":
             raise InvalidInput("radius", radius, required)
         radius = positive("radius", radius, required)
-    values = varying(series(x))
+    values = varying(series(x, gap=1))
     window = theiler_window(theiler, values)
     if step is None and isinstance(x, Impacts):
-        step = float(values.mean())
+        step = float(known(values).mean())
     elif step is not None:
         step = positive("step", step, "a positive time [s]")
     least_steps = LEAST_STEPS if steps is None else whole("steps", steps, 4)
@@ -226,21 +225,22 @@ def lyapunov_exponent(
         region = _given_region(region)
         least_steps = max(least_steps, region[1])
     long_enough(values, (dimension - 1) * delay + least_steps, window, LEAST)
-    warnings = _doubts(x, values)
-    period = _exact_period(values)
+    warnings = _doubts(values)
+    period = exact_period(values)
     if period is not None:
         return LyapunovExponent(
             0.0, None, "periodic", step, method=method, dimension=dimension, delay=delay,
             theiler=window, period=period, warnings=tuple(warnings),
         )  # fmt: skip
 
+    # Here, because it brings the compiler, which wrong arguments should not wait for.
+    from ._following import Setting, follow_on
     from ._region import best_line, fit, interval
     from ._stretch import LOWEST
 
-    far = _far(values)
-    followed = _follow_on(
-        values, dimension, delay, window, method, radius, far, least_steps, steps is None
-    )
+    far = math.log(typical_gap(values))
+    setting = Setting(values, dimension, delay, window, method, radius, far)
+    followed = follow_on(setting, least_steps, steps is None)
     curve, close = followed.curve, followed.close
     end = int(np.argmax(close < STILL_CLOSE)) - 1 if (close < STILL_CLOSE).any() else len(close) - 1
     told = curve.stretch > LOWEST
@@ -250,7 +250,7 @@ def lyapunov_exponent(
     else:
         # By then the vectors have turned to where they grow, and share no coordinate any more.
         turned = 2 * (dimension - 1) * delay
-        line = best_line(curve, turned, end, math.log(2 * _resolution(values) or 1e-300))
+        line = best_line(curve, turned, end, math.log(2 * resolution(values) or 1e-300))
     if line is None and end == len(close) - 1 and told.all() and np.ptp(curve.stretch[1:]) < 1:
         verdict = "no divergence"
         line = fit(curve, len(close) // 8, len(close) - 1)
@@ -280,108 +280,6 @@ def lyapunov_exponent(
     )
 
 
-class _Followed(NamedTuple):
-    """Neighbours followed for some steps."""
-
-    curve: Curve
-    mean: np.ndarray
-    close: np.ndarray
-    references: int
-
-
-def _follow_on(
-    values: np.ndarray,
-    dimension: int,
-    delay: int,
-    window: int,
-    method: str,
-    radius: float | None,
-    far: float,
-    steps: int,
-    further: bool,
-) -> _Followed:
-    """Follow neighbours for `steps`, or `further`: until half of the pairs are far apart."""
-    most = min(MOST_STEPS, (len(values) - (dimension - 1) * delay) // 4)
-    while True:
-        found = _follow(values, dimension, delay, window, method, radius, far, steps)
-        if not further or found.close.min() < 0.5 or 2 * steps > most:
-            return found
-        steps *= 2
-
-
-def _follow(
-    values: np.ndarray,
-    dimension: int,
-    delay: int,
-    window: int,
-    method: str,
-    radius: float | None,
-    far: float,
-    steps: int,
-) -> _Followed:
-    from ._neighbors import NOBODY, nearest, tree
-    from ._region import median_curve
-    from ._stretch import LOWEST, group_gaps, pair_gaps
-
-    vectors = delay_embed(values[: len(values) - steps], dimension, delay)
-    newest = values[(dimension - 1) * delay :]
-    found = tree(vectors)
-    if method == "rosenstein":
-        other, _ = nearest(found, window, False)
-        one = np.flatnonzero(other != NOBODY)
-        _enough(len(one))
-        log = pair_gaps(newest, one, other[one], steps)
-    else:
-        one, start, who = _companies(found, window, radius)
-        _enough(len(one))
-        log = group_gaps(newest, one, start, who, steps)
-    close = np.mean(log < far - SATURATED, axis=1)
-    told = log > LOWEST
-    mean = np.where(told, log, 0).sum(axis=1) / np.maximum(told.sum(axis=1), 1)
-    return _Followed(median_curve(log, one), mean, close, len(one))
-
-
-def _companies(
-    found: Any, window: int, radius: float | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """References, at most 4000 and in order, with all their neighbours, for the method of Kantz."""
-    from ._neighbors import within
-
-    n = len(found.points)
-    # By place in the tree, and so evenly over the attractor.
-    places = np.arange(0, n, max(n // 4000, 1))
-    if radius is None:
-        some = places[:: max(len(places) // 400, 1)]
-        low, high = 0.0, float(np.ptp(found.points))
-        for _ in range(24):
-            radius = 0.5 * (low + high)
-            _, start, _ = within(found, some, radius, window, False, 1)
-            enough = start[-1] >= len(some) / 2
-            low, high = (low, radius) if enough else (radius, high)
-        radius = high
-    one, start, who = within(found, places, radius, window, False, 500)
-    parts = np.split(who, start[1:-1])
-    # References without company say nothing; in the order of time they make blocks of time.
-    order = [r for r in np.argsort(one) if len(parts[r])]
-    sizes = [len(parts[r]) for r in order]
-    chosen = [parts[r] for r in order]
-    return (
-        one[order],
-        np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
-        np.concatenate(chosen) if chosen else np.empty(0, np.int64),
-    )
-
-
-def _enough(references: int) -> None:
-    if references < LEAST // 2:
-        raise InvalidInput(
-            "x",
-            f"{references} vectors with a neighbour that is not equal",
-            f"at least {LEAST // 2}",
-            "The series takes too few different values, or radius or theiler leave no neighbours",
-        )
-
-
 def _given_region(region: Any) -> tuple[int, int]:
     try:
         first, last = region
@@ -393,46 +291,16 @@ def _given_region(region: Any) -> tuple[int, int]:
     return first, last
 
 
-def _doubts(x: Any, values: np.ndarray) -> list[str]:
+def _doubts(values: np.ndarray) -> list[str]:
     """What is wrong with the series itself."""
-    doubts = []
-    if isinstance(x, Impacts) and len(values) < len(x.time) - 1:
-        doubts.append("the run has gaps, and vectors that reach across one")
-    if _resolution(values) > 0:
-        doubts.append(
-            f"only {len(np.unique(values))} different values in {len(values)}: gaps below "
-            f"{2 * _resolution(values):.3g} are not used"
-        )
-    return doubts
-
-
-def _resolution(values: np.ndarray) -> float:
-    """Least difference of two values where many are equal, as rounding makes them; else 0."""
-    levels = np.unique(values)
-    if len(levels) > 0.9 * len(values):
-        return 0.0
-    gaps = np.diff(levels)
-    return float(gaps[gaps > 1e-9 * (levels[-1] - levels[0])].min())
-
-
-def _exact_period(values: np.ndarray) -> int | None:
-    """After how many values the series recurs to rounding, three times at least."""
-    tolerance = 1e-9 * np.ptp(values)
-    longest = len(values) // 3
-    for lag in np.flatnonzero(np.abs(values[1 : longest + 1] - values[0]) <= tolerance) + 1:
-        head = np.abs(values[lag : lag + 32] - values[:32]) <= tolerance
-        if head.all() and np.all(np.abs(values[lag:] - values[:-lag]) <= tolerance):
-            return int(lag)
-    return None
-
-
-def _far(values: np.ndarray) -> float:
-    """Logarithm of the median gap of two values anywhere in the series."""
-    half = len(values) // 2
-    gaps = np.concatenate(
-        [np.abs(np.roll(values, by) - values) for by in (half, half // 2 + 1, half // 3 + 1)]
-    )
-    return float(np.log(np.median(gaps[gaps > 0])))
+    step = resolution(values)
+    if not step:
+        return []
+    present = known(values)
+    return [
+        f"only {len(np.unique(present))} different values in {len(present)}: gaps below "
+        f"{2 * step:.3g} are not used"
+    ]
 
 
 def _intercept(curve: Curve, first: int, last: int, slope: float) -> float:

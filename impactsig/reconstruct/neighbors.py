@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from .._arguments import whole
 from ..errors import InvalidInput
-from ._arguments import dimensions_of, long_enough, positive, theiler_window, varying
-from ._series import series
-from .embedding import delay_embed
+from ._arguments import dimensions_of, long_enough, positive, varying
+from ._series import known, series, unbroken
+from ._theiler import theiler_window
+from ._values import typical_gap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -177,11 +179,12 @@ def false_nearest_neighbors(
     x : Impacts or array_like, shape (n,)
         A series in the order of time; of impacts, their interspike intervals [s].
     dimensions : int or iterable of int
-        Dimensions to try, ascending; a number stands for all from 1 up to it.
+        Dimensions to try, ascending; a single number stands for all from 1 up to it.
     delay : int
         Between two coordinates; for intervals the natural delay is 1.
     theiler : int, optional
-        Vectors i and j with abs(i - j) <= theiler are no neighbours; the mean period by default.
+        Vectors i and j with abs(i - j) <= theiler are no neighbours; two mean periods by
+        default, as in `correlation_sum`.
     growth, size : float
         Thresholds of the two criteria.
     tolerance : float
@@ -196,13 +199,13 @@ def false_nearest_neighbors(
     InvalidInput
         If `x` is no series of finite numbers, constant, or too short.
     """
-    tried, delay = dimensions_of(dimensions), whole("delay", delay, 1)
+    tried, delay = np.array(dimensions_of(dimensions)), whole("delay", delay, 1)
     growth = positive("growth", growth)
     size = positive("size", size)
     tolerance = positive("tolerance", tolerance)
     values, window = _ready(x, tried[-1], delay, theiler)
-    scale = values.std()
-    apart = _typical_gap(values)
+    scale = known(values).std()
+    apart = typical_gap(values)
     rows = []
     for m in tried:
         distance, gap = _pairs(values, m, delay, window, maximum=False)
@@ -248,7 +251,8 @@ def averaged_false_neighbors(
     delay : int
         Between two coordinates; for intervals the natural delay is 1.
     theiler : int, optional
-        Vectors i and j with abs(i - j) <= theiler are no neighbours; the mean period by default.
+        Vectors i and j with abs(i - j) <= theiler are no neighbours; two mean periods by
+        default, as in `correlation_sum`.
 
     Returns
     -------
@@ -279,7 +283,7 @@ def averaged_false_neighbors(
 
 
 def _doubts(values: np.ndarray) -> list[str]:
-    different = len(np.unique(values))
+    different = len(np.unique(known(values)))
     if different >= DISTINCT:
         return []
     return [f"the series takes {different} values only: it is periodic, or too coarsely rounded"]
@@ -287,7 +291,7 @@ def _doubts(values: np.ndarray) -> list[str]:
 
 def _ready(x: Any, most: int, delay: int, theiler: int | None) -> tuple[np.ndarray, int]:
     """The series and the Theiler window, if there are vectors enough of the greatest dimension."""
-    values = varying(series(x))
+    values = varying(series(x, gap=1))
     window = theiler_window(theiler, values)
     long_enough(values, most * delay, window, LEAST)
     return values, window
@@ -299,8 +303,9 @@ def _pairs(
     """Distances of nearest neighbours that have a next coordinate, and the gaps of that one."""
     from ._neighbors import NOBODY, nearest, tree
 
-    vectors = delay_embed(values[: len(values) - delay], int(m), delay)
-    index, distance = nearest(tree(vectors), window, maximum)
+    span = int(m) * delay + 1
+    vectors = sliding_window_view(values, span)[:, : span - 1 : delay]
+    index, distance = nearest(tree(vectors, unbroken(values, span)), window, maximum)
     has = index != NOBODY
     if has.sum() < LEAST:
         raise InvalidInput(
@@ -312,13 +317,3 @@ def _pairs(
     following = values[m * delay :]
     gap = np.abs(following - following[index])
     return distance[has], gap[has]
-
-
-def _typical_gap(values: np.ndarray) -> float:
-    """Median gap of two values anywhere in the series."""
-    half = len(values) // 2
-    gaps = [
-        np.abs(np.roll(values, shift) - values) for shift in (half, half // 2 + 1, half // 3 + 1)
-    ]
-    median = float(np.median(gaps))
-    return median if median > 0 else float(np.mean(gaps))

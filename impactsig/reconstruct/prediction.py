@@ -10,7 +10,8 @@ import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput
-from .surrogates import varying_series
+from ._arguments import varying
+from ._series import known, series, unbroken
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,10 +133,11 @@ def prediction_error(
         raise InvalidInput("horizon", horizon, "one whole number of steps or more")
     if predictor not in ("constant", "linear"):
         raise InvalidInput("predictor", predictor, 'one of "constant", "linear"')
-    values = varying_series(x, least=2)
+    values = varying(series(x, gap=1))
     reach = (dimension - 1) * delay + int(horizons.max())
     window = reach if theiler is None else whole("theiler", theiler, 0)
-    count = len(values) - reach
+    references = np.flatnonzero(unbroken(values, reach + 1))
+    count = len(references)
     least = 2 * (dimension + 1) if predictor == "linear" else 1
     if neighbors is None:
         neighbors = max(int(NEIGHBOR_SHARE * count), 5, least)
@@ -143,14 +145,17 @@ def prediction_error(
     if count < 2 * window + 1 + neighbors:
         raise InvalidInput(
             "x",
-            f"{len(values)} values",
+            f"{len(known(values))} values"
+            + (f", {count} vectors that no gap breaks" if np.isnan(values).any() else ""),
             f"at least {reach + 2 * window + 1 + neighbors} for dimension {dimension}, delay "
             f"{delay}, horizon {horizons.max()}, theiler {window} and {neighbors} neighbors",
         )
     from ._prediction import forecasts
 
-    found = forecasts(values, dimension, delay, horizons, neighbors, window, predictor == "linear")
-    target = np.stack([values[reach - horizons.max() + h :][:count] for h in horizons])
+    found = forecasts(
+        values, references, dimension, delay, horizons, neighbors, window, predictor == "linear"
+    )
+    target = values[references + reach - horizons.max() + horizons[:, None]]
     spread = target.std(axis=1)
     if not spread.all():
         raise InvalidInput("x", "constant after its first values", "values that are not all equal")
@@ -179,8 +184,13 @@ def time_reversal_asymmetry(x: Any, delay: int = 1) -> float:
         If `x` is no series of finite numbers longer than `delay`, or does not change in as much.
     """
     delay = whole("delay", delay, 1)
-    values = varying_series(x, least=delay + 1)
-    step = values[delay:] - values[:-delay]
+    values = varying(series(x, least=delay + 1, gap=1))
+    together = unbroken(values, delay + 1)
+    if not together.any():
+        raise InvalidInput(
+            "x", f"{len(known(values))} values", f"two {delay} steps apart between the same gaps"
+        )
+    step = (values[delay:] - values[:-delay])[together]
     power = float(np.mean(step**2))
     if power == 0:
         raise InvalidInput(

@@ -9,7 +9,8 @@ import numpy as np
 
 from .._arguments import number, whole
 from ..errors import InvalidInput
-from ._series import series
+from ._series import known, pairs_apart, series, unbroken
+from ._threads import in_threads, threads_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +25,8 @@ class RecurrencePlot:
     Attributes
     ----------
     matrix : ndarray of bool, shape (N, N)
-        R_ij: whether vectors i and j are within the radius; N^2 bytes.
+        R_ij: whether vectors i and j are within the radius; N^2 bytes. Rows and columns that stand
+        for a gap of the run are empty, on the main diagonal too.
     radius : float
         In the unit of the series.
     dimension, delay : int
@@ -38,7 +40,7 @@ class RecurrencePlot:
 
     def describe(self) -> str:
         """In words."""
-        count = len(self.matrix)
+        count = int(np.count_nonzero(np.diagonal(self.matrix)))
         others = count * max(count - 1, 1)
         share = (int(np.count_nonzero(self.matrix)) - count) / others
         return (
@@ -122,7 +124,9 @@ class RecurrenceQuantification:
         return f"RecurrenceQuantification({self.describe()})"
 
 
-def recurrence_plot(x: Any, dimension: int = 1, delay: int = 1, *, radius: float) -> RecurrencePlot:
+def recurrence_plot(
+    x: Any, dimension: int = 1, delay: int = 1, *, radius: float, workers: int | None = None
+) -> RecurrencePlot:
     """Which delay vectors of a series are near each other: R_ij = 1 if |v_i - v_j| <= radius.
 
     The distance is the largest difference of a coordinate [Marwan2007]_.
@@ -135,6 +139,8 @@ def recurrence_plot(x: Any, dimension: int = 1, delay: int = 1, *, radius: float
         Coordinates of a vector, and the values from one to the next.
     radius : float
         In the unit of `x`; a tenth of its standard deviation is a beginning.
+    workers : int, optional
+        Threads; as many as there are cores unless given. The result does not depend on it.
 
     Raises
     ------
@@ -151,6 +157,7 @@ def recurrence_plot(x: Any, dimension: int = 1, delay: int = 1, *, radius: float
            [0, 1, 0, 1]])
     """
     values, dimension, delay, radius = _vectors(x, dimension, delay, radius)
+    workers = workers if workers is None else whole("workers", workers, 1)
     count = len(values) - (dimension - 1) * delay
     if count > MOST_VECTORS:
         raise InvalidInput(
@@ -161,7 +168,11 @@ def recurrence_plot(x: Any, dimension: int = 1, delay: int = 1, *, radius: float
         )
     from ._recurrence import close_pairs
 
-    matrix = close_pairs(values, dimension, delay, radius)
+    matrix = np.empty((count, count), np.bool_)
+    parts = 4 * threads_of(workers)
+    in_threads(
+        lambda k: close_pairs(values, dimension, delay, radius, k, parts, matrix), parts, workers
+    )
     matrix.flags.writeable = False
     return RecurrencePlot(matrix, radius, dimension, delay)
 
@@ -175,6 +186,7 @@ def recurrence_quantification(
     theiler: int = 0,
     least_diagonal: int = 2,
     least_vertical: int = 2,
+    workers: int | None = None,
 ) -> RecurrenceQuantification:
     """Measures of the diagonal and vertical lines of a recurrence plot, [Marwan2007]_.
 
@@ -186,8 +198,9 @@ def recurrence_quantification(
         LAM = sum v Q(v) / sum_{v>=1} v Q(v),      TT = sum v Q(v) / sum Q(v).
 
     Points with |i - j| <= theiler, at least the main diagonal, are no recurrences, and RR is the
-    share of the others. A line that touches the edge of the plot counts with the length it has
-    there. Exact; N^2 comparisons (each a few ns) and memory of N numbers, the matrix is not made.
+    share of the others. A line that touches the edge of the plot, or a gap of the run, counts with
+    the length it has there. Exact; N^2 comparisons (each a few ns) and memory of N numbers, the
+    matrix is not made.
 
     Parameters
     ----------
@@ -201,6 +214,8 @@ def recurrence_quantification(
         Pairs of vectors so many steps apart or less are left out.
     least_diagonal, least_vertical : int
         l_min and v_min.
+    workers : int, optional
+        Threads; as many as there are cores unless given. The result does not depend on it.
 
     Raises
     ------
@@ -208,25 +223,30 @@ def recurrence_quantification(
         If `x` is no series of finite numbers, or gives no pair of vectors outside `theiler`.
     """
     values, dimension, delay, radius = _vectors(x, dimension, delay, radius)
+    workers = workers if workers is None else whole("workers", workers, 1)
     theiler = whole("theiler", theiler, 0)
     least_diagonal = whole("least_diagonal", least_diagonal, 1)
     least_vertical = whole("least_vertical", least_vertical, 1)
     count = len(values) - (dimension - 1) * delay
-    pairs = (count - theiler) * (count - theiler - 1)
-    if count <= theiler + 1:
+    pairs = 2 * pairs_apart(unbroken(values, len(values) - count + 1), theiler)
+    if not pairs:
         raise InvalidInput(
             "x",
-            f"{len(values)} values",
+            f"{len(known(values))} values",
             f"at least {theiler + 2 + len(values) - count} for dimension {dimension}, delay "
             f"{delay} and theiler {theiler}",
         )
     from ._recurrence import line_lengths
 
-    diagonals, verticals = line_lengths(values, dimension, delay, radius, theiler)
+    parts = 4 * threads_of(workers)
+    found = in_threads(
+        lambda k: line_lengths(values, dimension, delay, radius, theiler, k, parts), parts, workers
+    )
+    diagonals, verticals = (sum(lines) for lines in zip(*found, strict=True))
     points = int(diagonals @ np.arange(count + 1))
     rate = points / pairs
     warnings: tuple[str, ...] = ()
-    if values.min() == values.max():
+    if np.ptp(known(values)) == 0:
         warnings = ("the series is constant: every vector recurs always",)
     elif points == 0:
         warnings = ("no vectors are within the radius: use a larger one",)
@@ -287,4 +307,5 @@ def _vectors(
 ) -> tuple[np.ndarray, int, int, float]:
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
     radius = number("radius", radius, least=0)
-    return series(x, least=(dimension - 1) * delay + 1), dimension, delay, radius
+    values = series(x, least=(dimension - 1) * delay + 1, gap=delay)
+    return values, dimension, delay, radius

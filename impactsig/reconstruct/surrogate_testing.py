@@ -11,7 +11,7 @@ import numpy as np
 from .._arguments import Seed, whole
 from ..errors import InvalidInput
 from .prediction import prediction_error, time_reversal_asymmetry
-from .surrogates import LABEL, NULL, Method, varying_series
+from .surrogates import LABEL, NULL, Method, longest_stretch
 from .surrogates import surrogates as make_surrogates
 
 if TYPE_CHECKING:
@@ -132,7 +132,8 @@ def surrogate_test(
     Parameters
     ----------
     x : Impacts or array_like, shape (n,)
-        A series in the order of time; of impacts, their interspike intervals [s].
+        A series in the order of time; of impacts, their interspike intervals [s], where the run has
+        gaps the longest stretch between two of them.
     statistic : {"prediction_error", "time_reversal_asymmetry"} or callable
         What to compare: `prediction_error` as it is by default (three delay coordinates, one step
         ahead); the cheap `time_reversal_asymmetry`, which misses dynamics that look alike in both
@@ -168,7 +169,7 @@ def surrogate_test(
     >>> surrogate_test(x, count=19, seed=1).rejected
     True
     """
-    values = varying_series(x)
+    values, notes = longest_stretch(x)
     count = whole("count", count, 19)
     named = _STATISTICS.get(statistic) if isinstance(statistic, str) else None
     if named is None and not callable(statistic):
@@ -195,7 +196,7 @@ def surrogate_test(
         surrogates,
         len(made.original),
         float(made.spectrum_error.max()),
-        (*_oddities(values), *made.warnings),
+        (*notes, *_oddities(values), *made.warnings),
     )
 
 

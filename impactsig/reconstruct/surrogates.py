@@ -10,7 +10,8 @@ import numpy as np
 
 from .._arguments import Seed, streams, whole
 from ..errors import InvalidInput
-from ._series import series
+from ._arguments import varying
+from ._series import known, series, stretches
 
 Method = Literal["shuffled", "phase", "iaaft"]
 
@@ -39,7 +40,8 @@ class Surrogates:
     original : ndarray, shape (n,)
         What they are surrogates of: the stretch of the series from `start` on.
     start : int
-        Index of the first value of the stretch.
+        Index of the first value of the stretch, in the series or, of a run with gaps, in its
+        longest part.
     method : str
         "shuffled", "phase" or "iaaft".
     spectrum_error : ndarray, shape (count,)
@@ -108,7 +110,8 @@ def surrogates(
     Parameters
     ----------
     x : Impacts or array_like, shape (n,)
-        Ten values or more; of impacts, their interspike intervals [s].
+        Ten values or more; of impacts, their interspike intervals [s], where the run has gaps the
+        longest stretch between two of them.
     count : int
         How many surrogates.
     method : {"shuffled", "phase", "iaaft"}
@@ -133,14 +136,14 @@ def surrogates(
     >>> bool(np.all(np.sort(found.values) == np.sort(found.original)))
     True
     """
-    values = varying_series(x)
+    values, notes = longest_stretch(x)
     count = whole("count", count, 0)
     if method not in _MAKE:
         raise InvalidInput("method", method, 'one of "shuffled", "phase", "iaaft"')
     start, stop = 0, len(values)
-    warnings: tuple[str, ...] = ()
     if match_ends and method != "shuffled":
-        start, stop, warnings = _matching_ends(values)
+        start, stop, rough = _matching_ends(values)
+        notes = (*notes, *rough)
     original = values[start:stop].copy()
     amplitude = np.abs(np.fft.rfft(original))
     made = np.empty((count, len(original)))
@@ -151,17 +154,24 @@ def surrogates(
     error /= np.linalg.norm(amplitude[1:])
     for array in (made, original, error, iterations):
         array.flags.writeable = False
-    return Surrogates(made, original, start, method, error, iterations, warnings)
+    return Surrogates(made, original, start, method, error, iterations, notes)
 
 
-def varying_series(x: Any, argument: str = "x", least: int = LEAST) -> np.ndarray:
-    """A series that is not constant; surrogates of a constant are the constant."""
-    values = series(x, argument, least)
-    if values.min() == values.max():
-        raise InvalidInput(
-            argument, f"{len(values)} times {values[0]:.6g}", "values that are not all equal"
-        )
-    return values
+def longest_stretch(x: Any) -> tuple[np.ndarray, tuple[str, ...]]:
+    """The values between two gaps that are most, and how many were left; they are not constant.
+
+    Surrogates have no gaps, and what they are compared with must be as long and as whole.
+    """
+    marked = series(x, gap=1)
+    values = max(stretches(marked), key=len)
+    left, parts = len(known(marked)) - len(values), len(stretches(marked))
+    if len(values) < LEAST:
+        between = " between two gaps" if left else ""
+        raise InvalidInput("x", f"{len(values)} values{between}", f"at least {LEAST}")
+    if not left:
+        return varying(values), ()
+    note = f"{len(values)} values between two gaps stand for all {left + len(values)}"
+    return varying(values), (f"{note}, the longest of {parts} stretches",)
 
 
 def _shuffled(

@@ -67,21 +67,6 @@ def test_counts_by_block_are_those_of_comparing_pair_by_pair(problem, blocks, wo
 
 @few
 @given(problems())
-def test_logarithms_are_summed_over_the_pairs_counted_and_for_any_threads_alike(problem):
-    x, dimensions, delay, theiler, radii = problem
-    case = (x, dimensions[-1], delay, theiler, radii)
-    sums, counts, zeros = naive_reconstruct.log_sums(*case)
-    for kernel in KERNELS:
-        found = _counting.log_sums(*case, 1, kernel)
-        np.testing.assert_array_equal(found.counts, counts)
-        assert found.zeros == zeros
-        # Logarithms of both signs cancel: what is lost is told by their sizes, below 750 each.
-        np.testing.assert_allclose(found.sums, sums, rtol=1e-12, atol=1e-11 * counts.max(initial=1))
-        np.testing.assert_array_equal(_counting.log_sums(*case, 3, kernel).sums, found.sums)
-
-
-@few
-@given(problems())
 def test_a_share_of_pairs_grows_with_the_radius_and_falls_with_the_dimension(problem):
     x, dimensions, delay, theiler, radii = problem
     found = impactsig.correlation_sum(x, dimensions, delay=delay, theiler=theiler, radii=radii)

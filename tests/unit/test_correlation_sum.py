@@ -80,8 +80,6 @@ def test_more_radii_than_a_byte_can_tell(kernel):
     np.testing.assert_array_equal(
         _counting.count_pairs(x, (1, 2, 4), 2, 1, radii, 2, kernel), expected
     )
-    with pytest.raises(ValueError, match="600 radii"):
-        _counting.log_sums(x, 2, 1, 1, radii)
 
 
 @pytest.mark.parametrize("spread", [1e-12, 1e-3, 1.0, 1e300])
@@ -150,11 +148,12 @@ def test_default_radii_of_a_long_series_bound_the_neighbours(monkeypatch):
     assert tied.counts[0, -1] > tied.counts[0, 0] > 0
 
 
-def test_the_default_theiler_window_is_where_the_series_has_forgotten():
-    wave = np.sin(2 * np.pi * np.arange(2000) / 80)
-    assert correlation_sum(wave, 2, radii=[0.1]).theiler == pytest.approx(20, abs=1)
-    assert correlation_sum(1e300 * wave, 2, radii=[1e299]).theiler == pytest.approx(20, abs=1)
-    assert correlation_sum(np.arange(100.0), 2, radii=[0.1]).theiler == 10
+def test_a_single_dimension_stands_for_all_up_to_it():
+    x = henon(300)
+    found = correlation_sum(x, 3, theiler=1, radii=[0.1, 0.5])
+    assert found.dimensions == (1, 2, 3)
+    alone = correlation_sum(x, [3], theiler=1, radii=[0.1, 0.5])
+    np.testing.assert_array_equal(alone.counts[0], found.counts[2])
 
 
 def test_any_series_of_numbers_will_do():
@@ -184,13 +183,6 @@ def test_a_difference_beyond_the_greatest_number_is_within_no_radius():
     np.testing.assert_array_equal(found.counts, [[0, 2]])
 
 
-def test_pairs_at_distance_0_have_no_logarithm():
-    found = _counting.log_sums(np.array([1.0, 1.0, 2.0, 4.0]), 1, 1, 0, np.array([0.5, 1.0, 2.0]))
-    np.testing.assert_array_equal(found.counts, [0, 2, 3])
-    assert found.zeros == 1
-    np.testing.assert_allclose(found.sums, [0, 0, np.log(2)], atol=1e-15)
-
-
 @pytest.mark.parametrize(
     ("options", "named"),
     [
@@ -218,7 +210,7 @@ def test_pairs_at_distance_0_have_no_logarithm():
 def test_what_cannot_be_counted_is_named(options, named):
     with pytest.raises(InvalidInput, match=named):
         correlation_sum(np.arange(100.0), **options)
-    assert correlation_sum(np.arange(100.0), 2, theiler=97).pairs.tolist() == [1]
+    assert correlation_sum(np.arange(100.0), 2, theiler=97).pairs.tolist() == [3, 1]
 
 
 @pytest.mark.parametrize(

@@ -145,13 +145,6 @@ def test_of_impacts_it_is_also_per_second_of_the_mean_interval():
     assert found.per_second == pytest.approx(found.exponent / intervals.mean(), rel=1e-9)
 
 
-def test_a_gap_in_the_run_is_flagged():
-    time = np.concatenate(([0.0], np.cumsum(2 + HENON[:1000])))
-    middle = time[500:502].mean()
-    impacts = Impacts(time, gaps=[(middle - 0.01, middle + 0.01)])
-    assert "gaps" in lyapunov_exponent(impacts, dimension=2).describe()
-
-
 def test_lists_and_pandas_are_taken():
     expected = lyapunov_exponent(HENON[:500], dimension=2).exponent
     assert lyapunov_exponent(HENON[:500].tolist(), dimension=2).exponent == expected
