@@ -22,9 +22,9 @@ MOST_BINS = 4096
 def comparison(result: Comparison, figure: Figure | SubFigure | None = None) -> np.ndarray:
     """Draw two trains of impacts side by side.
 
-    Above, the densities of their intervals over common bins, the wider of those that suit each; that
-    of b is upside down, so that neither hides the other. Beside them the cumulative distributions
-    with the place of their greatest difference; below, the return map of each, at the same scale.
+    Above, the densities of their intervals, that of b upside down so that neither hides the other,
+    over the wider of the bins that suit each; beside them the cumulative distributions with the
+    place of their greatest difference. Below, the return map of each, at the same scale.
 
     Parameters
     ----------
