@@ -14,6 +14,14 @@ if TYPE_CHECKING:
     from . import plot
     from .comparison import Comparison, compare
     from .detect import detect_impacts
+    from .dynamics.equivalence import (
+        ContactSamples,
+        EquivalenceError,
+        SoftStopFit,
+        equivalence_error,
+        fit_soft_stop,
+    )
+    from .dynamics.matching import MatchRate, match_rate, strobe_distance
     from .errors import (
         ImpactsigError,
         ImpactsigWarning,
@@ -49,6 +57,9 @@ if TYPE_CHECKING:
         Stop,
         flows,
         scenes,
+        stop_damping,
+        stop_restitution,
+        stop_stiffness,
     )
     from .oscillators.flows import Flow
     from .reconstruct import (
@@ -134,6 +145,9 @@ _HOME = {
         "Stop",
         "flows",
         "scenes",
+        "stop_damping",
+        "stop_restitution",
+        "stop_stiffness",
     ),
     "reconstruct": (),
     "reconstruct.correlation": ("CorrelationSum", "correlation_sum"),
@@ -169,6 +183,14 @@ _HOME = {
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
     "simulate.trajectories": ("Trajectory", "trajectory"),
+    "dynamics.equivalence": (
+        "ContactSamples",
+        "EquivalenceError",
+        "SoftStopFit",
+        "equivalence_error",
+        "fit_soft_stop",
+    ),
+    "dynamics.matching": ("MatchRate", "match_rate", "strobe_distance"),
     "comparison": ("Comparison", "compare"),
     "plot": (),
 }
@@ -178,9 +200,11 @@ __all__ = [
     "AveragedFalseNeighbors",
     "BaseMotion",
     "Comparison",
+    "ContactSamples",
     "CorrelationDimension",
     "CorrelationSum",
     "DelayChoice",
+    "EquivalenceError",
     "FalseNeighbors",
     "FixedStep",
     "Flow",
@@ -196,6 +220,7 @@ __all__ = [
     "KelvinVoigt",
     "LoadCell",
     "LyapunovExponent",
+    "MatchRate",
     "Measured",
     "Microphone",
     "MissingExtra",
@@ -210,6 +235,7 @@ __all__ = [
     "ReturnMapDeterminism",
     "Rigid",
     "RungeKutta",
+    "SoftStopFit",
     "Split",
     "Stop",
     "SurrogateTest",
@@ -226,7 +252,9 @@ __all__ = [
     "cv2",
     "delay_embed",
     "detect_impacts",
+    "equivalence_error",
     "false_nearest_neighbors",
+    "fit_soft_stop",
     "flows",
     "identify_period",
     "info",
@@ -234,6 +262,7 @@ __all__ = [
     "interval_histogram",
     "local_variation",
     "lyapunov_exponent",
+    "match_rate",
     "measure",
     "mutual_information_delay",
     "plot",
@@ -249,6 +278,10 @@ __all__ = [
     "simulate",
     "simulate_blocks",
     "simulate_many",
+    "stop_damping",
+    "stop_restitution",
+    "stop_stiffness",
+    "strobe_distance",
     "surrogate_test",
     "surrogates",
     "synthesize",

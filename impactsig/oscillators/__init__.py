@@ -1,6 +1,7 @@
 """What is simulated, as data: an oscillator, its forcing, its stops; flows; a preset per paper."""
 
 from . import flows, scenes
+from .equivalents import stop_damping, stop_restitution, stop_stiffness
 from .oscillator import Oscillator
 from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Rigid, Stop
 
@@ -15,4 +16,7 @@ __all__ = [
     "Stop",
     "flows",
     "scenes",
+    "stop_damping",
+    "stop_restitution",
+    "stop_stiffness",
 ]

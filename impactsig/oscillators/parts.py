@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from ..errors import InvalidInput
+from .equivalents import stop_damping
 
 
 @dataclass(frozen=True)
@@ -110,24 +111,24 @@ class KelvinVoigt:
             raise InvalidInput("ends", self.ends, '"gap" or "force"')
 
     @classmethod
-    def equivalent(cls, restitution: float, stiffness: float, mass: float = 1.0) -> KelvinVoigt:
+    def equivalent(
+        cls,
+        restitution: float,
+        stiffness: float,
+        mass: float = 1.0,
+        ends: Literal["gap", "force"] = "gap",
+    ) -> KelvinVoigt:
         """The soft stop of given stiffness that returns the share `restitution` of the velocity.
 
-        Its damping, ``-2 ln r sqrt(stiffness mass / (pi^2 + ln^2 r))``, makes one contact free of
-        other forces end at zero depth with r times the velocity [Okolewski2021]_.
+        Its damping is `stop_damping` of the way in which its contact ends.
 
         Raises
         ------
         InvalidInput
             If the restitution is not in (0, 1]: none has infinite damping.
         """
-        if callable(restitution) or Rigid(restitution).restitution == 0:
-            raise InvalidInput("restitution", restitution, "0 < restitution <= 1")
-        cls(stiffness)
-        if not (math.isfinite(mass) and mass > 0):
-            raise InvalidInput("mass", mass, "a finite number > 0")
-        loss = math.log(restitution)
-        return cls(stiffness, -2 * loss * math.sqrt(stiffness * mass / (math.pi**2 + loss**2)))
+        cls(stiffness, ends=ends)
+        return cls(stiffness, stop_damping(restitution, stiffness, mass, formula=ends), ends)
 
 
 @dataclass(frozen=True)

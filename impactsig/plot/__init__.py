@@ -4,6 +4,7 @@ from .comparison import comparison
 from .correlation import correlation_sum
 from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
+from .equivalence import match_rate
 from .exponents import stretch_curve
 from .motions import phase_portrait, power_spectrum, time_history
 from .recurrence import recurrence_plot
@@ -24,6 +25,7 @@ __all__ = [
     "histogram",
     "interval_densities",
     "interval_sequence",
+    "match_rate",
     "peak_against_time",
     "phase_portrait",
     "power_spectrum",

@@ -16,13 +16,15 @@ if TYPE_CHECKING:
     from ..comparison import Comparison, Train
 
 COLOURS = (BLUE, VERMILLION)
+MOST_BINS = 4096
 
 
 def comparison(result: Comparison, figure: Figure | SubFigure | None = None) -> np.ndarray:
     """Draw two trains of impacts side by side.
 
-    Above, the densities of their intervals over common bins, and the cumulative distributions with
-    the place of their greatest difference; below, the return map of each, at the same scale.
+    Above, the densities of their intervals, that of b upside down so that neither hides the other,
+    over the wider of the bins that suit each; beside them the cumulative distributions with the
+    place of their greatest difference. Below, the return map of each, at the same scale.
 
     Parameters
     ----------
@@ -54,34 +56,55 @@ def comparison(result: Comparison, figure: Figure | SubFigure | None = None) -> 
     labels = [
         plain(f"{one.name}: {len(v)} intervals") for one, v in zip(trains, values, strict=True)
     ]
-    _densities(panels[0, 0], values, labels, both)
+    _densities(panels[0, 0], values, labels)
     _distributions(panels[0, 1], values, labels, both)
     for ax, train, colour in zip(panels[1], trains, COLOURS, strict=True):
         _map(ax, train, colour, both)
     return panels
 
 
-def _densities(ax: Axes, values: list[np.ndarray], labels: list[str], both: np.ndarray) -> None:
-    edges = intervals.interval_histogram(both).edges
-    for one, label, colour in zip(values, labels, COLOURS, strict=True):
+def _densities(ax: Axes, values: list[np.ndarray], labels: list[str]) -> None:
+    edges = _common_edges([one for one in values if len(one)])
+    highest = 0.0
+    for one, label, colour, side in zip(values, labels, COLOURS, (1, -1), strict=True):
         if len(one):
             density = intervals.interval_histogram(one, edges).density
-            ax.stairs(density, edges, fill=True, color=colour, alpha=0.25)
+            highest = max(highest, float(density.max()))
+            ax.stairs(side * density, edges, fill=True, color=colour, alpha=0.6, label=label)
             # The outline keeps bins in sight that are narrower than a pixel.
-            ax.stairs(density, edges, color=colour, linewidth=1.0, label=label)
+            ax.stairs(side * density, edges, color=colour, linewidth=0.8)
+    ax.axhline(0, color="black", linewidth=0.8)
     ax.set(xlim=span_of(edges), ylabel="density $p(I)$ [1/s]")
-    ax.set_ylim(0, 1.25 * ax.get_ylim()[1])
+    ax.set_ylim(-1.1 * highest, 1.45 * highest)
+    ax.yaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
     seconds(ax.xaxis, "interspike interval $I$", edges)
     ax.legend(frameon=False, fontsize="small", loc="upper left", borderaxespad=0)
 
 
+def _common_edges(values: list[np.ndarray]) -> np.ndarray:
+    """The wider of the bins that suit each, carried on over all values.
+
+    Bins that suit all values together may be narrower than the step of a train that is rounded.
+    """
+    own = [intervals.interval_histogram(one).edges for one in values]
+    edges = max(own, key=lambda one: float(one[1] - one[0]))
+    width = edges[1] - edges[0]
+    low, high = min(one[0] for one in own), max(one[-1] for one in own)
+    before = int(np.ceil((edges[0] - low) / width))
+    after = int(np.ceil((high - edges[-1]) / width))
+    if before + len(edges) + after > MOST_BINS:
+        return np.linspace(low, high, MOST_BINS + 1)
+    return edges[0] + width * np.arange(-before, len(edges) + after)
+
+
 def _distributions(ax: Axes, values: list[np.ndarray], labels: list[str], both: np.ndarray) -> None:
     span = span_of(both)
-    for one, label, colour in zip(values, labels, COLOURS, strict=True):
+    # Where the two agree, the first still shows at either side of the second.
+    for one, label, colour, width in zip(values, labels, COLOURS, (3.5, 1.2), strict=True):
         if len(one):
             steps = np.concatenate(([span[0]], np.sort(one), [span[1]]))
             share = np.concatenate((np.arange(len(one) + 1) / len(one), [1.0]))
-            ax.step(steps, share, where="post", color=colour, linewidth=1.2, label=label)
+            ax.step(steps, share, where="post", color=colour, linewidth=width, label=label)
     if all(len(one) for one in values):
         where = np.sort(both)
         low, high = (

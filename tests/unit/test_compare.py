@@ -174,9 +174,9 @@ def test_the_figure_shows_both_over_common_bins_and_at_one_scale():
     outlines = [patch for patch in densities.patches if not patch.get_fill()]
     assert len(outlines) == 2
     np.testing.assert_array_equal(*(one.get_data().edges for one in outlines))
-    for one in outlines:
+    for one, side in zip(outlines, (1, -1), strict=True):
         stairs = one.get_data()
-        assert np.sum(stairs.values * np.diff(stairs.edges)) == pytest.approx(1.0)
+        assert np.sum(stairs.values * np.diff(stairs.edges)) == pytest.approx(side)
     for line, train in zip(distributions.get_lines(), (a, b), strict=True):
         x, share = line.get_data()
         np.testing.assert_array_equal(x[1:-1], np.sort(train.intervals()))
@@ -190,6 +190,28 @@ def test_the_figure_shows_both_over_common_bins_and_at_one_scale():
         np.testing.assert_array_equal(cloud.get_ydata(), train.intervals()[1:])
     assert left.get_xlim() == right.get_xlim() == left.get_ylim()
     assert [left.get_title("left"), right.get_title("left")] == ["rig", r"model \$"]
+
+
+def test_bins_are_no_narrower_than_the_step_of_a_rounded_train():
+    # Bins that suit both together, or the exact train alone, would leave gaps between the samples.
+    step = 5e-4
+    exact = Impacts(np.cumsum(0.05 + 0.0002 * np.sin(np.arange(2000.0))))
+    rounded = Impacts(np.rint(exact.time / step) * step)
+    for a, b in ((exact, rounded), (rounded, exact)):
+        densities = plot.comparison(compare(a, b), Figure())[0, 0]
+        for patch in densities.patches:
+            edges = patch.get_data().edges
+            assert np.diff(edges).min() > 0.99 * step
+            for train in (a, b):
+                assert edges[0] <= train.intervals().min()
+                assert train.intervals().max() <= edges[-1]
+
+
+def test_bins_stay_few_where_one_train_is_silent_for_long():
+    steady = Impacts(0.05 * np.arange(200) + 1e-6 * np.sin(np.arange(200.0)))
+    silent = Impacts(np.append(steady.time, 500.0))
+    densities = plot.comparison(compare(steady, silent), Figure())[0, 0]
+    assert len(densities.patches[0].get_data().values) <= 4096
 
 
 def test_a_figure_of_its_own_by_default():

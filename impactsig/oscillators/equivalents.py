@@ -1,0 +1,170 @@
+"""What restitution coefficient a spring and a damper give, three ways, and the inverses.
+
+In units of the contact's own frequency ``sqrt(k/m)``, with ``beta = c / (2 sqrt(k m))``, a mass
+that meets a spring and a damper side by side, free of other forces, returns
+
+- ``exp(-pi beta / sqrt(1 - beta^2))`` of its velocity when the depth is zero again ("gap");
+- ``exp(-2 beta arccos(beta) / sqrt(1 - beta^2))`` when the force is ("force");
+- the energy less the work of the damper along a half-sine without loss, ``c = (1 - r^2)
+  sqrt(k m) / pi`` ("work"), to first order the same.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from .._arguments import number
+from ..errors import InvalidInput
+
+Formula = Literal["gap", "force", "work"]
+
+
+def stop_restitution(
+    stiffness: float, damping: float, mass: float = 1.0, *, formula: Formula = "gap"
+) -> float:
+    """Share of the velocity that a soft stop returns after one free contact [Okolewski2021]_.
+
+    Parameters
+    ----------
+    stiffness : float
+        Stiffness of the stop [N/m], positive.
+    damping : float
+        Its damping [N s/m].
+    mass : float
+        Mass that meets it [kg], positive.
+    formula : {"gap", "force", "work"}
+        Where the contact ends: at zero depth, where the damper may pull (`KelvinVoigt` with
+        ``ends="gap"``), or at zero force (``ends="force"``); both exact. "work" takes the damper's
+        work along the path without loss.
+
+    Returns
+    -------
+    float
+        Restitution coefficient. Zero with "gap" from critical damping on: the mass creeps back
+        and its depth never is zero again.
+
+    Raises
+    ------
+    InvalidInput
+        If a number is out of range; with "work" also if the damping is more than
+        ``sqrt(stiffness mass) / pi``, where that work is more than all energy.
+    """
+    _known(formula)
+    stiffness = number("stiffness", stiffness, positive=True)
+    mass = number("mass", mass, positive=True)
+    damping = number("damping", damping, least=0.0)
+    beta = damping / (2 * math.sqrt(stiffness) * math.sqrt(mass))
+    if formula == "work":
+        kept = 1 - 2 * math.pi * beta
+        if kept < 0:
+            most = math.sqrt(stiffness) * math.sqrt(mass) / math.pi
+            raise InvalidInput(
+                "damping", damping, f"at most {most:g}", "Use formula='gap' or 'force'"
+            )
+        return math.sqrt(kept)
+    if formula == "gap":
+        return math.exp(-math.pi * beta / _cosine(beta)) if beta < 1 else 0.0
+    return math.exp(-_force_loss(beta))
+
+
+def stop_damping(
+    restitution: float, stiffness: float, mass: float = 1.0, *, formula: Formula = "gap"
+) -> float:
+    """Damping with which a soft stop returns a given share of the velocity [Okolewski2021]_.
+
+    Parameters
+    ----------
+    restitution : float
+        Restitution coefficient, above 0 (that would take infinite damping; with "work" 0 is
+        possible) and at most 1.
+    stiffness, mass, formula
+        As for `stop_restitution`, whose inverse this is.
+
+    Returns
+    -------
+    float
+        Damping of the stop [N s/m].
+
+    Raises
+    ------
+    InvalidInput
+        If a number is out of range.
+    """
+    _known(formula)
+    stiffness = number("stiffness", stiffness, positive=True)
+    mass = number("mass", mass, positive=True)
+    return 2 * _beta(_share(restitution, formula), formula) * math.sqrt(stiffness) * math.sqrt(mass)
+
+
+def stop_stiffness(
+    restitution: float, damping: float, mass: float = 1.0, *, formula: Formula = "gap"
+) -> float:
+    """Stiffness with which a soft stop of given damping returns a share of the velocity.
+
+    Parameters
+    ----------
+    restitution : float
+        Restitution coefficient, above 0 (with "work" from 0) and below 1, which would take
+        infinite stiffness.
+    damping : float
+        Damping of the stop [N s/m], positive.
+    mass, formula
+        As for `stop_restitution`, whose inverse this is too [Okolewski2021]_.
+
+    Returns
+    -------
+    float
+        Stiffness of the stop [N/m].
+
+    Raises
+    ------
+    InvalidInput
+        If a number is out of range.
+    """
+    _known(formula)
+    damping = number("damping", damping, positive=True)
+    mass = number("mass", mass, positive=True)
+    share = _share(restitution, formula)
+    if share == 1:
+        raise InvalidInput(
+            "restitution", restitution, "less than 1", "No stiffness makes a damper lose nothing"
+        )
+    return (damping / (2 * _beta(share, formula))) ** 2 / mass
+
+
+def _known(formula: str) -> None:
+    if formula not in ("gap", "force", "work"):
+        raise InvalidInput("formula", formula, '"gap", "force" or "work"')
+
+
+def _share(restitution: float, formula: str) -> float:
+    share = number("restitution", restitution, least=0.0, most=1.0)
+    if share == 0 and formula != "work":
+        raise InvalidInput("restitution", restitution, "above 0", "None takes infinite damping")
+    return share
+
+
+def _beta(r: float, formula: str) -> float:
+    """Damping ratio of the contact that returns r."""
+    if formula == "work":
+        return (1 - r) * (1 + r) / (2 * math.pi)
+    loss = -math.log(r)
+    if formula == "gap":
+        return loss / math.hypot(math.pi, loss)
+    from scipy.optimize import brentq
+
+    # From below, beta: the loss is at least beta up to critical damping, ln(2 beta) beyond.
+    most = max(1.0, loss, math.exp(min(loss / 2, 700.0)))
+    return brentq(lambda beta: _force_loss(beta) - loss, 0.0, most, xtol=1e-300, rtol=1e-15)
+
+
+def _force_loss(beta: float) -> float:
+    """-ln r of a contact that ends at zero force."""
+    if beta < 1:
+        return 2 * beta * math.acos(beta) / _cosine(beta) if 1 - beta > 1e-12 else 2.0
+    return 2 * beta * math.acosh(beta) / _cosine(beta) if beta - 1 > 1e-12 else 2.0
+
+
+def _cosine(beta: float) -> float:
+    return math.sqrt(abs(1 - beta) * (1 + beta))

@@ -1,0 +1,47 @@
+"""Where in a plane of parameters two families of oscillators do the same."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.colors import TwoSlopeNorm
+
+from ._axes import axes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..dynamics.matching import MatchRate
+
+DECADES = 4  # shown on either side of the limit
+
+
+def match_rate(result: MatchRate, ax: Axes | None = None) -> Axes:
+    """Draw the distance of every cell, blue where it matches and red where it does not.
+
+    Parameters
+    ----------
+    result : MatchRate
+        From `impactsig.match_rate`. Cells without a distance stay white.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax, width=5.6, height=4.2)
+    limit = np.log10(result.below)
+    with np.errstate(divide="ignore"):
+        level = np.clip(np.log10(result.distance), limit - DECADES, None)
+    top = max(np.nanmax(level, initial=limit), limit) + 1e-9
+    mesh = ax.pcolormesh(
+        result.x, result.y, level, cmap="RdBu_r", shading="nearest", rasterized=True,
+        norm=TwoSlopeNorm(limit, limit - DECADES, top),
+    )  # fmt: skip
+    bar = ax.figure.colorbar(mesh, ax=ax, label="$\\log_{10}$ of the distance $e_c$")
+    bar.ax.axhline(limit, color="black", linewidth=1)
+    ax.set(xlabel="first parameter", ylabel="second parameter")
+    ax.set_title(f"match in {result.rate:.1%} of the cells", fontsize="medium", loc="left")
+    return ax
