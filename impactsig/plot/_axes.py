@@ -12,6 +12,7 @@ from matplotlib.ticker import Formatter
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
+    from matplotlib.figure import Figure, SubFigure
 
 # Okabe and Ito's palette: its colours stay apart in every common form of colour blindness.
 BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY = (
@@ -37,6 +38,47 @@ def axes(ax: Axes | None, width: float = 7.0, height: float = 3.2) -> Axes:
 
         _, ax = pyplot.subplots(figsize=(width, height), layout="constrained")
     ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def canvas(figure: Figure | SubFigure | None, width: float, height: float) -> Figure | SubFigure:
+    """The given figure, or a new one, for several axes."""
+    if figure is None:
+        # Only here: a figure handed in needs no window system, and so no pyplot.
+        from matplotlib import pyplot
+
+        figure = pyplot.figure(figsize=(width, height), layout="constrained")
+    return figure
+
+
+def curve(ax: Axes, x: Any, y: Any, label: str = "", **options: Any) -> None:
+    """A curve through few values, each marked."""
+    look = {"color": BLUE, "marker": "o", "markersize": 4, "linewidth": 1.2}
+    ax.plot(x, y, **{**look, "label": label or None, **options})
+
+
+def level(ax: Axes, value: float, label: str = "") -> None:
+    """A value to compare a curve with."""
+    ax.axhline(value, color=GREY, linewidth=0.8, linestyle=":", label=label or None)
+
+
+def chosen(ax: Axes, what: str, value: float | None) -> None:
+    """Where on the horizontal axis the choice fell, or that there is none."""
+    if value is None:
+        unanswered(ax, f"no {what}")
+    else:
+        ax.axvline(value, color=VERMILLION, linewidth=1, label=f"{what} {value}", zorder=1)
+
+
+def unanswered(ax: Axes, words: str) -> None:
+    """Say above the figure that it holds no answer."""
+    ax.set_title(words, loc="left", color=VERMILLION, fontsize="medium")
+
+
+def frame(ax: Axes, x: str, y: str, legend: str, **options: Any) -> Axes:
+    """The axes with their labels and a legend at the place told."""
+    ax.set(xlabel=x, ylabel=y)
+    ax.legend(**{"loc": legend, "frameon": False, **options})
     return ax
 
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ._axes import axes, canvas
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
@@ -36,12 +38,7 @@ def correlation_sum(result: CorrelationSum, figure: Figure | SubFigure | None = 
     """
     from matplotlib import colormaps
 
-    if figure is None:
-        # Only here: a figure handed in needs no window system, and so no pyplot.
-        from matplotlib import pyplot
-
-        figure = pyplot.figure(figsize=(6.4, 7.0), layout="constrained")
-    panels: np.ndarray = figure.subplots(2, 1, sharex=True)
+    panels: np.ndarray = canvas(figure, 6.4, 7.0).subplots(2, 1, sharex=True)
     sums, slopes = panels
     # The lightest end of the map would be lost on white paper.
     colours = colormaps["viridis"](np.linspace(0, 0.88, len(result.dimensions)))
@@ -52,8 +49,7 @@ def correlation_sum(result: CorrelationSum, figure: Figure | SubFigure | None = 
         sums.plot(result.radii, np.where(c > 0, c, np.nan), label=f"$m = {m}$", **style)
         slopes.plot(result.slope_radii, slope, **style)
     for ax in panels:
-        ax.spines[["top", "right"]].set_visible(False)
-        ax.set_xscale("log")
+        axes(ax).set_xscale("log")
         ax.grid(alpha=0.25, linewidth=0.6)
     sums.set_yscale("log")
     sums.set_ylabel("correlation sum $C_m(r)$")

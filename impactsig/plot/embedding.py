@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import BLUE, GREY, ORANGE, SKY, VERMILLION, axes
+from ._axes import BLUE, ORANGE, SKY, axes, chosen, curve, frame, level
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,23 +34,14 @@ def delay_choice(result: DelayChoice, ax: Axes | None = None) -> Axes:
     # An information at lag 0 is that of the bins alone.
     first = 1 if result.method == "mutual information" else 0
     lags = np.arange(first, min(len(result.curve), last))
-    ax.plot(lags, result.curve[lags], color=BLUE, marker="o", markersize=3, linewidth=1)
+    curve(ax, lags, result.curve[lags], markersize=3)
     if result.level is not None:
-        label = f"{result.level:.2g}"
-        ax.axhline(result.level, color=GREY, linewidth=0.8, linestyle=":", label=label)
-    if result.delay is not None:
-        label = f"delay {result.delay}"
-        ax.axvline(result.delay, color=VERMILLION, linewidth=1, label=label, zorder=1)
-    else:
-        ax.set_title("no delay", loc="left", color=VERMILLION, fontsize="medium")
-    ax.set_xlabel("lag")
+        level(ax, result.level, f"{result.level:.2g}")
+    chosen(ax, "delay", result.delay)
     if result.method == "autocorrelation":
-        ax.set_ylabel("autocorrelation")
-    else:
-        ax.set_ylabel("mutual information [nat]")
-        ax.set_ylim(min(0, float(result.curve[lags].min())), None)
-    ax.legend(loc="upper right", frameon=False)
-    return ax
+        return frame(ax, "lag", "autocorrelation", "upper right")
+    ax.set_ylim(min(0, float(result.curve[lags].min())), None)
+    return frame(ax, "lag", "mutual information [nat]", "upper right")
 
 
 def false_neighbors(result: FalseNeighbors, ax: Axes | None = None) -> Axes:
@@ -73,22 +64,11 @@ def false_neighbors(result: FalseNeighbors, ax: Axes | None = None) -> Axes:
         (result.by_size, "by size", ORANGE, "--"),
         (result.share, "by either", BLUE, "-"),
     ):
-        ax.plot(
-            result.dimensions,
-            100 * share,
-            style,
-            color=colour,
-            marker="o",
-            markersize=4,
-            label=label,
-        )
-    label = f"{result.tolerance:.0%}"
-    ax.axhline(100 * result.tolerance, color=GREY, linewidth=0.8, linestyle=":", label=label)
-    _chosen(ax, result.dimension, result.dimensions)
-    ax.set_ylabel("false nearest neighbours [%]")
-    ax.set_ylim(-2, 102)
-    ax.legend(loc="upper right", frameon=False)
-    return ax
+        curve(ax, result.dimensions, 100 * share, label, color=colour, linestyle=style)
+    level(ax, 100 * result.tolerance, f"{result.tolerance:.0%}")
+    chosen(ax, "dimension", result.dimension)
+    ax.set(ylim=(-2, 102), xticks=result.dimensions)
+    return frame(ax, "dimension $m$", "false nearest neighbours [%]", "upper right")
 
 
 def averaged_false_neighbors(result: AveragedFalseNeighbors, ax: Axes | None = None) -> Axes:
@@ -106,21 +86,10 @@ def averaged_false_neighbors(result: AveragedFalseNeighbors, ax: Axes | None = N
     matplotlib Axes
     """
     ax = axes(ax, width=5.2, height=3.4)
-    ax.axhline(1, color=GREY, linewidth=0.8, linestyle=":")
-    for curve, label, colour in ((result.e1, "$E_1$", BLUE), (result.e2, "$E_2$", ORANGE)):
-        ax.plot(result.dimensions, curve, color=colour, marker="o", markersize=4, label=label)
-    _chosen(ax, result.dimension, result.dimensions)
-    ax.set_ylabel("$E_1$, $E_2$")
-    ax.set_ylim(0, 1.08 * max(1, float(result.e1.max()), float(result.e2.max())))
-    ax.legend(loc="lower right", frameon=False)
-    return ax
-
-
-def _chosen(ax: Axes, dimension: int | None, dimensions: np.ndarray) -> None:
-    if dimension is None:
-        ax.set_title("no dimension", loc="left", color=VERMILLION, fontsize="medium")
-    else:
-        label = f"dimension {dimension}"
-        ax.axvline(dimension, color=VERMILLION, linewidth=1, label=label, zorder=1)
-    ax.set_xticks(dimensions)
-    ax.set_xlabel("dimension $m$")
+    level(ax, 1)
+    curve(ax, result.dimensions, result.e1, "$E_1$")
+    curve(ax, result.dimensions, result.e2, "$E_2$", color=ORANGE)
+    chosen(ax, "dimension", result.dimension)
+    most = max(1, float(result.e1.max()), float(result.e2.max()))
+    ax.set(ylim=(0, 1.08 * most), xticks=result.dimensions)
+    return frame(ax, "dimension $m$", "$E_1$, $E_2$", "lower right")

@@ -6,7 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import BLUE, GREY, SKY, VERMILLION, axes, explain, with_unit
+from ._axes import (
+    GREY,
+    SKY,
+    VERMILLION,
+    axes,
+    curve,
+    explain,
+    frame,
+    level,
+    unanswered,
+    with_unit,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,13 +48,9 @@ def stretch_curve(result: LyapunovExponent, ax: Axes | None = None) -> Axes:
     k = np.arange(len(result.stretch))
     shown = np.isfinite(result.stretch)
     marks = 3 if len(k) < 60 else 0
-    ax.plot(scale * k, result.mean_stretch, color=SKY, linewidth=1, label="mean")
-    ax.plot(
-        scale * k[shown], result.stretch[shown], color=BLUE, lw=1, marker="o", ms=marks,
-        label="median, $S(k)$",
-    )  # fmt: skip
-    label = "any two values"
-    ax.axhline(result.far, color=GREY, linewidth=0.8, linestyle=":", label=label)
+    curve(ax, scale * k, result.mean_stretch, "mean", color=SKY, marker=None)
+    curve(ax, scale * k[shown], result.stretch[shown], "median, $S(k)$", markersize=marks)
+    level(ax, result.far, "any two values")
     if result.region is not None and result.exponent is not None:
         first, last = result.region
         ax.axvspan(scale * first, scale * last, color=GREY, alpha=0.12, linewidth=0)
@@ -53,8 +60,6 @@ def stretch_curve(result: LyapunovExponent, ax: Axes | None = None) -> Axes:
         line = result.intercept + result.exponent * ends
         ax.plot(scale * ends, line, color=VERMILLION, linewidth=1.6, label=label, zorder=3)
     else:
-        ax.set_title(result.verdict, loc="left", color=VERMILLION, fontsize="medium")
-    ax.set_xlabel(with_unit("time", "s") if result.step else "steps $k$")
-    ax.set_ylabel("logarithm of the gap")
-    ax.legend(loc="lower right", frameon=False)
-    return ax
+        unanswered(ax, result.verdict)
+    along = with_unit("time", "s") if result.step else "steps $k$"
+    return frame(ax, along, "logarithm of the gap", "lower right")

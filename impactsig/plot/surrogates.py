@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from ..reconstruct.surrogates import LABEL
-from ._axes import BLUE, GREY, VERMILLION, axes
+from ._axes import GREY, VERMILLION, axes, curve, frame, level
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,12 +47,10 @@ def surrogate_test(result: SurrogateTest, ax: Axes | None = None) -> Axes:
     low, high = min(others.min(), result.statistic), max(others.max(), result.statistic)
     room = 0.06 * (high - low) or 0.06 * abs(high) or 1.0
     ax.set_xlim(low - room, high + room)
-    ax.set_xlabel(result.name)
-    ax.set_ylabel("surrogates")
     ax.yaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
     # above the axes, since the data's line may stand at either side
-    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
-    return ax
+    above: dict[str, Any] = {"bbox_to_anchor": (0, 1), "ncols": 2, "borderaxespad": 0.2}
+    return frame(ax, result.name, "surrogates", "lower left", **above)
 
 
 def prediction_error(result: PredictionError, ax: Axes | None = None) -> Axes:
@@ -71,18 +69,9 @@ def prediction_error(result: PredictionError, ax: Axes | None = None) -> Axes:
     """
     ax = axes(ax, width=5.0, height=3.0)
     order = np.argsort(result.horizon)
-    ax.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":", label="mean as predictor")
-    ax.plot(
-        result.horizon[order],
-        result.error[order],
-        color=BLUE,
-        marker="o",
-        markersize=4,
-        label=f"{result.neighbors} neighbours, m = {result.dimension}",
-    )
+    level(ax, 1.0, "mean as predictor")
+    label = f"{result.neighbors} neighbours, m = {result.dimension}"
+    curve(ax, result.horizon[order], result.error[order], label)
     ax.set_ylim(0, 1.1 * max(1.0, float(result.error.max())))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    ax.set_xlabel("horizon [steps]")
-    ax.set_ylabel("prediction error / sd")
-    ax.legend(frameon=False, loc="lower right")
-    return ax
+    return frame(ax, "horizon [steps]", "prediction error / sd", "lower right")

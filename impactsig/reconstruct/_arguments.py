@@ -12,6 +12,9 @@ from .._arguments import whole
 from ..errors import InvalidInput, finite_number
 from ._series import known, unbroken
 
+GREATEST, LEAST_SPAN = 1e140, 1e-140
+"""Of values and of their range: sums of as many squares as there may be are numbers still."""
+
 
 def positive(argument: str, value: Any, required: str = "a positive number") -> float:
     """`value` as a float greater than 0."""
@@ -38,12 +41,34 @@ def dimensions_of(value: int | Iterable[int]) -> tuple[int, ...]:
 
 
 def varying(x: np.ndarray, argument: str = "x") -> np.ndarray:
-    """`x`, if it is not constant."""
+    """`x`, if it is not constant, and differences of it can be squared."""
     values = known(x)
     if values.min() == values.max():
         raise InvalidInput(
             argument, f"{len(values)} times {values[0]:.6g}", "values that are not all equal"
         )
+    low, high = float(values.min()), float(values.max())
+    if high - low < LEAST_SPAN or max(-low, high) > GREATEST:
+        raise InvalidInput(
+            argument,
+            f"values from {low:g} to {high:g}",
+            f"no value beyond {GREATEST:g}, and a range of {LEAST_SPAN:g} or more",
+            "Give them in another unit",
+        )
+    return x
+
+
+def finite_range(x: np.ndarray, argument: str = "x") -> np.ndarray:
+    """`x`, if its greatest difference is a number."""
+    values = known(x)
+    with np.errstate(over="ignore"):
+        if not np.isfinite(np.ptp(values)):
+            raise InvalidInput(
+                argument,
+                f"values from {values.min():g} to {values.max():g}",
+                "a range that is not beyond float64",
+                "Give them in another unit",
+            )
     return x
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -78,7 +79,11 @@ def _follow(given: Setting, steps: int) -> Followed:
     close = np.mean(log < given.far - SATURATED, axis=1)
     told = log > LOWEST
     mean = np.where(told, log, 0).sum(axis=1) / np.maximum(told.sum(axis=1), 1)
-    return Followed(median_curve(log, one), mean, close, len(one))
+    curve = median_curve(log, one)
+    if given.method == "kantz":
+        # A pair within the radius counts from both its ends, in two blocks of time as a rule.
+        curve = curve._replace(blocks=math.sqrt(2) * curve.blocks)
+    return Followed(curve, mean, close, len(one))
 
 
 def _companies(
@@ -94,7 +99,7 @@ def _companies(
         for _ in range(24):
             radius = 0.5 * (low + high)
             _, start, _ = within(found, some, radius, window, False, 1)
-            enough = start[-1] >= len(some) / 2
+            enough = np.count_nonzero(np.diff(start)) >= len(some) / 2
             low, high = (low, radius) if enough else (radius, high)
         radius = high
     one, start, who = within(found, places, radius, window, False, 500)

@@ -48,12 +48,12 @@ def series(x: Any, argument: str = "x", least: int = 2, gap: int = 0) -> np.ndar
         except (TypeError, ValueError):
             raise InvalidInput(argument, x, "a series of real numbers") from None
         crossing = None
-    values = np.ascontiguousarray(values, dtype=np.float64)
     if values.ndim != 1:
         raise InvalidInput(
             argument, f"shape {values.shape}", "one dimension, shape (n,)",
             "Give one channel or coordinate at a time",
         )  # fmt: skip
+    values = np.ascontiguousarray(values, dtype=np.float64)
     wrong = np.flatnonzero(~np.isfinite(values))
     if len(wrong):
         raise InvalidInput(

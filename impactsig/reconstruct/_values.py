@@ -16,6 +16,14 @@ def resolution(values: np.ndarray) -> float:
     return float(gaps[gaps > 1e-9 * (levels[-1] - levels[0])].min())
 
 
+def rounding_doubt(values: np.ndarray) -> str:
+    """In words, how few of the values are different; nothing where most are."""
+    if not resolution(values):
+        return ""
+    present = known(values)
+    return f"only {len(np.unique(present))} different values in {len(present)}"
+
+
 def exact_period(values: np.ndarray) -> int | None:
     """After how many values the series recurs to rounding, three times at least.
 

@@ -1,9 +1,9 @@
 """Measures that others have worked out well: nolds, behind the checks and the names of this house.
 
 nolds [Scholzel2019]_ is loaded when one of these is first called. What it would answer with a
-silent zero, a NaN or a bare assertion is refused here; lines are fitted by least squares, so that
-the same series has the same answer twice. Where impactsig has a measure of its own
-(`lyapunov_exponent`), that one also tells how certain it is.
+silent zero, a NaN or a bare assertion is refused here, and so is a run with gaps; lines are fitted
+by least squares, so that the same series has the same answer twice. Where impactsig has a measure
+of its own (`lyapunov_exponent`), that one also tells how certain it is.
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 
 from .._arguments import whole
-from ..errors import InvalidInput
+from ..errors import ImpactsigWarning, InvalidInput
 from ._arguments import positive, varying
 from ._series import series
 from ._theiler import theiler_window
+from ._values import exact_period, rounding_doubt
 
 FIT = "poly"  # nolds' other way, RANSAC, draws random numbers and needs another library
 
@@ -53,11 +54,16 @@ def lyap_r(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or too short.
+        If `x` is no series of finite numbers, constant, periodic, or too short.
+
+    Warns
+    -----
+    ImpactsigWarning
+        If few of the values are different, as of a coarse clock.
     """
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
     steps, step = whole("steps", steps, 2), positive("step", step)
-    values = _whole(x)
+    values = _parting(x)
     window = theiler_window(theiler, values)
     _least(values, (dimension - 1) * delay + steps + 2 * window + 2)
     return _answer(
@@ -96,7 +102,13 @@ def lyap_e(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or too short, or the dimensions do not fit.
+        If `x` is no series of finite numbers, constant, periodic, or too short, or the dimensions
+        do not fit.
+
+    Warns
+    -----
+    ImpactsigWarning
+        If few of the values are different, as of a coarse clock.
     """
     matrix_dimension = whole("matrix_dimension", matrix_dimension, 2)
     dimension, theiler = whole("dimension", dimension, 2), whole("theiler", theiler, 0)
@@ -107,7 +119,7 @@ def lyap_e(
     if neighbors is None:
         neighbors = min(2 * matrix_dimension, matrix_dimension + 4)
     neighbors, step = whole("neighbors", neighbors, 1), positive("step", step)
-    values = _whole(x)
+    values = _parting(x)
     between = (dimension - 1) // (matrix_dimension - 1)
     _least(values, dimension + between + 2 * theiler + neighbors)
     found = _call(
@@ -164,9 +176,9 @@ def hurst_rs(x: Any) -> float:
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or too short.
+        If `x` is no series of finite numbers, constant, periodic, or too short.
     """
-    return _answer("hurst_rs", _whole(x, least=100), fit=FIT)
+    return _answer("hurst_rs", _aperiodic(x, least=100), fit=FIT)
 
 
 def dfa(x: Any, *, order: int = 1) -> float:
@@ -186,10 +198,10 @@ def dfa(x: Any, *, order: int = 1) -> float:
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or too short.
+        If `x` is no series of finite numbers, constant, periodic, or too short.
     """
     order = whole("order", order, 1)
-    return _answer("dfa", _whole(x, least=100), order=order, fit_exp=FIT)
+    return _answer("dfa", _aperiodic(x, least=100), order=order, fit_exp=FIT)
 
 
 def _whole(x: Any, least: int = 2) -> np.ndarray:
@@ -203,6 +215,25 @@ def _whole(x: Any, least: int = 2) -> np.ndarray:
             "a series without gaps",
             "Take a part of the run, with Impacts.between",
         )
+    return values
+
+
+def _aperiodic(x: Any, least: int = 2) -> np.ndarray:
+    """A series that does not recur exactly, of which scaling means nothing."""
+    values = _whole(x, least)
+    period = exact_period(values)
+    if period is not None:
+        raise InvalidInput("x", f"values that recur after {period}", _TOLD, "They are periodic")
+    return values
+
+
+def _parting(x: Any) -> np.ndarray:
+    """A series in which neighbours can part; warns of neighbours that are equal by rounding."""
+    values = _aperiodic(x)
+    few = rounding_doubt(values)
+    if few:
+        words = f"{few}: nolds takes logarithms of gaps that may be rounding"
+        warnings.warn(words, ImpactsigWarning, stacklevel=3)
     return values
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput
-from ._arguments import dimensions_of
+from ._arguments import dimensions_of, finite_range
 from ._series import known, pairs_apart, series, unbroken
 from ._theiler import theiler_window
 
@@ -205,14 +205,12 @@ def _radii(given: Any) -> np.ndarray:
 
 def _quarter_octaves(x: np.ndarray, dimensions: tuple[int, ...], delay: int) -> np.ndarray:
     """All radii of the default that could matter."""
-    values = known(x)
-    with np.errstate(over="ignore"):
-        greatest = float(np.ptp(values))
-    if not 0 < greatest < np.inf:
-        same = f"{len(values)} values that are all {values[0]:g}"
+    values = known(finite_range(x))
+    greatest = float(np.ptp(values))
+    if greatest == 0:
         raise InvalidInput(
             "x",
-            same if greatest == 0 else "a range beyond float64",
+            f"{len(values)} values that are all {values[0]:g}",
             "a series that varies",
             "Intervals that are all equal are those of a periodic motion, of dimension 0. "
             "With radii given they can be counted",

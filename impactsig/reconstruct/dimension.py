@@ -10,7 +10,7 @@ import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput, finite_number
-from ._arguments import dimensions_of, positive
+from ._arguments import dimensions_of, finite_range, positive
 from ._series import series, unbroken
 from ._theiler import theiler_window
 from .correlation import CorrelationSum
@@ -227,7 +227,7 @@ def correlation_dimension(
         If x holds what is no finite number or has fewer than 50 vectors beyond the Theiler window;
         if an argument is not of its kind.
     """
-    values = series(x)
+    values = finite_range(series(x))
     wanted = _several(dimensions)
     delay = whole("delay", delay, 1)
     seed = whole("seed", seed, 0)

@@ -14,7 +14,7 @@ from ..errors import InvalidInput
 from ._arguments import dimensions_of, long_enough, positive, varying
 from ._series import known, series, unbroken
 from ._theiler import theiler_window
-from ._values import typical_gap
+from ._values import rounding_doubt, typical_gap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -126,21 +126,18 @@ class AveragedFalseNeighbors:
 
     def describe(self) -> str:
         """The answer in words."""
-        if self.warnings:
-            return "no embedding dimension by averaged false neighbours: " + "; ".join(
-                self.warnings
-            )
         if not self.deterministic:
-            return "no determinism by averaged false neighbours: E2 is 1 in every dimension"
-        if self.dimension is None:
-            return (
-                "no embedding dimension by averaged false neighbours: "
-                f"E1 still changes at {self.dimensions[-1]} dimensions"
+            words = "no determinism by averaged false neighbours: E2 is 1 in every dimension"
+        elif self.dimension is None:
+            words = "no embedding dimension by averaged false neighbours"
+            if not self.warnings:
+                words += f": E1 still changes at {self.dimensions[-1]} dimensions"
+        else:
+            words = (
+                f"embedding dimension {self.dimension} by averaged false neighbours "
+                f"(from there on E1 stays within {FLAT} of {self.e1[-1]:.2f})"
             )
-        return (
-            f"embedding dimension {self.dimension} by averaged false neighbours "
-            f"(from there on E1 stays within {FLAT} of {self.e1[-1]:.2f})"
-        )
+        return "; ".join((words, *self.warnings))
 
     def __str__(self) -> str:
         return self.describe()
@@ -223,6 +220,7 @@ def false_nearest_neighbors(
         )
     if len(good) and not warnings:
         found = int(tried[good[0]])
+    warnings += _rounding(values)
     return FalseNeighbors(
         found, tried, share, by_growth, by_size, foretold, delay, window, tolerance, tuple(warnings)
     )
@@ -277,6 +275,7 @@ def averaged_false_neighbors(
     first = int(changing[-1]) + 2 if len(changing) else 1
     warnings = _doubts(values)
     found = first if deterministic and first < most and not warnings else None
+    warnings += _rounding(values)
     return AveragedFalseNeighbors(
         found, deterministic, np.arange(1, most + 1), e1, e2, delay, window, tuple(warnings)
     )
@@ -287,6 +286,11 @@ def _doubts(values: np.ndarray) -> list[str]:
     if different >= DISTINCT:
         return []
     return [f"the series takes {different} values only: it is periodic, or too coarsely rounded"]
+
+
+def _rounding(values: np.ndarray) -> list[str]:
+    few = rounding_doubt(values)
+    return [f"{few}: neighbours that are equal were passed over"] if few else []
 
 
 def _ready(x: Any, most: int, delay: int, theiler: int | None) -> tuple[np.ndarray, int]:

@@ -246,7 +246,8 @@ def recurrence_quantification(
     points = int(diagonals @ np.arange(count + 1))
     rate = points / pairs
     warnings: tuple[str, ...] = ()
-    if np.ptp(known(values)) == 0:
+    present = known(values)
+    if present.min() == present.max():
         warnings = ("the series is constant: every vector recurs always",)
     elif points == 0:
         warnings = ("no vectors are within the radius: use a larger one",)

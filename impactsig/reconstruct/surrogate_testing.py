@@ -23,7 +23,7 @@ Statistic = Literal["prediction_error", "time_reversal_asymmetry"]
 LEVEL = 0.05
 LONGEST_PERIOD = 64
 PERIODIC_BELOW = 1e-3  # of the standard deviation, by which a period may be missed
-FEW_VALUES = 0.1  # distinct values as a share of all
+FEW_VALUES = 0.5  # distinct values as a share of all
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -250,7 +250,7 @@ def _oddities(x: np.ndarray) -> tuple[str, ...]:
     if period:
         return (f"the series is periodic: it repeats every {period} values",)
     distinct = len(np.unique(x))
-    if distinct < FEW_VALUES * len(x):
+    if distinct <= FEW_VALUES * len(x):
         return (
             f"only {distinct} of {len(x)} values are distinct: a coarse clock, not the dynamics, "
             "may decide which are neighbours",

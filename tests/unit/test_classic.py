@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from impactsig import InvalidInput
+from impactsig.errors import ImpactsigWarning
 from impactsig.reconstruct import classic
 from tests import naive_reconstruct_embed as naive
 
@@ -69,9 +70,16 @@ def test_what_nolds_would_answer_silently_is_refused(measure, x):
     assert caught.value.argument == "x"
 
 
-def test_an_exponent_of_minus_infinity_is_an_error():
-    with pytest.raises(InvalidInput, match="lyap_r"):
-        MEASURES["lyap_r"](np.tile([1.0, 2.0], 200))
+@pytest.mark.parametrize("measure", ["lyap_r", "lyap_e", "hurst_rs", "dfa"])
+def test_a_series_that_recurs_has_no_scaling(measure):
+    with pytest.raises(InvalidInput, match="recur after 2"):
+        MEASURES[measure](np.tile([1.0, 2.0], 200))
+
+
+@pytest.mark.parametrize("measure", ["lyap_r", "lyap_e"])
+def test_gaps_of_rounding_are_warned_of(measure):
+    with pytest.warns(ImpactsigWarning, match="different values in 1000"):
+        MEASURES[measure](np.round(HENON, 1))
 
 
 def test_vectors_of_which_none_are_alike_are_an_error():
