@@ -98,12 +98,12 @@ def estimate(
     noise = _scaling.noise_level(totals, radii, dimensions)
     warnings = []
     floor = RESOLUTION_FLOOR * resolution / scale
-    deviation = known(unit).std()
-    if noise > STRUCTURE * deviation:
+    marked, unit = unit, known(unit)
+    if noise > STRUCTURE * unit.std():
         noise = 0.0
     elif noise:
         floor = max(floor, NOISE_FLOOR * noise)
-        warnings.append(f"noise of about {noise * scale:.2g} ({noise / deviation:.0%} of sd)")
+        warnings.append(f"noise of about {noise * scale:.2g} ({noise / unit.std():.0%} of sd)")
     if quantised:
         warnings.append(f"values rounded to {quantised * scale:.3g}")
     same = totals[-1, 0] / totals[-1, -1]
@@ -113,7 +113,7 @@ def estimate(
         radii, scale, floor, noise > 0, delay, theiler, weights, region, seed
     )  # fmt: skip
     read = tuple(
-        _read_one(m, unit, count, setting) for m, count in zip(dimensions, counts, strict=True)
+        _read_one(m, marked, count, setting) for m, count in zip(dimensions, counts, strict=True)
     )
     return _verdict(
         read, correlation, noise * scale, resolution, floor * scale, region is not None, warnings
