@@ -186,7 +186,7 @@ def _dimension(tool: str, n: int) -> tuple[float, float]:
         ),
         "impactsig": lambda: correlation_dimension(x, 3, theiler=1, workers=1).value or np.nan,
         "nolds": lambda: nolds.corr_dim(x, 2, rvals=radii, fit="poly"),
-        "neurokit2": lambda: neurokit2.fractal_correlation(x, dimension=2, radius=radii)[0],
+        "neurokit2": lambda: neurokit2.fractal_correlation(x, dimension=2, radius="nolds")[0],
     }
     if tool.startswith("impactsig"):
         work[tool]()  # not the compiler's time
