@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InvalidInput, finite_number
 from ..oscillators.flows import Flow
-from ._tableau import GAUGE_DEGREE, dormand_prince
+from ._tableau import GAUGE_DEGREE, flow_tableau
 
 if TYPE_CHECKING:
     from ._flow_spikes import Task
@@ -55,7 +55,7 @@ class Running:
         rates = rates_of(flow.function, flow.dimension, len(parameters))
         self.field = Field(rates, native, number, parameters, flow.dimension)
         _check_rates(flow, start)
-        self.tableau = dormand_prince()
+        self.tableau = flow_tableau()
         d = -(-(flow.dimension + fires) // 4) * 4
         self.course = Course(np.zeros(2), np.zeros(d), np.zeros(d), np.zeros(2))
         self.course.state[: flow.dimension] = start

@@ -83,7 +83,7 @@ def pose(tab, s, level):
     for i in range(GAUGE_DEGREE + 1):
         total = 0.0
         for j in range(GAUGE_DEGREE + 1):
-            total += tab.values[i, j] * (s.gauge[j] - level)
+            total += tab.bernstein[i, j] * (s.gauge[j] - level)
         s.coefficients[i] = total
     # Steps must meet without a jump in which a crossing would be lost.
     s.coefficients[0] = s.gauge[0] - level

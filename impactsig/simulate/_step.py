@@ -140,6 +140,6 @@ def interpolate(tab, f, leg, s, h, y, v, dq, dv):
                     part += tab.d[m - 3, i] * rates[i]
                 part *= h
             for n in range(DEGREE + 1):
-                out[n] += tab.terms[n, m] * part
+                out[n] += tab.bernstein[n, m] * part
         out[1] = h * rates[0] / DEGREE  # without the rounding: small gaps live on it
         out[DEGREE] = gain

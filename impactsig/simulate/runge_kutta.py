@@ -14,7 +14,7 @@ from ..errors import InvalidInput, finite_number
 from ..oscillators import KelvinVoigt, Oscillator, Rigid
 from ._events import COUNTERS
 from ._frame import forcing, reference_frequency
-from ._tableau import DEGREE, dormand_prince
+from ._tableau import DEGREE, tableau
 from ._user import compiled
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ class SteppingEngine:
         self.omega: float = reference_frequency(oscillator)
         self._functions = _functions(oscillator)
         self._problem = _pose(oscillator, method, chatter)
-        self._tableau = dormand_prince()
+        self._tableau = tableau()
         stops = len(oscillator.stops)
         self._scratch = Scratch(
             waves=np.empty_like(self._problem.waves),
