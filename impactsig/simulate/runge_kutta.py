@@ -32,6 +32,11 @@ class RungeKutta:
     ----------
     tolerance : float
         Error of a step, relative to the velocity of the motion.
+
+    Raises
+    ------
+    InvalidInput
+        If the tolerance is out of its range.
     """
 
     tolerance: float = 1e-10
@@ -55,6 +60,11 @@ class FixedStep:
     ----------
     steps : int
         Steps in a forcing period (without forcing, in a natural period).
+
+    Raises
+    ------
+    InvalidInput
+        If they are not a whole number in range.
     """
 
     steps: int = 300
