@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from . import plot
     from .comparison import Comparison, compare
     from .detect import detect_impacts
+    from .dynamics.lyapunov import LyapunovSpectrum, lyapunov_spectrum
+    from .dynamics.tangent import TangentMap, tangent_map
     from .errors import (
         ImpactsigError,
         ImpactsigWarning,
@@ -109,6 +111,9 @@ _HOME = {
     "impacts": ("Impacts",),
     "io": ("info", "read", "read_blocks"),
     "detect": ("detect_impacts",),
+    "dynamics": (),
+    "dynamics.lyapunov": ("LyapunovSpectrum", "lyapunov_spectrum"),
+    "dynamics.tangent": ("TangentMap", "tangent_map"),
     "intervals": (
         "IntervalHistogram",
         "Join",
@@ -196,6 +201,7 @@ __all__ = [
     "KelvinVoigt",
     "LoadCell",
     "LyapunovExponent",
+    "LyapunovSpectrum",
     "Measured",
     "Microphone",
     "MissingExtra",
@@ -214,6 +220,7 @@ __all__ = [
     "Stop",
     "SurrogateTest",
     "Surrogates",
+    "TangentMap",
     "Trajectory",
     "UnreadableFile",
     "UnwritableFile",
@@ -234,6 +241,7 @@ __all__ = [
     "interval_histogram",
     "local_variation",
     "lyapunov_exponent",
+    "lyapunov_spectrum",
     "measure",
     "mutual_information_delay",
     "plot",
@@ -252,6 +260,7 @@ __all__ = [
     "surrogate_test",
     "surrogates",
     "synthesize",
+    "tangent_map",
     "threshold_crossings",
     "time_reversal_asymmetry",
     "trajectory",

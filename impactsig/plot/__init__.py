@@ -5,6 +5,7 @@ from .correlation import correlation_sum
 from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
 from .exponents import stretch_curve
+from .lyapunov import lyapunov_convergence
 from .motions import phase_portrait, power_spectrum, time_history
 from .recurrence import recurrence_plot
 from .sequences import histogram, return_map
@@ -24,6 +25,7 @@ __all__ = [
     "histogram",
     "interval_densities",
     "interval_sequence",
+    "lyapunov_convergence",
     "peak_against_time",
     "phase_portrait",
     "power_spectrum",
