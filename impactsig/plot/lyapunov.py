@@ -15,10 +15,11 @@ if TYPE_CHECKING:
 
 
 def lyapunov_convergence(result: LyapunovSpectrum, ax: Axes | None = None) -> Axes:
-    """Draw the running estimates of all exponents over time, with their final error.
+    """Draw how far the running estimates of all exponents were from the final ones.
 
-    The bands are two standard errors wide on either side of the final value. Where neighbours
-    became one, the estimates are those between these collapses, and the title says so.
+    So that exponents of all sizes share an axis. A band is two standard errors wide on either
+    side. Where neighbours became one, the estimates are those between these collapses, and the
+    title says so.
 
     Parameters
     ----------
@@ -34,19 +35,23 @@ def lyapunov_convergence(result: LyapunovSpectrum, ax: Axes | None = None) -> Ax
     ax = axes(ax, width=6.4, height=3.8)
     if not len(result.time):
         return explain(ax, f"no exponents: {result.status}")
+    off = result.curve - result.between_collapses
     for k, (value, error) in enumerate(zip(result.between_collapses, result.error, strict=True)):
         colour = CHANNEL_COLOURS[k % len(CHANNEL_COLOURS)]
         label = rf"$\lambda_{{{k + 1}}}$ = {value:.5g} ± {error:.1g}"
-        ax.plot(result.time, result.curve[:, k], color=colour, linewidth=1.2, label=label)
+        ax.plot(result.time, off[:, k], color=colour, linewidth=1.2, label=label)
         if np.isfinite(error):
-            band = (value - 2 * error, value + 2 * error)
-            ax.axhspan(*band, color=colour, alpha=0.15, linewidth=0)
+            ax.axhspan(-2 * error, 2 * error, color=colour, alpha=0.12, linewidth=0)
     ax.axhline(0.0, color=GREY, linewidth=0.8, linestyle=":")
+    late = np.abs(off[len(off) // 8 :]).max()
+    if np.isfinite(late):  # the first estimates may be far off
+        room = 1.1 * max(late, 2 * np.nanmax(result.error, initial=0.0), 1e-12)
+        ax.set_ylim(-room, room)
     if result.collapses:
         count = f"{result.collapses} collapse{'s' * (result.collapses > 1)}"
         ax.set_title(f"between {count} of the neighbours", loc="left", fontsize="medium")
     ax.set_xlim(0.0, result.time[-1])
     ax.set_xlabel("time, in the system's unit")
-    ax.set_ylabel("exponent")
-    ax.legend(frameon=False, loc="center right", fontsize="small")
+    ax.set_ylabel("estimate less final value")
+    ax.legend(frameon=False, loc="upper right", fontsize="small")
     return ax
