@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from .comparison import Comparison, compare
     from .detect import detect_impacts
     from .dynamics.lyapunov import LyapunovSpectrum, lyapunov_spectrum
+    from .dynamics.orbits import PeriodicOrbit, find_periodic_orbit, find_periodic_orbits
+    from .dynamics.periodicity import OrbitPeriod, orbit_period
+    from .dynamics.sections import Section, displacement_section, impact_map
     from .dynamics.tangent import TangentMap, tangent_map
     from .errors import (
         ImpactsigError,
@@ -113,6 +116,9 @@ _HOME = {
     "detect": ("detect_impacts",),
     "dynamics": (),
     "dynamics.lyapunov": ("LyapunovSpectrum", "lyapunov_spectrum"),
+    "dynamics.orbits": ("PeriodicOrbit", "find_periodic_orbit", "find_periodic_orbits"),
+    "dynamics.periodicity": ("OrbitPeriod", "orbit_period"),
+    "dynamics.sections": ("Section", "displacement_section", "impact_map"),
     "dynamics.tangent": ("TangentMap", "tangent_map"),
     "intervals": (
         "IntervalHistogram",
@@ -206,7 +212,9 @@ __all__ = [
     "Microphone",
     "MissingExtra",
     "Motion",
+    "OrbitPeriod",
     "Oscillator",
+    "PeriodicOrbit",
     "Periodicity",
     "PredictionError",
     "Recording",
@@ -216,6 +224,7 @@ __all__ = [
     "ReturnMapDeterminism",
     "Rigid",
     "RungeKutta",
+    "Section",
     "Split",
     "Stop",
     "SurrogateTest",
@@ -233,9 +242,13 @@ __all__ = [
     "cv2",
     "delay_embed",
     "detect_impacts",
+    "displacement_section",
     "false_nearest_neighbors",
+    "find_periodic_orbit",
+    "find_periodic_orbits",
     "flows",
     "identify_period",
+    "impact_map",
     "info",
     "integrate_and_fire",
     "interval_histogram",
@@ -244,6 +257,7 @@ __all__ = [
     "lyapunov_spectrum",
     "measure",
     "mutual_information_delay",
+    "orbit_period",
     "plot",
     "prediction_error",
     "read",

@@ -8,6 +8,7 @@ from .exponents import stretch_curve
 from .lyapunov import lyapunov_convergence
 from .motions import phase_portrait, power_spectrum, time_history
 from .recurrence import recurrence_plot
+from .sections import section
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
 from .surrogates import prediction_error, surrogate_test
@@ -34,6 +35,7 @@ __all__ = [
     "recurrence_plot",
     "return_map",
     "return_maps",
+    "section",
     "spike_train",
     "stretch_curve",
     "surrogate_test",
