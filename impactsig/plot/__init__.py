@@ -6,8 +6,10 @@ from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
 from .equivalence import match_rate
 from .exponents import stretch_curve
+from .lyapunov import lyapunov_convergence
 from .motions import phase_portrait, power_spectrum, time_history
 from .recurrence import recurrence_plot
+from .sections import section
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
 from .surrogates import prediction_error, surrogate_test
@@ -26,6 +28,7 @@ __all__ = [
     "interval_densities",
     "interval_sequence",
     "match_rate",
+    "lyapunov_convergence",
     "peak_against_time",
     "phase_portrait",
     "power_spectrum",
@@ -34,6 +37,7 @@ __all__ = [
     "recurrence_plot",
     "return_map",
     "return_maps",
+    "section",
     "spike_train",
     "stretch_curve",
     "surrogate_test",
