@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from . import plot
     from .comparison import Comparison, compare
     from .detect import detect_impacts
+    from .dynamics.basins import Attractor, Basins, basins_of_attraction
+    from .dynamics.charts import PeriodicityChart, periodicity_chart
+    from .dynamics.diagrams import BifurcationDiagram, bifurcation_diagram
     from .dynamics.equivalence import (
         ContactSamples,
         EquivalenceError,
@@ -21,8 +24,8 @@ if TYPE_CHECKING:
         equivalence_error,
         fit_soft_stop,
     )
-    from .dynamics.matching import MatchRate, match_rate, strobe_distance
     from .dynamics.lyapunov import LyapunovSpectrum, lyapunov_spectrum
+    from .dynamics.matching import MatchRate, match_rate, strobe_distance
     from .dynamics.orbits import PeriodicOrbit, find_periodic_orbit, find_periodic_orbits
     from .dynamics.periodicity import OrbitPeriod, orbit_period
     from .dynamics.sections import Section, displacement_section, impact_map
@@ -194,6 +197,9 @@ _HOME = {
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
     "simulate.trajectories": ("Trajectory", "trajectory"),
+    "dynamics.basins": ("Attractor", "Basins", "basins_of_attraction"),
+    "dynamics.charts": ("PeriodicityChart", "periodicity_chart"),
+    "dynamics.diagrams": ("BifurcationDiagram", "bifurcation_diagram"),
     "dynamics.equivalence": (
         "ContactSamples",
         "EquivalenceError",
@@ -208,8 +214,11 @@ _HOME = {
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "Attractor",
     "AveragedFalseNeighbors",
     "BaseMotion",
+    "Basins",
+    "BifurcationDiagram",
     "Comparison",
     "ContactSamples",
     "CorrelationDimension",
@@ -231,8 +240,8 @@ __all__ = [
     "KelvinVoigt",
     "LoadCell",
     "LyapunovExponent",
-    "MatchRate",
     "LyapunovSpectrum",
+    "MatchRate",
     "Measured",
     "Microphone",
     "MissingExtra",
@@ -241,6 +250,7 @@ __all__ = [
     "Oscillator",
     "PeriodicOrbit",
     "Periodicity",
+    "PeriodicityChart",
     "PredictionError",
     "Recording",
     "RecurrencePlot",
@@ -249,8 +259,8 @@ __all__ = [
     "ReturnMapDeterminism",
     "Rigid",
     "RungeKutta",
-    "SoftStopFit",
     "Section",
+    "SoftStopFit",
     "Split",
     "Stop",
     "SurrogateTest",
@@ -261,6 +271,8 @@ __all__ = [
     "UnwritableFile",
     "autocorrelation_delay",
     "averaged_false_neighbors",
+    "basins_of_attraction",
+    "bifurcation_diagram",
     "coefficient_of_variation",
     "compare",
     "correlation_dimension",
@@ -268,13 +280,12 @@ __all__ = [
     "cv2",
     "delay_embed",
     "detect_impacts",
-    "equivalence_error",
-    "false_nearest_neighbors",
-    "fit_soft_stop",
     "displacement_section",
+    "equivalence_error",
     "false_nearest_neighbors",
     "find_periodic_orbit",
     "find_periodic_orbits",
+    "fit_soft_stop",
     "flows",
     "identify_period",
     "impact_map",
@@ -283,11 +294,12 @@ __all__ = [
     "interval_histogram",
     "local_variation",
     "lyapunov_exponent",
-    "match_rate",
     "lyapunov_spectrum",
+    "match_rate",
     "measure",
     "mutual_information_delay",
     "orbit_period",
+    "periodicity_chart",
     "plot",
     "prediction_error",
     "read",

@@ -2,6 +2,7 @@
 
 from .comparison import comparison
 from .correlation import correlation_sum
+from .diagrams import basins, bifurcation_diagram, periodicity_chart
 from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
 from .equivalence import match_rate
@@ -18,6 +19,8 @@ from .waveforms import pulse, waveform
 
 __all__ = [
     "averaged_false_neighbors",
+    "basins",
+    "bifurcation_diagram",
     "comparison",
     "contact_against_interval",
     "correlation_sum",
@@ -27,9 +30,10 @@ __all__ = [
     "histogram",
     "interval_densities",
     "interval_sequence",
-    "match_rate",
     "lyapunov_convergence",
+    "match_rate",
     "peak_against_time",
+    "periodicity_chart",
     "phase_portrait",
     "power_spectrum",
     "prediction_error",
