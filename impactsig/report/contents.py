@@ -234,7 +234,7 @@ def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
 
 
 def _settings_of_dynamics(analysis: Analysis) -> list[tuple[str, str]]:
-    """How dimension, exponent and surrogate test were worked out, and what each estimator says."""
+    """How dimension, exponent and surrogate test were worked out."""
     dynamics = analysis.dynamics
     rows = []
     if dynamics.dimension is not None and dynamics.dimension.correlation is not None:
@@ -243,11 +243,6 @@ def _settings_of_dynamics(analysis: Analysis) -> list[tuple[str, str]]:
         rows = [
             ("embedding dimensions", listed),
             ("Theiler window", counted(sums.theiler, "interval")),
-        ]
-        rows += [
-            (f"by {name}" if name != "slope" else "by the slope", f"{value:.3g}")
-            for name, value in (dynamics.dimension.estimates or {}).items()
-            if value is not None
         ]
     exponent, test = dynamics.exponent, dynamics.surrogates
     if exponent is not None:

@@ -37,6 +37,9 @@ and the test of a thousand misses next to nothing."""
 READ = 20_000
 """Intervals, from the first on, that dimension and exponent are read from."""
 
+ROUGH_BELOW = 300
+"""Intervals below which dimension and exponent are rough, whatever their 95 % intervals say."""
+
 REPAIRED = 5000
 """Impacts up to which a repair is tried: that many take half a second."""
 
@@ -92,6 +95,18 @@ class Dynamics:
         return self.dimension is not None and self.dimension.verdict in ("periodic", "constant")
 
     @property
+    def chaotic(self) -> bool:
+        """Whether all signs of chaos are there: more than noise, a dimension, growing gaps."""
+        return (
+            self.surrogates is not None
+            and self.surrogates.rejected
+            and self.dimension is not None
+            and self.dimension.value is not None
+            and self.exponent is not None
+            and grows(self.exponent)
+        )
+
+    @property
     def left_out(self) -> bool:
         """Whether there is more to tell for who asks."""
         return not (self.asked or self.periodic)
@@ -104,30 +119,31 @@ class Dynamics:
             return "not asked for"
         test, found, exponent = self.surrogates, self.dimension, self.exponent
         if test is not None and not test.rejected:
+            words = f"nothing tells these {self.intervals} intervals from linear noise"
             return (
-                "no more than linear noise can be told from these intervals: trust no dimension or "
-                "exponent of theirs"
+                words if found is exponent is None else f"{words}; trust no number fitted to them"
             )
-        told = ["whether more than noise is not told" if test is None else "more than linear noise"]
+        told = ["not tested against noise" if test is None else "more than linear noise"]
         value = None if found is None else found.value
         told.append("no dimension could be read" if value is None else f"dimension {value:.2g}")
-        rate = pace(exponent) if exponent is not None and grows(exponent) else None
-        if rate is not None:
-            told.append(f"courses that begin alike part {rate}")
+        if exponent is not None and grows(exponent):
+            told.append(f"neighbouring trajectories separate {pace(exponent)}")
         elif exponent is not None and exponent.verdict == "no divergence":
-            told.append("courses that begin alike stay together")
+            told.append("neighbouring trajectories stay together")
         else:
             told.append("no exponent tells chaos from order")
-        if test is not None and value is not None and rate is not None:
-            return f"low-dimensional chaos by all three signs: {', '.join(told)}"
-        return "; ".join(told)
+        words = "; ".join(told)
+        if self.chaotic:
+            words = f"low-dimensional chaos by all three signs: {', '.join(told)}"
+        rough = value is not None and self.intervals < ROUGH_BELOW
+        return f"{words} (roughly: few intervals)" if rough else words
 
     def __str__(self) -> str:
         return self.describe()
 
 
 def grows(exponent: LyapunovExponent) -> bool:
-    """Whether courses part for certain."""
+    """Whether neighbouring trajectories separate for certain."""
     return (
         exponent.verdict == "divergence"
         and exponent.interval is not None
@@ -136,7 +152,7 @@ def grows(exponent: LyapunovExponent) -> bool:
 
 
 def pace(exponent: LyapunovExponent) -> str:
-    """How fast courses part, in words."""
+    """How fast neighbouring trajectories separate, in words."""
     assert exponent.exponent is not None
     impacts = 1 / exponent.exponent
     words = f"by a factor e in {impacts:.2g} impacts"

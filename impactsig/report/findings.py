@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from .. import plot
+from ..reconstruct.surrogate_testing import LEVEL
 from ..reconstruct.surrogates import LABEL
 from .contents import counted, printable
-from .dynamics import DIMENSIONS, READ, REPAIRED, TESTED, grows, pace
+from .dynamics import (
+    DIMENSIONS,
+    READ,
+    REPAIRED,
+    ROUGH_BELOW,
+    TESTED,
+    grows,
+    is_certain,
+    pace,
+)
 from .figures import Picture, draw, draw_figure
 
 if TYPE_CHECKING:
@@ -25,9 +35,8 @@ if TYPE_CHECKING:
     from .dynamics import Dynamics
 
 LAGS = (1, 2, 3)
-HARDLY_ENOUGH = 100
-"""Intervals below which dimension and exponent can hardly be told."""
 MANY_FALSE = 0.1
+"""Share of false neighbours from which on an embedding hides the exponent."""
 
 
 @dataclass(frozen=True)
@@ -41,12 +50,9 @@ class Finding:
 
 
 def verdict(analysis: Analysis) -> str:
-    """The answer in a sentence; empty where there are no intervals to speak of."""
-    dynamics = analysis.dynamics
-    if dynamics.left_out:
-        return "Whether this motion is chaos or chance was not asked."
-    words = dynamics.describe()
-    return f"{words[0].upper()}{words[1:]}."
+    """The answer in a sentence; empty where it was not asked for."""
+    words = "" if analysis.dynamics.left_out else f"{analysis.dynamics}."
+    return words[:1].upper() + words[1:]
 
 
 def care(analysis: Analysis) -> list[str]:
@@ -133,21 +139,23 @@ def _return_maps(impacts: Impacts, lags: tuple[int, ...], figure: Figure) -> Non
 def _decided(found: ReturnMapDeterminism, count: int) -> str:
     chance = max(float(found.surrogates.max()), 0.0)
     words = (
-        f"An interval decides {max(found.explained, 0):.0%} of the variance of the next one "
-        f"(in random order at most {chance:.0%})"
+        f"An interval decides {100 * found.explained:.0f} % of the variance of the next one "
+        f"(in random order at most {100 * chance:.0f} %)"
     )
-    if found.p_value > 0.05:
-        words += ": no more than chance, the last interval foretells nothing"
+    if found.p_value > LEVEL:
+        words = "An interval decides no more of the next one than it would in random order"
     elif found.explained > 0.5:
         words += ": the next impact can be foretold from the last interval"
     else:
-        words += ": there is order, but the last interval alone does not foretell the next"
-    return _with_doubts(words + _of_first(TESTED, count), found.warnings)
+        words += ": there is order, but the last interval alone does not foretell the next impact"
+    return _with_doubts(words + _of_first(TESTED, count), found.warnings) + "."
 
 
 def _periodic(analysis: Analysis) -> Finding:
     period = analysis.periodicity
-    told = [f"Dimension 0. {_capital(period.describe())}. Nothing was fitted."]
+    told = ["The intervals recur, so their dimension is 0; nothing was fitted."]
+    if analysis.dynamics.intervals and is_certain(period):
+        told = [f"The motion recurs ({period}), so its dimension is 0; nothing was fitted."]
     if period.jitter:
         told.append(
             f"What is left, {_time(period.jitter)} about the instants due, is timing noise or a "
@@ -167,11 +175,15 @@ def _dimension(dynamics: Dynamics) -> Finding:
         low, high = found.interval
         words = [
             f"Correlation dimension {found.value:.2f}, 95 % interval {low:.2f} to {high:.2f}"
-            f"{_of_first(READ, dynamics.intervals)}. Impacts are a section of the motion, so the "
-            "attractor of the machine has about one dimension more.",
-            f"It was read at radii from {_time(found.region[0])} to {_time(found.region[1])}, where"
-            f" embedding dimensions {_span(found.plateau)} agree.",
+            f"{_of_first(READ, dynamics.intervals)}, read at radii from {_time(found.region[0])} to"
+            f" {_time(found.region[1])}, where embedding dimensions {_span(found.plateau)} agree.",
+            f"By each estimator alone: {_each(found.estimates)}.",
         ]
+        if dynamics.chaotic:
+            words.append(
+                "Impacts are a section of the motion: the attractor of the machine, with the time "
+                "between them, has about one dimension more."
+            )
     else:
         words = [
             f"No dimension: as the embedding dimension goes from {span}, the estimate does not "
@@ -181,7 +193,7 @@ def _dimension(dynamics: Dynamics) -> Finding:
             else "No dimension: at no radius above the noise are there enough pairs of intervals."
         ]
     if found.warnings:
-        words.append(f"Mind: {'; '.join(found.warnings)}.")
+        words.append(f"Mind (times in seconds): {'; '.join(found.warnings)}.")
     picture = Picture(
         draw_figure(found.plot, 11.0, 3.7),
         f"Correlation sums of embedding dimensions {_span(DIMENSIONS)}, their local slopes, and "
@@ -199,23 +211,23 @@ def _exponent(dynamics: Dynamics) -> Finding:
         return _missing("Lyapunov exponent", "No exponent", "exponent", dynamics)
     return Finding(
         "Lyapunov exponent",
-        (_with_doubts(_courses(found), found.warnings) + ".", *_false(dynamics)),
+        (_with_doubts(_separation(found), found.warnings) + ".", *_false(dynamics)),
         Picture(
             draw(found.plot, 5.0, 3.6),
             f"Logarithm of the gap between neighbours against time: {found.verdict}",
-            "How far courses are apart that began alike. A straight rise is exponential growth; it "
-            "ends where they are as far apart as any two.",
+            "How far apart trajectories are that began as neighbours. A straight rise is "
+            "exponential growth; it ends where they are as far apart as any two.",
         ),
     )
 
 
-def _courses(found: LyapunovExponent) -> str:
+def _separation(found: LyapunovExponent) -> str:
     if found.verdict == "periodic":
         return "The intervals recur exactly: exponent 0"
     if found.exponent is None:
         return (
-            "No exponent: courses that begin alike part at once, or not exponentially over any "
-            "stretch, as in noise or where there are too few intervals"
+            "No exponent: neighbouring trajectories separate at once, or not exponentially over "
+            "any stretch, as in noise or where there are too few intervals"
         )
     words = f"{found.exponent:.2g} per impact"
     if found.interval is not None:
@@ -224,13 +236,13 @@ def _courses(found: LyapunovExponent) -> str:
         words += f"; {found.per_second:.2g} per second"
     if found.verdict == "no divergence":
         return (
-            f"Courses that begin alike stay together ({words}): the motion is periodic or "
+            f"Neighbouring trajectories stay together ({words}): the motion is periodic or "
             "quasi-periodic rather than chaotic"
         )
     if grows(found):
         return (
-            f"Largest Lyapunov exponent {words}. Courses that begin alike part {pace(found)}; "
-            "further ahead than some of these no impact can be foretold"
+            f"Largest Lyapunov exponent {words}. Neighbouring trajectories separate {pace(found)}; "
+            "an impact can be foretold a few times as far ahead, and no further"
         )
     return f"Largest Lyapunov exponent {words}, which is not told apart from 0"
 
@@ -250,7 +262,7 @@ def _surrogates(dynamics: Dynamics) -> Finding:
         return _missing("More than noise?", "Not told", "surrogates", dynamics)
     return Finding(
         "More than noise?",
-        (_with_doubts(_noise(test, dynamics.intervals), test.warnings) + ".",),
+        (_with_doubts(_noise(test, dynamics), test.warnings) + ".",),
         Picture(
             draw(test.plot, 5.0, 3.6),
             f"Prediction error of the intervals among those of their surrogates, p = "
@@ -262,19 +274,18 @@ def _surrogates(dynamics: Dynamics) -> Finding:
     )
 
 
-def _noise(test: SurrogateTest, count: int) -> str:
+def _noise(test: SurrogateTest, dynamics: Dynamics) -> str:
     errors = (
-        f"from what came before, the next interval is foretold to {test.statistic:.2g} standard "
-        f"deviations, in linear noise of the same values and spectrum to "
-        f"{test.surrogates.mean():.2g} (p = {test.p_value:.2g})"
+        f"from those before it an interval is foretold to within {test.statistic:.2f} standard "
+        f"deviations, in linear noise of the same values and spectrum to within "
+        f"{test.surrogates.mean():.2f} (p = {test.p_value:.2g})"
     )
-    first = _of_first(TESTED, count)
+    errors += _of_first(TESTED, dynamics.intervals)
     if test.rejected:
-        return f"Yes: {errors}{first}. That rules linear noise out; it does not prove chaos"
-    return (
-        f"No sign of it: {errors}{first}. A dimension or an exponent of these intervals must not "
-        "be taken for one of the machine"
-    )
+        return f"Yes: {errors}. That rules linear noise out; it does not prove chaos"
+    if dynamics.dimension is dynamics.exponent is None:
+        return f"No sign of it: {errors}"
+    return f"No sign of it: {errors}. Do not take the numbers beside for those of the machine"
 
 
 def _left_out(dynamics: Dynamics) -> Finding:
@@ -282,10 +293,8 @@ def _left_out(dynamics: Dynamics) -> Finding:
         "Correlation dimension, Lyapunov exponent and the test against noise take seconds and were "
         "not asked for: impactsig report --dynamics adds them (in Python, dynamics=True)."
     ]
-    if dynamics.intervals < HARDLY_ENOUGH:
-        told.append(
-            f"Of {counted(dynamics.intervals, 'interval')} they could hardly tell anything."
-        )
+    if dynamics.intervals < ROUGH_BELOW:
+        told.append(f"They want some hundreds of intervals; there are {dynamics.intervals}.")
     return Finding("Left out", tuple(told))
 
 
@@ -310,5 +319,6 @@ def _time(seconds: float) -> str:
     return f"{factor * seconds:.3g} {unit}"
 
 
-def _capital(words: str) -> str:
-    return words[:1].upper() + words[1:]
+def _each(estimates: Mapping[str, float | None] | None) -> str:
+    known = {name: value for name, value in (estimates or {}).items() if value is not None}
+    return ", ".join(f"{name} {value:.2f}" for name, value in known.items())
