@@ -125,7 +125,7 @@ class Dynamics:
             )
         told = ["not tested against noise" if test is None else "more than linear noise"]
         value = None if found is None else found.value
-        told.append("no dimension could be read" if value is None else f"dimension {value:.2g}")
+        told.append("no dimension could be read" if value is None else f"dimension {value:.2f}")
         if exponent is not None and grows(exponent):
             told.append(f"neighbouring trajectories separate {pace(exponent)}")
         elif exponent is not None and exponent.verdict == "no divergence":

@@ -229,11 +229,11 @@ def _separation(found: LyapunovExponent) -> str:
             "No exponent: neighbouring trajectories separate at once, or not exponentially over "
             "any stretch, as in noise or where there are too few intervals"
         )
-    words = f"{found.exponent:.2g} per impact"
+    words = f"{found.exponent:.3g} per impact"
     if found.interval is not None:
-        words += f", 95 % interval {found.interval[0]:.2g} to {found.interval[1]:.2g}"
+        words += f", 95 % interval {found.interval[0]:.3g} to {found.interval[1]:.3g}"
     if found.per_second is not None:
-        words += f"; {found.per_second:.2g} per second"
+        words += f"; {found.per_second:.3g} per second"
     if found.verdict == "no divergence":
         return (
             f"Neighbouring trajectories stay together ({words}): the motion is periodic or "
