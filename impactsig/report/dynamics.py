@@ -63,13 +63,14 @@ class Dynamics:
         Whether the parts that take seconds were asked for.
     dimension : CorrelationDimension or None
         Of the first 20 000 intervals at most. Of a train that is periodic for certain 0 with the
-        verdict "periodic": nothing is fitted.
+        verdict "periodic" and its jitter as the resolution: nothing is fitted.
     exponent : LyapunovExponent or None
         Of the same intervals.
     surrogates : SurrogateTest or None
         Of the first 1500 intervals at most.
     determinism : ReturnMapDeterminism or None
-        Of the same; how far an interval decides the next.
+        Of the same; how far an interval decides the next. Of a periodic train without missed and
+        spurious impacts, how far the lateness of an impact decides that of the next.
     false_share : float or None
         Share of false neighbours in the embedding of the exponent.
     repair : Repair or None
@@ -114,7 +115,12 @@ class Dynamics:
     def describe(self) -> str:
         """The verdict in one sentence, without its full stop."""
         if self.periodic:
-            return "the intervals recur: dimension 0, nothing to fit"
+            assert self.dimension is not None
+            within = self.dimension.resolution
+            words = (
+                f"the intervals recur to within {short_time(within)}" if within else "they recur"
+            )
+            return f"{words}: dimension 0, nothing fitted"
         if not self.asked:
             return "not asked for"
         test, found, exponent = self.surrogates, self.dimension, self.exponent
@@ -159,6 +165,12 @@ def pace(exponent: LyapunovExponent) -> str:
     return words if exponent.step is None else f"{words} ({impacts * exponent.step:.2g} s)"
 
 
+def short_time(seconds: float) -> str:
+    """A short time in the unit that reads best."""
+    factor, unit = (1e3, "ms") if seconds >= 1e-3 else (1e6, "µs")
+    return f"{factor * seconds:.3g} {unit}"
+
+
 def read_dynamics(
     impacts: Impacts, period: Periodicity, forcing_frequency: float | None, asked: bool
 ) -> Dynamics:
@@ -198,9 +210,27 @@ def read_dynamics(
         repair = part("repair", lambda: intervals.repair_intervals(impacts, 1 / forcing_frequency))
     if is_certain(period):
         found = reconstruct.CorrelationDimension(
-            "periodic", 0.0, (0.0, 0.0), period=period.impacts, estimator="the period found"
+            "periodic",
+            0.0,
+            (0.0, 0.0),
+            period=period.impacts,
+            estimator="the period found",
+            resolution=period.jitter or 0.0,
         )
-        return Dynamics(len(values), asked, dimension=found, repair=repair, without=without)
+        determinism = None
+        if asked and not (period.missed or period.spurious or len(impacts.gaps)):
+            late = deviations(impacts.time, period.impacts or 1)[:TESTED]
+            determinism = part(
+                "determinism", lambda: reconstruct.return_map_determinism(late, seed=SEED)
+            )
+        return Dynamics(
+            len(values),
+            asked,
+            dimension=found,
+            determinism=determinism,
+            repair=repair,
+            without=without,
+        )
     if not asked:
         return Dynamics(len(values), repair=repair, without=without)
     read, tested = impacts[: READ + 1], values[:TESTED]
@@ -225,6 +255,13 @@ def read_dynamics(
 def is_certain(period: Periodicity) -> bool:
     """Whether the train is periodic beyond doubt."""
     return period.kind in ("periodic", "unlocked") and period.confidence >= CERTAIN
+
+
+def deviations(time: np.ndarray, recurring: int) -> np.ndarray:
+    """How late each impact is of the instant due where so many recur at a constant rate [s]."""
+    each, turn = np.arange(len(time)) % recurring, np.arange(len(time)) // recurring
+    design = np.column_stack((turn, *(each == one for one in range(recurring)))).astype(float)
+    return time - design @ np.linalg.lstsq(design, time, rcond=None)[0]
 
 
 def exponent_of(

@@ -2,51 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from .. import plot
 from ..reconstruct.surrogate_testing import LEVEL
-from ..reconstruct.surrogates import LABEL
 from .contents import counted, printable
-from .dynamics import (
-    DIMENSIONS,
-    READ,
-    REPAIRED,
-    ROUGH_BELOW,
-    TESTED,
-    grows,
-    is_certain,
-    pace,
-)
-from .figures import Picture, draw, draw_figure
+from .dynamics import REPAIRED, ROUGH_BELOW, TESTED, is_certain, short_time
+from .figures import Picture, draw_figure
+from .fitted import Finding, dimension, exponent, of_first, surrogates, with_doubts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..impacts import Impacts
-    from ..reconstruct import (
-        LyapunovExponent,
-        ReturnMapDeterminism,
-        SurrogateTest,
-    )
+    from ..reconstruct import ReturnMapDeterminism
     from .analysis import Analysis
     from .dynamics import Dynamics
 
 LAGS = (1, 2, 3)
-MANY_FALSE = 0.1
-"""Share of false neighbours from which on an embedding hides the exponent."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One part: what it says in sentences, and the figure that shows it."""
-
-    title: str
-    words: tuple[str, ...]
-    picture: Picture | None = None
-    size: Literal["half", "wide"] = "half"
+SLIGHT, LARGELY = 0.1, 0.8
+"""Shares of the variance: below the first scatter about a period is not called a motion, above the
+second an interval is said to foretell the next."""
 
 
 def verdict(analysis: Analysis) -> str:
@@ -98,23 +75,25 @@ def findings(analysis: Analysis) -> Iterator[Finding]:
     if dynamics.periodic:
         yield _periodic(analysis)
     elif dynamics.asked:
-        yield _dimension(dynamics)
-        yield _exponent(dynamics)
-        yield _surrogates(dynamics)
+        yield dimension(dynamics)
+        yield exponent(dynamics)
+        yield surrogates(dynamics)
     elif dynamics.intervals >= 2:
         yield _left_out(dynamics)
 
 
 def _delay_plot(analysis: Analysis) -> Finding:
     impacts, dynamics = analysis.impacts, analysis.dynamics
-    period, found = analysis.periodicity, dynamics.determinism
+    period = analysis.periodicity
+    found = None if dynamics.periodic else dynamics.determinism
     lags = LAGS if dynamics.asked and not dynamics.periodic else LAGS[:1]
     if found is not None:
         words = _decided(found, dynamics.intervals)
     elif dynamics.periodic and period.impacts is not None and period.jitter is not None:
+        number, jitter = period.impacts, short_time(period.jitter)
         words = (
-            f"A motion that recurs after {counted(period.impacts, 'impact')} shows as "
-            f"{counted(period.impacts, 'point')}, spread by timing noise of {_time(period.jitter)}."
+            f"A motion that recurs after {counted(number, 'impact')} shows as "
+            f"{counted(number, 'point')}, spread by the {jitter} by which impacts are early or late."
         )
     else:
         words = (
@@ -144,148 +123,43 @@ def _decided(found: ReturnMapDeterminism, count: int) -> str:
     )
     if found.p_value > LEVEL:
         words = "An interval decides no more of the next one than it would in random order"
-    elif found.explained > 0.5:
-        words += ": the next impact can be foretold from the last interval"
     else:
-        words += ": there is order, but the last interval alone does not foretell the next impact"
-    return _with_doubts(words + _of_first(TESTED, count), found.warnings) + "."
+        part = "" if found.explained > LARGELY else " in part"
+        words += f": the next impact can{part} be foretold from the last interval"
+    return with_doubts(words + of_first(TESTED, count), found.warnings) + "."
 
 
 def _periodic(analysis: Analysis) -> Finding:
     period = analysis.periodicity
-    told = ["The intervals recur, so their dimension is 0; nothing was fitted."]
-    if analysis.dynamics.intervals and is_certain(period):
-        told = [f"The motion recurs ({period}), so its dimension is 0; nothing was fitted."]
-    if period.jitter:
-        told.append(
-            f"What is left, {_time(period.jitter)} about the instants due, is timing noise or a "
-            "small motion beside the period; impactsig dimension reads its dimension."
-        )
-    return Finding("Dimension", tuple(printable(text) for text in told))
+    if not is_certain(period) or not period.jitter:
+        return Finding("Dimension", ("The intervals recur: dimension 0; nothing was fitted.",))
+    words = (
+        f"The motion recurs ({period}) to within {short_time(period.jitter)}: its dimension is 0, "
+        "at any scale coarser than that. Nothing was fitted."
+    )
+    return Finding("Dimension", (printable(words), _left_over(analysis, period.jitter)))
 
 
-def _dimension(dynamics: Dynamics) -> Finding:
-    found = dynamics.dimension
+def _left_over(analysis: Analysis, jitter: float) -> str:
+    """Whether there is a motion in the scatter about a period."""
+    found = analysis.dynamics.determinism
+    if jitter * analysis.rate < 1:
+        return "What is left is less than the time between two samples and tells nothing more."
     if found is None:
-        return _missing("Dimension", "No dimension", "dimension", dynamics)
-    read = [one for one in found.by_dimension if one.value is not None]
-    listed = ", ".join(f"{one.value:.2f}" for one in read)
-    span = _span([one.embedding for one in read])
-    if found.value is not None and found.interval is not None and found.region is not None:
-        low, high = found.interval
-        words = [
-            f"Correlation dimension {found.value:.2f}, 95 % interval {low:.2f} to {high:.2f}"
-            f"{_of_first(READ, dynamics.intervals)}, read at radii from {_time(found.region[0])} to"
-            f" {_time(found.region[1])}, where embedding dimensions {_span(found.plateau)} agree.",
-            f"By each estimator alone: {_each(found.estimates)}.",
-        ]
-        if dynamics.chaotic:
-            words.append(
-                "Impacts are a section of the motion: the attractor of the machine, with the time "
-                "between them, has about one dimension more."
-            )
-    else:
-        words = [
-            f"No dimension: as the embedding dimension goes from {span}, the estimate does not "
-            f"settle ({listed}). Noise does that, and so does a motion of more dimensions than "
-            f"{counted(dynamics.intervals, 'interval')} can show."
-            if read
-            else "No dimension: at no radius above the noise are there enough pairs of intervals."
-        ]
-    if found.warnings:
-        words.append(f"Mind (times in seconds): {'; '.join(found.warnings)}.")
-    picture = Picture(
-        draw_figure(found.plot, 11.0, 3.7),
-        f"Correlation sums of embedding dimensions {_span(DIMENSIONS)}, their local slopes, and "
-        f"the estimate over the embedding dimension: {listed or 'none'}",
-        "Correlation sums with the scaling region shaded; their local slopes; the estimate over "
-        "the embedding dimension, which levels off for a motion and climbs the dotted line for "
-        "noise. Radii are in seconds.",
-    )
-    return Finding("Dimension", tuple(words), picture, "wide")
-
-
-def _exponent(dynamics: Dynamics) -> Finding:
-    found = dynamics.exponent
-    if found is None:
-        return _missing("Lyapunov exponent", "No exponent", "exponent", dynamics)
-    return Finding(
-        "Lyapunov exponent",
-        (_with_doubts(_separation(found), found.warnings) + ".", *_false(dynamics)),
-        Picture(
-            draw(found.plot, 5.0, 3.6),
-            f"Logarithm of the gap between neighbours against time: {found.verdict}",
-            "How far apart trajectories are that began as neighbours. A straight rise is "
-            "exponential growth; it ends where they are as far apart as any two.",
-        ),
-    )
-
-
-def _separation(found: LyapunovExponent) -> str:
-    if found.verdict == "periodic":
-        return "The intervals recur exactly: exponent 0"
-    if found.exponent is None:
-        return (
-            "No exponent: neighbouring trajectories separate at once, or not exponentially over "
-            "any stretch, as in noise or where there are too few intervals"
+        return "What is left is timing noise, or a small motion" + (
+            "." if analysis.dynamics.asked else "; impactsig report --dynamics looks into it."
         )
-    words = f"{found.exponent:.3g} per impact"
-    if found.interval is not None:
-        words += f", 95 % interval {found.interval[0]:.3g} to {found.interval[1]:.3g}"
-    if found.per_second is not None:
-        words += f"; {found.per_second:.3g} per second"
-    if found.verdict == "no divergence":
-        return (
-            f"Neighbouring trajectories stay together ({words}): the motion is periodic or "
-            "quasi-periodic rather than chaotic"
+    if found.p_value > LEVEL or found.explained < SLIGHT:
+        return "What is left is timing noise: how late an impact is says nothing of the next one."
+    return (
+        with_doubts(
+            "What is left is more than timing noise: how late an impact is decides "
+            f"{100 * found.explained:.0f} % of the variance of how late the next one is. A narrow "
+            "band of chaos, a slow modulation or a drift does that; impactsig dimension reads it",
+            found.warnings,
         )
-    if grows(found):
-        return (
-            f"Largest Lyapunov exponent {words}. Neighbouring trajectories separate {pace(found)}; "
-            "an impact can be foretold a few times as far ahead, and no further"
-        )
-    return f"Largest Lyapunov exponent {words}, which is not told apart from 0"
-
-
-def _false(dynamics: Dynamics) -> Iterator[str]:
-    share = dynamics.false_share
-    if share is not None and share > MANY_FALSE:
-        yield (
-            f"In no embedding are there fewer than {share:.0%} of false neighbours: noise, or "
-            "impacts missed and spurious, hide whatever the exponent is."
-        )
-
-
-def _surrogates(dynamics: Dynamics) -> Finding:
-    test = dynamics.surrogates
-    if test is None:
-        return _missing("More than noise?", "Not told", "surrogates", dynamics)
-    return Finding(
-        "More than noise?",
-        (_with_doubts(_noise(test, dynamics), test.warnings) + ".",),
-        Picture(
-            draw(test.plot, 5.0, 3.6),
-            f"Prediction error of the intervals among those of their surrogates, p = "
-            f"{test.p_value:.2g}",
-            f"The error of the intervals (line) among those of {len(test.surrogates)} "
-            f"{LABEL[test.method]} surrogates (bars): series of the same values and spectrum that "
-            "are linear noise.",
-        ),
+        + "."
     )
-
-
-def _noise(test: SurrogateTest, dynamics: Dynamics) -> str:
-    errors = (
-        f"from those before it an interval is foretold to within {test.statistic:.2f} standard "
-        f"deviations, in linear noise of the same values and spectrum to within "
-        f"{test.surrogates.mean():.2f} (p = {test.p_value:.2g})"
-    )
-    errors += _of_first(TESTED, dynamics.intervals)
-    if test.rejected:
-        return f"Yes: {errors}. That rules linear noise out; it does not prove chaos"
-    if dynamics.dimension is dynamics.exponent is None:
-        return f"No sign of it: {errors}"
-    return f"No sign of it: {errors}. Do not take the numbers beside for those of the machine"
 
 
 def _left_out(dynamics: Dynamics) -> Finding:
@@ -296,29 +170,3 @@ def _left_out(dynamics: Dynamics) -> Finding:
     if dynamics.intervals < ROUGH_BELOW:
         told.append(f"They want some hundreds of intervals; there are {dynamics.intervals}.")
     return Finding("Left out", tuple(told))
-
-
-def _missing(title: str, lead: str, part: str, dynamics: Dynamics) -> Finding:
-    return Finding(title, (printable(f"{lead}: {dynamics.without[part]}."),))
-
-
-def _of_first(most: int, count: int) -> str:
-    return f" (of the first {most} of {count} intervals)" if count > most else ""
-
-
-def _with_doubts(words: str, warnings: tuple[str, ...]) -> str:
-    return "; but ".join((words, *warnings))
-
-
-def _span(numbers: tuple[int, ...] | list[int]) -> str:
-    return f"{numbers[0]} to {numbers[-1]}" if numbers else "none"
-
-
-def _time(seconds: float) -> str:
-    factor, unit = (1e3, "ms") if seconds >= 1e-3 else (1e6, "µs")
-    return f"{factor * seconds:.3g} {unit}"
-
-
-def _each(estimates: Mapping[str, float | None] | None) -> str:
-    known = {name: value for name, value in (estimates or {}).items() if value is not None}
-    return ", ".join(f"{name} {value:.2f}" for name, value in known.items())

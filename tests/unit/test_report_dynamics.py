@@ -134,7 +134,10 @@ def test_a_periodic_train_has_dimension_0_and_nothing_is_fitted(asked):
     assert (found.dimension.verdict, found.dimension.value) == ("periodic", 0.0)
     assert found.dimension.correlation is found.exponent is found.surrogates is None
     assert not found.left_out
-    assert found.describe() == "the intervals recur: dimension 0, nothing to fit"
+    assert re.fullmatch(
+        r"the intervals recur to within (9|10|11)\S* µs: dimension 0, nothing fitted",
+        found.describe(),
+    )
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 10, 30])
@@ -169,9 +172,11 @@ def test_one_failing_part_takes_no_other_with_it(monkeypatch, chaotic, tmp_path)
 
 def test_long_trains_are_read_from_their_first_intervals_and_say_so(monkeypatch, chaotic):
     from impactsig.report import findings as findings_module
+    from impactsig.report import fitted
 
-    for module in (dynamics_module, findings_module):
+    for module in (dynamics_module, fitted):
         monkeypatch.setattr(module, "READ", 200)
+    for module in (dynamics_module, findings_module, fitted):
         monkeypatch.setattr(module, "TESTED", 100)
     values = logistic(400)
     result, start = of(chaotic, train(values)), read(train(values[:200]))
@@ -233,9 +238,35 @@ def test_a_periodic_recording_in_words(periodic):
     words = told(periodic)
     assert list(words) == ["Delay plot", "Dimension"]
     assert "recurs after 1 impact shows as 1 point" in words["Delay plot"]
-    assert "(period(1,1): 1 impact per forcing period), so its dimension is 0" in words["Dimension"]
+    recurs = "The motion recurs (period(1,1): 1 impact per forcing period) to within 1.01 µs: its"
+    assert words["Dimension"].startswith(f"{recurs} dimension is 0")
+    assert "less than the time between two samples" in words["Dimension"]
     assert care(periodic) == []
     assert ("dimension", "0", "the intervals recur") in tiles(periodic)
+
+
+@pytest.mark.parametrize(
+    ("late", "said"),
+    [
+        (logistic(800), "more than timing noise: how late an impact is decides 9"),
+        (np.random.default_rng(0).uniform(size=800), "is timing noise: how late"),
+    ],
+)
+@pytest.mark.parametrize("second", [0.0, 0.015])
+def test_a_narrow_band_of_chaos_about_a_period_is_told_from_jitter(second, late, said, periodic):
+    due = 0.05 * np.arange(800) + np.where(np.arange(800) % 2, second, 0.0)
+    result = of(periodic, Impacts.from_times(due + 1e-3 * late), frequency=10.0 if second else 20.0)
+    assert result.dynamics.periodic
+    assert said in told(result)["Dimension"]
+
+
+def test_deviations_are_those_that_were_put_in():
+    late = 1e-4 * np.random.default_rng(0).standard_normal(600)
+    due = 3.0 + 0.07 * (np.arange(600) // 3) + np.tile([0.0, 0.01, 0.04], 200)
+    found = dynamics_module.deviations(due + late, 3)
+    # A line and two more offsets are fitted: four numbers of 600.
+    assert np.std(found - late) < 2e-5
+    np.testing.assert_allclose(dynamics_module.deviations(due, 3), 0, atol=1e-12)
 
 
 def test_noise_in_words(chaotic):
@@ -313,5 +344,5 @@ def test_the_command_adds_a_line_where_it_is_asked(tmp_path, capsys):
     words = ["report", str(PERIODIC), "--sensor=force", "-o", str(tmp_path / "a.html")]
     assert cli.main([*words, "--dynamics"]) == 0
     _, line, where = capsys.readouterr().out.splitlines()
-    assert line == "dynamics: the intervals recur: dimension 0, nothing to fit"
+    assert re.match("dynamics: the intervals recur to within .* dimension 0, nothing fitted", line)
     assert where.startswith("report: ")
