@@ -118,7 +118,9 @@ class Dynamics:
             assert self.dimension is not None
             within = self.dimension.resolution
             words = (
-                f"the intervals recur to within {short_time(within)}" if within else "they recur"
+                f"the intervals recur to within {short_time(within)}"
+                if within
+                else "the intervals recur"
             )
             return f"{words}: dimension 0, nothing fitted"
         if not self.asked:

@@ -37,10 +37,11 @@ def care(analysis: Analysis) -> list[str]:
     dynamics, told = analysis.dynamics, []
     repair, fitted = dynamics.repair, dynamics.asked and not dynamics.periodic
     if repair is not None and (repair.splits or repair.joins):
+        flaws = [f"lack {counted(len(repair.splits), 'impact')}"] if repair.splits else []
+        flaws += [f"hold {counted(len(repair.joins), 'spurious one')}"] if repair.joins else []
         told.append(
-            f"The train as found seems to lack {counted(len(repair.splits), 'impact')} and to hold "
-            f"{counted(len(repair.joins), 'spurious one')}: impactsig.repair_intervals would put "
-            "in and take out these, where the evidence is clear. Nothing was changed here."
+            f"The train as found seems to {' and '.join(flaws)}, which impactsig.repair_intervals "
+            "would mend; here nothing was changed."
         )
         if fitted:
             told.append(
@@ -93,7 +94,7 @@ def _delay_plot(analysis: Analysis) -> Finding:
         number, jitter = period.impacts, short_time(period.jitter)
         words = (
             f"A motion that recurs after {counted(number, 'impact')} shows as "
-            f"{counted(number, 'point')}, spread by the {jitter} by which impacts are early or late."
+            f"{counted(number, 'point')}, spread by the {jitter} that impacts are early or late."
         )
     else:
         words = (
@@ -150,7 +151,7 @@ def _left_over(analysis: Analysis, jitter: float) -> str:
             "." if analysis.dynamics.asked else "; impactsig report --dynamics looks into it."
         )
     if found.p_value > LEVEL or found.explained < SLIGHT:
-        return "What is left is timing noise: how late an impact is says nothing of the next one."
+        return "What is left is timing noise: how late an impact is hardly tells of the next."
     return (
         with_doubts(
             "What is left is more than timing noise: how late an impact is decides "

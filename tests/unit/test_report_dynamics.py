@@ -249,7 +249,10 @@ def test_a_periodic_recording_in_words(periodic):
     ("late", "said"),
     [
         (logistic(800), "more than timing noise: how late an impact is decides 9"),
-        (np.random.default_rng(0).uniform(size=800), "is timing noise: how late"),
+        (
+            np.random.default_rng(0).uniform(size=800),
+            "is timing noise: how late an impact is hardly tells",
+        ),
     ],
 )
 @pytest.mark.parametrize("second", [0.0, 0.015])
@@ -291,7 +294,7 @@ def test_missed_impacts_are_spoken_of_where_the_forcing_is_known(periodic):
     kept = np.delete(np.arange(200), [50, 120])
     impacts = Impacts.from_times(0.05 * kept + 1e-5 * np.sin(7.0 * kept))
     sentence = care(of(periodic, impacts, frequency=20.0))[0]
-    assert "seems to lack 2 impacts and to hold 0 spurious ones" in sentence
+    assert "seems to lack 2 impacts, which" in sentence
     assert "impactsig.repair_intervals" in sentence
     assert care(of(periodic, impacts)) == []
 
