@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from . import plot
     from .comparison import Comparison, compare
     from .detect import detect_impacts
+    from .dynamics.basins import Attractor, Basins, basins_of_attraction
+    from .dynamics.charts import PeriodicityChart, periodicity_chart
+    from .dynamics.diagrams import BifurcationDiagram, bifurcation_diagram
     from .dynamics.equivalence import (
         ContactSamples,
         EquivalenceError,
@@ -21,7 +24,12 @@ if TYPE_CHECKING:
         equivalence_error,
         fit_soft_stop,
     )
+    from .dynamics.lyapunov import LyapunovSpectrum, lyapunov_spectrum
     from .dynamics.matching import MatchRate, match_rate, strobe_distance
+    from .dynamics.orbits import PeriodicOrbit, find_periodic_orbit, find_periodic_orbits
+    from .dynamics.periodicity import OrbitPeriod, orbit_period
+    from .dynamics.sections import Section, displacement_section, impact_map
+    from .dynamics.tangent import TangentMap, tangent_map
     from .errors import (
         ImpactsigError,
         ImpactsigWarning,
@@ -120,6 +128,12 @@ _HOME = {
     "impacts": ("Impacts",),
     "io": ("info", "read", "read_blocks"),
     "detect": ("detect_impacts",),
+    "dynamics": (),
+    "dynamics.lyapunov": ("LyapunovSpectrum", "lyapunov_spectrum"),
+    "dynamics.orbits": ("PeriodicOrbit", "find_periodic_orbit", "find_periodic_orbits"),
+    "dynamics.periodicity": ("OrbitPeriod", "orbit_period"),
+    "dynamics.sections": ("Section", "displacement_section", "impact_map"),
+    "dynamics.tangent": ("TangentMap", "tangent_map"),
     "intervals": (
         "IntervalHistogram",
         "Join",
@@ -183,6 +197,9 @@ _HOME = {
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
     "simulate.trajectories": ("Trajectory", "trajectory"),
+    "dynamics.basins": ("Attractor", "Basins", "basins_of_attraction"),
+    "dynamics.charts": ("PeriodicityChart", "periodicity_chart"),
+    "dynamics.diagrams": ("BifurcationDiagram", "bifurcation_diagram"),
     "dynamics.equivalence": (
         "ContactSamples",
         "EquivalenceError",
@@ -197,8 +214,11 @@ _HOME = {
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "Attractor",
     "AveragedFalseNeighbors",
     "BaseMotion",
+    "Basins",
+    "BifurcationDiagram",
     "Comparison",
     "ContactSamples",
     "CorrelationDimension",
@@ -220,13 +240,17 @@ __all__ = [
     "KelvinVoigt",
     "LoadCell",
     "LyapunovExponent",
+    "LyapunovSpectrum",
     "MatchRate",
     "Measured",
     "Microphone",
     "MissingExtra",
     "Motion",
+    "OrbitPeriod",
     "Oscillator",
+    "PeriodicOrbit",
     "Periodicity",
+    "PeriodicityChart",
     "PredictionError",
     "Recording",
     "RecurrencePlot",
@@ -235,16 +259,20 @@ __all__ = [
     "ReturnMapDeterminism",
     "Rigid",
     "RungeKutta",
+    "Section",
     "SoftStopFit",
     "Split",
     "Stop",
     "SurrogateTest",
     "Surrogates",
+    "TangentMap",
     "Trajectory",
     "UnreadableFile",
     "UnwritableFile",
     "autocorrelation_delay",
     "averaged_false_neighbors",
+    "basins_of_attraction",
+    "bifurcation_diagram",
     "coefficient_of_variation",
     "compare",
     "correlation_dimension",
@@ -252,19 +280,26 @@ __all__ = [
     "cv2",
     "delay_embed",
     "detect_impacts",
+    "displacement_section",
     "equivalence_error",
     "false_nearest_neighbors",
+    "find_periodic_orbit",
+    "find_periodic_orbits",
     "fit_soft_stop",
     "flows",
     "identify_period",
+    "impact_map",
     "info",
     "integrate_and_fire",
     "interval_histogram",
     "local_variation",
     "lyapunov_exponent",
+    "lyapunov_spectrum",
     "match_rate",
     "measure",
     "mutual_information_delay",
+    "orbit_period",
+    "periodicity_chart",
     "plot",
     "prediction_error",
     "read",
@@ -285,6 +320,7 @@ __all__ = [
     "surrogate_test",
     "surrogates",
     "synthesize",
+    "tangent_map",
     "threshold_crossings",
     "time_reversal_asymmetry",
     "trajectory",

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
-
-import numpy as np
+from numbers import Integral
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .errors import InvalidInput
 
-Seed = int | np.random.SeedSequence | np.random.Generator | None
+if TYPE_CHECKING:  # the command's help needs no arrays
+    import numpy as np
+
+Seed: TypeAlias = "int | np.random.SeedSequence | np.random.Generator | None"
 
 
 def number(
@@ -49,7 +51,7 @@ def whole(name: str, value: Any, least: int) -> int:
     InvalidInput
         If it is none.
     """
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
         raise InvalidInput(name, value, f"a whole number, {least} or greater")
     return int(value)
 
@@ -65,6 +67,8 @@ def streams(seed: Seed, count: int) -> list[np.random.Generator]:
     InvalidInput
         If the seed is not of a kind that NumPy knows.
     """
+    import numpy as np
+
     if isinstance(seed, np.random.Generator):
         seed = np.random.SeedSequence(seed.integers(2**63, size=2).tolist())
     if not isinstance(seed, np.random.SeedSequence):

@@ -98,14 +98,11 @@ def _reconstructed(
 
 
 def _exponent(impacts: Impacts, chosen: argparse.Namespace) -> str:
-    from .reconstruct import false_nearest_neighbors, lyapunov_exponent
+    from .report.dynamics import exponent_of
 
-    dimensions, theiler = chosen.dimensions, chosen.theiler
-    least = false_nearest_neighbors(impacts, dimensions, theiler=theiler).dimension
-    dimension = least or dimensions[-1]
-    why = "without false neighbours" if least else "though with false neighbours"
-    found = lyapunov_exponent(impacts, dimension=dimension, theiler=theiler)
-    return f"exponent: {found.describe()} (embedding dimension {dimension}, {why})"
+    found, share = exponent_of(impacts, chosen.dimensions, chosen.theiler)
+    how = f"embedding dimension {found.dimension}, {share:.1%} of the neighbours false"
+    return f"exponent: {found.describe()} ({how})"
 
 
 def _dimensions(text: str) -> tuple[int, ...]:

@@ -101,9 +101,12 @@ def report(chosen: argparse.Namespace) -> None:
         chosen.file,
         chosen.output,
         forcing_frequency=chosen.forcing_frequency,
+        dynamics=chosen.dynamics,
         **given(chosen, READING + DETECTING),
     )
     print(one_line(analysis.summary()))
+    if chosen.dynamics:
+        print(f"dynamics: {analysis.dynamics}")
     print(f"report: {one_line(path)}")
 
 
@@ -245,6 +248,8 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument("file", type=Path, metavar="FILE", help=told)
         if name == "dimension":
             add_dimension_options(command)
+        if name == "report":
+            command.add_argument("--dynamics", action="store_true", help=_DYNAMICS)
         if name in _FORCING:
             command.add_argument(
                 "--forcing-frequency", type=number, metavar="HZ", help=_FORCING[name]
@@ -258,6 +263,7 @@ _FORCING = {
     "report": "frequency of the forcing; without it periods count the motion's own period",
     "compare": "frequency of the forcing, by which the period of each is identified",
 }
+_DYNAMICS = "add dimension, Lyapunov exponent and surrogate test of the intervals (seconds)"
 _EITHER = "a recording, or a .csv or .parquet table of impacts as detect writes them"
 _SEARCHING = ("report", "detect", "compare", "dimension")
 _OUTPUT = {

@@ -15,7 +15,7 @@ from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parents[1]
 # Kernels, and the constants of events.
-COMPILED = rb"(?m)^@(njit|cfunc|kernel|inner|inlined)|^COLUMNS ="
+COMPILED = rb"(?m)^@(njit|cfunc|kernel|inner|inlined)|^(COLUMNS|DEGREE) ="
 
 
 def fresh_kernels():

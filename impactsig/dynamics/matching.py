@@ -13,6 +13,7 @@ from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import simulate_many
+from ._arguments import parameter_values
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -127,15 +128,7 @@ def match_rate(
     InvalidInput
         If an argument is out of range.
     """
-    axes = []
-    for name, given in (("x", x), ("y", y)):
-        try:
-            values = np.asarray(given, float)
-        except (TypeError, ValueError):
-            values = np.array(np.nan)
-        if values.ndim != 1 or not values.size or not np.all(np.isfinite(values)):
-            raise InvalidInput(name, given, "a sequence of finite numbers, at least one")
-        axes.append(values)
+    axes = parameter_values("x", x), parameter_values("y", y)
     run = {
         "periods": whole("periods", periods, 1),
         "transient": whole("transient", transient, 0),
@@ -154,7 +147,7 @@ def match_rate(
 
 
 def _sets(
-    family: Callable[[float, float], Oscillator], axes: list[np.ndarray], run: dict[str, Any]
+    family: Callable[[float, float], Oscillator], axes: tuple[np.ndarray, ...], run: dict[str, Any]
 ) -> Iterator[np.ndarray | None]:
     """Stroboscopic set of every cell in order, few motions at a time; None for a failed one."""
     cells = list(product(axes[1], axes[0]))

@@ -23,6 +23,11 @@ class Force:
         Angular frequency [rad/s], positive.
     phase : float
         Phase at t = 0 [rad]; -pi/2 makes it a sine.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of its range.
     """
 
     amplitude: float
@@ -51,6 +56,11 @@ class BaseMotion:
         ground.
     stops : bool
         Whether the stops, and what the mass rubs against, move with the base.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of its range.
     """
 
     amplitude: float
@@ -74,6 +84,11 @@ class Rigid:
     restitution : float or callable
         Restitution coefficient, from 0 (no rebound) to 1 (no loss), or a function that gives it
         for an approach velocity [m/s]; one that numba can compile.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of its range.
     """
 
     restitution: float | Callable[[float], float]
@@ -98,6 +113,11 @@ class KelvinVoigt:
     ends : {"gap", "force"}
         Contact ends where the depth is zero again, so that the damper may pull at the end; or
         where the force is zero: then the stop only ever pushes.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of its range.
     """
 
     stiffness: float
@@ -150,6 +170,11 @@ class Hertz:
     restitution : float, optional
         Restitution coefficient, instead of `damping`. It is met for small losses only: the
         formula keeps the first order.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of its range.
     """
 
     stiffness: float
@@ -179,6 +204,11 @@ class Stop:
         The contact law.
     side : {"upper", "lower"}
         "upper" keeps the mass below `position`, "lower" above it.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of its range.
     """
 
     position: float
@@ -204,6 +234,11 @@ class Friction:
     static : float, optional
         Greatest force that holds it while it sticks [N], at least `kinetic`, which it is unless
         given.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of its range.
     """
 
     kinetic: float
@@ -223,7 +258,13 @@ def numbers(
     least: float = -math.inf,
     most: float = math.inf,
 ) -> None:
-    """Make the named fields floats, or say what is wrong with one."""
+    """Make the named fields floats.
+
+    Raises
+    ------
+    InvalidInput
+        If one is not a finite number in that range.
+    """
     for name in names:
         value = getattr(owner, name)
         try:

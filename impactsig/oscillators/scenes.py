@@ -39,6 +39,11 @@ def karpodinis(
         as a constant force. Our choice as well.
     restitution : float
         Restitution coefficient.
+
+    Raises
+    ------
+    InvalidInput
+        If a parameter is out of its range.
     """
     _require(above=0.0, frequency=frequency)
     _require(least=0.0, damping_ratio=damping_ratio)
@@ -78,6 +83,11 @@ def okolewski(
         Stiffness of the soft stop; 2e5, 2000, 500 and 100 in the paper.
     **changes
         Other parameters of `Oscillator`, to depart from the paper.
+
+    Raises
+    ------
+    InvalidInput
+        If a parameter is out of its range.
     """
     if stop not in ("hard", "soft"):
         raise InvalidInput("stop", stop, '"hard" or "soft"')
@@ -133,6 +143,11 @@ def tian(
     stop_damping : float
         Its damping (zeta_1 in the paper), from the same optimum; `KelvinVoigt.equivalent` has
         10.3325 there.
+
+    Raises
+    ------
+    InvalidInput
+        If a parameter is out of its range.
     """
     if stop not in ("hard", "soft"):
         raise InvalidInput("stop", stop, '"hard" or "soft"')
@@ -181,6 +196,11 @@ def begley_virgin(
         the text that is left; the four attractors are there from 10^2 to 40^2.
     kinetic_ratio : float
         Kinetic by static friction, at most 1 (alpha_k in the paper). Our choice, 1.
+
+    Raises
+    ------
+    InvalidInput
+        If a parameter is out of its range.
     """
     _require(above=0.0, gamma=gamma, wall_stiffness=wall_stiffness)
     _require(least=0.0, friction=friction, damping_ratio=damping_ratio)

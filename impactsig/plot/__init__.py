@@ -2,12 +2,15 @@
 
 from .comparison import comparison
 from .correlation import correlation_sum
+from .diagrams import basins, bifurcation_diagram, periodicity_chart
 from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
 from .equivalence import match_rate
 from .exponents import stretch_curve
+from .lyapunov import lyapunov_convergence
 from .motions import phase_portrait, power_spectrum, time_history
 from .recurrence import recurrence_plot
+from .sections import section
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
 from .surrogates import prediction_error, surrogate_test
@@ -16,6 +19,8 @@ from .waveforms import pulse, waveform
 
 __all__ = [
     "averaged_false_neighbors",
+    "basins",
+    "bifurcation_diagram",
     "comparison",
     "contact_against_interval",
     "correlation_sum",
@@ -25,8 +30,10 @@ __all__ = [
     "histogram",
     "interval_densities",
     "interval_sequence",
+    "lyapunov_convergence",
     "match_rate",
     "peak_against_time",
+    "periodicity_chart",
     "phase_portrait",
     "power_spectrum",
     "prediction_error",
@@ -34,6 +41,7 @@ __all__ = [
     "recurrence_plot",
     "return_map",
     "return_maps",
+    "section",
     "spike_train",
     "stretch_curve",
     "surrogate_test",

@@ -1,4 +1,4 @@
-"""From a file to all that the report says: impacts, intervals, period, and how it was done."""
+"""From a file to all that the report says: impacts, period, dynamics, and how it was done."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from ..errors import ImpactsigWarning, InvalidInput, finite_number
 from ..recording import Recording, Sensor
+from .dynamics import Dynamics, read_dynamics
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
@@ -46,6 +47,8 @@ class Analysis:
         Close-ups at full rate: index of an impact, and the samples around it.
     impacts : Impacts
     periodicity : Periodicity
+    dynamics : Dynamics
+        What the intervals say of the motion; its costly parts only where they were asked for.
     reading, detecting : mapping
         The options given, by name.
     forcing_frequency : float or None
@@ -60,6 +63,7 @@ class Analysis:
     excerpts: tuple[tuple[int, Recording], ...]
     impacts: Impacts
     periodicity: Periodicity
+    dynamics: Dynamics
     reading: Mapping[str, Any]
     detecting: Mapping[str, Any]
     forcing_frequency: float | None
@@ -83,6 +87,7 @@ def analyse(
     path: str | Path,
     *,
     forcing_frequency: float | None = None,
+    dynamics: bool = False,
     channel: str | int | None = None,
     start: float | None = None,
     stop: float | None = None,
@@ -98,7 +103,7 @@ def analyse(
     dead_time: float | None = None,
     gaps: Literal["refuse", "split"] | None = None,
 ) -> Analysis:
-    """Read one channel of a file, find its impacts and identify its period.
+    """Read one channel of a file, find its impacts, identify its period and read its dynamics.
 
     A recording of more than 20 million samples is taken in blocks, in bounded memory.
 
@@ -108,6 +113,10 @@ def analyse(
         The recording.
     forcing_frequency : float, optional
         Frequency of the forcing [Hz]; periods are then counted in forcing periods.
+    dynamics : bool, optional
+        Whether to add what takes seconds: the correlation dimension of the intervals, their largest
+        Lyapunov exponent, and the test against surrogates. A train that is periodic for certain has
+        the dimension 0 in any case.
     channel, start, stop, scale, offset, unit, rate, sensor : optional
         As for `impactsig.read`.
     threshold, polarity, contact_level, merge_within, dead_time, gaps : optional
@@ -162,6 +171,7 @@ def analyse(
         impacts = detect_impacts(source, **detecting)
         period = None if forcing_frequency is None else 1 / forcing_frequency
         periodicity = identify_period(impacts, forcing_period=period)
+        found = read_dynamics(impacts, periodicity, forcing_frequency, dynamics)
         overview = overview_of(source, impacts.duration)
         excerpts = tuple(
             (index, _around(impacts, index, source, reading)) for index in typical(impacts)
@@ -173,6 +183,7 @@ def analyse(
         excerpts=excerpts,
         impacts=impacts,
         periodicity=periodicity,
+        dynamics=found,
         reading=reading,
         detecting=detecting,
         forcing_frequency=forcing_frequency,

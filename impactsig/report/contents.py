@@ -6,7 +6,7 @@ import base64
 import gzip
 import hashlib
 import platform
-import shlex
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -16,7 +16,9 @@ import numpy as np
 
 from .. import __version__
 from ..impacts import FLAG_NAMES, flag_names
+from ..reconstruct.surrogates import LABEL
 from .analysis import Analysis, mean_and_spread
+from .dynamics import SEED
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
@@ -62,7 +64,7 @@ def notes(analysis: Analysis) -> list[str]:
     if len(impacts.gaps):
         lost = float(np.diff(impacts.gaps, axis=1).sum())
         told.append(
-            f"{_counted(len(impacts.gaps), 'gap')}, {lost:.4g} s in all, without valid samples; "
+            f"{counted(len(impacts.gaps), 'gap')}, {lost:.4g} s in all, without valid samples; "
             "no interval is taken across one."
         )
     for bit, name in FLAG_NAMES.items():
@@ -77,7 +79,8 @@ def notes(analysis: Analysis) -> list[str]:
     return list(dict.fromkeys(printable(text) for text in told))
 
 
-def _counted(count: int, noun: str) -> str:
+def counted(count: int, noun: str) -> str:
+    """The number and its noun, in the plural where it takes one."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
@@ -123,7 +126,20 @@ def tiles(analysis: Analysis) -> list[tuple[str, str, str]]:
                 f"{low:.3g} to {high:.3g} (5 to 95 %)",
             )
         )
+    shown += _of_dynamics(analysis)
     return [(a, printable(b), printable(c)) for a, b, c in shown]
+
+
+def _of_dynamics(analysis: Analysis) -> Iterator[tuple[str, str, str]]:
+    dimension, exponent = analysis.dynamics.dimension, analysis.dynamics.exponent
+    if analysis.dynamics.periodic:
+        yield "dimension", "0", "the intervals recur"
+    elif dimension is not None and dimension.value is not None and dimension.interval is not None:
+        low, high = dimension.interval
+        yield "dimension", f"{dimension.value:.2f}", f"{low:.2f} to {high:.2f} (95 %)"
+    if exponent is not None and exponent.exponent is not None:
+        rate = "" if exponent.per_second is None else f"{exponent.per_second:.3g} per second"
+        yield "Lyapunov exponent", f"{exponent.exponent:.3g} per impact", rate
 
 
 def table(impacts: Impacts, count: int) -> Table:
@@ -205,47 +221,44 @@ def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
     ]
     if analysis.forcing_frequency is not None:
         detection.append(("forcing frequency", f"{analysis.forcing_frequency:g} Hz"))
+    dynamics = _settings_of_dynamics(analysis)
     software = [("impactsig", __version__), ("Python", platform.python_version())]
     software += [(name, version) for name in LIBRARIES if (version := _version(name))]
-    groups = (("Recording", recording), ("Detection", detection), ("Software", software))
-    return [(title, [(a, printable(b)) for a, b in rows]) for title, rows in groups]
+    groups = (
+        ("Recording", recording),
+        ("Detection", detection),
+        ("Dynamics", dynamics),
+        ("Software", software),
+    )
+    return [(title, [(a, printable(b)) for a, b in rows]) for title, rows in groups if rows]
 
 
-def command(analysis: Analysis) -> str:
-    """The command line that makes this report again."""
-    given = {**analysis.reading, **analysis.detecting}
-    if analysis.forcing_frequency is not None:
-        given["forcing_frequency"] = analysis.forcing_frequency
-    # An equals sign keeps a value that begins with a minus from being taken for an option.
-    options = [f"--{name.replace('_', '-')}={value}" for name, value in given.items()]
-    path = str(analysis.file.path)
-    words = ["impactsig", "report", *options, *(["--"] if path.startswith("-") else []), path]
-    return " ".join(shlex.quote(word) for word in words)
-
-
-def python_lines(analysis: Analysis) -> str:
-    """The lines of Python that find the same impacts and the same period."""
-    reading = _arguments(analysis.reading)
-    detecting = _arguments(analysis.detecting)
-    hertz = analysis.forcing_frequency
-    period = f", forcing_period=1 / {hertz!r}" if hertz is not None else ""
-    lines = [
-        "import impactsig",
-        f"recording = impactsig.read({str(analysis.file.path)!r}{reading})",
-        f"impacts = impactsig.detect_impacts(recording{detecting})",
-        f"impactsig.identify_period(impacts{period})",
-    ]
-    return "\n".join(lines)
+def _settings_of_dynamics(analysis: Analysis) -> list[tuple[str, str]]:
+    """How dimension, exponent and surrogate test were worked out."""
+    dynamics = analysis.dynamics
+    rows = []
+    if dynamics.dimension is not None and dynamics.dimension.correlation is not None:
+        sums = dynamics.dimension.correlation
+        listed = ", ".join(map(str, sums.dimensions))
+        rows = [
+            ("embedding dimensions", listed),
+            ("Theiler window", counted(sums.theiler, "interval")),
+        ]
+    exponent, test = dynamics.exponent, dynamics.surrogates
+    if exponent is not None:
+        rows.append(("embedding of exponent", str(exponent.dimension)))
+        rows.append(("false neighbours there", f"{dynamics.false_share:.1%}"))
+    if test is not None:
+        rows.append(("surrogates", f"{len(test.surrogates)} by {LABEL[test.method]}"))
+    if rows:
+        rows.append(("seed", str(SEED)))
+    return rows
 
 
 def sha256(path: str | Path) -> str:
     """SHA-256 of a file, in hexadecimal digits."""
     with Path(path).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def _arguments(given: Any) -> str:
-    return "".join(f", {name}={value!r}" for name, value in given.items())
 
 
 def _level(impacts: Impacts) -> str:

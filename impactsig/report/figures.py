@@ -14,6 +14,7 @@ from .. import plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from ..impacts import Impacts
     from ..recording import Recording
@@ -33,7 +34,12 @@ class Picture:
 
 
 def draw(paint: Callable[[Axes], object], width: float, height: float) -> str:
-    """A figure as a data URI holding SVG; needs neither a display nor pyplot."""
+    """Axes as a data URI holding SVG; needs neither a display nor pyplot."""
+    return draw_figure(lambda figure: paint(figure.subplots()), width, height)
+
+
+def draw_figure(paint: Callable[[Figure], object], width: float, height: float) -> str:
+    """A whole figure, likewise."""
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -42,7 +48,7 @@ def draw(paint: Callable[[Axes], object], width: float, height: float) -> str:
         # A channel named in a script the font does not have is drawn with boxes; that is enough.
         warnings.filterwarnings("ignore", "Glyph .* missing")
         figure = Figure(figsize=(width, height), layout="constrained")
-        paint(figure.subplots())
+        paint(figure)
         held = io.BytesIO()
         figure.savefig(held, format="svg", transparent=True, dpi=150, metadata={"Date": None})
     return "data:image/svg+xml;base64," + base64.b64encode(held.getvalue()).decode()
@@ -98,28 +104,16 @@ def pictures(analysis: Analysis) -> Iterator[Picture]:
         )
     if count < 2:
         return
-    contact = impacts.contact_time is not None
-    size: Literal["third", "half"] = "third" if contact else "half"
-    width = 3.6 if contact else 4.4
     yield Picture(
-        draw(lambda ax: plot.return_map(impacts, ax=ax), width, 3.3),
-        f"Return map of {count} interspike intervals",
-        "Return map: each interval against the one before it. A period is a set of points, "
-        "chaos a curve or a cloud with structure, noise a cloud without.",
-        size=size,
-    )
-    yield Picture(
-        draw(lambda ax: plot.histogram(impacts, ax), width, 3.3),
+        draw(lambda ax: plot.histogram(impacts, ax), 4.4, 3.3),
         f"Density of {count} interspike intervals",
         "Density of the interspike intervals.",
-        size=size,
     )
-    if contact:
+    if impacts.contact_time is not None:
         yield Picture(
-            draw(lambda ax: plot.contact_against_interval(impacts, ax), width, 3.3),
+            draw(lambda ax: plot.contact_against_interval(impacts, ax), 4.4, 3.3),
             "Contact time of each impact against the interval before it",
             "Contact time against the interval that led up to the impact.",
-            size=size,
         )
 
 

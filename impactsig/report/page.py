@@ -14,15 +14,14 @@ from .. import __version__
 from .._atomic import atomic_path
 from .analysis import Analysis, analyse
 from .contents import (
-    command,
     download,
     notes,
     parameters,
     printable,
-    python_lines,
     table,
     tiles,
 )
+from .reproduction import command, python_lines
 
 ROWS_SHOWN = 50
 
@@ -36,8 +35,8 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
     """Analyse a recording and write what was found as one HTML page.
 
     The page works offline and holds everything: the result in words, the waveform to zoom into,
-    the figures, the impacts as a table, the parameters, the SHA-256 of the recording, and how to
-    reproduce it.
+    the figures, what the intervals say of the dynamics, the impacts as a table, the parameters, the
+    SHA-256 of the recording, and how to reproduce it.
 
     Parameters
     ----------
@@ -46,8 +45,9 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
     output : path-like, optional
         The page; ``impactsig-report-NAME.html`` in the current folder by default.
     **options
-        As for `impactsig.report.analyse`: forcing_frequency, threshold, polarity, contact_level,
-        merge_within, dead_time, gaps, channel, start, stop, scale, offset, unit, rate, sensor.
+        As for `impactsig.report.analyse`: forcing_frequency, dynamics, threshold, polarity,
+        contact_level, merge_within, dead_time, gaps, channel, start, stop, scale, offset, unit,
+        rate, sensor.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def render(analysis: Analysis) -> str:
     """The page as text."""
     from jinja2 import Environment, StrictUndefined
 
-    from . import figures, interactive
+    from . import figures, findings, interactive
 
     parts = resources.files("impactsig.report")
     template = Environment(
@@ -117,6 +117,9 @@ def render(analysis: Analysis) -> str:
         marked=marked,
         impacts=analysis.impacts,
         pictures=list(figures.pictures(analysis)),
+        findings=list(findings.findings(analysis)),
+        verdict=findings.verdict(analysis),
+        care=findings.care(analysis),
         table=table(analysis.impacts, ROWS_SHOWN),
         rows_shown=ROWS_SHOWN,
         download=download(analysis.impacts, printable(Path(path).stem)),

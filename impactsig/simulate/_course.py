@@ -10,10 +10,10 @@ import numpy as np
 
 from ..errors import InvalidInput, finite_number
 from ..oscillators.flows import Flow
-from ._tableau import DEGREE, dormand_prince
+from ._tableau import GAUGE_DEGREE, flow_tableau
 
 if TYPE_CHECKING:
-    from ._flow_steps import Task
+    from ._flow_spikes import Task
 
 STEPS = 50_000  # in a call of a kernel, so that a run can be interrupted
 PATIENCE = 20  # calls without a spike after which none is waited for
@@ -42,7 +42,8 @@ class Running:
         fires: bool = False,
     ) -> None:
         from ._fields import coordinate, rates_of, signal_of
-        from ._flow_steps import DEPTH, Course, Field, Scratch
+        from ._flow_crossings import DEPTH
+        from ._flow_steps import Course, Field, Scratch
 
         start = state_of(flow, initial)
         native, number = coordinate, 0
@@ -54,7 +55,7 @@ class Running:
         rates = rates_of(flow.function, flow.dimension, len(parameters))
         self.field = Field(rates, native, number, parameters, flow.dimension)
         _check_rates(flow, start)
-        self.tableau = dormand_prince()
+        self.tableau = flow_tableau()
         d = -(-(flow.dimension + fires) // 4) * 4
         self.course = Course(np.zeros(2), np.zeros(d), np.zeros(d), np.zeros(2))
         self.course.state[: flow.dimension] = start
@@ -67,10 +68,10 @@ class Running:
             new=np.zeros(d),
             landing=np.zeros(d),
             dense=np.zeros((7, d)),
-            gauge=np.zeros(DEGREE + 1),
-            stack=np.zeros((DEPTH + 2, DEGREE + 3)),
-            coefficients=np.zeros(DEGREE + 1),
-            ladder=np.zeros(DEGREE + 1),
+            gauge=np.zeros(GAUGE_DEGREE + 1),
+            stack=np.zeros((DEPTH + 2, GAUGE_DEGREE + 3)),
+            coefficients=np.zeros(GAUGE_DEGREE + 1),
+            ladder=np.zeros(GAUGE_DEGREE + 1),
         )
 
     @property
@@ -92,7 +93,8 @@ class Running:
 
     def spikes(self, task: Task) -> tuple[np.ndarray, str]:
         """Instants of the spikes, and why there are no more."""
-        from ._flow_steps import DIVERGED, ENDLESS, MORE, spikes
+        from ._flow_spikes import spikes
+        from ._flow_steps import DIVERGED, ENDLESS, MORE
 
         found: list[np.ndarray] = []
         status, silent = MORE, 0

@@ -13,7 +13,8 @@ from numba import njit
 
 from ._rates import LAW, LOSS, OUT, PLACE, PUSHER, SIDE, SLACK, STIFFNESS, jerk, pull, status
 from ._roots import first_root
-from ._step import DEGREE, classical, interpolate, take
+from ._step import classical, interpolate, take
+from ._tableau import DEGREE
 
 # Event functions: a stop out of reach is reached; a stop parts; one left behind is out of reach, or
 # pushes again; the sliding mass comes to rest.

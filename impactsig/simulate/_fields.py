@@ -16,8 +16,8 @@ from numba import carray, cfunc, literal_unroll, njit, types
 from numba.extending import overload
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
-from ..errors import InvalidInput
 from ..oscillators import flows
+from ._user import plain, refused
 
 POINTER = types.CPointer(types.float64)
 RATES = types.void(types.float64, POINTER, POINTER, POINTER)  # t, y, parameters, rates
@@ -98,8 +98,8 @@ def rates_of(function: Callable[..., Any], dimension: int, parameters: int) -> A
     if function in _KEPT:
         return _KEPT[function]
     required = f"a function of t, y and {parameters} parameters that numba can compile"
-    try:
-        inner = njit(error_model="numpy")(getattr(function, "py_func", function))
+    with refused("function", function, required):
+        inner = njit(error_model="numpy")(plain(function))
 
         @njit(error_model="numpy")
         def fill(t, y, p, out):
@@ -117,9 +117,7 @@ def rates_of(function: Callable[..., Any], dimension: int, parameters: int) -> A
                 for k in range(dimension):
                     rates[k] = math.nan
 
-    except Exception as error:  # numba raises of all kinds
-        raise InvalidInput("function", _name(function), required, _reason(error)) from error
-    return native
+        return native
 
 
 @lru_cache(maxsize=256)
@@ -133,8 +131,9 @@ def signal_of(function: Callable[..., Any], dimension: int) -> Any:
     """
     if function in _KEPT:
         return _KEPT[function]
-    try:
-        inner = njit(error_model="numpy")(getattr(function, "py_func", function))
+    required = "a function of the state y, giving a number, that numba can compile"
+    with refused("signal", function, required):
+        inner = njit(error_model="numpy")(plain(function))
 
         @cfunc(SIGNAL)
         def native(y, k):
@@ -145,18 +144,4 @@ def signal_of(function: Callable[..., Any], dimension: int) -> Any:
                 value = math.nan
             return value
 
-    except Exception as error:  # numba raises of all kinds
-        required = "a function of the state y, giving a number, that numba can compile"
-        raise InvalidInput("signal", _name(function), required, _reason(error)) from error
-    return native
-
-
-def _name(function: Any) -> str:
-    return getattr(function, "__name__", repr(function))
-
-
-def _reason(error: Exception) -> str:
-    """What numba says first, but for its preamble."""
-    lines = [line.strip() for line in str(error).splitlines()]
-    told = [line for line in lines if line and not line.startswith("Failed in")]
-    return f"numba says: {told[0] if told else type(error).__name__}"
+        return native

@@ -1,11 +1,4 @@
-"""Kernels: a flow from step to step, the spikes in each step, and states between.
-
-Dormand and Prince's 8(5,3) with its interpolant of degree 7. What spikes are looked for in, the
-integral of the signal or the signal itself, is made a polynomial of degree 11 over the step, in
-Bernstein form: its coefficients bound it, so that where they have one sign there is no root, where
-the sign changes once there is one, and else halving decides. A root is then corrected by a step
-that ends there, which is of order 8 where the interpolant is of 7.
-"""
+"""Kernels: a flow from step to step by Dormand and Prince's 8(5,3), and states between."""
 
 from __future__ import annotations
 
@@ -15,22 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ._tableau import DEGREE
-
 MORE, DONE, DIVERGED, ENDLESS = range(4)
-DEPTH = 44  # halvings of a step after which two roots are one, that only touches the level
 TOLERANCE = 1e-13
-
-
-class Task(NamedTuple):
-    """What is looked for, and until when."""
-
-    fires: bool  # integrate and fire; else crossings
-    level: float  # threshold of the integral, or level of the signal
-    up: bool
-    down: bool
-    end: float
-    wanted: int  # spikes to find
 
 
 class Field(NamedTuple):
@@ -68,10 +47,10 @@ class Scratch(NamedTuple):
     new: np.ndarray  # (d,) state at the end of the step
     landing: np.ndarray  # (d,) and of a shorter one
     dense: np.ndarray  # (7, d)
-    gauge: np.ndarray  # (DEGREE + 1,)
-    stack: np.ndarray  # (DEPTH + 2, DEGREE + 3): coefficients and ends of a part of the step
-    coefficients: np.ndarray  # (DEGREE + 1,)
-    ladder: np.ndarray  # (DEGREE + 1,)
+    gauge: np.ndarray  # (GAUGE_DEGREE + 1,)
+    stack: np.ndarray  # (DEPTH + 2, GAUGE_DEGREE + 3): coefficients and ends of a part of the step
+    coefficients: np.ndarray  # (GAUGE_DEGREE + 1,)
+    ladder: np.ndarray  # (GAUGE_DEGREE + 1,)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -238,228 +217,6 @@ def between(s, y, share, n):
     for m in range(6, -1, -1):
         value = (value + s.dense[m, n]) * (share if m % 2 == 0 else 1 - share)
     return y[n] + value
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def watched(field, task):
-    """Which entry of the state is compared with the level; -1: a function of them."""
-    return field.size if task.fires else field.coordinate
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def out_of_reach(field, task, s, h, y, level):
-    """Whether what is watched cannot come to the level within the step.
-
-    Its rate at none of the 13 stages being more than a quarter of what that would take. A step
-    within the tolerance, in which the rate is a polynomial of low degree to 13 digits, cannot hide
-    more between stages.
-    """
-    n = watched(field, task)
-    if n < 0:
-        return False
-    greatest = 0.0
-    for i in range(13):
-        greatest = max(greatest, abs(s.k[i, n]))
-    return abs(level - y[n]) > 4 * h * greatest
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def gauge(tab, field, task, s, y):
-    """What is compared with the level, at the nodes of the step."""
-    only = watched(field, task)
-    for j in range(DEGREE + 1):
-        share = tab.nodes[j]
-        if only >= 0:
-            s.gauge[j] = between(s, y, share, only) if j < DEGREE else s.new[only]
-            continue
-        for n in range(field.size):
-            s.stage[n] = between(s, y, share, n) if j < DEGREE else s.new[n]
-        s.gauge[j] = field.signal(s.stage.ctypes, -1)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def pose(tab, s, level):
-    """Bernstein coefficients of the gauge less the level, over the whole step."""
-    for i in range(DEGREE + 1):
-        total = 0.0
-        for j in range(DEGREE + 1):
-            total += tab.bernstein[i, j] * (s.gauge[j] - level)
-        s.coefficients[i] = total
-    # Steps must meet without a jump in which a crossing would be lost.
-    s.coefficients[0] = s.gauge[0] - level
-    s.coefficients[DEGREE] = s.gauge[DEGREE] - level
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def value_at(c, ladder, x):
-    """Value and slope of a polynomial in Bernstein form (de Casteljau)."""
-    ladder[:] = c
-    for m in range(DEGREE, 1, -1):
-        for i in range(m):
-            ladder[i] = (1 - x) * ladder[i] + x * ladder[i + 1]
-    slope = ladder[1] - ladder[0]
-    return ladder[0] + x * slope, DEGREE * slope
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def root_in(c, ladder, low, high, side):
-    """The root between low and high, where the polynomial leaves `side`."""
-    x = 0.5 * (low + high)
-    for _ in range(100):
-        value, slope = value_at(c, ladder, x)
-        if value * side > 0:
-            low = x
-        else:
-            high = x
-        next = x - value / slope
-        if not low < next < high:
-            next = 0.5 * (low + high)
-        if abs(next - x) <= 1e-16 or next in (low, high):
-            return next
-        x = next
-    return x
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def halve(stack, top):
-    """Put both halves of the part on top of the stack in its place, the first one on top."""
-    left, right = stack[top + 1], stack[top]
-    low, high = right[DEGREE + 1], right[DEGREE + 2]
-    middle = 0.5 * (low + high)
-    for m in range(DEGREE + 1):
-        left[m] = right[0]
-        for i in range(DEGREE - m):
-            right[i] = 0.5 * (right[i] + right[i + 1])
-    # De Casteljau's last row, taken as it was made, is the second half.
-    left[DEGREE + 1], left[DEGREE + 2] = low, middle
-    right[DEGREE + 1], right[DEGREE + 2] = middle, high
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def begin(s):
-    """Put the whole step on the stack."""
-    s.stack[0, : DEGREE + 1] = s.coefficients
-    s.stack[0, DEGREE + 1], s.stack[0, DEGREE + 2] = 0.0, 1.0
-    return 0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def next_crossing(s, top, side):
-    """The next crossing: what is left on the stack, where (-1: nowhere), and the side after it.
-
-    What is zero counts as still on the side it came from.
-    """
-    stack = s.stack
-    while top >= 0:
-        changes, last = 0, side
-        for i in range(DEGREE + 1):
-            value = stack[top, i]
-            sign = 1.0 if value > 0 else (-1.0 if value < 0 else 0.0)
-            if sign != 0.0:
-                if last != 0.0 and sign != last:
-                    changes += 1
-                last = sign
-        low, high = stack[top, DEGREE + 1], stack[top, DEGREE + 2]
-        if changes == 0:
-            side = last
-            top -= 1
-        elif changes == 1 and side != 0.0:
-            top -= 1
-            return top, root_in(s.coefficients, s.ladder, low, high, side), last
-        elif high - low < 2.0**-DEPTH:
-            top -= 1
-            end = stack[top + 1, DEGREE]
-            if end * side < 0:
-                return top, high, -side
-        else:
-            if side == 0.0 and stack[top, 0] != 0.0:
-                side = 1.0 if stack[top, 0] > 0 else -1.0
-                continue
-            halve(stack, top)
-            top += 1
-    return -1, -1.0, side
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def correct(tab, field, task, s, t, h, y, level, share):
-    """Correct a root by steps that end there; stages 1 to 11 of the step are lost."""
-    for _ in range(5):
-        value, slope = value_at(s.coefficients, s.ladder, share)
-        if slope == 0.0:
-            break
-        take(tab, field, task.fires, s, t, share * h, y, s.landing)
-        if task.fires:
-            value = s.landing[field.size] - level
-        else:
-            value = field.signal(s.landing.ctypes, field.coordinate) - level
-        change = value / slope
-        if not abs(change) < 1e-3:
-            break
-        share = min(max(share - change, 0.0), 1.0)
-        if abs(change) < 1e-9:
-            break
-    return share
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def spikes(tab, field, task, s, course, steps):
-    """Spikes in so many steps: how it ended, when they are, and how far the signal was."""
-    times = np.empty(min(task.wanted, 256))
-    found = 0
-    y = course.state
-    if course.pace[0] == 0.0:
-        rates_at(field, task.fires, course.clock[0], y, course.rate)
-        if task.fires:
-            course.pace[1] = -1.0
-    for _ in range(steps):
-        t = course.clock[0]
-        if t >= task.end:
-            return DONE, times[:found]
-        if t > 1e300:  # at rest, steps grow without end
-            return ENDLESS, times[:found]
-        h = stride(tab, field, task.fires, s, course, task.end)
-        if h == 0.0:
-            return DIVERGED, times[:found]
-        if out_of_reach(field, task, s, h, y, task.level) and course.pace[1] != 0.0:
-            go(s, course, h, task.end)
-            continue
-        interpolate(tab, field, task.fires, s, t, h, y)
-        gauge(tab, field, task, s, y)
-        for j in range(DEGREE + 1):
-            if not math.isfinite(s.gauge[j]):
-                return DIVERGED, times[:found]
-        level = task.level
-        side = course.pace[1]
-        while True:
-            pose(tab, s, level)
-            top = begin(s)
-            while top >= 0:
-                top, share, side = next_crossing(s, top, side)
-                if share < 0 or not (task.up if side > 0 else task.down):
-                    continue
-                share = correct(tab, field, task, s, t, h, y, level, share)
-                at = t + (share * h + course.clock[1])
-                if found == len(times):
-                    more = np.empty(min(2 * found, task.wanted))
-                    more[:found] = times
-                    times = more
-                # Two crossings within rounding of each other keep their order.
-                times[found] = at if found == 0 else max(at, times[found - 1])
-                found += 1
-                if found == task.wanted:
-                    return DONE, times
-                if task.fires:
-                    break
-            if not task.fires or side < 0:
-                break
-            # Fired: what is integrated from here on has the next multiple to reach.
-            level += task.level
-            side = -1.0
-        course.pace[1] = side
-        go(s, course, h, task.end)
-        if task.fires:
-            y[field.size] -= level - task.level
-    return MORE, times[:found]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

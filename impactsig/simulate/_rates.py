@@ -103,12 +103,6 @@ def no_law(t, x, v):
     return 0.0
 
 
-@cfunc("float64(float64)", cache=True)
-def no_restitution(v):
-    """Nothing, where a kernel wants a restitution."""
-    return 0.0
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def status(p, mode, k):
     """Digit of a stop."""

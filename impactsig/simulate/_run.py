@@ -10,7 +10,7 @@ import numpy as np
 from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators import Hertz, Oscillator, Rigid
-from ._events import COLUMNS, FULL, START, STATUS, STICK, Engine
+from ._events import COLUMNS, DONE, FULL, START, STATUS, STICK, Engine
 from ._exact import ExactEngine
 from ._frame import base_motion
 from .motion import TURN, Motion, assemble
@@ -63,7 +63,9 @@ class Run:
         q, v = _start(oscillator, initial, self.phase, omega)
         self.state, self.count = self.engine.begin(q, v, self.phase)
         self.clock = np.array([0.0, self.phase, 0.0])
-        self.status, _ = self._move(self.before, NONE)
+        self.status = STATUS[DONE]
+        if self.before > 0:
+            self.status, _ = self._move(self.before, NONE)
 
     def motion(self, until: float, keep: bool = True) -> Motion:
         """The motion from here to `until`, counted from the end of the transient."""

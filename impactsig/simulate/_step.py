@@ -7,26 +7,11 @@ interpolant of degree 7, here as Bernstein coefficients.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
-import numpy as np
 from numba import njit
 
 from ._rates import accelerate, pull
-
-DEGREE = 7  # of the interpolant
-
-
-class Tableau(NamedTuple):
-    """The method: stages, error estimates, and the interpolant as Bernstein coefficients."""
-
-    a: np.ndarray
-    b: np.ndarray
-    c: np.ndarray
-    e3: np.ndarray
-    e5: np.ndarray
-    d: np.ndarray
-    bernstein: np.ndarray
+from ._tableau import DEGREE
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
@@ -63,8 +48,8 @@ def take(fixed, tab, law, leg, s, h, y, v, a):
     stages(law, leg, s.waves, s.hertz, tab.a, tab.c, kq, kv, 1, 12, h, y, v)
     dq = dv = 0.0
     for i in range(12):
-        dq += tab.b[i] * kq[i]
-        dv += tab.b[i] * kv[i]
+        dq += tab.a[12, i] * kq[i]
+        dv += tab.a[12, i] * kv[i]
     return h * dq, h * dv
 
 
@@ -78,10 +63,10 @@ def error(tolerance, rate, tab, s, h, y, v, dv, speed):
     """
     q3 = v3 = q5 = v5 = 0.0
     for i in range(13):
-        q3 += tab.e3[i] * s.kq[i]
-        v3 += tab.e3[i] * s.kv[i]
-        q5 += tab.e5[i] * s.kq[i]
-        v5 += tab.e5[i] * s.kv[i]
+        q3 += tab.errors[0, i] * s.kq[i]
+        v3 += tab.errors[0, i] * s.kv[i]
+        q5 += tab.errors[1, i] * s.kq[i]
+        v5 += tab.errors[1, i] * s.kv[i]
     n3 = (rate * q3) ** 2 + v3 * v3
     n5 = (rate * q5) ** 2 + v5 * v5
     if n5 == 0.0 and n3 == 0.0:

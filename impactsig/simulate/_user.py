@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
@@ -23,9 +24,9 @@ def compiled(argument: str, function: Callable[..., float], arguments: int) -> A
     """
     from numba import cfunc, njit
 
-    inner = getattr(function, "py_func", function)
-    try:
-        inner = njit(inner)
+    required = f"a function of {arguments} number{'s' * (arguments > 1)} that numba can compile"
+    with refused(argument, function, required):
+        inner = njit(plain(function))
         signature = f"float64({', '.join(['float64'] * arguments)})"
         if arguments == 1:
 
@@ -46,12 +47,27 @@ def compiled(argument: str, function: Callable[..., float], arguments: int) -> A
                 return float("nan")
 
         return guarded_law
+
+
+def plain(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function as it was before numba."""
+    return getattr(function, "py_func", function)
+
+
+@contextmanager
+def refused(argument: str, function: Callable[..., Any], required: str) -> Iterator[None]:
+    """What numba cannot compile within is refused, with the first of its reasons.
+
+    Raises
+    ------
+    InvalidInput
+        If anything is raised within.
+    """
+    try:
+        yield
     except Exception as error:  # numba raises its own and others, as what it is given has it
-        lines = [line for line in str(error).splitlines() if line.strip()]
-        reason = next((line for line in lines if not line.startswith("Failed in")), str(error))
-        raise InvalidInput(
-            argument,
-            getattr(function, "__name__", function),
-            f"a function of {arguments} number{'s' * (arguments > 1)} that numba can compile",
-            f"numba says: {reason}",
-        ) from error
+        lines = [line.strip() for line in str(error).splitlines()]
+        told = [line for line in lines if line and not line.startswith("Failed in")]
+        reason = told[0] if told else type(error).__name__
+        name = getattr(function, "__name__", repr(function))
+        raise InvalidInput(argument, name, required, f"numba says: {reason}") from error

@@ -173,7 +173,7 @@ def _spikes(
         end = transient + number("duration", duration, positive=True)
     running = Running(flow, signal, initial, fires)
 
-    from ._flow_steps import Task
+    from ._flow_spikes import Task
 
     settled, reason = Running(flow, None, initial).sample(np.array([transient]))
     times = np.empty(0)

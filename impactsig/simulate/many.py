@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -121,16 +122,22 @@ def simulate_many(
             "as many of each, or one for all",
         )
     n = counts.pop() if counts else 1
-    each = zip(
-        machines * n if len(machines) == 1 else machines,
-        np.broadcast_to(starts, (n, 2)),
-        np.broadcast_to(phases, n),
-        strict=True,
+    each = list(
+        zip(
+            machines * n if len(machines) == 1 else machines,
+            np.broadcast_to(starts, (n, 2)),
+            np.broadcast_to(phases, n),
+            strict=True,
+        )
     )
 
-    def one(case: tuple[Oscillator, np.ndarray, float]) -> Motion:
-        machine, (x, v), at = case
-        return simulate(machine, initial=(x, v), phase=at, **options)
+    def some(cases: list[tuple[Oscillator, np.ndarray, float]]) -> list[Motion]:
+        return [
+            simulate(machine, initial=(x, v), phase=at, **options) for machine, (x, v), at in cases
+        ]
 
-    with ThreadPoolExecutor(int(workers or os.cpu_count() or 1)) as pool:
-        return tuple(pool.map(one, each))
+    threads = int(workers or os.cpu_count() or 1)
+    size = max(1, min(64, n // (8 * threads)))  # short runs are not worth a task each
+    tasks = [each[k : k + size] for k in range(0, n, size)]
+    with ThreadPoolExecutor(threads) as pool:
+        return tuple(chain.from_iterable(pool.map(some, tasks)))

@@ -125,6 +125,11 @@ class Motion:
         -------
         x, v : ndarray, shape (n,)
             One for each time in the span at which the forcing has that phase.
+
+        Raises
+        ------
+        InvalidInput
+            If the phase is no finite number, or only counts were kept.
         """
         if not math.isfinite(phase):
             raise InvalidInput("phase", phase, "a finite angle [rad]")

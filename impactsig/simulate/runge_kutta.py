@@ -6,7 +6,6 @@ import cmath
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from math import comb
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,13 +14,11 @@ from ..errors import InvalidInput, finite_number
 from ..oscillators import KelvinVoigt, Oscillator, Rigid
 from ._events import COUNTERS
 from ._frame import forcing, reference_frequency
+from ._tableau import DEGREE, tableau
 from ._user import compiled
 
 if TYPE_CHECKING:
     from ._rates import Functions, Problem
-    from ._step import Tableau
-
-DEGREE = 7  # of the interpolant
 
 
 @dataclass(frozen=True)
@@ -35,6 +32,11 @@ class RungeKutta:
     ----------
     tolerance : float
         Error of a step, relative to the velocity of the motion.
+
+    Raises
+    ------
+    InvalidInput
+        If the tolerance is out of its range.
     """
 
     tolerance: float = 1e-10
@@ -58,6 +60,11 @@ class FixedStep:
     ----------
     steps : int
         Steps in a forcing period (without forcing, in a natural period).
+
+    Raises
+    ------
+    InvalidInput
+        If they are not a whole number in range.
     """
 
     steps: int = 300
@@ -101,8 +108,8 @@ class SteppingEngine:
 
         self.omega: float = reference_frequency(oscillator)
         self._functions = _functions(oscillator)
-        self._problem = _pose(oscillator, method, chatter, self.omega)
-        self._tableau = _tableau()
+        self._problem = _pose(oscillator, method, chatter)
+        self._tableau = tableau()
         stops = len(oscillator.stops)
         self._scratch = Scratch(
             waves=np.empty_like(self._problem.waves),
@@ -211,12 +218,12 @@ def _reading(rows: np.ndarray) -> np.ndarray:
     return view
 
 
-def _pose(
-    oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float, omega: float
-) -> Problem:
-    """The kernel's problem, in coordinates in which the stops rest."""
+@lru_cache(maxsize=64)
+def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float) -> Problem:
+    """The kernel's problem, in coordinates in which the stops rest; kept for the next run of it."""
     from ._rates import HERTZ, PUSHER, RIGID, SPRING, Problem
 
+    omega = reference_frequency(oscillator)
     mass, damping, stiffness = oscillator.mass, oscillator.damping, oscillator.stiffness
     inertia = mass * omega**2
     base = oscillator.base
@@ -270,33 +277,13 @@ def _pose(
     )
 
 
-@lru_cache(maxsize=1)
-def _tableau() -> Tableau:
-    """Dormand and Prince's 8(5,3), from scipy."""
-    from scipy.integrate import DOP853
-
-    from ._step import Tableau
-
-    a = np.zeros((16, 16))
-    a[:12, :12], a[13:, :] = DOP853.A, DOP853.A_EXTRA
-    a[12, :12] = DOP853.B
-    c = np.concatenate([DOP853.C, [1.0], DOP853.C_EXTRA])
-    # Term m of the interpolant is x^(m//2 + 1) (1 - x)^((m + 1)//2) = x^i (1 - x)^j.
-    bernstein = np.zeros((DEGREE + 1, DEGREE))
-    for m in range(DEGREE):
-        i, j = m // 2 + 1, (m + 1) // 2
-        for n in range(i, DEGREE + 1 - j):
-            bernstein[n, m] = comb(DEGREE - i - j, n - i) / comb(DEGREE, n)
-    arrays = (a, DOP853.B, c, DOP853.E3, DOP853.E5, DOP853.D, bernstein)
-    return Tableau(*(np.ascontiguousarray(array, float) for array in arrays))
-
-
 def _functions(oscillator: Oscillator) -> Functions:
     """The user's functions, compiled; stand-ins where there are none."""
-    from ._rates import Functions, no_law, no_restitution
+    from ._passing import constant_law
+    from ._rates import Functions, no_law
 
     law = no_law if oscillator.law is None else compiled("law", oscillator.law, 3)
-    found = {"upper": no_restitution, "lower": no_restitution}
+    found = {"upper": constant_law, "lower": constant_law}
     for stop in oscillator.stops:
         if isinstance(stop.law, Rigid) and callable(stop.law.restitution):
             found[stop.side] = compiled("restitution", stop.law.restitution, 1)

@@ -245,7 +245,8 @@ def test_the_kernels_are_found_in_the_cache_whatever_the_flow():
         "flow = Flow(lambda t, y: (2 * y[1], -y[0]), (1, 0))\n"
         "threshold_crossings(flow, 0.5, signal=lambda y: y[0] + y[1], count=2)\n"
         "trajectory(flow, [1.0])\n"
-        "from impactsig.simulate._flow_steps import spikes, states\n"
+        "from impactsig.simulate._flow_spikes import spikes\n"
+        "from impactsig.simulate._flow_steps import states\n"
         "print(*[sum(kernel.stats.cache_misses.values()) for kernel in (spikes, states)])\n"
     )
     run = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)

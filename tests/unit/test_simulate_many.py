@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +17,7 @@ from impactsig import (
     KelvinVoigt,
     Oscillator,
     Rigid,
+    RungeKutta,
     Stop,
     scenes,
     simulate_blocks,
@@ -30,6 +32,10 @@ RUBBING = Oscillator(
     stops=(Stop(0.3, KelvinVoigt(300.0, 9.0, ends="force")), Stop(-0.4, Rigid(0.4), "lower")),
     friction=Friction(0.15, 0.3),
 )
+
+
+def pushed(t, x, v):
+    return 0.2 * t - 0.1 * x * v
 
 
 def joined(spans):
@@ -118,6 +124,27 @@ def test_many_are_those_one_by_one_to_the_last_bit(workers):
     found = simulate_many(machines, initial=starts, phase=phases, periods=50, workers=workers)
     for machine, start, phase, motion in zip(machines, starts, phases, found, strict=True):
         same(motion, impactsig.simulate(machine, initial=start, phase=phase, periods=50))
+
+
+def test_short_runs_that_share_a_task_keep_their_order():
+    starts = np.linspace((0, 0), (0.9, 0.5), 70)
+    found = simulate_many(BEAM, initial=starts, periods=2, workers=2)
+    assert len(found) == 70
+    for motion, start in zip(found, starts, strict=True):
+        same(motion, impactsig.simulate(BEAM, initial=tuple(start), periods=2))
+
+
+@pytest.mark.parametrize("method", [None, RungeKutta()], ids=repr)
+def test_runs_of_one_machine_leave_each_other_alone(method):
+    machine = replace(RUBBING, law=pushed) if method else RUBBING
+    options = {"periods": 10, "method": method}
+    first = impactsig.simulate(machine, phase=1.0, **options)
+    times = np.linspace(first.start, first.stop, 50)
+    before = first.sample(times)
+    other = impactsig.simulate(machine, phase=2.5, initial=(0.1, 0.3), **options)
+    assert other.final != first.final
+    np.testing.assert_array_equal(first.sample(times), before)
+    same(impactsig.simulate(machine, phase=1.0, **options), first)
 
 
 def test_one_of_anything_serves_all():

@@ -1,0 +1,129 @@
+"""What drives the kernels: a run of an engine, and with it what its neighbours do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..oscillators import Oscillator
+from ..simulate._events import COLUMNS
+from ..simulate._exact import ExactEngine
+from ..simulate._run import Run
+from ..simulate.runge_kutta import FixedStep
+
+ROOM = 8192  # events that are held at a time
+TURNS_AT_A_TIME = 256.0  # of the reference: bounds what is held however long the run is
+LISTED = 10_000  # collapses that are written down
+
+
+class Follower:
+    """A run, and the two columns of its tangent map, carried along.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        What moves.
+    orthonormal : bool
+        Make the columns orthonormal after every event, and add up how they grow; or multiply all
+        maps.
+    **options
+        As for `simulate`, but for the transient: call `to` and `forget`.
+
+    Raises
+    ------
+    InvalidInput
+        As `simulate` does; and if the method is `FixedStep`, whose steps have no tangent map here.
+    """
+
+    def __init__(self, oscillator: Oscillator, orthonormal: bool, **options: Any) -> None:
+        from ._tangent import KIND, MODE, PHASE, TOTALS
+
+        if isinstance(options.get("method"), FixedStep):
+            raise InvalidInput("method", options["method"], "RungeKutta(...) or None")
+        run = self.run = Run(oscillator, transient=0.0, **options)
+        self.orthonormal = orthonormal
+        self.columns = np.eye(2)
+        self.totals = np.zeros(TOTALS)
+        self.collapses = np.zeros((LISTED, 3))
+        self.place = np.zeros(5)
+        self.place[PHASE], self.place[MODE], self.place[KIND] = run.phase, run.count[0], 0
+        self._buffer = np.empty((ROOM, COLUMNS))
+        self._at = 0.0
+        self._tangent: _Exact | _Stepped = (
+            _Exact(run.engine) if isinstance(run.engine, ExactEngine) else _Stepped(run, self.place)
+        )
+
+    @property
+    def omega(self) -> float:
+        """Engine's unit of time over the oscillator's."""
+        return self.run.engine.omega
+
+    def to(self, until: float) -> str:
+        """Move to `until` (in periods or seconds, as the run is counted); a status."""
+        run, status = self.run, self.run.status
+        piece = TURNS_AT_A_TIME / run.per_turn
+        while self._at < until and status == "complete":
+            self._at = min(self._at + piece, until)
+            status, rows = run._move(self._at, self._buffer)
+            tangent = self.place, self.columns, self.totals
+            self._tangent.carry(rows, *tangent, self.collapses, self.orthonormal)
+            self._tangent.carry_to(run.clock, *tangent, self.orthonormal)
+        return status
+
+    def forget(self) -> None:
+        """Count from here; the columns stay as they are."""
+        self.totals[:] = 0.0
+
+    def seconds(self, turns: Any, phase: Any) -> Any:
+        """Time since the start of the run [s]."""
+        unit = self.run.oscillator.time_unit / self.omega
+        return (turns * (2 * np.pi) + (phase - self.run.phase)) * unit
+
+
+class _Exact:
+    """The kernels of `_tangent` for an exact engine."""
+
+    def __init__(self, engine: ExactEngine) -> None:
+        self.engine = engine
+
+    def carry(self, rows: np.ndarray, *tangent: Any) -> None:
+        from ._tangent import carry
+
+        carry(self.engine.problem, rows, *tangent, *self.engine.laws)
+
+    def carry_to(self, clock: np.ndarray, *tangent: Any) -> None:
+        from ._tangent import carry_to
+
+        carry_to(self.engine.problem, clock[0], clock[1], *tangent)
+
+
+class _Stepped:
+    """The kernels of `_stepped_tangent` for a stepping engine; the motion is stepped again."""
+
+    def __init__(self, run: Run, place: np.ndarray) -> None:
+        from ..simulate._retrace import mode_of
+        from ._stepped_tangent import STOPS, Q, V
+        from ._tangent import MODE
+
+        engine: Any = run.engine
+        stops = len(run.oscillator.stops)
+        self.problem: Any = engine._problem, engine._tableau, engine._functions, engine._scratch
+        self.motion = np.zeros(STOPS + 3 * stops)
+        self.motion[Q], self.motion[V] = run.state[:2]
+        self.motion[STOPS : STOPS + stops] = run.state[6:]
+        start = np.array([0.0, run.phase, 0.0, -1.0, run.count[0], *run.state[:2], 0.0])
+        problem, _tableau, functions, scratch = self.problem
+        place[MODE] = mode_of(problem, functions, scratch, start, self.motion[STOPS:])
+        self.room: Any = np.empty((13, 4)), np.empty(stops), np.empty(3), np.empty((2, 2))
+
+    def carry(self, rows: np.ndarray, place: np.ndarray, *rest: Any) -> None:
+        from ._stepped_tangent import carry
+
+        carry(*(*self.problem, rows, place, self.motion, *rest, *self.room))
+
+    def carry_to(self, clock: np.ndarray, place: np.ndarray, *rest: Any) -> None:
+        from ._stepped_tangent import carry_to
+
+        carry_to(*(*self.problem, clock[0], clock[1], place, self.motion, *rest, *self.room))

@@ -1,0 +1,141 @@
+"""What an oscillator does over a plane of two parameters: period(m, n) of every cell."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arguments import number, whole
+from ..errors import InvalidInput
+from ..oscillators import Oscillator
+from ._arguments import parameter_values
+from ._settling import settle
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+TOGETHER = 64  # cells in a task of a thread
+SILENT, IMPACTING, HIGHER, FAILED = 0, 1, 2, -1
+
+
+@dataclass(frozen=True)
+class PeriodicityChart:
+    """period(m, n) over a plane of two parameters.
+
+    Attributes
+    ----------
+    periods : numpy.ndarray, shape (len(y), len(x))
+        Forcing periods n of the orbit; 0 where it has not closed.
+    impacts : numpy.ndarray of int
+        Impacts m in as many periods, likewise; -1 where it has not closed.
+    followed : numpy.ndarray of int
+        Forcing periods that were followed.
+    failed : numpy.ndarray of bool
+        Where a motion ended early.
+    x, y : numpy.ndarray
+        Values of the parameters.
+    """
+
+    periods: np.ndarray = field(repr=False)
+    impacts: np.ndarray = field(repr=False)
+    followed: np.ndarray = field(repr=False)
+    failed: np.ndarray = field(repr=False)
+    x: np.ndarray = field(repr=False)
+    y: np.ndarray = field(repr=False)
+
+    @property
+    def classes(self) -> np.ndarray:
+        """The classes of [BegleyVirgin1998]_, shape (len(y), len(x)).
+
+        0: period-1 without impact; 1: period-1 with impacts; 2: higher, or not closed (chaos, or
+        a transient that lasts); -1: the motion ended early.
+        """
+        found = np.where(self.impacts > 0, IMPACTING, SILENT)
+        found = np.where(self.periods == 1, found, HIGHER)
+        return np.where(self.failed, FAILED, found)
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the chart; see `impactsig.plot.periodicity_chart`."""
+        from ..plot import periodicity_chart
+
+        return periodicity_chart(self, ax=ax, **options)
+
+
+def periodicity_chart(
+    scene: Callable[[float, float], Oscillator],
+    x: Any,
+    y: Any,
+    *,
+    periods: int = 200,
+    initial: tuple[float, float] = (0.0, 0.0),
+    phase: float = 0.0,
+    closed: float = 1e-6,
+    skip: bool = True,
+    workers: int | None = None,
+) -> PeriodicityChart:
+    """period(m, n) over a plane of two parameters, each cell from the same start.
+
+    A cell is strobed once a forcing period; its orbit has closed after n periods when it is back
+    with what is left of the transient, as it shrinks, below `closed`, after as many impacts.
+
+    Parameters
+    ----------
+    scene : callable
+        The oscillator for a pair of parameters, such as ``lambda gamma, friction:
+        scenes.begley_virgin(gamma, 1.5, friction)``.
+    x, y : array_like
+        Values of the first and of the second parameter.
+    periods : int
+        Forcing periods that a cell is followed for.
+    initial : (float, float)
+        Displacement and velocity at the start.
+    phase : float
+        Phase of the reference forcing at start and strobes [rad].
+    closed : float
+        Tolerance as a share of the size of displacement and velocity.
+    skip : bool
+        Whether a cell ends as soon as its orbit has closed; the orbit is the same without it.
+    workers : int, optional
+        Threads; as many as there are cores unless given. The result does not depend on it.
+
+    Returns
+    -------
+    PeriodicityChart
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of range, or the scene makes no oscillator.
+    """
+    axes = parameter_values("x", x), parameter_values("y", y)
+    periods = whole("periods", periods, 1)
+    closed = number("closed", closed, positive=True, most=1e-2)
+    threads = os.cpu_count() or 1 if workers is None else whole("workers", workers, 1)
+    pairs = [(a, b) for b in axes[1].tolist() for a in axes[0].tolist()]
+
+    def some(first: int) -> list[tuple[int, int, int, bool]]:
+        found = []
+        for a, b in pairs[first : first + TOGETHER]:
+            oscillator = scene(a, b)
+            if not isinstance(oscillator, Oscillator):
+                raise InvalidInput("scene", oscillator, "a function that makes an Oscillator")
+            settled = settle(
+                oscillator, periods, tolerance=closed, ends=skip, initial=initial, phase=phase
+            )
+            n = settled.closed
+            impacts = int(settled.strobes[-n:, 2].sum()) if n else -1
+            failed = settled.status != "complete"
+            found.append((n, impacts, len(settled.strobes) - 1, failed))
+        return found
+
+    with ThreadPoolExecutor(threads) as pool:
+        cells = [cell for part in pool.map(some, range(0, len(pairs), TOGETHER)) for cell in part]
+    n, impacts, followed, failed = (
+        np.array(column).reshape(len(axes[1]), len(axes[0])) for column in zip(*cells, strict=True)
+    )
+    return PeriodicityChart(n, impacts, followed, failed, *axes)

@@ -1,0 +1,251 @@
+"""What an oscillator does over one parameter: everything the papers draw over frequency."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from .._arguments import number, whole
+from ..errors import InvalidInput
+from ..oscillators import Oscillator, Rigid
+from ..simulate._frame import base_motion, reference_frequency
+from ._arguments import parameter_values
+from ._settling import settle
+from .lyapunov import lyapunov_spectrum
+from .tangent import tangent_map
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BifurcationDiagram:
+    """What an oscillator does over one parameter, after the transient.
+
+    Attributes
+    ----------
+    values : numpy.ndarray, shape (n,)
+        Values of the parameter.
+    strobe : tuple of numpy.ndarray
+        For each value displacement and velocity once a forcing period, shape (k, 2); of an orbit
+        that has closed, its points once.
+    velocity : tuple of numpy.ndarray
+        For each value the approach velocities of its impacts over the same span.
+    periods, impacts : numpy.ndarray of int, shape (n,)
+        period(m, n): impacts m in n forcing periods of the orbit; 0 and -1 where it has not closed.
+    impacts_per_period : numpy.ndarray, shape (n,)
+        a_i.
+    energy_per_period : numpy.ndarray, shape (n,)
+        a_e, energy lost at stops and by friction in a forcing period.
+    sticking : numpy.ndarray, shape (n,)
+        Share of the time at rest against a stop or held by friction.
+    exponents : numpy.ndarray, shape (n, 2), or None
+        Lyapunov exponents per unit of the oscillator's time, where they were asked for: of an orbit
+        that has closed from its multipliers, of any other over the span. -inf where neighbours
+        become one.
+    status : tuple of str
+        As of `Motion`, for each value. What is not known of a motion that ended early is NaN.
+    """
+
+    values: np.ndarray
+    strobe: tuple[np.ndarray, ...]
+    velocity: tuple[np.ndarray, ...]
+    periods: np.ndarray
+    impacts: np.ndarray
+    impacts_per_period: np.ndarray
+    energy_per_period: np.ndarray
+    sticking: np.ndarray
+    exponents: np.ndarray | None
+    status: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        closed = np.count_nonzero(self.periods)
+        failed = sum(status != "complete" for status in self.status)
+        told = f"{len(self.values)} values, {closed} of them on closed orbits"
+        return f"BifurcationDiagram({told}{f', {failed} failed' if failed else ''})"
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw one quantity over the parameter; see `impactsig.plot.bifurcation_diagram`."""
+        from ..plot import bifurcation_diagram
+
+        return bifurcation_diagram(self, ax=ax, **options)
+
+
+class _Cell(NamedTuple):
+    """What is known of one value; of a motion that ended early, nothing."""
+
+    strobe: np.ndarray = np.empty((0, 2))
+    velocity: np.ndarray = np.empty(0)
+    periods: int = 0
+    impacts: int = -1
+    impacts_per_period: float = math.nan
+    energy_per_period: float = math.nan
+    sticking: float = math.nan
+    exponents: np.ndarray = np.full(2, math.nan)
+    status: str = "complete"
+
+
+def bifurcation_diagram(
+    scene: Callable[[float], Oscillator],
+    values: Any,
+    *,
+    periods: int = 100,
+    transient: int = 400,
+    initial: tuple[float, float] = (0.0, 0.0),
+    phase: float = 0.0,
+    carry: bool = False,
+    exponents: bool = False,
+    closed: float = 1e-9,
+    skip: bool = True,
+    workers: int | None = None,
+) -> BifurcationDiagram:
+    """What an oscillator does over one parameter.
+
+    Parameters
+    ----------
+    scene : callable
+        The oscillator for a value of the parameter, such as ``scenes.karpodinis``.
+    values : array_like
+        Values of the parameter; with `carry` in the order in which they are gone through.
+    periods, transient : int
+        Forcing periods that are looked at, and that are left out before.
+    initial : (float, float)
+        Displacement and velocity at the start.
+    phase : float
+        Phase of the reference forcing at starts and strobes [rad].
+    carry : bool
+        Start each value where the last one ended, relative to the stops and with its velocity by
+        the forcing frequency, instead of at `initial`. Then the values go one by one.
+    exponents : bool
+        Whether to work out the Lyapunov exponents.
+    closed : float
+        Tolerance within which an orbit closes, as a share of the size of displacement and velocity.
+    skip : bool
+        Whether a motion ends as soon as its orbit has closed, and the rest is known from it.
+    workers : int, optional
+        Threads; as many as there are cores unless given. The result does not depend on it.
+
+    Returns
+    -------
+    BifurcationDiagram
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of range, or the scene makes no oscillator.
+    """
+    chosen = parameter_values("values", values)
+    options = {"initial": initial, "phase": phase}
+    look = _Look(
+        whole("periods", periods, 1),
+        whole("transient", transient, 1),
+        number("closed", closed, positive=True, most=1e-2),
+        skip,
+        exponents,
+    )
+    threads = os.cpu_count() or 1 if workers is None else whole("workers", workers, 1)
+    if carry:
+        cells = list(_carried(scene, chosen, look, options))
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            cells = list(pool.map(lambda at: look.cell(_made(scene, at), **options)[0], chosen))
+
+    def column(name: str) -> np.ndarray:
+        return np.array([getattr(cell, name) for cell in cells])
+
+    return BifurcationDiagram(
+        values=chosen,
+        strobe=tuple(cell.strobe for cell in cells),
+        velocity=tuple(cell.velocity for cell in cells),
+        periods=column("periods"),
+        impacts=column("impacts"),
+        impacts_per_period=column("impacts_per_period"),
+        energy_per_period=column("energy_per_period"),
+        sticking=column("sticking"),
+        exponents=column("exponents") if exponents else None,
+        status=tuple(cell.status for cell in cells),
+    )
+
+
+def _made(scene: Callable[[float], Oscillator], value: float) -> Oscillator:
+    oscillator = scene(float(value))
+    if not isinstance(oscillator, Oscillator):
+        raise InvalidInput("scene", oscillator, "a function that makes an Oscillator")
+    return oscillator
+
+
+class _Look(NamedTuple):
+    """What to look at in every cell."""
+
+    periods: int
+    transient: int
+    closed: float
+    skip: bool
+    exponents: bool
+
+    def cell(
+        self, oscillator: Oscillator, **start: Any
+    ) -> tuple[_Cell, tuple[float, float, float] | None]:
+        """What an oscillator does from a start, and where it ends."""
+        settled = settle(oscillator, self.transient, tolerance=self.closed, ends=self.skip, **start)
+        n = settled.closed
+        span = n or self.periods
+        motion = settled.motion(span)
+        if motion.status != "complete":
+            return _Cell(status=motion.status), None
+        assert motion.impacts is not None  # all was kept
+        assert motion.sticks is not None
+        cell = _Cell(
+            strobe=np.column_stack(motion.stroboscopic(motion.final[2]))[-span:],
+            velocity=np.asarray(motion.impacts.approach_velocity),
+            periods=n,
+            impacts=motion.impact_count if n else -1,
+            impacts_per_period=motion.impact_count / span,
+            energy_per_period=motion.energy_lost / span,
+            sticking=float(np.diff(motion.sticks).sum() / motion.duration),
+        )
+        if self.exponents:
+            cell = cell._replace(exponents=_exponents(oscillator, n, self.periods, motion.final))
+        return cell, motion.final
+
+
+def _exponents(
+    oscillator: Oscillator, closed: int, periods: int, at: tuple[float, float, float]
+) -> np.ndarray:
+    """Both exponents of the orbit that passes a point, from its multipliers where it has closed."""
+    if not closed:
+        return lyapunov_spectrum(oscillator, periods=periods, initial=at[:2], phase=at[2]).exponents
+    multipliers = tangent_map(oscillator, periods=closed, initial=at[:2], phase=at[2]).multipliers
+    with np.errstate(divide="ignore"):
+        grown = np.log(np.abs(multipliers))
+    return grown * reference_frequency(oscillator) / (2 * math.pi * closed)
+
+
+def _carried(
+    scene: Callable[[float], Oscillator], values: np.ndarray, look: _Look, start: dict[str, Any]
+) -> Iterator[_Cell]:
+    """The cells one by one, each from where the last one ended."""
+    relative: tuple[float, float] | None = None
+    for value in values:
+        oscillator = _made(scene, value)
+        omega, base = reference_frequency(oscillator), oscillator.base
+        own = base.frequency / omega if base else 1.0
+        if relative is not None:
+            at, moving = base_motion(oscillator, own * start["phase"])
+            place = relative[0]
+            for stop in oscillator.stops:
+                if isinstance(stop.law, Rigid):
+                    limit = min if stop.side == "upper" else max
+                    place = limit(place, stop.position)
+            start["initial"] = place + float(at), relative[1] * omega + float(moving)
+        cell, final = look.cell(oscillator, **start)
+        if final is not None:
+            at, moving = base_motion(oscillator, own * final[2])
+            relative = final[0] - float(at), (final[1] - float(moving)) / omega
+        yield cell

@@ -1,0 +1,296 @@
+"""All Lyapunov exponents of an oscillator or a flow, from its equations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arguments import number
+from ..errors import InvalidInput
+from ..oscillators import Oscillator
+from ..oscillators.flows import Flow
+from ..simulate import FixedStep, RungeKutta
+from ..simulate._course import Running
+from ._batch import batch_error
+from ._follow import Follower
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+BATCHES = 64
+STEPS = 50_000  # of a flow, in a call of a kernel, so that a run can be interrupted
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LyapunovSpectrum:
+    """The Lyapunov exponents of a motion, with the evidence for them.
+
+    An oscillator has two, those of its stroboscopic map: the third, along the forcing's phase, is
+    0 and left out. A flow has as many as coordinates.
+
+    Attributes
+    ----------
+    system : Oscillator or Flow
+        What moved.
+    exponents : ndarray, shape (d,)
+        Descending, per unit of the system's own time; `per_second` has them in SI units. -inf for
+        a direction that a stick, or an impact without rebound, has made vanish.
+    error : ndarray, shape (d,)
+        Standard error of `between_collapses`, by batch means.
+    between_collapses : ndarray, shape (d,)
+        The mean growth of neighbours that begin anew after each collapse: what the exponents would
+        be without them, and the same where there is none.
+    expected_sum : float
+        What the exponents add up to: the mean divergence, and the logarithms of the saltations'
+        determinants. Worked out apart, as a check. NaN for a Hertz stop whose loss goes by its
+        approach velocity.
+    time : ndarray, shape (n,)
+        Time since the transient, in the system's own unit.
+    curve : ndarray, shape (n, d)
+        `between_collapses` as far as that time.
+    collapses : int
+        How often neighbours became one: wholly, when the mass stuck to a rigid stop (a chatter
+        ends so); in one direction, when friction held it or an impact had no rebound.
+    collapse_time : ndarray, shape (k,)
+        When, in the system's own time since the start; the first 10 000.
+    collapse_dimensions : ndarray of int, shape (k,)
+        What was left of the two dimensions: 0 or 1.
+    impacts : int
+        Impacts, and touches of soft stops.
+    grazings : int
+        Events that graze so exactly that they have no derivative; their saltation is left out.
+    status : str
+        "complete"; else why the motion ended early, see `simulate`.
+    """
+
+    system: Oscillator | Flow
+    exponents: np.ndarray
+    error: np.ndarray
+    between_collapses: np.ndarray
+    expected_sum: float
+    time: np.ndarray = field(repr=False)
+    curve: np.ndarray = field(repr=False)
+    collapses: int = 0
+    collapse_time: np.ndarray = field(default_factory=lambda: np.empty(0))
+    collapse_dimensions: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+    impacts: int = 0
+    grazings: int = 0
+    status: str = "complete"
+
+    @property
+    def sum(self) -> float:
+        """Sum of the exponents; compare `expected_sum`."""
+        return float(self.exponents.sum())
+
+    @property
+    def per_second(self) -> np.ndarray:
+        """The exponents [1/s], shape (d,); of a flow, in its own unit of time."""
+        return self.exponents / getattr(self.system, "time_unit", 1.0)
+
+    @property
+    def kaplan_yorke_dimension(self) -> float:
+        """Dimension of the attractor by its exponents [KaplanYorke1979]_.
+
+        ``j + (lambda_1 + ... + lambda_j) / |lambda_{j+1}|`` with the greatest j whose sum is not
+        negative. Of an oscillator it is that of the stroboscopic section.
+        """
+        total = 0.0
+        for j, exponent in enumerate(self.exponents):
+            if total + exponent < 0:
+                return j + total / abs(exponent)
+            total += exponent
+        return float(len(self.exponents))
+
+    def describe(self) -> str:
+        """What was found, in words."""
+        parts = [f"{self.between_collapses[k]:.6g} ± {e:.2g}" for k, e in enumerate(self.error)]
+        told = f"Lyapunov exponents {', '.join(parts)} per unit of time"
+        if self.collapses:
+            lost = int(np.isinf(self.exponents).sum())
+            told = (
+                f"{lost} of {len(self.exponents)} directions vanish, in {self.collapses} sticks or "
+                f"impacts without rebound; between them: {told}"
+            )
+        return told + ("" if self.status == "complete" else f"; {self.status}")
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw how they converge; see `impactsig.plot.lyapunov_convergence`."""
+        from .. import plot
+
+        return plot.lyapunov_convergence(self, ax, **options)
+
+    def __repr__(self) -> str:
+        return f"LyapunovSpectrum({self.describe()})"
+
+
+def lyapunov_spectrum(
+    system: Oscillator | Flow,
+    *,
+    periods: float | None = None,
+    duration: float | None = None,
+    transient: float | None = None,
+    initial: Sequence[float] | None = None,
+    phase: float = 0.0,
+    method: RungeKutta | FixedStep | None = None,
+    chatter: float = 1e-6,
+) -> LyapunovSpectrum:
+    """All Lyapunov exponents, by the variational equation along the motion.
+
+    As many neighbours as dimensions are carried along and made orthonormal again after every event
+    (every step of a flow); the means of the logarithms of their growth are the exponents
+    [Benettin1980]_. Between the events of a piecewise linear oscillator the tangent flow is known
+    in closed form, at the events it jumps by the saltation matrix [Muller1995]_; see `tangent_map`.
+    So the exponents are those of the motion but for rounding, and what is uncertain is how
+    long one has to look. Hertz stops, a force of the user's and flows are stepped, with the
+    variational equation in the same steps; derivatives of a user's function are central differences
+    (to 1e-10), so it must be smooth.
+
+    Parameters
+    ----------
+    system : Oscillator or Flow
+        What moves.
+    periods, duration : float
+        How long to look: in forcing periods, or in seconds (of a flow: in its own time). Give one.
+    transient : float, optional
+        How long to let it run before, in the same unit; a tenth of that unless given. Meanwhile the
+        neighbours turn the way they grow.
+    initial : sequence of float, optional
+        State at t = 0; (0, 0), or that of the flow, unless given.
+    phase, method, chatter
+        As for `simulate`; for oscillators only. `FixedStep` has no tangent map.
+
+    Returns
+    -------
+    LyapunovSpectrum
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of its range.
+
+    Examples
+    --------
+    >>> lyapunov_spectrum(scenes.karpodinis(20.3355), periods=100_000).exponents
+    """
+    if isinstance(system, Oscillator):
+        options: dict[str, Any] = {
+            "periods": periods, "duration": duration, "phase": phase,
+            "method": method, "chatter": chatter,
+        }  # fmt: skip
+        if initial is not None:
+            options["initial"] = initial
+        return _of_oscillator(system, transient, options)
+    if not isinstance(system, Flow):
+        raise InvalidInput("system", system, "an Oscillator or a Flow")
+    for name, value, default in (("periods", periods, None), ("method", method, None)):
+        if value is not default:
+            raise InvalidInput(name, value, "no such option of a flow", "Give duration=")
+    length = number("duration", duration, positive=True)
+    before = number("transient", length / 10 if transient is None else transient, least=0.0)
+    return _of_flow(system, length, before, initial)
+
+
+def _of_oscillator(
+    oscillator: Oscillator, before: float | None, options: dict[str, Any]
+) -> LyapunovSpectrum:
+    from ._tangent import DETERMINANT, FIRST, IMPACTS, LINES, POINTS, SECOND, SINGULAR
+
+    follower = Follower(oscillator, True, **options)
+    length = follower.run.length
+    transient = number("transient", length / 10 if before is None else before, least=0.0)
+    status = follower.to(transient) if transient > 0 else "complete"
+    follower.forget()
+    totals = follower.totals
+    start = follower.place[:2].copy()
+    times, grown = [], []
+    for edge in transient + length * np.arange(1, BATCHES + 1) / BATCHES:
+        if status != "complete":
+            break
+        status = follower.to(edge)
+        turns, phase = follower.place[:2] - start
+        times.append((2 * math.pi * turns + phase) / follower.omega)
+        grown.append([totals[FIRST], totals[SECOND]])
+    lines, points = int(totals[LINES]), int(totals[POINTS])
+    lost = 2 if points else 1 if lines else 0
+    listed = follower.collapses[: lines + points]
+    divergence = float(totals[DETERMINANT]) / times[-1] if times else math.nan
+    return _spectrum(
+        oscillator,
+        np.array(times),
+        np.array(grown).reshape(-1, 2),
+        lost,
+        divergence,
+        collapses=lines + points,
+        collapse_time=follower.seconds(listed[:, 0], listed[:, 1]) / oscillator.time_unit,
+        collapse_dimensions=listed[:, 2].astype(int),
+        impacts=int(totals[IMPACTS]),
+        grazings=int(totals[SINGULAR]),
+        status=status,
+    )
+
+
+def _of_flow(
+    flow: Flow, length: float, transient: float, initial: Sequence[float] | None
+) -> LyapunovSpectrum:
+    from ._flow_tangent import DONE, MORE, carry
+
+    running = Running(flow, None, initial)
+    d = flow.dimension
+    columns, growth = np.eye(d), np.zeros(d + 1)
+    room = np.empty((d, d)), np.zeros(d), np.empty((13, d, d)), np.empty((d, d)), *np.empty((2, d))
+    times, grown = [], []
+    for edge in [transient, *(transient + length * np.arange(1, BATCHES + 1) / BATCHES)]:
+        status = MORE
+        while status == MORE:
+            status = carry(
+                running.tableau, running.field, running.scratch, running.course, edge, STEPS,
+                columns, growth, *room,
+            )  # fmt: skip
+        if status != DONE or not np.isfinite(growth).all():
+            status = MORE
+            break
+        if edge == transient:
+            growth[:] = 0.0
+            continue
+        times.append(running.time - transient)
+        grown.append(growth[:d].copy())
+    divergence = float(growth[d]) / times[-1] if times else math.nan
+    return _spectrum(
+        flow,
+        np.array(times),
+        np.array(grown).reshape(-1, d),
+        0,
+        divergence,
+        status="complete" if status == DONE else "diverged",
+    )
+
+
+def _spectrum(
+    system: Oscillator | Flow,
+    time: np.ndarray,
+    grown: np.ndarray,
+    lost: int,
+    divergence: float,
+    **rest: Any,
+) -> LyapunovSpectrum:
+    """The result, from the logarithms of the columns' growth at the ends of the batches."""
+    d = grown.shape[1]
+    if not len(time):
+        nothing = np.full(d, math.nan)
+        return LyapunovSpectrum(system, nothing, nothing, nothing, math.nan, time, grown, **rest)
+    curve = grown / time[:, None]
+    widths = np.diff(time, prepend=0.0)
+    whole = widths > 0.5 * widths[0]  # a run that ended early leaves a piece
+    rates = (np.diff(grown, axis=0, prepend=0.0) / widths[:, None])[whole]
+    error = batch_error(rates)
+    order = np.argsort(-curve[-1], kind="stable") if not lost else np.arange(d)
+    exponents = curve[-1, order]
+    between = exponents.copy()
+    exponents[d - lost :] = -math.inf
+    return LyapunovSpectrum(
+        system, exponents, error[order], between, divergence, time, curve[:, order], **rest
+    )

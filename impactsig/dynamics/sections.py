@@ -1,0 +1,194 @@
+"""Sections of a motion: at impacts, and where it crosses a displacement.
+
+The stroboscopic one is `Motion.stroboscopic`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .._arguments import number, whole
+from ..errors import InvalidInput
+from ..oscillators import Rigid
+from ..simulate import Motion
+from ..simulate._events import IMPACT, TOUCH
+from ..simulate._exact import ExactEngine
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+TURN = 2 * math.pi
+PARTS = 512  # of a forcing period, in which crossings of a stepped motion are looked for
+MOST = 1_000_000  # steps on one leg
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Section:
+    """Points at which a motion passed a section.
+
+    Attributes
+    ----------
+    kind : {"impacts", "displacement"}
+        What the section is.
+    time : ndarray, shape (n,)
+        When [s].
+    phase : ndarray, shape (n,)
+        Phase of the reference forcing [rad], 0 to 2 pi.
+    velocity : ndarray, shape (n,)
+        Of impacts the approach velocity, relative to the stop; else the velocity, relative to what
+        carries the stops. In the oscillator's units.
+    stop : ndarray of int, shape (n,)
+        The stop that was hit, its place in `Oscillator.stops`; -1 for a displacement.
+    """
+
+    kind: Literal["impacts", "displacement"]
+    time: np.ndarray
+    phase: np.ndarray
+    velocity: np.ndarray
+    stop: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw velocity over phase; see `impactsig.plot.section`."""
+        from .. import plot
+
+        return plot.section(self, ax, **options)
+
+    def __repr__(self) -> str:
+        return f"Section({self.kind}: {len(self)} points)"
+
+
+def impact_map(motion: Motion, stop: int | None = None) -> Section:
+    """Phase and velocity at every impact: the impact map, one point to the next.
+
+    Parameters
+    ----------
+    motion : Motion
+        Of `simulate`, with its events kept.
+    stop : int, optional
+        Only of that stop, its place in `Oscillator.stops`.
+
+    Raises
+    ------
+    InvalidInput
+        If only counts were kept, or there is no such stop.
+    """
+    if stop is not None and whole("stop", stop, 0) >= len(motion.oscillator.stops):
+        raise InvalidInput("stop", stop, f"a stop of the {len(motion.oscillator.stops)} there are")
+    rows = _rows(motion)
+    which = (rows[:, 2] == IMPACT) | (rows[:, 2] == TOUCH)
+    if stop is not None:
+        which &= rows[:, 3] == stop
+    rows = rows[which]
+    velocity = rows[:, 7] * motion._engine.omega
+    return Section(
+        "impacts", _seconds(motion, rows[:, 0], rows[:, 1]), rows[:, 1], velocity,
+        rows[:, 3].astype(int),
+    )  # fmt: skip
+
+
+def displacement_section(
+    motion: Motion, displacement: float = 0.0, direction: Literal["up", "down", "both"] = "up"
+) -> Section:
+    """Phase and velocity where the motion crosses a displacement.
+
+    No crossing of a linear motion is missed: the way to it is followed as the engine follows the
+    gaps to the stops. Stepped motions are looked at 512 times in a forcing period, and two
+    crossings between two looks are not seen. A turn at the displacement, or an impact there, is no
+    crossing.
+
+    Parameters
+    ----------
+    motion : Motion
+        Of `simulate`, with its events kept.
+    displacement : float
+        Where; measured as the positions of the stops are, from the base where they move with it.
+    direction : {"up", "down", "both"}
+        Which crossings.
+
+    Raises
+    ------
+    InvalidInput
+        If only counts were kept, or an argument is out of its range.
+    """
+    level = number("displacement", displacement)
+    if direction not in ("up", "down", "both"):
+        raise InvalidInput("direction", direction, '"up", "down" or "both"')
+    find = _exact if isinstance(motion._engine, ExactEngine) else _looked
+    rigid = [s.position for s in motion.oscillator.stops if isinstance(s.law, Rigid)]
+    _rows(motion)
+    # Rounding may put a hit beyond the stop.
+    turns, phase, velocity = np.empty((3, 0)) if level in rigid else find(motion, level)
+    if direction != "both":
+        wanted = velocity > 0 if direction == "up" else velocity < 0
+        turns, phase, velocity = turns[wanted], phase[wanted], velocity[wanted]
+    stop = np.full(len(turns), -1)
+    return Section("displacement", _seconds(motion, turns, phase), phase, velocity, stop)
+
+
+def _exact(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    from ._section import crossings
+
+    engine: Any = motion._engine
+    rows = _rows(motion)
+    room = 2 * len(rows) + 256
+    while True:
+        found = np.empty((room, 4))
+        count = crossings(engine.problem, engine.scratch, rows, *motion._last, level, found, MOST)
+        if count <= room:
+            break
+        room = count
+    found = found[:count]
+    begin = rows[found[:, 0].astype(int)]
+    angle = begin[:, 1] + found[:, 1]
+    whole_turns = np.floor(angle / TURN)
+    velocity = found[:, 2] * np.abs(found[:, 3]) * engine.omega
+    return begin[:, 0] + whole_turns, angle - TURN * whole_turns, velocity
+
+
+def _looked(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    engine = motion._engine
+    rows = _rows(motion)
+    begins = motion._begins
+    (first, early), (last, late) = motion._first, motion._last
+    start, stop = first * TURN + early, last * TURN + late
+    looks = np.linspace(start, stop, max(2, math.ceil((stop - start) / TURN * PARTS)))
+    # An impact within a look would hide what is before it: rows are looks too.
+    looks = np.unique(np.concatenate([looks, begins[(begins >= start) & (begins <= stop)]]))
+
+    def state(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        where = np.maximum(np.searchsorted(begins, angle, side="right") - 1, 0)
+        turns = np.floor(angle / TURN)
+        return engine.sample(rows, where, turns, angle - TURN * turns)
+
+    q, _ = state(looks)
+    cross = np.flatnonzero((q[:-1] < level) != (q[1:] < level))
+    low, high = looks[cross], looks[cross + 1]
+    side = np.where(q[cross] < level, 1.0, -1.0)
+    for _ in range(60):
+        middle = (low + high) / 2
+        q, _ = state(middle)
+        before = (q < level) == (side > 0)
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    _, v = state(high)
+    turns = np.floor(high / TURN)
+    return turns, high - TURN * turns, side * np.abs(v) * engine.omega
+
+
+def _rows(motion: Motion) -> np.ndarray:
+    if not isinstance(motion, Motion):
+        raise InvalidInput("motion", motion, "a Motion, as simulate makes")
+    if not len(motion._segments):
+        raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
+    return motion._segments
+
+
+def _seconds(motion: Motion, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    unit = motion.oscillator.time_unit / motion._engine.omega
+    return (turns * TURN + (phase - motion._phase)) * unit

@@ -1,0 +1,50 @@
+"""Points of a motion on a section."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ._axes import CHANNEL_COLOURS, axes, explain, points
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..dynamics.sections import Section
+
+
+def section(result: Section, ax: Axes | None = None) -> Axes:
+    """Draw velocity over the phase of the forcing; impacts of several stops in several colours.
+
+    Parameters
+    ----------
+    result : Section
+        Of `impact_map` or `displacement_section`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax, width=5.2, height=4.0)
+    if not len(result):
+        nothing = "no impacts" if result.kind == "impacts" else "the displacement is not crossed"
+        return explain(ax, nothing)
+    stops = np.unique(result.stop)
+    for k, stop in enumerate(stops):
+        own = result.stop == stop
+        colour = CHANNEL_COLOURS[k % len(CHANNEL_COLOURS)]
+        points(ax, result.phase[own], result.velocity[own], color=colour, label=f"stop {stop}")
+    if len(stops) > 1:
+        ax.legend(frameon=False, loc="best", fontsize="small")
+    ax.set_xlim(0, 2 * math.pi)
+    ax.set_xticks(np.linspace(0, 2 * math.pi, 5), ["0", "π/2", "π", "3π/2", "2π"])
+    ax.set_xlabel("phase of the forcing [rad]")
+    impacts = result.kind == "impacts"
+    ax.set_ylabel("approach velocity" if impacts else "velocity")
+    if impacts:
+        ax.set_ylim(bottom=0)
+    return ax

@@ -1,0 +1,289 @@
+"""What the intervals of a recording say of the motion: each part a result, or why there is none."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput
+
+if TYPE_CHECKING:
+    from ..impacts import Impacts
+    from ..intervals import Periodicity, Repair
+    from ..reconstruct import (
+        CorrelationDimension,
+        LyapunovExponent,
+        ReturnMapDeterminism,
+        SurrogateTest,
+    )
+
+DIMENSIONS = (1, 2, 3, 4, 5)
+"""Embedding dimensions of the correlation sum, and those the exponent chooses from."""
+
+SEED = 0
+"""Of resamples and surrogates: the same recording gives the same page."""
+
+CERTAIN = 0.95
+"""Confidence from which on a period is taken for granted, and nothing is fitted."""
+
+TESTED = 1500
+"""Intervals, from the first on, that are held against surrogates: the cost grows as their square,
+and the test of a thousand misses next to nothing."""
+
+READ = 20_000
+"""Intervals, from the first on, that dimension and exponent are read from."""
+
+ROUGH_BELOW = 300
+"""Intervals below which dimension and exponent are rough, whatever their 95 % intervals say."""
+
+REPAIRED = 5000
+"""Impacts up to which a repair is tried: that many take half a second."""
+
+FEW_FALSE = 0.02
+"""Share of false neighbours that an embedding for the exponent may have in any case, or else twice
+the least: missed impacts and jumps of the impact map leave some in every dimension, which the
+median of the exponent does not notice."""
+
+Part = TypeVar("Part")
+
+
+@dataclass(frozen=True, eq=False)
+class Dynamics:
+    """What the intervals say of the motion behind them.
+
+    Attributes
+    ----------
+    intervals : int
+        How many there are.
+    asked : bool
+        Whether the parts that take seconds were asked for.
+    dimension : CorrelationDimension or None
+        Of the first 20 000 intervals at most. Of a train that is periodic for certain 0 with the
+        verdict "periodic" and its jitter as the resolution: nothing is fitted.
+    exponent : LyapunovExponent or None
+        Of the same intervals.
+    surrogates : SurrogateTest or None
+        Of the first 1500 intervals at most.
+    determinism : ReturnMapDeterminism or None
+        Of the same; how far an interval decides the next. Of a periodic train without missed and
+        spurious impacts, how far the lateness of an impact decides that of the next.
+    false_share : float or None
+        Share of false neighbours in the embedding of the exponent.
+    repair : Repair or None
+        What `impactsig.repair_intervals` would change; None without a forcing frequency, with more
+        than 5000 impacts, and where it was not told.
+    without : mapping of str to str
+        Why a part that was tried is missing, by its name.
+    """
+
+    intervals: int
+    asked: bool = False
+    dimension: CorrelationDimension | None = None
+    exponent: LyapunovExponent | None = None
+    surrogates: SurrogateTest | None = None
+    determinism: ReturnMapDeterminism | None = None
+    false_share: float | None = None
+    repair: Repair | None = None
+    without: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def periodic(self) -> bool:
+        """Whether the train recurs, so that there is nothing to fit."""
+        return self.dimension is not None and self.dimension.verdict in ("periodic", "constant")
+
+    @property
+    def chaotic(self) -> bool:
+        """Whether all signs of chaos are there: more than noise, a dimension, growing gaps."""
+        return (
+            self.surrogates is not None
+            and self.surrogates.rejected
+            and self.dimension is not None
+            and self.dimension.value is not None
+            and self.exponent is not None
+            and grows(self.exponent)
+        )
+
+    @property
+    def left_out(self) -> bool:
+        """Whether there is more to tell for who asks."""
+        return not (self.asked or self.periodic)
+
+    def describe(self) -> str:
+        """The verdict in one sentence, without its full stop."""
+        if self.periodic:
+            assert self.dimension is not None
+            within = self.dimension.resolution
+            words = (
+                f"the intervals recur to within {short_time(within)}"
+                if within
+                else "the intervals recur"
+            )
+            return f"{words}: dimension 0, nothing fitted"
+        if not self.asked:
+            return "not asked for"
+        test, found, exponent = self.surrogates, self.dimension, self.exponent
+        if test is not None and not test.rejected:
+            words = f"nothing tells these {self.intervals} intervals from linear noise"
+            return (
+                words if found is exponent is None else f"{words}; trust no number fitted to them"
+            )
+        told = ["not tested against noise" if test is None else "more than linear noise"]
+        value = None if found is None else found.value
+        told.append("no dimension could be read" if value is None else f"dimension {value:.2f}")
+        if exponent is not None and grows(exponent):
+            told.append(f"neighbouring trajectories separate {pace(exponent)}")
+        elif exponent is not None and exponent.verdict == "no divergence":
+            told.append("neighbouring trajectories stay together")
+        else:
+            told.append("no exponent tells chaos from order")
+        words = "; ".join(told)
+        if self.chaotic:
+            words = f"low-dimensional chaos by all three signs: {', '.join(told)}"
+        rough = value is not None and self.intervals < ROUGH_BELOW
+        return f"{words} (roughly: few intervals)" if rough else words
+
+    def __str__(self) -> str:
+        return self.describe()
+
+
+def grows(exponent: LyapunovExponent) -> bool:
+    """Whether neighbouring trajectories separate for certain."""
+    return (
+        exponent.verdict == "divergence"
+        and exponent.interval is not None
+        and exponent.interval[0] > 0
+    )
+
+
+def pace(exponent: LyapunovExponent) -> str:
+    """How fast neighbouring trajectories separate, in words."""
+    assert exponent.exponent is not None
+    impacts = 1 / exponent.exponent
+    words = f"by a factor e in {impacts:.2g} impacts"
+    return words if exponent.step is None else f"{words} ({impacts * exponent.step:.2g} s)"
+
+
+def short_time(seconds: float) -> str:
+    """A short time in the unit that reads best."""
+    factor, unit = (1e3, "ms") if seconds >= 1e-3 else (1e6, "µs")
+    return f"{factor * seconds:.3g} {unit}"
+
+
+def read_dynamics(
+    impacts: Impacts, period: Periodicity, forcing_frequency: float | None, asked: bool
+) -> Dynamics:
+    """What the intervals of a train say of the motion behind them.
+
+    No part can take another with it: what one could not do is said in its place.
+
+    Parameters
+    ----------
+    impacts : Impacts
+        As found.
+    period : Periodicity
+        What `impactsig.identify_period` says of them.
+    forcing_frequency : float or None
+        [Hz]; with it, what a repair of the train would change.
+    asked : bool
+        Whether to work out what takes seconds: dimension, exponent, surrogate test, determinism.
+    """
+    from .. import intervals, reconstruct
+
+    values = impacts.intervals()
+    without: dict[str, str] = {}
+
+    def part(name: str, work: Callable[[], Part]) -> Part | None:
+        try:
+            return work()
+        except ImpactsigError as error:
+            without[name] = _why(error)
+        except Exception as error:
+            # A page that hours of detection went into is not lost to one of its parts.
+            without[name] = f"it failed with {type(error).__name__}: {error}"
+            warnings.warn(f"{name}: {without[name]}", ImpactsigWarning, stacklevel=2)
+        return None
+
+    repair = None
+    if forcing_frequency is not None and len(impacts) <= REPAIRED:
+        repair = part("repair", lambda: intervals.repair_intervals(impacts, 1 / forcing_frequency))
+    if is_certain(period):
+        found = reconstruct.CorrelationDimension(
+            "periodic",
+            0.0,
+            (0.0, 0.0),
+            period=period.impacts,
+            estimator="the period found",
+            resolution=period.jitter or 0.0,
+        )
+        determinism = None
+        if asked and not (period.missed or period.spurious or len(impacts.gaps)):
+            late = deviations(impacts.time, period.impacts or 1)[:TESTED]
+            determinism = part(
+                "determinism", lambda: reconstruct.return_map_determinism(late, seed=SEED)
+            )
+        return Dynamics(
+            len(values),
+            asked,
+            dimension=found,
+            determinism=determinism,
+            repair=repair,
+            without=without,
+        )
+    if not asked:
+        return Dynamics(len(values), repair=repair, without=without)
+    read, tested = impacts[: READ + 1], values[:TESTED]
+    exponent = part("exponent", lambda: exponent_of(read))
+    return Dynamics(
+        len(values),
+        asked,
+        dimension=part(
+            "dimension", lambda: reconstruct.correlation_dimension(read, DIMENSIONS, seed=SEED)
+        ),
+        exponent=None if exponent is None else exponent[0],
+        surrogates=part("surrogates", lambda: reconstruct.surrogate_test(tested, seed=SEED)),
+        determinism=part(
+            "determinism", lambda: reconstruct.return_map_determinism(tested, seed=SEED)
+        ),
+        false_share=None if exponent is None else exponent[1],
+        repair=repair,
+        without=without,
+    )
+
+
+def is_certain(period: Periodicity) -> bool:
+    """Whether the train is periodic beyond doubt."""
+    return period.kind in ("periodic", "unlocked") and period.confidence >= CERTAIN
+
+
+def deviations(time: np.ndarray, recurring: int) -> np.ndarray:
+    """How late each impact is of the instant due where so many recur at a constant rate [s]."""
+    each, turn = np.arange(len(time)) % recurring, np.arange(len(time)) // recurring
+    design = np.column_stack((turn, *(each == one for one in range(recurring)))).astype(float)
+    return time - design @ np.linalg.lstsq(design, time, rcond=None)[0]
+
+
+def exponent_of(
+    impacts: Impacts, dimensions: Sequence[int] = DIMENSIONS, theiler: int | None = None
+) -> tuple[LyapunovExponent, float]:
+    """The exponent of a train, and the share of false neighbours in the embedding it has.
+
+    The embedding is the least beyond which the share of false neighbours hardly falls.
+    """
+    from ..reconstruct import false_nearest_neighbors, lyapunov_exponent
+
+    share = false_nearest_neighbors(impacts, dimensions, theiler=theiler).share
+    chosen = int(np.argmax(share <= max(FEW_FALSE, 2 * share.min())))
+    found = lyapunov_exponent(impacts, dimension=dimensions[chosen], theiler=theiler)
+    return found, float(share[chosen])
+
+
+def _why(error: ImpactsigError) -> str:
+    """Why a part is missing, to a reader who has given a recording and no `x`."""
+    if isinstance(error, InvalidInput) and error.argument == "x":
+        value = str(error.value).replace(" values", " intervals")
+        return f"it got {value} and needs {error.required}"
+    return str(error)

@@ -1,0 +1,173 @@
+"""What the intervals say of the dynamics: a verdict, then each part in words with its figure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from .. import plot
+from ..reconstruct.surrogate_testing import LEVEL
+from .contents import counted, printable
+from .dynamics import REPAIRED, ROUGH_BELOW, TESTED, is_certain, short_time
+from .figures import Picture, draw_figure
+from .fitted import Finding, dimension, exponent, of_first, surrogates, with_doubts
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..impacts import Impacts
+    from ..reconstruct import ReturnMapDeterminism
+    from .analysis import Analysis
+    from .dynamics import Dynamics
+
+LAGS = (1, 2, 3)
+SLIGHT, LARGELY = 0.1, 0.8
+"""Shares of the variance: below the first scatter about a period is not called a motion, above the
+second an interval is said to foretell the next."""
+
+
+def verdict(analysis: Analysis) -> str:
+    """The answer in a sentence; empty where it was not asked for."""
+    words = "" if analysis.dynamics.left_out else f"{analysis.dynamics}."
+    return words[:1].upper() + words[1:]
+
+
+def care(analysis: Analysis) -> list[str]:
+    """What to mind before the numbers are believed: impacts missed or spurious, gaps."""
+    dynamics, told = analysis.dynamics, []
+    repair, fitted = dynamics.repair, dynamics.asked and not dynamics.periodic
+    if repair is not None and (repair.splits or repair.joins):
+        flaws = [f"lack {counted(len(repair.splits), 'impact')}"] if repair.splits else []
+        flaws += [f"hold {counted(len(repair.joins), 'spurious one')}"] if repair.joins else []
+        told.append(
+            f"The train as found seems to {' and '.join(flaws)}, which impactsig.repair_intervals "
+            "would mend; here nothing was changed."
+        )
+        if fitted:
+            told.append(
+                "Impacts missed or spurious make intervals that the motion does not have: 2 % of "
+                "them raise the dimension and the exponent of a chaotic beam by about a tenth."
+            )
+    elif not fitted:
+        pass
+    elif repair is not None:
+        told.append(
+            "No impact is clearly missed or spurious (impactsig.repair_intervals); in an aperiodic "
+            "train not every one can be told."
+        )
+    elif analysis.forcing_frequency is None:
+        told.append(
+            "Whether impacts were missed or are spurious was not looked into: that takes the "
+            "forcing frequency (--forcing-frequency)."
+        )
+    else:
+        why = dynamics.without.get("repair", f"there are more than {REPAIRED} impacts")
+        told.append(f"Whether impacts were missed or are spurious was not looked into: {why}.")
+    if fitted and len(analysis.impacts.gaps):
+        told.append("The run has gaps; what is compared here may reach across one.")
+    return [printable(text) for text in told]
+
+
+def findings(analysis: Analysis) -> Iterator[Finding]:
+    """Every part that there is something to say of."""
+    dynamics = analysis.dynamics
+    if dynamics.intervals >= 2:
+        yield _delay_plot(analysis)
+    if dynamics.periodic:
+        yield _periodic(analysis)
+    elif dynamics.asked:
+        yield dimension(dynamics)
+        yield exponent(dynamics)
+        yield surrogates(dynamics)
+    elif dynamics.intervals >= 2:
+        yield _left_out(dynamics)
+
+
+def _delay_plot(analysis: Analysis) -> Finding:
+    impacts, dynamics = analysis.impacts, analysis.dynamics
+    period = analysis.periodicity
+    found = None if dynamics.periodic else dynamics.determinism
+    lags = LAGS if dynamics.asked and not dynamics.periodic else LAGS[:1]
+    if found is not None:
+        words = _decided(found, dynamics.intervals)
+    elif dynamics.periodic and period.impacts is not None and period.jitter is not None:
+        number, jitter = period.impacts, short_time(period.jitter)
+        words = (
+            f"A motion that recurs after {counted(number, 'impact')} shows as "
+            f"{counted(number, 'point')}, spread by the {jitter} that impacts are early or late."
+        )
+    else:
+        words = (
+            "A curve, or a cloud with structure, speaks of a motion that decides its next impact; "
+            "a cloud without structure of chance."
+        )
+    before = "the one before it" if len(lags) == 1 else "the one, two and three before it"
+    picture = Picture(
+        draw_figure(lambda figure: _return_maps(impacts, lags, figure), 3.7 * len(lags), 3.3),
+        f"Delay plot of {dynamics.intervals} interspike intervals, each against {before}",
+        f"Each interval against {before} (return map).",
+    )
+    return Finding("Delay plot", (words,), picture, "half" if len(lags) == 1 else "wide")
+
+
+def _return_maps(impacts: Impacts, lags: tuple[int, ...], figure: Figure) -> None:
+    panels = figure.subplots(1, len(lags), squeeze=False)[0]
+    for ax, lag in zip(panels, lags, strict=True):
+        plot.return_map(impacts, lag, ax)
+
+
+def _decided(found: ReturnMapDeterminism, count: int) -> str:
+    chance = max(float(found.surrogates.max()), 0.0)
+    words = (
+        f"An interval decides {100 * found.explained:.0f} % of the variance of the next one "
+        f"(in random order at most {100 * chance:.0f} %)"
+    )
+    if found.p_value > LEVEL:
+        words = "An interval decides no more of the next one than it would in random order"
+    else:
+        part = "" if found.explained > LARGELY else " in part"
+        words += f": the next impact can{part} be foretold from the last interval"
+    return with_doubts(words + of_first(TESTED, count), found.warnings) + "."
+
+
+def _periodic(analysis: Analysis) -> Finding:
+    period = analysis.periodicity
+    if not is_certain(period) or not period.jitter:
+        return Finding("Dimension", ("The intervals recur: dimension 0; nothing was fitted.",))
+    words = (
+        f"The motion recurs ({period}) to within {short_time(period.jitter)}: its dimension is 0, "
+        "at any scale coarser than that. Nothing was fitted."
+    )
+    return Finding("Dimension", (printable(words), _left_over(analysis, period.jitter)))
+
+
+def _left_over(analysis: Analysis, jitter: float) -> str:
+    """Whether there is a motion in the scatter about a period."""
+    found = analysis.dynamics.determinism
+    if jitter * analysis.rate < 1:
+        return "What is left is less than the time between two samples and tells nothing more."
+    if found is None:
+        return "What is left is timing noise, or a small motion" + (
+            "." if analysis.dynamics.asked else "; impactsig report --dynamics looks into it."
+        )
+    if found.p_value > LEVEL or found.explained < SLIGHT:
+        return "What is left is timing noise: how late an impact is hardly tells of the next."
+    return (
+        with_doubts(
+            "What is left is more than timing noise: how late an impact is decides "
+            f"{100 * found.explained:.0f} % of the variance of how late the next one is. A narrow "
+            "band of chaos, a slow modulation or a drift does that; impactsig dimension reads it",
+            found.warnings,
+        )
+        + "."
+    )
+
+
+def _left_out(dynamics: Dynamics) -> Finding:
+    told = [
+        "Correlation dimension, Lyapunov exponent and the test against noise take seconds and were "
+        "not asked for: impactsig report --dynamics adds them (in Python, dynamics=True)."
+    ]
+    if dynamics.intervals < ROUGH_BELOW:
+        told.append(f"They want some hundreds of intervals; there are {dynamics.intervals}.")
+    return Finding("Left out", tuple(told))

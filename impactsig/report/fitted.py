@@ -1,0 +1,179 @@
+"""What dimension, exponent and surrogate test say, each in words with its figure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from ..reconstruct.surrogates import LABEL
+from .contents import counted, printable
+from .dynamics import DIMENSIONS, READ, TESTED, grows, pace, short_time
+from .figures import Picture, draw, draw_figure
+
+if TYPE_CHECKING:
+    from ..reconstruct import LyapunovExponent, SurrogateTest
+    from .dynamics import Dynamics
+
+MANY_FALSE = 0.1
+"""Share of false neighbours from which on an embedding hides the exponent."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One part: what it says in sentences, and the figure that shows it."""
+
+    title: str
+    words: tuple[str, ...]
+    picture: Picture | None = None
+    size: Literal["half", "wide"] = "half"
+
+
+def dimension(dynamics: Dynamics) -> Finding:
+    """The correlation dimension, or why there is none."""
+    found = dynamics.dimension
+    if found is None:
+        return _missing("Dimension", "No dimension", "dimension", dynamics)
+    read = [one for one in found.by_dimension if one.value is not None]
+    listed = ", ".join(f"{one.value:.2f}" for one in read)
+    tried = _range([one.embedding for one in read])
+    if found.value is not None and found.interval is not None and found.region is not None:
+        (low, high), (least, most) = found.interval, map(short_time, found.region)
+        words = [
+            f"Correlation dimension {found.value:.2f}, 95 % interval {low:.2f} to {high:.2f}"
+            f"{of_first(READ, dynamics.intervals)}, read at radii from {least} to {most}, where "
+            f"embedding dimensions {_range(found.plateau)} agree.",
+            f"By each estimator alone: {_each(found.estimates)}.",
+        ]
+        if dynamics.chaotic:
+            words.append(
+                "Impacts are a section of the motion: the attractor of the machine, with the time "
+                "between them, has about one dimension more."
+            )
+    else:
+        words = [
+            f"No dimension: as the embedding dimension goes from {tried}, the estimate does not "
+            f"settle ({listed}). Noise does that, and so does a motion of more dimensions than "
+            f"{counted(dynamics.intervals, 'interval')} can show."
+            if read
+            else "No dimension: at no radius above the noise are there enough pairs of intervals."
+        ]
+    if found.warnings:
+        words.append(f"Mind (times in seconds): {'; '.join(found.warnings)}.")
+    picture = Picture(
+        draw_figure(found.plot, 11.0, 3.7),
+        f"Correlation sums of embedding dimensions {_range(DIMENSIONS)}, their local slopes, and "
+        f"the estimate over the embedding dimension: {listed or 'none'}",
+        "Correlation sums with the scaling region shaded; their local slopes; the estimate over "
+        "the embedding dimension, which levels off for a motion and climbs the dotted line for "
+        "noise. Radii are in seconds.",
+    )
+    return Finding("Dimension", tuple(words), picture, "wide")
+
+
+def exponent(dynamics: Dynamics) -> Finding:
+    """The largest Lyapunov exponent, or why there is none."""
+    found = dynamics.exponent
+    if found is None:
+        return _missing("Lyapunov exponent", "No exponent", "exponent", dynamics)
+    return Finding(
+        "Lyapunov exponent",
+        (with_doubts(_separation(found), found.warnings) + ".", *_false(dynamics)),
+        Picture(
+            draw(found.plot, 5.0, 3.6),
+            f"Logarithm of the gap between neighbours against time: {found.verdict}",
+            "How far apart trajectories are that began as neighbours. A straight rise is "
+            "exponential growth; it ends where they are as far apart as any two.",
+        ),
+    )
+
+
+def _separation(found: LyapunovExponent) -> str:
+    if found.verdict == "periodic":
+        return "The intervals recur exactly: exponent 0"
+    if found.exponent is None:
+        return (
+            "No exponent: neighbouring trajectories separate at once, or not exponentially over "
+            "any stretch, as in noise or where there are too few intervals"
+        )
+    words = f"{found.exponent:.3g} per impact"
+    if found.interval is not None:
+        words += f", 95 % interval {found.interval[0]:.3g} to {found.interval[1]:.3g}"
+    if found.per_second is not None:
+        words += f"; {found.per_second:.3g} per second"
+    if found.verdict == "no divergence":
+        return (
+            f"Neighbouring trajectories stay together ({words}): the motion is periodic or "
+            "quasi-periodic rather than chaotic"
+        )
+    if grows(found):
+        return (
+            f"Largest Lyapunov exponent {words}. Neighbouring trajectories separate {pace(found)}; "
+            "an impact can be foretold a few times as far ahead, and no further"
+        )
+    return f"Largest Lyapunov exponent {words}, which is not told apart from 0"
+
+
+def _false(dynamics: Dynamics) -> Iterator[str]:
+    share = dynamics.false_share
+    if share is not None and share > MANY_FALSE:
+        yield (
+            f"In no embedding are there fewer than {share:.0%} of false neighbours: noise, or "
+            "impacts missed and spurious, hide whatever the exponent is."
+        )
+
+
+def surrogates(dynamics: Dynamics) -> Finding:
+    """Whether the intervals are more than linear noise."""
+    test = dynamics.surrogates
+    if test is None:
+        return _missing("More than noise?", "Not told", "surrogates", dynamics)
+    return Finding(
+        "More than noise?",
+        (with_doubts(_noise(test, dynamics), test.warnings) + ".",),
+        Picture(
+            draw(test.plot, 5.0, 3.6),
+            f"Prediction error of the intervals among those of their surrogates, p = "
+            f"{test.p_value:.2g}",
+            f"The error of the intervals (line) among those of {len(test.surrogates)} "
+            f"{LABEL[test.method]} surrogates (bars): series of the same values and spectrum that "
+            "are linear noise.",
+        ),
+    )
+
+
+def _noise(test: SurrogateTest, dynamics: Dynamics) -> str:
+    errors = (
+        f"from those before it an interval is foretold to within {test.statistic:.2f} standard "
+        f"deviations, in linear noise of the same values and spectrum to within "
+        f"{test.surrogates.mean():.2f} (p = {test.p_value:.2g})"
+    )
+    errors += of_first(TESTED, dynamics.intervals)
+    if test.rejected:
+        return f"Yes: {errors}. That rules linear noise out; it does not prove chaos"
+    if dynamics.dimension is dynamics.exponent is None:
+        return f"No sign of it: {errors}"
+    return f"No sign of it: {errors}. Do not take the numbers beside for those of the machine"
+
+
+def _missing(title: str, lead: str, part: str, dynamics: Dynamics) -> Finding:
+    return Finding(title, (printable(f"{lead}: {dynamics.without[part]}."),))
+
+
+def of_first(most: int, count: int) -> str:
+    """That only the first were looked at, where that is so."""
+    return f" (of the first {most} of {count} intervals)" if count > most else ""
+
+
+def with_doubts(words: str, warnings: tuple[str, ...]) -> str:
+    """A sentence and what speaks against it."""
+    return "; but ".join((words, *warnings))
+
+
+def _range(numbers: tuple[int, ...] | list[int]) -> str:
+    return f"{numbers[0]} to {numbers[-1]}" if numbers else "none"
+
+
+def _each(estimates: Mapping[str, float | None] | None) -> str:
+    known = {name: value for name, value in (estimates or {}).items() if value is not None}
+    return ", ".join(f"{name} {value:.2f}" for name, value in known.items())

@@ -1,0 +1,58 @@
+"""How a report is made again: the command line, and the lines of Python."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from .dynamics import DIMENSIONS, READ, SEED, TESTED
+
+if TYPE_CHECKING:
+    from .analysis import Analysis
+    from .dynamics import Dynamics
+
+
+def command(analysis: Analysis) -> str:
+    """The command line that makes this report again."""
+    given = {**analysis.reading, **analysis.detecting}
+    if analysis.forcing_frequency is not None:
+        given["forcing_frequency"] = analysis.forcing_frequency
+    # An equals sign keeps a value that begins with a minus from being taken for an option.
+    options = [f"--{name.replace('_', '-')}={value}" for name, value in given.items()]
+    if analysis.dynamics.asked:
+        options.append("--dynamics")
+    path = str(analysis.file.path)
+    words = ["impactsig", "report", *options, *(["--"] if path.startswith("-") else []), path]
+    return " ".join(shlex.quote(word) for word in words)
+
+
+def python_lines(analysis: Analysis) -> str:
+    """The lines of Python that find the same impacts, period and dynamics."""
+    reading = _arguments(analysis.reading)
+    detecting = _arguments(analysis.detecting)
+    hertz = analysis.forcing_frequency
+    period = f", forcing_period=1 / {hertz!r}" if hertz is not None else ""
+    lines = [
+        "import impactsig",
+        f"recording = impactsig.read({str(analysis.file.path)!r}{reading})",
+        f"impacts = impactsig.detect_impacts(recording{detecting})",
+        f"impactsig.identify_period(impacts{period})",
+        *_lines_of_dynamics(analysis.dynamics),
+    ]
+    return "\n".join(lines)
+
+
+def _lines_of_dynamics(dynamics: Dynamics) -> Iterator[str]:
+    read = "impacts" if dynamics.intervals <= READ else f"impacts[:{READ + 1}]"
+    tested = "impacts" if dynamics.intervals <= TESTED else f"impacts.intervals()[:{TESTED}]"
+    if dynamics.dimension is not None and dynamics.dimension.correlation is not None:
+        yield f"impactsig.correlation_dimension({read}, {DIMENSIONS}, seed={SEED})"
+    if dynamics.exponent is not None:
+        yield f"impactsig.lyapunov_exponent({read}, dimension={dynamics.exponent.dimension})"
+    if dynamics.surrogates is not None:
+        yield f"impactsig.surrogate_test({tested}, seed={SEED})"
+
+
+def _arguments(given: Any) -> str:
+    return "".join(f", {name}={value!r}" for name, value in given.items())

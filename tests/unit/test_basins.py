@@ -1,0 +1,99 @@
+"""Basins of attraction, against motions that are followed one by one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import matplotlib
+import numpy as np
+import pytest
+
+matplotlib.use("Agg")
+
+from matplotlib.figure import Figure
+
+from impactsig import Hertz, InvalidInput, Stop, basins_of_attraction, scenes, simulate
+
+FOUR = scenes.begley_virgin(1.338, 1.6, 0.05)
+
+
+@pytest.fixture(scope="module")
+def four():
+    return basins_of_attraction(FOUR, np.linspace(-2.5, 2.5, 24), np.linspace(-3, 3, 20))
+
+
+def test_the_four_attractors_of_the_reference(four):
+    kinds = sorted((a.impacts, a.periods) for a in four.attractors)
+    assert kinds == [(0, 1), (2, 1), (3, 2), (3, 2)]
+    points = {(a.impacts, a.periods): a.strobe for a in four.attractors}
+    assert points[0, 1][0] == pytest.approx([-0.22939, -1.65387], abs=5.1e-6)
+    assert points[2, 1][0] == pytest.approx([-0.13229, 1.55535], abs=5.1e-6)
+    assert four.open_share == 0
+    assert four.failed == 0
+    assert four.shares.sum() == pytest.approx(1)
+    assert np.all(np.diff(four.shares) <= 0)
+    assert np.all((four.intervals[:, 0] < four.shares) & (four.shares < four.intervals[:, 1]))
+
+
+def test_every_start_ends_where_its_motion_does(four):
+    rng = np.random.default_rng(2)
+    for _ in range(40):
+        i, j = rng.integers(20), rng.integers(24)
+        motion = simulate(FOUR, periods=1, transient=600, initial=(four.x[j], four.v[i]))
+        points = four.attractors[four.labels[i, j]].strobe
+        apart = np.abs(points - np.array(motion.final[:2])).max(axis=1)
+        assert apart.min() < 1e-6
+
+
+def test_catching_changes_no_label(four):
+    full = basins_of_attraction(FOUR, four.x, four.v, catch=False, workers=1)
+    assert np.array_equal(full.labels, four.labels)
+    assert four.rechecked == 256
+    assert four.differing == 0
+    assert all(attractor.radius > 0 for attractor in four.attractors)
+    assert all(attractor.radius == 0 for attractor in full.attractors)
+
+
+def test_a_moving_base_is_seen_from_the_ground():
+    found = basins_of_attraction(scenes.okolewski(4.0, 0.6), [0.01, 0.02], [0.0, 0.1])
+    (only,) = found.attractors
+    motion = simulate(scenes.okolewski(4.0, 0.6), periods=1, transient=500)
+    assert np.abs(only.strobe - np.array(motion.final[:2])).max(axis=1).min() < 1e-9
+    assert found.shares == [1.0]
+
+
+def test_chaos_is_left_open():
+    found = basins_of_attraction(scenes.karpodinis(20.1), [0.0, 0.5], [0.0], periods=200)
+    assert found.open_share == 1
+    assert found.attractors == ()
+    found.plot(Figure().subplots())
+
+
+def test_figure_names_the_attractors(four):
+    ax = four.plot(Figure().subplots())
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert len(texts) == 4
+    assert texts[0].startswith("(2, 1)")
+
+
+@pytest.mark.parametrize(
+    ("changes", "argument"),
+    [
+        ({"x": []}, "x"),
+        ({"v": ["a"]}, "v"),
+        ({"periods": 0}, "periods"),
+        ({"closed": -1.0}, "closed"),
+        ({"workers": 1.5}, "workers"),
+        ({"x": [1.5]}, "initial"),
+        ({"oscillator": "beam"}, "oscillator"),
+        (
+            {"oscillator": replace(scenes.karpodinis(20.1), stops=(Stop(1.0, Hertz(1e4)),))},
+            "oscillator",
+        ),
+    ],
+)
+def test_bad_input_is_named(changes, argument):
+    given = {"oscillator": scenes.karpodinis(20.1), "x": [0.0], "v": [0.0]} | changes
+    with pytest.raises(InvalidInput) as caught:
+        basins_of_attraction(**given)
+    assert caught.value.argument == argument

@@ -1,0 +1,351 @@
+"""The dynamics of a report: every part told or its absence explained, none taking another along."""
+
+import html
+import re
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impactsig
+from impactsig import Impacts, ImpactsigWarning, cli, identify_period
+from impactsig.report import Dynamics, analyse, write_page
+from impactsig.report import dynamics as dynamics_module
+from impactsig.report.contents import parameters, tiles
+from impactsig.report.dynamics import DIMENSIONS, SEED, exponent_of, read_dynamics
+from impactsig.report.findings import care, findings, verdict
+
+SAMPLES = Path(__file__).resolve().parents[2] / "data_samples"
+CHAOTIC = SAMPLES / "loadcell_chaotic_20.1Hz.wav"
+PERIODIC = SAMPLES / "loadcell_periodic_22.1Hz.wav"
+
+
+def train(values):
+    """Impacts 40 to 60 ms apart, by values from 0 to 1."""
+    values = np.asarray(values, float)
+    return Impacts.from_times(np.cumsum([0.0, *(0.04 + 0.02 * values)]))
+
+
+def logistic(count):
+    x = [0.4]
+    for _ in range(count - 1):
+        x.append(4 * x[-1] * (1 - x[-1]))
+    return np.array(x)
+
+
+def read(impacts, asked=True, frequency=None):
+    period = None if frequency is None else 1 / frequency
+    return read_dynamics(impacts, identify_period(impacts, period), frequency, asked)
+
+
+@pytest.fixture(scope="module")
+def periodic():
+    return analyse(PERIODIC, sensor="force", unit="V", forcing_frequency=22.1, dynamics=True)
+
+
+@pytest.fixture(scope="module")
+def chaotic():
+    return analyse(CHAOTIC, sensor="force", unit="V", forcing_frequency=20.1, dynamics=True)
+
+
+@pytest.fixture(scope="module")
+def page(chaotic, tmp_path_factory):
+    path = write_page(chaotic, tmp_path_factory.mktemp("page") / "page.html")
+    return path.read_text(encoding="utf-8")
+
+
+def of(analysis, impacts, asked=True, frequency=None):
+    """That analysis, had these impacts been found in it."""
+    period = identify_period(impacts, None if frequency is None else 1 / frequency)
+    return replace(
+        analysis,
+        impacts=impacts,
+        periodicity=period,
+        dynamics=read_dynamics(impacts, period, frequency, asked),
+        forcing_frequency=frequency,
+    )
+
+
+def told(analysis):
+    return {one.title: " ".join(one.words) for one in findings(analysis)}
+
+
+# -- what is worked out ----------------------------------------------------------------------
+
+
+def test_what_is_told_is_what_the_library_finds(chaotic):
+    found, impacts = chaotic.dynamics, chaotic.impacts
+    dimension = impactsig.correlation_dimension(impacts, DIMENSIONS, seed=SEED)
+    assert (found.dimension.value, found.dimension.interval) == (
+        dimension.value,
+        dimension.interval,
+    )
+    assert found.surrogates.p_value == impactsig.surrogate_test(impacts, seed=SEED).p_value
+    exponent = impactsig.lyapunov_exponent(impacts, dimension=found.exponent.dimension)
+    assert found.exponent.exponent == exponent.exponent
+    assert found.without == {}
+
+
+def test_the_logistic_map_has_dimension_1_exponent_ln_2_and_is_called_chaos():
+    found = read(train(logistic(1200)))
+    assert found.dimension.value == pytest.approx(1, abs=0.1)
+    assert found.exponent.exponent == pytest.approx(np.log(2), abs=0.05)
+    assert found.chaotic
+    assert found.describe().startswith("low-dimensional chaos by all three signs")
+    impacts, seconds = re.search(
+        r"factor e in (\S+) impacts \((\S+) s\)", found.describe()
+    ).groups()
+    assert float(impacts) == pytest.approx(1 / np.log(2), abs=0.1)
+    assert float(seconds) == pytest.approx(0.05 / np.log(2), abs=0.005)
+
+
+def test_noise_is_not_called_chaos():
+    found = read(train(np.random.default_rng(0).uniform(size=400)))
+    assert not found.chaotic
+    assert found.describe().startswith("nothing tells these 400 intervals from linear noise; trust")
+
+
+def test_a_quasi_periodic_train_is_not_called_chaos():
+    found = read(train(0.5 + 0.5 * np.sin(2 * np.pi * np.sqrt(2) * np.arange(500))))
+    assert not found.chaotic
+    assert not dynamics_module.grows(found.exponent)
+
+
+def test_what_takes_seconds_is_not_done_unasked(monkeypatch):
+    from impactsig import reconstruct
+
+    def refuse(*_, **__):
+        raise AssertionError("nobody asked for this")
+
+    for name in ("correlation_dimension", "surrogate_test", "lyapunov_exponent"):
+        monkeypatch.setattr(reconstruct, name, refuse)
+    found = read(train(logistic(300)), asked=False)
+    assert found.left_out
+    assert found.without == {}
+    assert found.dimension is found.exponent is found.surrogates is found.determinism is None
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_a_periodic_train_has_dimension_0_and_nothing_is_fitted(asked):
+    jitter = 1e-5 * np.random.default_rng(0).standard_normal(201)
+    found = read(Impacts.from_times(0.05 * np.arange(201) + jitter), asked)
+    assert (found.dimension.verdict, found.dimension.value) == ("periodic", 0.0)
+    assert found.dimension.correlation is found.exponent is found.surrogates is None
+    assert not found.left_out
+    assert re.fullmatch(
+        r"the intervals recur to within (9|10|11)\S* µs: dimension 0, nothing fitted",
+        found.describe(),
+    )
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3, 10, 30])
+def test_too_few_intervals_say_what_it_takes(count, chaotic):
+    impacts = train(logistic(100)[:count])[: count + bool(count)]
+    result = of(chaotic, impacts)
+    found = result.dynamics
+    assert found.dimension is found.exponent is None
+    assert set(found.without) >= {"dimension", "exponent"}
+    words = told(result)["Dimension"]
+    assert words.startswith(f"No dimension: it got {found.intervals} intervals and needs at least ")
+    assert verdict(result)
+    list(parameters(result))
+
+
+def test_one_failing_part_takes_no_other_with_it(monkeypatch, chaotic, tmp_path):
+    from impactsig import reconstruct
+
+    def fail(*_, **__):
+        raise ZeroDivisionError("at the worst moment")
+
+    monkeypatch.setattr(reconstruct, "lyapunov_exponent", fail)
+    with pytest.warns(ImpactsigWarning, match="exponent: it failed with ZeroDivisionError"):
+        result = of(chaotic, chaotic.impacts)
+    found = result.dynamics
+    assert (found.exponent, found.false_share) == (None, None)
+    assert found.dimension.value == chaotic.dynamics.dimension.value
+    assert found.surrogates.p_value == chaotic.dynamics.surrogates.p_value
+    written = write_page(result, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "No exponent: it failed with ZeroDivisionError: at the worst moment." in written
+
+
+def test_long_trains_are_read_from_their_first_intervals_and_say_so(monkeypatch, chaotic):
+    from impactsig.report import findings as findings_module
+    from impactsig.report import fitted
+
+    for module in (dynamics_module, fitted):
+        monkeypatch.setattr(module, "READ", 200)
+    for module in (dynamics_module, findings_module, fitted):
+        monkeypatch.setattr(module, "TESTED", 100)
+    values = logistic(400)
+    result, start = of(chaotic, train(values)), read(train(values[:200]))
+    assert result.dynamics.dimension.value == start.dimension.value
+    assert result.dynamics.surrogates.count <= 100
+    words = told(result)
+    assert "of the first 200 of 400 intervals" in words["Dimension"]
+    assert "of the first 100 of 400 intervals" in words["More than noise?"]
+
+
+@pytest.mark.parametrize(("values", "least"), [(logistic(600), 1), ("henon", 2)])
+def test_the_exponent_has_the_least_embedding_without_false_neighbours(values, least):
+    if isinstance(values, str):
+        x, y = [0.1], 0.1
+        for _ in range(600):
+            x.append(1 - 1.4 * x[-1] ** 2 + y)
+            y = 0.3 * x[-2]
+        values = (np.array(x[1:]) + 1.3) / 2.6
+    found, share = exponent_of(train(values))
+    assert found.dimension == least
+    assert share < 0.02
+
+
+def test_missed_impacts_do_not_hide_the_exponent():
+    # The false neighbours they leave would ask for ever more coordinates.
+    whole = train(logistic(1500))
+    kept = np.random.default_rng(1).uniform(size=len(whole)) > 0.02
+    found, share = exponent_of(Impacts.from_times(whole.time[kept]))
+    assert found.dimension <= 2
+    assert share < 0.1
+    assert dynamics_module.grows(found)
+
+
+# -- how it is said --------------------------------------------------------------------------
+
+
+def test_a_chaotic_recording_in_words(chaotic):
+    words = told(chaotic)
+    assert list(words) == ["Delay plot", "Dimension", "Lyapunov exponent", "More than noise?"]
+    value = chaotic.dynamics.dimension.value
+    assert words["Dimension"].startswith(f"Correlation dimension {value:.2f}, 95 % interval ")
+    assert "µs" in words["Dimension"]
+    assert words["Lyapunov exponent"].startswith("Largest Lyapunov exponent 0.")
+    assert words["More than noise?"].startswith("Yes: ")
+    assert verdict(chaotic).endswith("(roughly: few intervals).")
+    assert "No impact is clearly missed or spurious" in care(chaotic)[0]
+
+
+def test_every_sentence_ends(chaotic, periodic):
+    noise = of(chaotic, train(np.random.default_rng(0).uniform(size=120)))
+    for result in (chaotic, periodic, noise, of(chaotic, chaotic.impacts, asked=False)):
+        sentences = [text for one in findings(result) for text in one.words]
+        for text in (*sentences, *care(result), verdict(result) or "."):
+            assert text.endswith(".")
+            assert not re.search(r"\.\.|nan|None|  ", text)
+
+
+def test_a_periodic_recording_in_words(periodic):
+    words = told(periodic)
+    assert list(words) == ["Delay plot", "Dimension"]
+    assert "recurs after 1 impact shows as 1 point" in words["Delay plot"]
+    recurs = "The motion recurs (period(1,1): 1 impact per forcing period) to within 1.01 µs: its"
+    assert words["Dimension"].startswith(f"{recurs} dimension is 0")
+    assert "less than the time between two samples" in words["Dimension"]
+    assert care(periodic) == []
+    assert ("dimension", "0", "the intervals recur") in tiles(periodic)
+
+
+@pytest.mark.parametrize(
+    ("late", "said"),
+    [
+        (logistic(800), "more than timing noise: how late an impact is decides 9"),
+        (
+            np.random.default_rng(0).uniform(size=800),
+            "is timing noise: how late an impact is hardly tells",
+        ),
+    ],
+)
+@pytest.mark.parametrize("second", [0.0, 0.015])
+def test_a_narrow_band_of_chaos_about_a_period_is_told_from_jitter(second, late, said, periodic):
+    due = 0.05 * np.arange(800) + np.where(np.arange(800) % 2, second, 0.0)
+    result = of(periodic, Impacts.from_times(due + 1e-3 * late), frequency=10.0 if second else 20.0)
+    assert result.dynamics.periodic
+    assert said in told(result)["Dimension"]
+
+
+def test_deviations_are_those_that_were_put_in():
+    late = 1e-4 * np.random.default_rng(0).standard_normal(600)
+    due = 3.0 + 0.07 * (np.arange(600) // 3) + np.tile([0.0, 0.01, 0.04], 200)
+    found = dynamics_module.deviations(due + late, 3)
+    # A line and two more offsets are fitted: four numbers of 600.
+    assert np.std(found - late) < 2e-5
+    np.testing.assert_allclose(dynamics_module.deviations(due, 3), 0, atol=1e-12)
+
+
+def test_noise_in_words(chaotic):
+    words = told(of(chaotic, train(np.random.default_rng(0).uniform(size=300))))
+    assert words["Dimension"].startswith(
+        "No dimension: as the embedding dimension goes from 1 to 5"
+    )
+    assert words["More than noise?"].startswith("No sign of it: ")
+    assert words["Delay plot"] == (
+        "An interval decides no more of the next one than it would in random order."
+    )
+
+
+def test_what_was_left_out_says_how_to_ask_for_it(chaotic):
+    words = told(of(chaotic, chaotic.impacts, asked=False))
+    assert list(words) == ["Delay plot", "Left out"]
+    assert "--dynamics" in words["Left out"]
+    assert "there are 115" in words["Left out"]
+
+
+def test_missed_impacts_are_spoken_of_where_the_forcing_is_known(periodic):
+    kept = np.delete(np.arange(200), [50, 120])
+    impacts = Impacts.from_times(0.05 * kept + 1e-5 * np.sin(7.0 * kept))
+    sentence = care(of(periodic, impacts, frequency=20.0))[0]
+    assert "seems to lack 2 impacts, which" in sentence
+    assert "impactsig.repair_intervals" in sentence
+    assert care(of(periodic, impacts)) == []
+
+
+def test_without_a_forcing_frequency_no_impact_is_checked(chaotic):
+    assert "takes the forcing frequency" in care(of(chaotic, chaotic.impacts))[0]
+
+
+# -- the page and the command ----------------------------------------------------------------
+
+
+def test_the_page_shows_every_part_with_words_before_its_figure(page):
+    section = re.search(r"<h2>Dynamics</h2>(.*?)</section>", page, re.S)[1]
+    parts = re.findall(r"<article.*?</article>", section, re.S)
+    assert len(parts) == 4
+    for part in parts:
+        assert part.index("<p>") < part.index("<img")
+        assert re.search(r'alt="[^"]{30,}"', part)
+
+
+def test_the_numbers_stand_among_the_key_figures(chaotic):
+    shown = {name: value for name, value, _ in tiles(chaotic)}
+    assert shown["dimension"] == f"{chaotic.dynamics.dimension.value:.2f}"
+    assert shown["Lyapunov exponent"] == f"{chaotic.dynamics.exponent.exponent:.3g} per impact"
+    assert dict(dict(parameters(chaotic))["Dynamics"])["seed"] == str(SEED)
+
+
+def test_the_lines_shown_do_it_again(page, chaotic):
+    command, python = (
+        html.unescape(code) for code in re.findall(r"<code>(.*?)</code>", page, re.S)
+    )
+    assert "--dynamics" in shlex.split(command)
+    names = {}
+    *before, dimension, exponent, test = python.splitlines()
+    exec("\n".join(before), names)
+    found = chaotic.dynamics
+    assert eval(dimension, names).interval == found.dimension.interval
+    assert eval(exponent, names).exponent == found.exponent.exponent
+    assert eval(test, names).p_value == found.surrogates.p_value
+
+
+def test_two_runs_find_the_same(chaotic):
+    again = read_dynamics(chaotic.impacts, chaotic.periodicity, None, True)
+    assert again.describe() == chaotic.dynamics.describe()
+    assert again.dimension.interval == chaotic.dynamics.dimension.interval
+    assert isinstance(again, Dynamics)
+
+
+def test_the_command_adds_a_line_where_it_is_asked(tmp_path, capsys):
+    words = ["report", str(PERIODIC), "--sensor=force", "-o", str(tmp_path / "a.html")]
+    assert cli.main([*words, "--dynamics"]) == 0
+    _, line, where = capsys.readouterr().out.splitlines()
+    assert re.match("dynamics: the intervals recur to within .* dimension 0, nothing fitted", line)
+    assert where.startswith("report: ")
