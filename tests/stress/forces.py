@@ -1,0 +1,124 @@
+"""An oscillator as forces on its mass, with how far rounding makes each uncertain."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from impactsig import KelvinVoigt, Rigid
+
+# Roundings in a sum of several parts, each of up to an ulp.
+FEW = 8 * np.finfo(float).eps
+
+
+class Scene:
+    """An oscillator that started at a phase of its reference forcing, and moved as it did.
+
+    Attributes
+    ----------
+    digit : float
+        How well an instant of the motion is known [s]: to its digits, and those of the phase.
+    """
+
+    def __init__(self, machine, phase, motion):
+        self.machine = machine
+        self.unit = machine.time_unit
+        self.reference = machine.forcing_frequency or machine.natural_frequency or 1.0
+        self.ahead = phase / self.reference
+        self.rigid = [stop for stop in machine.stops if isinstance(stop.law, Rigid)]
+        self.soft = [stop for stop in machine.stops if isinstance(stop.law, KelvinVoigt)]
+        self.kinetic = machine.friction.kinetic if machine.friction else 0.0
+        self.static = machine.friction.static if machine.friction else 0.0
+        longest = max(abs(motion.start), abs(motion.stop))
+        lap = np.spacing(2 * math.pi) * self.unit / self.reference
+        self.digit = 4 * max(np.spacing(longest), lap)
+
+    def base(self, time):
+        """Displacement, velocity and acceleration of the base."""
+        base = self.machine.base
+        if base is None:
+            return np.zeros((3, *np.shape(time)))
+        w = base.frequency
+        angle = w * (time / self.unit + self.ahead) + base.phase
+        c, s = base.amplitude * np.cos(angle), base.amplitude * np.sin(angle)
+        return np.stack([c, -w * s, -w * w * c])
+
+    def carrier(self, time):
+        """Those of what the stops stand on, and the mass rubs against."""
+        base = self.machine.base
+        return self.base(time) * (base is not None and base.stops)
+
+    def contacts(self, time, x, v):
+        """Of each soft stop: itself, its sign, depth, force; and how far the depth is uncertain."""
+        at, moving, _ = self.carrier(time)
+        for stop in self.soft:
+            sign = 1 if stop.side == "upper" else -1
+            depth = sign * (x - at - stop.position)
+            push = stop.law.stiffness * depth + stop.law.damping * sign * (v - moving)
+            if stop.law.ends == "force":
+                push = np.maximum(push, 0)
+            blur = FEW * (np.abs(x) + np.abs(at) + abs(stop.position))
+            yield stop, sign, depth, np.where(depth > 0, push, 0.0), blur
+
+    def force(self, time, x, v):
+        """Every force on the mass but friction and the reactions of rigid stops; its rounding.
+
+        A soft stop is pressed by a difference of places, and by no more digits than these have.
+        Forcing and base are known as the instant is.
+        """
+        machine, t = self.machine, time / self.unit + self.ahead
+        hangs = bool(machine.base and machine.base.spring)
+        drags = bool(machine.base and machine.base.damper)
+        at, moving, pace = self.base(time)
+        parts = [machine.load + 0 * t, -machine.stiffness * x, -machine.damping * v]
+        parts += [machine.stiffness * at * hangs, machine.damping * moving * drags]
+        parts += [f.amplitude * np.cos(f.frequency * t + f.phase) for f in machine.forces]
+        total, size = sum(parts), sum(np.abs(part) for part in parts)
+        rate = sum(f.amplitude * f.frequency for f in machine.forces)
+        rate = rate + np.abs(machine.stiffness * moving * hangs)
+        rate = rate + np.abs(machine.damping * pace * drags)
+        _, moving, pace = self.carrier(time)
+        blurred = 0.0
+        for stop, sign, depth, push, blur in self.contacts(time, x, v):
+            law, near = stop.law, depth > -blur
+            total = total - sign * push
+            size = size + near * law.damping * (np.abs(v) + np.abs(moving))
+            rate = rate + near * (law.stiffness * np.abs(moving) + law.damping * np.abs(pace))
+            blurred = blurred + near * law.stiffness * blur
+        return total, FEW * size + self.digit / self.unit * rate + blurred
+
+    def pressed(self, time, x, v):
+        """Stiffness and damping of spring and damper, and of the soft stops that push."""
+        stiffness = np.full(np.shape(time), float(self.machine.stiffness))
+        damping = np.full(np.shape(time), float(self.machine.damping))
+        for stop, _, _, push, _ in self.contacts(time, x, v):
+            stiffness = stiffness + (push != 0) * stop.law.stiffness
+            damping = damping + (push != 0) * stop.law.damping
+        return stiffness, damping
+
+    def lasting(self, k, c):
+        """The rate that lasts under a stiffness and a damping: the slow one, if overdamped."""
+        middle = np.maximum(np.sqrt(k * self.machine.mass), c / 2)
+        return np.divide(k, middle, out=np.zeros_like(k), where=k > 0)
+
+    def rounding(self, k, c, x, v):
+        """How far places and velocities up to x, v under a stiffness and a damping are uncertain.
+
+        The closed form is a sum of a forced response, which is large near resonance, a rest
+        position, on springs that are stiff against the forcing, and a free motion as large as both.
+        """
+        machine, m = self.machine, self.machine.mass
+        stiff = k >= m * self.reference**2
+        places = np.abs(x) + sum(abs(stop.position) for stop in machine.stops)
+        places = places + (abs(machine.load) + self.kinetic) * stiff / np.where(stiff, k, 1.0)
+        speeds = np.abs(v)
+        waves = [(f.frequency, f.amplitude) for f in machine.forces]
+        if machine.base is not None:
+            w = machine.base.frequency
+            pull = machine.stiffness + machine.damping * w + m * w * w
+            waves.append((w, pull * machine.base.amplitude))
+        for w, amplitude in waves:
+            response = amplitude / np.abs(k - m * w * w + 1j * c * w)
+            places, speeds = places + response, speeds + w * response
+        return FEW * places, FEW * (speeds + self.lasting(k, c) * places)
