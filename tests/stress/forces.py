@@ -50,16 +50,18 @@ class Scene:
         return self.base(time) * (base is not None and base.stops)
 
     def contacts(self, time, x, v):
-        """Of each soft stop: itself, its sign, depth, force; and how far the depth is uncertain."""
+        """Of each soft stop: itself, sign, depth, force, the damper's; how far depth is uncertain."""
         at, moving, _ = self.carrier(time)
         for stop in self.soft:
             sign = 1 if stop.side == "upper" else -1
             depth = sign * (x - at - stop.position)
-            push = stop.law.stiffness * depth + stop.law.damping * sign * (v - moving)
+            drag = stop.law.damping * sign * (v - moving)
+            push = stop.law.stiffness * depth + drag
             if stop.law.ends == "force":
                 push = np.maximum(push, 0)
             blur = FEW * (np.abs(x) + np.abs(at) + abs(stop.position))
-            yield stop, sign, depth, np.where(depth > 0, push, 0.0), blur
+            blur = blur + self.digit / self.unit * np.abs(moving)
+            yield stop, sign, depth, np.where(depth > 0, push, 0.0), drag, blur
 
     def force(self, time, x, v):
         """Every force on the mass but friction and the reactions of rigid stops; its rounding.
@@ -80,19 +82,20 @@ class Scene:
         rate = rate + np.abs(machine.damping * pace * drags)
         _, moving, pace = self.carrier(time)
         blurred = 0.0
-        for stop, sign, depth, push, blur in self.contacts(time, x, v):
+        for stop, sign, depth, push, drag, blur in self.contacts(time, x, v):
             law, near = stop.law, depth > -blur
             total = total - sign * push
             size = size + near * law.damping * (np.abs(v) + np.abs(moving))
-            rate = rate + near * (law.stiffness * np.abs(moving) + law.damping * np.abs(pace))
+            rate = rate + near * law.damping * np.abs(pace)
             blurred = blurred + near * law.stiffness * blur
+            blurred = blurred + (np.abs(depth) <= blur) * np.abs(drag)
         return total, FEW * size + self.digit / self.unit * rate + blurred
 
     def pressed(self, time, x, v):
         """Stiffness and damping of spring and damper, and of the soft stops that push."""
         stiffness = np.full(np.shape(time), float(self.machine.stiffness))
         damping = np.full(np.shape(time), float(self.machine.damping))
-        for stop, _, _, push, _ in self.contacts(time, x, v):
+        for stop, _, _, push, _, _ in self.contacts(time, x, v):
             stiffness = stiffness + (push != 0) * stop.law.stiffness
             damping = damping + (push != 0) * stop.law.damping
         return stiffness, damping
