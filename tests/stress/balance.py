@@ -20,9 +20,10 @@ from impactsig.simulate._events import IMPACT, RELEASE, START, STICK, TOUCH
 from .forces import FEW, Scene
 from .quadrature import integrate
 
-# From an event on cells grow, since a fast part may decay there.
-GROWTH = np.concatenate([[0.0], 8.0 ** np.arange(-16, 1)])
-LONGEST = 100.0  # of what is looked at of a piece, in radians of the rate that lasts
+# Edges of cells. From an event on they grow, since a fast part may decay there; then none is so long
+# that an oscillation could hide between its nodes.
+LONGEST = 48.0  # of what is looked at of a piece, in radians of the rate that lasts
+EDGES = np.concatenate([[0.0], 16.0 ** np.arange(-11, 0) / 12, np.arange(1, 13) / 12])
 
 
 @dataclass(frozen=True)
@@ -82,10 +83,10 @@ def check_work(scene, motion, spans):
     last = np.minimum(spans.end - digit, spans.begin + LONGEST * unit / lasting)
 
     inner = spans.begin + digit
-    edges = inner[:, None] + (last - inner)[:, None] * GROWTH
+    edges = inner[:, None] + (last - inner)[:, None] * EDGES
     edges = np.concatenate([first[:, None], edges], axis=1)
     low, high = edges[:, :-1].ravel(), edges[:, 1:].ravel()
-    owner = np.repeat(np.arange(len(which)), len(GROWTH))[low < high]
+    owner = np.repeat(np.arange(len(which)), len(EDGES))[low < high]
     low, high = low[low < high], high[low < high]
 
     x, v = np.abs(motion.sample(np.linspace(first, last, 9, axis=1))).max(axis=2)
