@@ -113,10 +113,12 @@ def check_work(scene, motion, spans):
     energy = machine.mass / 2 * v**2
     power, pace = np.abs(rates(ends, np.arange(len(which)))[0]).sum(axis=2)
     v = np.abs(v).sum(axis=1)
-    # At a reversal friction acts the other way for an instant.
+    # At a reversal friction acts the other way for an instant; across any event the piece begins
+    # as uncertain as the one before ends.
+    before = np.where(jumps, 0.0, np.roll(np.stack([place, speed]), 1, axis=1))
     loose += digit * (power + 4 * scene.kinetic * v / unit)
-    loose += machine.mass * v * speed + FEW * energy.sum(axis=1)
-    far += digit * pace + 2 * place
+    loose += machine.mass * v * np.maximum(speed, before[1]) + FEW * energy.sum(axis=1)
+    far += digit * pace + place + np.maximum(place, before[0])
     open_energy = np.abs(np.diff(energy, axis=1)[:, 0] - work)
     open_way = np.abs(np.diff(x, axis=1)[:, 0] - path)
     worst = np.argmax(open_energy / loose)
