@@ -123,12 +123,12 @@ def given_way(delta, kappa, root, sort, tau, c, s):
     """
     fast = delta + root
     if fast * tau < 0.5:
-        before, term = 0.0, tau * tau / 2
+        drag, pull = 2 * delta * tau, kappa * tau * tau
+        term, before = tau * tau / 2, 0.0
         total = term
         for n in range(3, 18):
-            before, term = term, -(2 * delta * (n - 1) * tau * term + kappa * tau * tau * before) * (
-                INVERSE[n] * INVERSE[n - 1]
-            )
+            after = -((n - 1) * drag * term + pull * before) * INVERSE[n] * INVERSE[n - 1]
+            term, before = after, term
             total += term
         return total
     if sort < 0 and 2 * root > delta:

@@ -20,8 +20,8 @@ from impactsig.simulate._events import IMPACT, RELEASE, START, STICK, TOUCH
 from .forces import FEW, Scene
 from .quadrature import integrate
 
-# Edges of cells. From an event on they grow, since a fast part may decay there; then none is so long
-# that an oscillation could hide between its nodes.
+# Edges of cells. From an event on they grow, since a fast part may decay there; then none is so
+# long that an oscillation could hide between its nodes.
 LONGEST = 48.0  # of what is looked at of a piece, in radians of the rate that lasts
 EDGES = np.concatenate([[0.0], 16.0 ** np.arange(-11, 0) / 12, np.arange(1, 13) / 12])
 
@@ -64,7 +64,7 @@ def pieces(scene, motion):
 
 def check_work(scene, motion, spans):
     """Energy and place of pieces of free motion; how many there were."""
-    machine, digit, unit = scene.machine, scene.digit, scene.unit
+    machine, digit, late, unit = scene.machine, scene.digit, scene.late, scene.unit
     # An event that jumps is left out; any other is crossed, where instants resolve the sides.
     jumps = np.isin(spans.kind, (START, IMPACT, STICK, RELEASE))
     jumps[0] = True
@@ -77,8 +77,8 @@ def check_work(scene, motion, spans):
     x, v = motion.sample(middle)
     k, c = scene.pressed(middle, x, v)
     way = np.sign(v - scene.carrier(middle)[1])[:, None]  # friction acts one way throughout
-    rates = [f.frequency for f in machine.forces] + [machine.base.frequency if machine.base else 0]
-    lasting = np.maximum(scene.lasting(k, c), max(rates))
+    waves = [f.frequency for f in machine.forces] + [machine.base.frequency if machine.base else 0]
+    lasting = np.maximum(scene.lasting(k, c), max(waves))
     first = spans.begin + np.where(jumps, digit, -digit)
     last = np.minimum(spans.end - digit, spans.begin + LONGEST * unit / lasting)
 
@@ -96,13 +96,14 @@ def check_work(scene, motion, spans):
         """Power and velocity per second, and how far they are uncertain."""
         x, v = motion.sample(time)
         _, moving, pace = scene.carrier(time)
+        assert not np.any(scene.penetrates(time, x))
         force, rough = scene.force(time, x, v)
         k, c = scene.pressed(time, x, v)
         off = speed[owner, None]
         rough = rough + k * place[owner, None] + c * off + FEW * scene.kinetic
         if scene.kinetic:
-            late = np.abs(pace) + (np.abs(force) + scene.kinetic) / machine.mass
-            assert np.all(way[owner] * (v - moving) >= -4 * (off + digit / unit * late))
+            bend = np.abs(pace) + (np.abs(force) + scene.kinetic) / machine.mass
+            assert np.all(way[owner] * (v - moving) >= -4 * (off + late * bend))
             force = force - scene.kinetic * way[owner]
         rough = rough * np.abs(v) + np.abs(force) * off
         return np.stack([force * v, v]) / unit, np.stack([rough, 0 * v + off]) / unit
@@ -111,14 +112,14 @@ def check_work(scene, motion, spans):
     ends = np.stack([first, last], axis=1)
     x, v = motion.sample(ends)
     energy = machine.mass / 2 * v**2
-    power, pace = np.abs(rates(ends, np.arange(len(which)))[0]).sum(axis=2)
+    power, along = np.abs(rates(ends, np.arange(len(which)))[0]).sum(axis=2)
     v = np.abs(v).sum(axis=1)
     # At a reversal friction acts the other way for an instant; across any event the piece begins
     # as uncertain as the one before ends.
     before = np.where(jumps, 0.0, np.roll(np.stack([place, speed]), 1, axis=1))
-    loose += digit * (power + 4 * scene.kinetic * v / unit)
+    loose += digit * power + late * 4 * scene.kinetic * v
     loose += machine.mass * v * np.maximum(speed, before[1]) + FEW * energy.sum(axis=1)
-    far += digit * pace + place + np.maximum(place, before[0])
+    far += digit * along + place + np.maximum(place, before[0])
     open_energy = np.abs(np.diff(energy, axis=1)[:, 0] - work)
     open_way = np.abs(np.diff(x, axis=1)[:, 0] - path)
     worst = np.argmax(open_energy / loose)
@@ -134,7 +135,7 @@ def check_rests(scene, motion, spans):
     time = np.linspace(spans.begin, spans.end, 7, axis=1)[:, 1:-1]
     x, v = motion.sample(time)
     at, moving, pace = scene.carrier(time)
-    late = scene.digit / scene.unit
+    late = scene.late
     assert np.all(np.abs(v - moving) <= FEW * np.abs(moving) + late * np.abs(pace))
     room = FEW * (np.abs(x) + np.abs(at)) + late * np.abs(moving)
     assert np.all(np.abs((x - at) - (x - at)[:, :1]) <= room + room[:, :1])
@@ -156,13 +157,9 @@ def check_rests(scene, motion, spans):
 def check_penetration(scene, motion):
     time = np.linspace(motion.start, motion.stop, 300)
     x, v = motion.sample(time)
-    assert np.all(np.isfinite(x)) and np.all(np.isfinite(v))
-    at, moving, _ = scene.carrier(time)
-    for stop in scene.rigid:
-        sign = 1 if stop.side == "upper" else -1
-        size = np.abs(x) + np.abs(at) + abs(stop.position)
-        beyond = sign * (x - at - stop.position)
-        assert np.all(beyond <= FEW * size + scene.digit / scene.unit * np.abs(moving))
+    assert np.all(np.isfinite(x))
+    assert np.all(np.isfinite(v))
+    assert not np.any(scene.penetrates(time, x))
 
 
 def coefficient(stop, approach):
@@ -175,7 +172,7 @@ def check_contacts(scene, motion, spans):
     apart = np.append(False, spans.long[1:] & spans.long[:-1] & ~spans.summed[:-1])
     apart &= ~np.append(True, spans.kind[:-1] == STICK)
     apart &= np.isin(spans.kind, (IMPACT, TOUCH))
-    late = scene.digit / scene.unit
+    late = scene.late
     looked = 0
     for number, stop in enumerate(scene.machine.stops):
         sign = 1 if stop.side == "upper" else -1

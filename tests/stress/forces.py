@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,13 +13,26 @@ from impactsig import KelvinVoigt, Rigid
 FEW = 8 * np.finfo(float).eps
 
 
+class Contact(NamedTuple):
+    """A soft stop at instants: how deep the mass is in it, and what it pushes back with."""
+
+    law: KelvinVoigt
+    sign: int
+    depth: np.ndarray
+    push: np.ndarray
+    drag: np.ndarray  # what of that is the damper's
+    blur: np.ndarray  # how far the depth is uncertain
+
+
 class Scene:
-    """An oscillator that started at a phase of its reference forcing, and moved as it did.
+    """An oscillator that started at a phase of its reference forcing, and its motion.
 
     Attributes
     ----------
     digit : float
         How well an instant of the motion is known [s]: to its digits, and those of the phase.
+    late : float
+        The same in the oscillator's unit of time.
     """
 
     def __init__(self, machine, phase, motion):
@@ -33,6 +47,7 @@ class Scene:
         longest = max(abs(motion.start), abs(motion.stop))
         lap = np.spacing(2 * math.pi) * self.unit / self.reference
         self.digit = 4 * max(np.spacing(longest), lap)
+        self.late = self.digit / self.unit
 
     def base(self, time):
         """Displacement, velocity and acceleration of the base."""
@@ -50,18 +65,18 @@ class Scene:
         return self.base(time) * (base is not None and base.stops)
 
     def contacts(self, time, x, v):
-        """Of each soft stop: itself, sign, depth, force, the damper's; how far depth is uncertain."""
+        """The state of every soft stop."""
         at, moving, _ = self.carrier(time)
         for stop in self.soft:
-            sign = 1 if stop.side == "upper" else -1
+            law, sign = stop.law, 1 if stop.side == "upper" else -1
             depth = sign * (x - at - stop.position)
-            drag = stop.law.damping * sign * (v - moving)
-            push = stop.law.stiffness * depth + drag
-            if stop.law.ends == "force":
+            drag = law.damping * sign * (v - moving)
+            push = law.stiffness * depth + drag
+            if law.ends == "force":
                 push = np.maximum(push, 0)
             blur = FEW * (np.abs(x) + np.abs(at) + abs(stop.position))
-            blur = blur + self.digit / self.unit * np.abs(moving)
-            yield stop, sign, depth, np.where(depth > 0, push, 0.0), drag, blur
+            blur = blur + self.late * np.abs(moving)
+            yield Contact(law, sign, depth, np.where(depth > 0, push, 0.0), drag, blur)
 
     def force(self, time, x, v):
         """Every force on the mass but friction and the reactions of rigid stops; its rounding.
@@ -82,23 +97,32 @@ class Scene:
         rate = rate + np.abs(machine.damping * pace * drags)
         _, moving, pace = self.carrier(time)
         blurred = 0.0
-        for stop, sign, depth, push, drag, blur in self.contacts(time, x, v):
-            law, near = stop.law, depth > -blur
+        for law, sign, depth, push, drag, blur in self.contacts(time, x, v):
+            near = depth > -blur
             total = total - sign * push
             size = size + near * law.damping * (np.abs(v) + np.abs(moving))
             rate = rate + near * law.damping * np.abs(pace)
-            blurred = blurred + near * law.stiffness * blur
-            blurred = blurred + (np.abs(depth) <= blur) * np.abs(drag)
-        return total, FEW * size + self.digit / self.unit * rate + blurred
+            blurred = blurred + near * law.stiffness * blur + (np.abs(depth) <= blur) * np.abs(drag)
+        return total, FEW * size + self.late * rate + blurred
 
     def pressed(self, time, x, v):
         """Stiffness and damping of spring and damper, and of the soft stops that push."""
         stiffness = np.full(np.shape(time), float(self.machine.stiffness))
         damping = np.full(np.shape(time), float(self.machine.damping))
-        for stop, _, _, push, _, _ in self.contacts(time, x, v):
-            stiffness = stiffness + (push != 0) * stop.law.stiffness
-            damping = damping + (push != 0) * stop.law.damping
+        for contact in self.contacts(time, x, v):
+            stiffness = stiffness + (contact.push != 0) * contact.law.stiffness
+            damping = damping + (contact.push != 0) * contact.law.damping
         return stiffness, damping
+
+    def penetrates(self, time, x):
+        """Whether the mass is beyond a rigid stop by more than rounding explains."""
+        at, moving, _ = self.carrier(time)
+        beyond = np.zeros(np.shape(x), bool)
+        for stop in self.rigid:
+            sign = 1 if stop.side == "upper" else -1
+            blur = FEW * (np.abs(x) + np.abs(at) + abs(stop.position)) + self.late * np.abs(moving)
+            beyond |= sign * (x - at - stop.position) > blur
+        return beyond
 
     def lasting(self, k, c):
         """The rate that lasts under a stiffness and a damping: the slow one, if overdamped."""
