@@ -17,7 +17,7 @@ import numpy as np
 
 from impactsig.simulate._events import IMPACT, RELEASE, START, STICK, TOUCH
 
-from .forces import FEW, Scene
+from .forces import FEW, Scene, State
 from .quadrature import integrate
 
 # Edges of cells. From an event on they grow, since a fast part may decay there; then none is so
@@ -73,10 +73,9 @@ def check_work(scene, motion, spans):
     spans, jumps = spans[which], jumps[which]
     if not len(which):
         return 0
-    middle = (spans.begin + spans.end) / 2
-    x, v = motion.sample(middle)
-    k, c = scene.pressed(middle, x, v)
-    way = np.sign(v - scene.carrier(middle)[1])[:, None]  # friction acts one way throughout
+    state = State(scene, (spans.begin + spans.end) / 2)
+    k, c = state.pressed()
+    way = np.sign(state.v - state.moving)[:, None]  # friction acts one way throughout
     waves = [f.frequency for f in machine.forces] + [machine.base.frequency if machine.base else 0]
     lasting = np.maximum(scene.lasting(k, c), max(waves))
     first = spans.begin + np.where(jumps, digit, -digit)
@@ -94,16 +93,14 @@ def check_work(scene, motion, spans):
 
     def rates(time, owner):
         """Power and velocity per second, and how far they are uncertain."""
-        x, v = motion.sample(time)
-        _, moving, pace = scene.carrier(time)
-        assert not np.any(scene.penetrates(time, x))
-        force, rough = scene.force(time, x, v)
-        k, c = scene.pressed(time, x, v)
+        state = State(scene, time)
+        assert not np.any(state.penetrates())
+        (force, rough), (k, c), v = state.force(), state.pressed(), state.v
         off = speed[owner, None]
         rough = rough + k * place[owner, None] + c * off + FEW * scene.kinetic
         if scene.kinetic:
-            bend = np.abs(pace) + (np.abs(force) + scene.kinetic) / machine.mass
-            assert np.all(way[owner] * (v - moving) >= -4 * (off + late * bend))
+            bend = np.abs(state.pace) + (np.abs(force) + scene.kinetic) / machine.mass
+            assert np.all(way[owner] * (v - state.moving) >= -4 * (off + late * bend))
             force = force - scene.kinetic * way[owner]
         rough = rough * np.abs(v) + np.abs(force) * off
         return np.stack([force * v, v]) / unit, np.stack([rough, 0 * v + off]) / unit
@@ -129,22 +126,22 @@ def check_work(scene, motion, spans):
     return len(which)
 
 
-def check_rests(scene, motion, spans):
+def check_rests(scene, spans):
     """Held masses move with what holds them, which is strong enough; how many there were."""
     spans = spans[spans.long & (spans.kind == STICK)]
-    time = np.linspace(spans.begin, spans.end, 7, axis=1)[:, 1:-1]
-    x, v = motion.sample(time)
-    at, moving, pace = scene.carrier(time)
-    late = scene.late
-    assert np.all(np.abs(v - moving) <= FEW * np.abs(moving) + late * np.abs(pace))
-    room = FEW * (np.abs(x) + np.abs(at)) + late * np.abs(moving)
-    assert np.all(np.abs((x - at) - (x - at)[:, :1]) <= room + room[:, :1])
-    force, rough = scene.force(time, x, v)
-    inertia = scene.machine.mass * pace
+    state = State(scene, np.linspace(spans.begin, spans.end, 7, axis=1)[:, 1:-1])
+    slack = FEW * np.abs(state.moving) + scene.late * np.abs(state.pace)
+    assert np.all(np.abs(state.v - state.moving) <= slack)
+    place = state.x - state.at
+    room = FEW * (np.abs(state.x) + np.abs(state.at)) + state.late
+    assert np.all(np.abs(place - place[:, :1]) <= room + room[:, :1])
+    force, rough = state.force()
+    inertia = scene.machine.mass * state.pace
     rough = rough + FEW * np.abs(inertia) + FEW * scene.static
     low, high = -scene.static - rough, scene.static + rough
     for stop in scene.rigid:
-        touched = np.abs(x - at - stop.position) <= room + FEW * abs(stop.position)
+        depth, blur = state.depth(stop)
+        touched = np.abs(depth) <= blur
         if stop.side == "upper":
             high = np.where(touched, np.inf, high)
         else:
@@ -155,11 +152,10 @@ def check_rests(scene, motion, spans):
 
 
 def check_penetration(scene, motion):
-    time = np.linspace(motion.start, motion.stop, 300)
-    x, v = motion.sample(time)
-    assert np.all(np.isfinite(x))
-    assert np.all(np.isfinite(v))
-    assert not np.any(scene.penetrates(time, x))
+    state = State(scene, np.linspace(motion.start, motion.stop, 300))
+    assert np.all(np.isfinite(state.x))
+    assert np.all(np.isfinite(state.v))
+    assert not np.any(state.penetrates())
 
 
 def coefficient(stop, approach):
@@ -167,29 +163,28 @@ def coefficient(stop, approach):
     return np.array([r(u) for u in approach]) if callable(r) else np.full(len(approach), float(r))
 
 
-def check_contacts(scene, motion, spans):
+def check_contacts(scene, spans):
     """Place and velocities before and after a stop is touched; how many were rigid."""
     apart = np.append(False, spans.long[1:] & spans.long[:-1] & ~spans.summed[:-1])
     apart &= ~np.append(True, spans.kind[:-1] == STICK)
     apart &= np.isin(spans.kind, (IMPACT, TOUCH))
-    late = scene.late
     looked = 0
     for number, stop in enumerate(scene.machine.stops):
         sign = 1 if stop.side == "upper" else -1
         own = apart & (spans.stop == number)
         t, u = spans.begin[own], spans.approach[own]
-        at, moving, pace = scene.carrier(t)
-        slack, before, after = late * np.abs(pace), t - scene.digit, t + scene.digit
-        for instant in (before, after):
-            x, v = motion.sample(instant)
-            k, c = scene.pressed(instant, x, v)
-            place, speed = scene.rounding(k, c, x, v)
-            bend = (np.abs(scene.force(instant, x, v)[0]) + scene.kinetic) / scene.machine.mass
-            slack = slack + speed + 2 * late * bend
-        hit, back = sign * (motion.sample(before)[1] - moving), sign * (moving - v)
+        state, sides = State(scene, t), []
+        slack = scene.late * np.abs(state.pace)
+        for instant in (t - scene.digit, t + scene.digit):
+            sides.append(side := State(scene, instant))
+            place, speed = scene.rounding(*side.pressed(), side.x, side.v)
+            bend = (np.abs(side.force()[0]) + scene.kinetic) / scene.machine.mass
+            slack = slack + speed + 2 * scene.late * bend
+        before, after = sides
+        hit, back = sign * (before.v - state.moving), sign * (state.moving - after.v)
         if stop in scene.rigid:
-            fast = np.abs(hit) + np.abs(back) + np.abs(moving)
-            assert np.all(np.abs(x - at - stop.position) <= 2 * place + 2 * late * fast)
+            depth, blur = after.depth(stop)
+            assert np.all(np.abs(depth) <= blur + 2 * place + 2 * scene.late * np.abs(back))
             assert np.all(np.abs(back - coefficient(stop, u) * u) <= slack)
             looked += len(t)
         else:  # one that only pushes may be touched again while it is behind the mass
@@ -229,6 +224,6 @@ def check(machine, motion, phase, first=0, most=60):
     few = spans[first : first + most]
     return {
         "spans": check_work(scene, motion, few),
-        "rests": check_rests(scene, motion, few),
-        "rebounds": check_contacts(scene, motion, spans[first : first + 2000]),
+        "rests": check_rests(scene, few),
+        "rebounds": check_contacts(scene, spans[first : first + 2000]),
     }

@@ -36,7 +36,7 @@ class Scene:
     """
 
     def __init__(self, machine, phase, motion):
-        self.machine = machine
+        self.machine, self.motion = machine, motion
         self.unit = machine.time_unit
         self.reference = machine.forcing_frequency or machine.natural_frequency or 1.0
         self.ahead = phase / self.reference
@@ -53,76 +53,11 @@ class Scene:
         """Displacement, velocity and acceleration of the base."""
         base = self.machine.base
         if base is None:
-            return np.zeros((3, *np.shape(time)))
+            return 0.0, 0.0, 0.0
         w = base.frequency
         angle = w * (time / self.unit + self.ahead) + base.phase
         c, s = base.amplitude * np.cos(angle), base.amplitude * np.sin(angle)
-        return np.stack([c, -w * s, -w * w * c])
-
-    def carrier(self, time):
-        """Those of what the stops stand on, and the mass rubs against."""
-        base = self.machine.base
-        return self.base(time) * (base is not None and base.stops)
-
-    def contacts(self, time, x, v):
-        """The state of every soft stop."""
-        at, moving, _ = self.carrier(time)
-        for stop in self.soft:
-            law, sign = stop.law, 1 if stop.side == "upper" else -1
-            depth = sign * (x - at - stop.position)
-            drag = law.damping * sign * (v - moving)
-            push = law.stiffness * depth + drag
-            if law.ends == "force":
-                push = np.maximum(push, 0)
-            blur = FEW * (np.abs(x) + np.abs(at) + abs(stop.position))
-            blur = blur + self.late * np.abs(moving)
-            yield Contact(law, sign, depth, np.where(depth > 0, push, 0.0), drag, blur)
-
-    def force(self, time, x, v):
-        """Every force on the mass but friction and the reactions of rigid stops; its rounding.
-
-        A soft stop is pressed by a difference of places, and by no more digits than these have.
-        Forcing and base are known as the instant is.
-        """
-        machine, t = self.machine, time / self.unit + self.ahead
-        hangs = bool(machine.base and machine.base.spring)
-        drags = bool(machine.base and machine.base.damper)
-        at, moving, pace = self.base(time)
-        parts = [machine.load + 0 * t, -machine.stiffness * x, -machine.damping * v]
-        parts += [machine.stiffness * at * hangs, machine.damping * moving * drags]
-        parts += [f.amplitude * np.cos(f.frequency * t + f.phase) for f in machine.forces]
-        total, size = sum(parts), sum(np.abs(part) for part in parts)
-        rate = sum(f.amplitude * f.frequency for f in machine.forces)
-        rate = rate + np.abs(machine.stiffness * moving * hangs)
-        rate = rate + np.abs(machine.damping * pace * drags)
-        _, moving, pace = self.carrier(time)
-        blurred = 0.0
-        for law, sign, depth, push, drag, blur in self.contacts(time, x, v):
-            near = depth > -blur
-            total = total - sign * push
-            size = size + near * law.damping * (np.abs(v) + np.abs(moving))
-            rate = rate + near * law.damping * np.abs(pace)
-            blurred = blurred + near * law.stiffness * blur + (np.abs(depth) <= blur) * np.abs(drag)
-        return total, FEW * size + self.late * rate + blurred
-
-    def pressed(self, time, x, v):
-        """Stiffness and damping of spring and damper, and of the soft stops that push."""
-        stiffness = np.full(np.shape(time), float(self.machine.stiffness))
-        damping = np.full(np.shape(time), float(self.machine.damping))
-        for contact in self.contacts(time, x, v):
-            stiffness = stiffness + (contact.push != 0) * contact.law.stiffness
-            damping = damping + (contact.push != 0) * contact.law.damping
-        return stiffness, damping
-
-    def penetrates(self, time, x):
-        """Whether the mass is beyond a rigid stop by more than rounding explains."""
-        at, moving, _ = self.carrier(time)
-        beyond = np.zeros(np.shape(x), bool)
-        for stop in self.rigid:
-            sign = 1 if stop.side == "upper" else -1
-            blur = FEW * (np.abs(x) + np.abs(at) + abs(stop.position)) + self.late * np.abs(moving)
-            beyond |= sign * (x - at - stop.position) > blur
-        return beyond
+        return c, -w * s, -w * w * c
 
     def lasting(self, k, c):
         """The rate that lasts under a stiffness and a damping: the slow one, if overdamped."""
@@ -149,3 +84,85 @@ class Scene:
             response = amplitude / np.abs(k - m * w * w + 1j * c * w)
             places, speeds = places + response, speeds + w * response
         return FEW * places, FEW * (speeds + self.lasting(k, c) * places)
+
+
+class State:
+    """The motion at instants.
+
+    Attributes
+    ----------
+    x, v : ndarray
+        Displacement and velocity.
+    at, moving, pace : ndarray or float
+        Displacement, velocity, acceleration of what the stops stand on, and the mass rubs against.
+    contacts : list of Contact
+    """
+
+    def __init__(self, scene, time):
+        base = scene.machine.base
+        self.scene, self.time = scene, time
+        self.x, self.v = scene.motion.sample(time)
+        self.base = scene.base(time)
+        carried = base is not None and base.stops
+        self.at, self.moving, self.pace = self.base if carried else (0.0, 0.0, 0.0)
+        self.late = scene.late * np.abs(self.moving)  # how far places are uncertain by the instant
+        self.contacts = [self._contact(stop) for stop in scene.soft]
+
+    def depth(self, stop):
+        """How far the mass is beyond a stop, and how far that is uncertain."""
+        sign = 1 if stop.side == "upper" else -1
+        blur = FEW * (np.abs(self.x) + np.abs(self.at) + abs(stop.position)) + self.late
+        return sign * (self.x - self.at - stop.position), blur
+
+    def _contact(self, stop):
+        law, sign = stop.law, 1 if stop.side == "upper" else -1
+        depth, blur = self.depth(stop)
+        drag = law.damping * sign * (self.v - self.moving)
+        push = law.stiffness * depth + drag
+        if law.ends == "force":
+            push = np.maximum(push, 0)
+        return Contact(law, sign, depth, np.where(depth > 0, push, 0.0), drag, blur)
+
+    def force(self):
+        """Every force on the mass but friction and the reactions of rigid stops; its rounding.
+
+        A soft stop is pressed by a difference of places, and by no more digits than these have.
+        Forcing and base are known as the instant is.
+        """
+        scene, machine = self.scene, self.scene.machine
+        t = self.time / scene.unit + scene.ahead
+        hangs = bool(machine.base and machine.base.spring) * machine.stiffness
+        drags = bool(machine.base and machine.base.damper) * machine.damping
+        at, moving, pace = self.base
+        parts = [machine.load, -machine.stiffness * self.x, -machine.damping * self.v]
+        parts += [hangs * at, drags * moving]
+        parts += [f.amplitude * np.cos(f.frequency * t + f.phase) for f in machine.forces]
+        total, size = sum(parts), sum(np.abs(part) for part in parts)
+        rate = sum(f.amplitude * f.frequency for f in machine.forces)
+        rate = rate + np.abs(hangs * moving) + np.abs(drags * pace)
+        blurred = 0.0
+        for law, sign, depth, push, drag, blur in self.contacts:
+            near = depth > -blur
+            total = total - sign * push
+            size = size + near * law.damping * (np.abs(self.v) + np.abs(self.moving))
+            rate = rate + near * law.damping * np.abs(self.pace)
+            blurred = blurred + near * law.stiffness * blur + (np.abs(depth) <= blur) * np.abs(drag)
+        return total, FEW * size + scene.late * rate + blurred
+
+    def pressed(self):
+        """Stiffness and damping of spring and damper, and of the soft stops that push."""
+        stiffness = np.full(np.shape(self.x), float(self.scene.machine.stiffness))
+        damping = np.full(np.shape(self.x), float(self.scene.machine.damping))
+        for contact in self.contacts:
+            pushes = contact.push != 0
+            stiffness += pushes * contact.law.stiffness
+            damping += pushes * contact.law.damping
+        return stiffness, damping
+
+    def penetrates(self):
+        """Whether the mass is beyond a rigid stop by more than rounding explains."""
+        beyond = np.zeros(np.shape(self.x), bool)
+        for stop in self.scene.rigid:
+            depth, blur = self.depth(stop)
+            beyond |= depth > blur
+        return beyond

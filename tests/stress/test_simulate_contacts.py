@@ -80,7 +80,7 @@ def run(seed, tally):
         # Honest work: no turning on the spot between two modes at a tie.
         turns, phase = np.diff(motion._segments[:, 0]), np.diff(motion._segments[:, 1])
         assert np.mean(2 * np.pi * turns + phase > 0) > 0.4
-    tally.update(check(machine, motion, 0.0, most=400))
+    tally.update(check(machine, motion, 0.0, most=200))
     tally[motion.status] += 1
     tally["impacts"] += motion.impact_count
     tally["sticks"] += motion.stick_count
