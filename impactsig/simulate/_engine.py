@@ -134,11 +134,12 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
             gaps[s, 0] = gap if beta == 0.0 else alpha * q + gamma
             gaps[s, 1], gaps[s, 2], gaps[s, 3] = certain, alpha, beta
         if p.skip and inside and not p.rubs and kappa > 0:
-            swing = bound(kappa, delta, root, sort, leg.z, leg.w) + p.reach[i, 0]
+            sag = leg.drift / kappa
+            swing = bound(kappa, delta, root, sort, leg.z - sag, leg.w) + p.reach[i, 0]
             reaches = False
             for s in range(p.gaps[i]):
                 alpha, beta, gamma = p.gap[i, s, 0], p.gap[i, s, 1], p.gap[i, s, 2]
-                reaches |= beta != 0.0 or gamma + alpha * leg.rest <= swing
+                reaches |= beta != 0.0 or gamma + alpha * (leg.rest + sag) <= swing
             if not reaches:
                 z, w = free(leg, end)
                 x, u = steady(p, i, end_turns, end_phase)

@@ -18,7 +18,7 @@ from numba import njit
 
 ORDER = 12  # of the Taylor series that serves short legs
 COMPLETE = ORDER + 1  # where a series tells whether it is
-INVERSE = tuple([0.0] + [1 / n for n in range(1, ORDER + 1)])
+INVERSE = tuple([0.0] + [1 / n for n in range(1, 18)])
 TURN = 2 * math.pi
 
 # Without reference counts, which cost more than these functions compute: nothing here allocates.
@@ -37,8 +37,8 @@ class Problem(NamedTuple):
     root: np.ndarray  # sqrt |kappa - delta^2|
     sort: np.ndarray  # sign of kappa - delta^2: 1 underdamped, 0 critical, -1 overdamped
     constant: np.ndarray  # f, kinetic friction included
-    rest: np.ndarray  # f / kappa, 0 where kappa = 0
-    drift: np.ndarray  # f where kappa = 0, else 0
+    rest: np.ndarray  # f / kappa; 0 where kappa < 1: far from there, it would cost the digits
+    drift: np.ndarray  # f where kappa < 1, else 0
     cosine: np.ndarray  # forced response, shape (modes, components)
     sine: np.ndarray
     reach: np.ndarray  # bounds of the forced response and of its derivatives, shape (modes, 5)
@@ -116,14 +116,39 @@ def phase_of(ratio, turns, phase):
 
 
 @inlined
+def given_way(delta, kappa, root, sort, tau, c, s):
+    """Way that a force of 1 pushes from rest within tau: no difference of large numbers.
+
+    The free motions that start from 1, 0 and 0, 1 are c + delta s and s after tau.
+    """
+    fast = delta + root
+    if fast * tau < 0.5:
+        drag, pull = 2 * delta * tau, kappa * tau * tau
+        term, before = tau * tau / 2, 0.0
+        total = term
+        for n in range(3, 18):
+            after = -((n - 1) * drag * term + pull * before) * INVERSE[n] * INVERSE[n - 1]
+            term, before = after, term
+            total += term
+        return total
+    if sort < 0 and 2 * root > delta:
+        slow = kappa / fast
+        lasts = -math.expm1(-slow * tau) / slow if slow > 0 else tau
+        return (lasts + math.expm1(-fast * tau) / fast) / (2 * root)
+    return (1 - c - delta * s) / kappa
+
+
+@inlined
 def free(leg, tau):
-    """Free motion (z, z') after tau; near critical damping all forms meet without cancelling."""
+    """Free motion and drift (z, z') after tau; no form serves where its parts would cancel."""
     delta, root = leg.delta, leg.root
-    if leg.sort < 0 and 2 * root > delta:  # far from it either mode keeps its own digits
+    if leg.sort < 0 and 2 * root > delta and 2 * root * tau > 1:  # either mode keeps its own digits
         fast = delta + root
         slow = leg.kappa / fast
-        lasts = (leg.w + fast * leg.z) / (2 * root) * math.exp(-slow * tau)
-        fades = (leg.w + slow * leg.z) / (2 * root) * math.exp(-fast * tau)
+        late, early = math.exp(-slow * tau), math.exp(-fast * tau)
+        c, s = (late + early) / 2, (late - early) / (2 * root)
+        lasts = (leg.w + fast * leg.z) / (2 * root) * late
+        fades = (leg.w + slow * leg.z) / (2 * root) * early
         z, w = lasts - fades, fast * fades - slow * lasts
     else:
         if leg.sort > 0:
@@ -140,14 +165,9 @@ def free(leg, tau):
             s = c * tau
         z = leg.z * c + (leg.w + delta * leg.z) * s
         w = leg.w * c - (leg.kappa * leg.z + delta * leg.w) * s
-    f = leg.drift
-    if f != 0.0:  # kappa = 0: a constant force makes it drift
-        x = 2 * delta * tau
-        if x < 0.03:  # tau^2 / 2 less what damping takes, where the closed form would cancel
-            z += f * tau * tau * (0.5 - x / 6 * (1 - x / 4 * (1 - x / 5 * (1 - x / 6))))
-        else:
-            z += f * (tau + math.expm1(-x) / (2 * delta)) / (2 * delta)
-        w += f * (-math.expm1(-x) / (2 * delta) if x > 0 else tau)
+    if leg.drift != 0.0:
+        z += leg.drift * given_way(delta, leg.kappa, root, leg.sort, tau, c, s)
+        w += leg.drift * s
     return z, w
 
 
