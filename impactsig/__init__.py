@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from . import plot
     from .comparison import Comparison, compare
     from .detect import detect_impacts
+    from .dynamics.continuation import Branch, continue_orbit
     from .dynamics.lyapunov import LyapunovSpectrum, lyapunov_spectrum
     from .dynamics.orbits import PeriodicOrbit, find_periodic_orbit, find_periodic_orbits
     from .dynamics.periodicity import OrbitPeriod, orbit_period
@@ -115,6 +116,7 @@ _HOME = {
     "io": ("info", "read", "read_blocks"),
     "detect": ("detect_impacts",),
     "dynamics": (),
+    "dynamics.continuation": ("Branch", "continue_orbit"),
     "dynamics.lyapunov": ("LyapunovSpectrum", "lyapunov_spectrum"),
     "dynamics.orbits": ("PeriodicOrbit", "find_periodic_orbit", "find_periodic_orbits"),
     "dynamics.periodicity": ("OrbitPeriod", "orbit_period"),
@@ -188,6 +190,7 @@ _WHERE = {name: module for module, names in _HOME.items() for name in names}
 __all__ = [
     "AveragedFalseNeighbors",
     "BaseMotion",
+    "Branch",
     "Comparison",
     "CorrelationDimension",
     "CorrelationSum",
@@ -237,6 +240,7 @@ __all__ = [
     "averaged_false_neighbors",
     "coefficient_of_variation",
     "compare",
+    "continue_orbit",
     "correlation_dimension",
     "correlation_sum",
     "cv2",

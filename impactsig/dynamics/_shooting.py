@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -87,8 +89,11 @@ class Shooting:
             status = "found"
         return state, residual, iterations, status, here
 
-    def close_returns(self, count: int) -> list[np.ndarray]:
-        """Points of a long motion that come back near themselves after n periods."""
+    def close_returns(self, count: int, spread: int = 0) -> Iterator[np.ndarray]:
+        """Points of a long motion that come back near themselves after n periods, closest first.
+
+        Then, if asked, so many by so many points spread over where it goes and half as far again.
+        """
         motion = simulate(
             self.oscillator, periods=LOOK + self.periods, transient=SETTLE, **self.options
         )
@@ -96,14 +101,19 @@ class Shooting:
         points = np.stack([x, v], axis=1)
         scale = np.array([1.0, 1 / self.omega])
         off = np.hypot(*((points[self.periods :] - points[: -self.periods]) * scale).T)
-        apart = 0.02 * max(np.hypot(*(np.ptp(points, axis=0) * scale)), 1e-300)
+        extent = np.maximum(np.ptp(points, axis=0), 1e-3 * np.abs(points).max())
+        apart = 0.02 * np.hypot(*(np.ptp(points, axis=0) * scale))
         chosen: list[np.ndarray] = []
         for k in np.argsort(off, kind="stable"):
             if len(chosen) == count:
                 break
             if all(np.hypot(*((points[k] - other) * scale)) > apart for other in chosen):
                 chosen.append(points[k])
-        return chosen
+                yield points[k]
+        middle = points.min(axis=0) + np.ptp(points, axis=0) / 2
+        shares = np.linspace(-0.75, 0.75, spread)
+        for a, b in product(shares, shares):
+            yield middle + extent * (a, b)
 
 
 def two_numbers(name: str, values: Any) -> np.ndarray:

@@ -19,7 +19,7 @@ from .tangent import TangentMap
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-GUESSES = 24  # close returns that are tried
+GUESSES, SPREAD = 24, 10  # close returns that are tried, and a square of other starts
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -126,7 +126,7 @@ def find_periodic_orbit(
     guess : (float, float), optional
         Displacement and velocity near it, at `phase`. Without one, the close returns of a long
         motion are tried, the closest first: on a chaotic attractor they lie near its unstable
-        orbits.
+        orbits. Then a square of starts about it.
     impacts : int, optional
         m, to be had by an orbit found without a guess.
     phase : float
@@ -156,7 +156,7 @@ def find_periodic_orbit(
     if guess is not None:
         return _settled(shooting, two_numbers("guess", guess))
     least: PeriodicOrbit | None = None
-    for start in shooting.close_returns(GUESSES):
+    for start in shooting.close_returns(GUESSES, SPREAD):
         orbit = _settled(shooting, start)
         if orbit.found and (impacts is None or orbit.impacts == impacts):
             if _primitive(shooting, orbit):
@@ -165,8 +165,8 @@ def find_periodic_orbit(
             least = orbit
     if least is None:
         raise InvalidInput(
-            "periods, impacts", f"{periods}, {impacts}", "an orbit that a close return leads to",
-            "None of the motion's does; give guess=",
+            "periods, impacts", f"{periods}, {impacts}", "an orbit that some start leads to",
+            "None of those tried does; give guess=",
         )  # fmt: skip
     return least
 

@@ -1,5 +1,6 @@
 """Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes."""
 
+from .branches import branch
 from .comparison import comparison
 from .correlation import correlation_sum
 from .dimension import dimension
@@ -17,6 +18,7 @@ from .waveforms import pulse, waveform
 
 __all__ = [
     "averaged_false_neighbors",
+    "branch",
     "comparison",
     "contact_against_interval",
     "correlation_sum",
