@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from . import plot
     from .comparison import Comparison, compare
     from .detect import detect_impacts
-    from .dynamics.continuation import Branch, continue_orbit
+    from .dynamics.branches import Branch
+    from .dynamics.continuation import continue_orbit
     from .dynamics.lyapunov import LyapunovSpectrum, lyapunov_spectrum
     from .dynamics.orbits import PeriodicOrbit, find_periodic_orbit, find_periodic_orbits
     from .dynamics.periodicity import OrbitPeriod, orbit_period
@@ -116,7 +117,8 @@ _HOME = {
     "io": ("info", "read", "read_blocks"),
     "detect": ("detect_impacts",),
     "dynamics": (),
-    "dynamics.continuation": ("Branch", "continue_orbit"),
+    "dynamics.branches": ("Branch",),
+    "dynamics.continuation": ("continue_orbit",),
     "dynamics.lyapunov": ("LyapunovSpectrum", "lyapunov_spectrum"),
     "dynamics.orbits": ("PeriodicOrbit", "find_periodic_orbit", "find_periodic_orbits"),
     "dynamics.periodicity": ("OrbitPeriod", "orbit_period"),

@@ -11,7 +11,7 @@ from ._axes import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, axes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..dynamics.continuation import Branch
+    from ..dynamics.branches import Branch
 
 MARKS = {
     "fold": ("s", VERMILLION),
@@ -73,9 +73,10 @@ def branch(
         keep[2:-1:3][joined] = False
         ax.plot(x.ravel()[keep], y.ravel()[keep], style, color=colour, lw=1.4, label=label)
     for kind, (mark, colour) in MARKS.items():
-        places = [point.parameter for point in result.special if point.kind == kind]
-        if places:
-            at = [values[np.abs(result.parameter - place).argmin()] for place in places]
+        own = [point for point in result.special if point.kind == kind]
+        if own:
+            at = [values[point.index] for point in own]
+            places = [point.parameter for point in own]
             ax.plot(places, at, mark, color=colour, label=kind, zorder=3)
     ax.set_xlabel(parameter)
     names = {"displacement": "displacement on the section", "multiplier": "|multiplier|"}

@@ -122,23 +122,28 @@ def test_a_section_that_an_impact_passes_is_moved():
         assert velocity == pytest.approx(closed, rel=1e-8)
 
 
-def test_a_soft_resonance_folds_twice():
-    """Between its folds the response before a soft stop is three-valued, as Duffing's."""
+def test_a_soft_resonance_is_three_valued_between_its_folds():
+    """It begins and ends where the forced response just reaches the stops."""
 
     def scene(omega):
-        return Oscillator(
-            damping=0.04,
-            forces=Force(0.06, omega),
-            stops=(Stop(0.5, KelvinVoigt(1.0)), Stop(-0.5, KelvinVoigt(1.0), "lower")),
-        )
+        stops = (Stop(0.5, KelvinVoigt(1.0)), Stop(-0.5, KelvinVoigt(1.0), "lower"))
+        return Oscillator(damping=0.04, forces=Force(0.06, omega), stops=stops)
 
-    branch = impactsig.continue_orbit(scene, (0.9, 1.8), guess=(0.5, 0.0))
-    folds = [point.parameter for point in branch.special if point.kind == "fold"]
-    assert len(folds) >= 1
-    # Beyond the fold a stable motion does not follow it.
+    below, above = (
+        brentq(lambda w: abs(0.06 / complex(1 - w**2, 0.04 * w)) - 0.5, *bracket, xtol=1e-14)
+        for bracket in ((0.7, 1.0), (1.0, 1.3))
+    )
+    quiet = impactsig.continue_orbit(scene, (0.9, 1.8), guess=(0.5, 0.0))
+    assert kinds(quiet) == ["grazing"]
+    assert quiet.special[0].parameter == pytest.approx(below, rel=1e-7)
+    branch = impactsig.continue_orbit(scene, (1.0, 1.8), guess=(0.5, 0.0))
+    assert branch.impacts == 2
+    assert kinds(branch) == ["fold", "fold", "grazing"]
+    assert branch.special[2].parameter == pytest.approx(above, rel=1e-7)
+    (right, left) = (point.parameter for point in branch.special[:2])
+    assert right > above > left
     unstable = branch.parameter[~branch.stable]
-    assert len(unstable)
-    assert unstable.max() <= folds[0] + 1e-9
+    assert left - 1e-6 < unstable.min() < unstable.max() < right + 1e-6
 
 
 @pytest.mark.parametrize(
