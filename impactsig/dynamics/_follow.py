@@ -73,8 +73,15 @@ class Follower:
         return status
 
     def forget(self) -> None:
-        """Count from here; the columns stay as they are."""
+        """Count from here; the columns stay as they are, and a stick under way counts."""
+        from ._tangent import BY_FRICTION, DETERMINANT, FREE, HELD, LINES, POINTS
+
         self.totals[:] = 0.0
+        if self.place[HELD] != FREE:
+            friction = self.place[HELD] == BY_FRICTION
+            self.totals[LINES if friction else POINTS] = 1
+            self.totals[DETERMINANT] = -np.inf
+            self.collapses[0] = *self.place[:2], friction
 
     def seconds(self, turns: Any, phase: Any) -> Any:
         """Time since the start of the run [s]."""
