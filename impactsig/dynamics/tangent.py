@@ -105,7 +105,7 @@ def tangent_map(oscillator: Oscillator, **options: Any) -> TangentMap:
 
     follower = Follower(oscillator, False, **options)
     run, omega = follower.run, follower.omega
-    status = follower.to(run.length)
+    status, _, _ = follower.to(run.length)
     motion = run.motion(run.length, keep=False)
     totals = follower.totals
     unit = np.array([[1, 1 / omega], [omega, 1]])
