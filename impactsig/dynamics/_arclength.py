@@ -21,6 +21,7 @@ CORRECTIONS = 8
 FLAT = 1e-6  # change of the parameter, in units of the range, to differentiate by
 LOOKS = 512  # at a forcing period, for its turning points
 FAINT = 1e-3  # least approach velocity, of the greatest it has been, at which a grazing is near
+CLOSING = 40  # last points whose clearance is looked at
 CLOSE = 0.2  # way from the section to the nearest impact, of that from the middle between two
 
 
@@ -236,10 +237,10 @@ class Continuation:
         if self._grazes(points):
             values = [point.orbit.approach_velocity.min() for point in points]
         elif _clearance(last.orbit) < 1e-3 * self.unit[0]:
-            values = [_clearance(point.orbit) for point in points]
+            values = [_clearance(point.orbit) for point in points[-CLOSING:]]
         if values is None:
             return "lost"
-        place = _to_zero(points, values)
+        place = _to_zero(points[-len(values) :], values)
         special.append(
             SpecialPoint("grazing", place, last.orbit.state, last.orbit.phase, len(points) - 1)
         )
@@ -311,28 +312,33 @@ def _gaps(orbit: PeriodicOrbit) -> tuple[float, float, float]:
 
 def _clearance(orbit: PeriodicOrbit) -> float:
     """The least distance at which the orbit turns before a stop, without hitting it."""
-    machine = orbit.oscillator
+    machine, base = orbit.oscillator, orbit.oscillator.base
     motion = orbit.motion()
     assert motion.impacts is not None
     hits = motion.impacts.time
+
+    def state(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement and velocity against what carries the stops."""
+        x, v = motion.sample(time)
+        own = base.frequency if base is not None else 0.0
+        angle = own * (time / machine.time_unit + orbit.phase / _omega(orbit))
+        at, moving = base_motion(machine, angle)
+        return x - at, v - moving
+
     grid = np.linspace(motion.start, motion.stop, LOOKS * orbit.periods + 1)
     time = np.sort(np.concatenate([grid, hits]))
-    x, v = motion.sample(time)
-    base = machine.base
-    if base is not None and base.stops:
-        at, moving = base_motion(
-            machine,
-            base.frequency * (time / machine.time_unit + orbit.phase / _omega(orbit)),
-        )
-        x, v = x - at, v - moving
-    time = time / machine.time_unit
+    _, v = state(time)
     least = math.inf
     for side in (1, -1):
         turns = np.flatnonzero((side * v[:-1] > 0) & (side * v[1:] <= 0))
         # An impact turns the velocity at once; its instant is the latter of the two.
-        turns = turns[~np.isin(time[turns + 1], hits / machine.time_unit)]
-        a = (v[turns + 1] - v[turns]) / (time[turns + 1] - time[turns])
-        top = x[turns] - v[turns] ** 2 / (2 * a)
+        turns = turns[~np.isin(time[turns + 1], hits)]
+        low, high = time[turns], time[turns + 1]
+        for _ in range(50):
+            middle = (low + high) / 2
+            rises = side * state(middle)[1] > 0
+            low, high = np.where(rises, middle, low), np.where(rises, high, middle)
+        top, _ = state(low)
         for stop in machine.stops_on("upper" if side > 0 else "lower"):
             off = side * (stop.position - top)
             least = min(least, off[off > 0].min(initial=math.inf))

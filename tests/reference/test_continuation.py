@@ -146,6 +146,29 @@ def test_a_soft_resonance_is_three_valued_between_its_folds():
     assert left - 1e-6 < unstable.min() < unstable.max() < right + 1e-6
 
 
+def test_an_orbit_that_rubs_ends_where_it_reaches_the_walls():
+    """Begley's and Virgin's motion without impacts: its greatest displacement becomes 1.6."""
+
+    def scene(gamma):
+        return scenes.begley_virgin(gamma, 1.6, 0.05)
+
+    branch = impactsig.continue_orbit(scene, (1.338, 1.0), guess=(-0.22939, -1.65387))
+    assert branch.state[0] == pytest.approx([-0.22939, -1.65387], abs=5e-6)
+    assert branch.status == "grazing"
+    gamma = branch.special[-1].parameter
+
+    def reach(gamma):
+        motion = impactsig.simulate(
+            scene(gamma), periods=1, transient=600, initial=branch.state[-1]
+        )
+        section = impactsig.simulate(scene(gamma), periods=1, initial=motion.final[:2])
+        return max(abs(section.sample(np.linspace(0, section.stop, 20_001))[0]))
+
+    assert reach(gamma + 1e-5) < 1.6
+    assert reach(gamma + 1e-7) == pytest.approx(1.6, abs=1e-6)
+    assert branch.stable.all()
+
+
 @pytest.mark.parametrize(
     ("arguments", "options", "argument"),
     [
