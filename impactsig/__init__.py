@@ -24,6 +24,8 @@ if TYPE_CHECKING:
         equivalence_error,
         fit_soft_stop,
     )
+    from .dynamics.branches import Branch
+    from .dynamics.continuation import continue_orbit
     from .dynamics.lyapunov import LyapunovSpectrum, lyapunov_spectrum
     from .dynamics.matching import MatchRate, match_rate, strobe_distance
     from .dynamics.orbits import PeriodicOrbit, find_periodic_orbit, find_periodic_orbits
@@ -129,6 +131,8 @@ _HOME = {
     "io": ("info", "read", "read_blocks"),
     "detect": ("detect_impacts",),
     "dynamics": (),
+    "dynamics.branches": ("Branch",),
+    "dynamics.continuation": ("continue_orbit",),
     "dynamics.lyapunov": ("LyapunovSpectrum", "lyapunov_spectrum"),
     "dynamics.orbits": ("PeriodicOrbit", "find_periodic_orbit", "find_periodic_orbits"),
     "dynamics.periodicity": ("OrbitPeriod", "orbit_period"),
@@ -219,6 +223,7 @@ __all__ = [
     "BaseMotion",
     "Basins",
     "BifurcationDiagram",
+    "Branch",
     "Comparison",
     "ContactSamples",
     "CorrelationDimension",
@@ -275,6 +280,7 @@ __all__ = [
     "bifurcation_diagram",
     "coefficient_of_variation",
     "compare",
+    "continue_orbit",
     "correlation_dimension",
     "correlation_sum",
     "cv2",

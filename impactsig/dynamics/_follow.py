@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,11 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate._events import COLUMNS
 from ..simulate._exact import ExactEngine
-from ..simulate._run import Run
+from ..simulate._run import Run, _after
 from ..simulate.runge_kutta import FixedStep
 
 ROOM = 8192  # events that are held at a time
-TURNS_AT_A_TIME = 256.0  # of the reference: bounds what is held however long the run is
+TURNS_AT_A_TIME = 1024.0  # of the reference: bounds what is held however long the run is
 LISTED = 10_000  # collapses that are written down
 
 
@@ -47,7 +48,7 @@ class Follower:
         self.columns = np.eye(2)
         self.totals = np.zeros(TOTALS)
         self.collapses = np.zeros((LISTED, 3))
-        self.place = np.zeros(5)
+        self.place = np.zeros(6)
         self.place[PHASE], self.place[MODE], self.place[KIND] = run.phase, run.count[0], 0
         self._buffer = np.empty((ROOM, COLUMNS))
         self._at = 0.0
@@ -60,21 +61,39 @@ class Follower:
         """Engine's unit of time over the oscillator's."""
         return self.run.engine.omega
 
-    def to(self, until: float) -> str:
-        """Move to `until` (in periods or seconds, as the run is counted); a status."""
+    def to(self, until: float, edges: Sequence[float] = ()) -> tuple[str, np.ndarray, np.ndarray]:
+        """Move to `until`: a status; and at the edges, as far as it came, instants and totals.
+
+        Both count as the run does, in periods or seconds; instants are turns and phases.
+        """
+        from ._tangent import NEXT
+
         run, status = self.run, self.run.status
+        instants = np.array([_after(run.phase, edge * run.per_turn) for edge in edges])
+        instants = instants.reshape(-1, 2)
+        taken = np.empty((len(instants), len(self.totals)))
+        self.place[NEXT] = 0
         piece = TURNS_AT_A_TIME / run.per_turn
         while self._at < until and status == "complete":
             self._at = min(self._at + piece, until)
             status, rows = run._move(self._at, self._buffer)
-            tangent = self.place, self.columns, self.totals
-            self._tangent.carry(rows, *tangent, self.collapses, self.orthonormal)
-            self._tangent.carry_to(run.clock, *tangent, self.orthonormal)
-        return status
+            self._tangent.carry(
+                rows, run.clock[:2], instants, taken, self.place, self.columns, self.totals,
+                self.collapses, self.orthonormal,
+            )  # fmt: skip
+        passed = int(self.place[NEXT])
+        return status, instants[:passed], taken[:passed]
 
     def forget(self) -> None:
-        """Count from here; the columns stay as they are."""
+        """Count from here; the columns stay as they are, and a stick under way counts."""
+        from ._tangent import BY_FRICTION, DETERMINANT, FREE, HELD, LINES, POINTS
+
         self.totals[:] = 0.0
+        if self.place[HELD] != FREE:
+            friction = self.place[HELD] == BY_FRICTION
+            self.totals[LINES if friction else POINTS] = 1
+            self.totals[DETERMINANT] = -np.inf
+            self.collapses[0] = *self.place[:2], friction
 
     def seconds(self, turns: Any, phase: Any) -> Any:
         """Time since the start of the run [s]."""
@@ -88,15 +107,10 @@ class _Exact:
     def __init__(self, engine: ExactEngine) -> None:
         self.engine = engine
 
-    def carry(self, rows: np.ndarray, *tangent: Any) -> None:
+    def carry(self, *tangent: Any) -> None:
         from ._tangent import carry
 
-        carry(self.engine.problem, rows, *tangent, *self.engine.laws)
-
-    def carry_to(self, clock: np.ndarray, *tangent: Any) -> None:
-        from ._tangent import carry_to
-
-        carry_to(self.engine.problem, clock[0], clock[1], *tangent)
+        carry(self.engine.problem, *tangent, *self.engine.laws)
 
 
 class _Stepped:
@@ -118,12 +132,9 @@ class _Stepped:
         place[MODE] = mode_of(problem, functions, scratch, start, self.motion[STOPS:])
         self.room: Any = np.empty((13, 4)), np.empty(stops), np.empty(3), np.empty((2, 2))
 
-    def carry(self, rows: np.ndarray, place: np.ndarray, *rest: Any) -> None:
+    def carry(self, *tangent: Any) -> None:
         from ._stepped_tangent import carry
 
-        carry(*(*self.problem, rows, place, self.motion, *rest, *self.room))
-
-    def carry_to(self, clock: np.ndarray, place: np.ndarray, *rest: Any) -> None:
-        from ._stepped_tangent import carry_to
-
-        carry_to(*(*self.problem, clock[0], clock[1], place, self.motion, *rest, *self.room))
+        *before, columns, totals, collapses, orthonormal = tangent
+        rest = columns, totals, collapses, orthonormal
+        carry(*(*self.problem, *before, self.motion, *rest, *self.room))

@@ -47,13 +47,16 @@ from ._tangent import (
     IMPACTS,
     KIND,
     MODE,
+    NEXT,
     PHASE,
     SINGULAR,
     TURNS,
+    due,
     list_collapse,
     multiply,
     orthonormalize,
     rescale,
+    take,
 )
 
 # What `motion` holds: position and velocity, step to try next, greatest speed; then for each stop
@@ -332,15 +335,22 @@ def carry_to(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def carry(
-    p, tab, f, s, rows, place, motion, columns, totals, collapses, orthonormal,
-    slopes, by_approach, clock, new,
+    p, tab, f, s, rows, end, instants, taken, place, motion, columns, totals, collapses,
+    orthonormal, slopes, by_approach, clock, new,
 ):  # fmt: skip
-    """Carry the columns through events, from where `place` has them to the last row."""
+    """Carry the columns through events to the turns and phase `end`; take totals at instants."""
     count = len(p.stops)
     approach = motion[STOPS : STOPS + count]
     for w in range(len(rows)):
         row = rows[w]
         kind, k = int(row[2]), int(row[3])
+        while due(row[0], row[1], place, instants):
+            n = int(place[NEXT])
+            carry_to(
+                p, tab, f, s, instants[n, 0], instants[n, 1], place, motion, columns, totals,
+                orthonormal, slopes, by_approach, clock, new,
+            )  # fmt: skip
+            take(taken, place, totals)
         at_once = row[0] == place[TURNS] and row[1] == place[PHASE]
         by_stop = kind == STICK and k >= 0
         if place[HELD] == FREE and not by_stop:
@@ -369,3 +379,14 @@ def carry(
         motion[Q], motion[V] = row[5], row[6]
         if kind != RELEASE:
             settle(p, motion, columns, totals, orthonormal)
+    while True:
+        ends = not due(end[0], end[1], place, instants)
+        n = int(place[NEXT])
+        turns, phase = (end[0], end[1]) if ends else (instants[n, 0], instants[n, 1])
+        carry_to(
+            p, tab, f, s, turns, phase, place, motion, columns, totals, orthonormal,
+            slopes, by_approach, clock, new,
+        )  # fmt: skip
+        if ends:
+            break
+        take(taken, place, totals)

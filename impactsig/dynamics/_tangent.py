@@ -27,8 +27,8 @@ from ..simulate._flow import TURN, inlined, inner, kernel, phase_of
 from ..simulate._passing import touches
 
 # What `place` holds: turns, phase and mode up to which the columns have been carried; whether the
-# mass is held, and by what; the kind of the last event.
-TURNS, PHASE, MODE, HELD, KIND = range(5)
+# mass is held, and by what; the kind of the last event; the instant to take the totals at next.
+TURNS, PHASE, MODE, HELD, KIND, NEXT = range(6)
 FREE, BY_FRICTION, BY_STOP = range(3)
 # What `totals` hold: logarithms of the growth of the first and the second column (or of the common
 # scale of both, where they are not made orthonormal), of the determinant; collapses to a line and
@@ -231,7 +231,25 @@ def let_go(p, row, place, columns, totals, orthonormal):
         columns[0, 1], columns[1, 1] = -columns[1, 0], columns[0, 0]
 
 
-@kernel
+@inlined
+def due(turns, phase, place, instants):
+    """Whether totals are to be taken before that instant, or at it."""
+    k = int(place[NEXT])
+    if k >= len(instants):
+        return False
+    return (instants[k, 0] - turns) * TURN + (instants[k, 1] - phase) <= 0
+
+
+@inlined
+def take(taken, place, totals):
+    """Take the totals, and go on to the next instant."""
+    n = int(place[NEXT])
+    for k in range(TOTALS):
+        taken[n, k] = totals[k]
+    place[NEXT] += 1
+
+
+@inner
 def carry_to(p, turns, phase, place, columns, totals, orthonormal):
     """Carry the columns to an instant without event."""
     if place[HELD] == FREE:
@@ -247,10 +265,16 @@ def carry_to(p, turns, phase, place, columns, totals, orthonormal):
 
 
 @kernel
-def carry(p, rows, place, columns, totals, collapses, orthonormal, upper, lower):
-    """Carry the columns through events, from where `place` has them to the last row."""
+def carry(
+    p, rows, end, instants, taken, place, columns, totals, collapses, orthonormal, upper, lower
+):
+    """Carry the columns through events to the turns and phase `end`; take totals at instants."""
     for k in range(len(rows)):
         row = rows[k]
+        while due(row[0], row[1], place, instants):
+            n = int(place[NEXT])
+            carry_to(p, instants[n, 0], instants[n, 1], place, columns, totals, orthonormal)
+            take(taken, place, totals)
         kind, i = int(row[2]), int(row[4])
         tau = (row[0] - place[TURNS]) * TURN + (row[1] - place[PHASE])
         stops = kind == STICK and touches(p, i, row[5])
@@ -274,3 +298,8 @@ def carry(p, rows, place, columns, totals, collapses, orthonormal, upper, lower)
             orthonormalize(columns, totals)
         else:
             rescale(columns, totals)
+    while due(end[0], end[1], place, instants):
+        n = int(place[NEXT])
+        carry_to(p, instants[n, 0], instants[n, 1], place, columns, totals, orthonormal)
+        take(taken, place, totals)
+    carry_to(p, end[0], end[1], place, columns, totals, orthonormal)

@@ -202,26 +202,30 @@ def _of_oscillator(
     follower = Follower(oscillator, True, **options)
     length = follower.run.length
     transient = number("transient", length / 10 if before is None else before, least=0.0)
-    status = follower.to(transient) if transient > 0 else "complete"
+    status = follower.to(transient)[0] if transient > 0 else "complete"
     follower.forget()
     totals = follower.totals
     start = follower.place[:2].copy()
-    times, grown = [], []
-    for edge in transient + length * np.arange(1, BATCHES + 1) / BATCHES:
-        if status != "complete":
-            break
-        status = follower.to(edge)
-        turns, phase = follower.place[:2] - start
-        times.append((2 * math.pi * turns + phase) / follower.omega)
-        grown.append([totals[FIRST], totals[SECOND]])
+    times, grown = np.empty(0), np.empty((0, 2))
+    if status == "complete":
+        end = transient + length
+        edges = transient + length * np.arange(1, BATCHES + 1) / BATCHES
+        status, instants, taken = follower.to(end, [*edges[:-1], end])
+        if status != "complete":  # what it came to is the last edge
+            instants = np.vstack([instants, follower.place[:2]])
+            taken = np.vstack([taken, totals])
+        turns, phase = (instants - start).T
+        times = (2 * math.pi * turns + phase) / follower.omega
+        grown = taken[:, [FIRST, SECOND]][times > 0]
+        times = times[times > 0]
     lines, points = int(totals[LINES]), int(totals[POINTS])
     lost = 2 if points else 1 if lines else 0
     listed = follower.collapses[: lines + points]
-    divergence = float(totals[DETERMINANT]) / times[-1] if times else math.nan
+    divergence = float(totals[DETERMINANT]) / times[-1] if len(times) else math.nan
     return _spectrum(
         oscillator,
-        np.array(times),
-        np.array(grown).reshape(-1, 2),
+        times,
+        grown,
         lost,
         divergence,
         collapses=lines + points,

@@ -9,19 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import number, whole
+from .._arguments import whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import FixedStep, Motion, RungeKutta, simulate
-from .tangent import TangentMap, tangent_map
+from ._shooting import Shooting, two_numbers
+from .tangent import TangentMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-STEPS = 60  # of Newton's iteration
-HALVINGS = 14  # of a step that leads away
-GUESSES = 24  # close returns that are tried
-LOOK, SETTLE = 3000, 300  # periods that are looked through for them, and before
+GUESSES, SPREAD = 24, 10  # close returns that are tried, and a square of other starts
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -128,7 +126,7 @@ def find_periodic_orbit(
     guess : (float, float), optional
         Displacement and velocity near it, at `phase`. Without one, the close returns of a long
         motion are tried, the closest first: on a chaotic attractor they lie near its unstable
-        orbits.
+        orbits. Then a square of starts about it.
     impacts : int, optional
         m, to be had by an orbit found without a guess.
     phase : float
@@ -154,21 +152,21 @@ def find_periodic_orbit(
     >>> orbit = find_periodic_orbit(scenes.karpodinis(20.1), 1, impacts=1)
     >>> orbit.stable, orbit.approach_velocity
     """
-    shooting = _Shooting(oscillator, periods, phase, method, tolerance)
+    shooting = Shooting(oscillator, periods, phase, method, tolerance)
     if guess is not None:
-        return shooting.orbit(_two("guess", guess))
+        return _settled(shooting, two_numbers("guess", guess))
     least: PeriodicOrbit | None = None
-    for start in shooting.close_returns():
-        orbit = shooting.orbit(start)
+    for start in shooting.close_returns(GUESSES, SPREAD):
+        orbit = _settled(shooting, start)
         if orbit.found and (impacts is None or orbit.impacts == impacts):
-            if shooting.primitive(orbit):
+            if _primitive(shooting, orbit):
                 return orbit
         elif not orbit.found and (least is None or orbit.residual < least.residual):
             least = orbit
     if least is None:
         raise InvalidInput(
-            "periods, impacts", f"{periods}, {impacts}", "an orbit that a close return leads to",
-            "None of the motion's does; give guess=",
+            "periods, impacts", f"{periods}, {impacts}", "an orbit that some start leads to",
+            "None of those tried does; give guess=",
         )  # fmt: skip
     return least
 
@@ -205,155 +203,66 @@ def find_periodic_orbits(
     InvalidInput
         As `find_periodic_orbit` does.
     """
-    shooting = _Shooting(oscillator, periods, phase, method, tolerance)
+    shooting = Shooting(oscillator, periods, phase, method, tolerance)
     found: list[PeriodicOrbit] = []
     points: list[np.ndarray] = []
     for start in shooting.close_returns(whole("guesses", guesses, 1)):
-        orbit = shooting.orbit(start)
-        if not orbit.found or not shooting.primitive(orbit):
+        orbit = _settled(shooting, start)
+        if not orbit.found or not _primitive(shooting, orbit):
             continue
         scale = shooting.scale(orbit.state)
         if any(np.abs((own - orbit.state) * scale).max(axis=1).min() < 1e-6 for own in points):
             continue
         found.append(orbit)
-        points.append(shooting.returns(orbit))
+        points.append(_returns(orbit))
     return tuple(sorted(found, key=lambda orbit: float(np.abs(orbit.multipliers[0]))))
 
 
-class _Shooting:
-    """The section map over n periods, and Newton's method on it."""
+def _settled(shooting: Shooting, start: np.ndarray) -> PeriodicOrbit:
+    """The orbit that Newton's method comes to from a start."""
+    return orbit_of(shooting, *shooting.newton(start))
 
-    def __init__(
-        self, oscillator: Oscillator, periods: int, phase: float, method: Any, tolerance: float
-    ) -> None:
-        if not isinstance(oscillator, Oscillator) or oscillator.forcing_frequency is None:
-            raise InvalidInput(
-                "oscillator", oscillator, "an Oscillator with forcing, to count its periods"
-            )
-        self.oscillator = oscillator
-        self.omega = oscillator.forcing_frequency
-        self.periods = whole("periods", periods, 1)
-        self.phase = number("phase", phase)
-        self.tolerance = number("tolerance", tolerance, positive=True, most=0.1)
-        self.options: dict[str, Any] = {"phase": self.phase, "method": method}
 
-    def scale(self, state: np.ndarray) -> np.ndarray:
-        """What makes displacement and velocity one, and 1 in size."""
-        size = max(math.hypot(state[0], state[1] / self.omega), 1e-12)
-        return np.array([1.0, 1 / self.omega]) / size
-
-    def map(self, state: np.ndarray) -> TangentMap:
-        """The section map and its derivative."""
+def orbit_of(
+    shooting: Shooting,
+    state: np.ndarray,
+    residual: float,
+    iterations: int,
+    status: str,
+    here: TangentMap | None,
+) -> PeriodicOrbit:
+    """What there is to tell of the orbit through a state."""
+    speed, angle = np.empty(0), np.empty(0)
+    multipliers = np.full(2, math.nan)
+    oscillator = shooting.oscillator
+    if here is not None:
+        multipliers = here.multipliers
         start = (float(state[0]), float(state[1]))
-        return tangent_map(self.oscillator, periods=self.periods, initial=start, **self.options)
-
-    def off(self, state: np.ndarray) -> tuple[float, np.ndarray, TangentMap | None]:
-        """Residual, how far the return is off, and the map; inf where there is none."""
-        try:
-            here = self.map(state)
-        except InvalidInput as error:
-            if error.argument != "initial":
-                raise
-            return math.inf, state, None
-        gap = np.array(here.final[:2]) - state
-        if here.status != "complete" or not np.isfinite(gap).all():
-            return math.inf, state, None
-        return float(np.abs(gap * self.scale(state)).max()), gap, here
-
-    def orbit(self, start: np.ndarray) -> PeriodicOrbit:
-        """Newton's method from a start."""
-        state = start
-        residual, gap, here = self.off(state)
-        status = "not converged" if here is not None else "lost"
-        iterations = 0
-        while here is not None and residual > 0 and iterations < STEPS:
-            iterations += 1
-            try:
-                step = np.linalg.solve(np.eye(2) - here.matrix, gap)
-            except np.linalg.LinAlgError:
-                break
-            if not np.isfinite(step).all():
-                break
-            share = 1.0
-            for _ in range(HALVINGS):
-                better = self.off(state + share * step)
-                if better[0] < residual:
-                    break
-                share /= 2
-            else:
-                status = "lost"
-                break
-            state = state + share * step
-            residual, gap, here = better
-        if here is not None and residual <= self.tolerance:
-            status = "found"
-        return self._told(state, residual, iterations, status, here)
-
-    def _told(
-        self,
-        state: np.ndarray,
-        residual: float,
-        iterations: int,
-        status: str,
-        here: TangentMap | None,
-    ) -> PeriodicOrbit:
-        speed, angle = np.empty(0), np.empty(0)
-        multipliers = np.full(2, math.nan)
-        if here is not None:
-            multipliers = here.multipliers
-            start = (float(state[0]), float(state[1]))
-            motion = simulate(self.oscillator, periods=self.periods, initial=start, **self.options)
-            hits = motion.impacts
-            assert hits is not None
-            assert hits.approach_velocity is not None
-            speed = np.asarray(hits.approach_velocity)
-            turn = hits.time * (self.omega / self.oscillator.time_unit)
-            angle = (self.phase + turn) % (2 * math.pi)
-        return PeriodicOrbit(
-            self.oscillator, state, self.phase, self.periods, len(speed), speed, angle,
-            multipliers, residual, iterations, status,
-        )  # fmt: skip
-
-    def returns(self, orbit: PeriodicOrbit) -> np.ndarray:
-        """Its n points on the section, shape (n, 2)."""
-        x, v = orbit.motion().stroboscopic(self.phase)
-        return np.stack([x[: self.periods], v[: self.periods]], axis=1)
-
-    def primitive(self, orbit: PeriodicOrbit) -> bool:
-        """Whether it does not close sooner."""
-        points = self.returns(orbit)
-        off = np.abs((points[1:] - orbit.state) * self.scale(orbit.state)).max(axis=1)
-        divisors = [n for n in range(1, self.periods) if self.periods % n == 0]
-        return not any(off[n - 1] < 1e-6 for n in divisors)
-
-    def close_returns(self, count: int = GUESSES) -> list[np.ndarray]:
-        """Points of a long motion that come back near themselves after n periods."""
-        motion = simulate(
-            self.oscillator, periods=LOOK + self.periods, transient=SETTLE, **self.options
-        )
-        x, v = motion.stroboscopic(self.phase)
-        points = np.stack([x, v], axis=1)
-        scale = np.array([1.0, 1 / self.omega])
-        off = np.hypot(*((points[self.periods :] - points[: -self.periods]) * scale).T)
-        apart = 0.02 * max(np.hypot(*(np.ptp(points, axis=0) * scale)), 1e-300)
-        chosen: list[np.ndarray] = []
-        for k in np.argsort(off, kind="stable"):
-            if len(chosen) == count:
-                break
-            if all(np.hypot(*((points[k] - other) * scale)) > apart for other in chosen):
-                chosen.append(points[k])
-        return chosen
+        motion = simulate(oscillator, periods=shooting.periods, initial=start, **shooting.options)
+        hits = motion.impacts
+        assert hits is not None
+        assert hits.approach_velocity is not None
+        speed = np.asarray(hits.approach_velocity)
+        turn = hits.time * (shooting.omega / oscillator.time_unit)
+        angle = (shooting.phase + turn) % (2 * math.pi)
+    return PeriodicOrbit(
+        oscillator, state, shooting.phase, shooting.periods, len(speed), speed, angle,
+        multipliers, residual, iterations, status,
+    )  # fmt: skip
 
 
-def _two(name: str, values: Any) -> np.ndarray:
-    required = "two finite numbers: displacement and velocity"
-    try:
-        given = np.array([float(value) for value in values])
-    except (TypeError, ValueError):
-        raise InvalidInput(name, values, required) from None
-    if given.shape != (2,) or not np.isfinite(given).all():
-        raise InvalidInput(name, values, required)
-    return given
+def _returns(orbit: PeriodicOrbit) -> np.ndarray:
+    """Its n points on the section, shape (n, 2)."""
+    x, v = orbit.motion().stroboscopic(orbit.phase)
+    return np.stack([x[: orbit.periods], v[: orbit.periods]], axis=1)
+
+
+def _primitive(shooting: Shooting, orbit: PeriodicOrbit) -> bool:
+    """Whether it does not close sooner."""
+    points = _returns(orbit)
+    off = np.abs((points[1:] - orbit.state) * shooting.scale(orbit.state)).max(axis=1)
+    divisors = [n for n in range(1, orbit.periods) if orbit.periods % n == 0]
+    return not any(off[n - 1] < 1e-6 for n in divisors)
 
 
 def _told(multipliers: np.ndarray) -> str:

@@ -27,6 +27,8 @@ class TangentMap:
         Logarithm of its determinant, worked out apart: damping and what every event does to areas.
         -inf where a dimension is lost; NaN for a Hertz stop whose loss goes by its approach
         velocity.
+    impacts : int
+        Impacts, and touches of soft stops.
     collapses : int
         How often a stick, or an impact without rebound, has made neighbours one.
     grazings : int
@@ -41,6 +43,7 @@ class TangentMap:
     scaled: np.ndarray
     log_scale: float
     log_determinant: float
+    impacts: int
     collapses: int
     grazings: int
     final: tuple[float, float, float]
@@ -98,11 +101,11 @@ def tangent_map(oscillator: Oscillator, **options: Any) -> TangentMap:
     >>> motion = simulate(beam, periods=1, transient=2000)
     >>> tangent_map(beam, periods=1, initial=motion.final[:2]).multipliers
     """
-    from ._tangent import DETERMINANT, FIRST, LINES, POINTS, SINGULAR
+    from ._tangent import DETERMINANT, FIRST, IMPACTS, LINES, POINTS, SINGULAR
 
     follower = Follower(oscillator, False, **options)
     run, omega = follower.run, follower.omega
-    status = follower.to(run.length)
+    status, _, _ = follower.to(run.length)
     motion = run.motion(run.length, keep=False)
     totals = follower.totals
     unit = np.array([[1, 1 / omega], [omega, 1]])
@@ -115,6 +118,7 @@ def tangent_map(oscillator: Oscillator, **options: Any) -> TangentMap:
         scaled=scaled,
         log_scale=float(totals[FIRST]),
         log_determinant=float(totals[DETERMINANT]),
+        impacts=int(totals[IMPACTS]),
         collapses=int(totals[LINES] + totals[POINTS]),
         grazings=int(totals[SINGULAR]),
         final=motion.final,

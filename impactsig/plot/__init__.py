@@ -1,5 +1,6 @@
 """Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes."""
 
+from .branches import branch
 from .comparison import comparison
 from .correlation import correlation_sum
 from .diagrams import basins, bifurcation_diagram, periodicity_chart
@@ -21,6 +22,7 @@ __all__ = [
     "averaged_false_neighbors",
     "basins",
     "bifurcation_diagram",
+    "branch",
     "comparison",
     "contact_against_interval",
     "correlation_sum",

@@ -33,15 +33,21 @@ def section(result: Section, ax: Axes | None = None) -> Axes:
     if not len(result):
         nothing = "no impacts" if result.kind == "impacts" else "the displacement is not crossed"
         return explain(ax, nothing)
+    # A cloud about phase 0 is not torn in two.
+    low = 0.0
+    if np.abs(result.phase - math.pi).min() > 1.0:
+        low = -math.pi
+    phase = (result.phase - low) % (2 * math.pi) + low
     stops = np.unique(result.stop)
     for k, stop in enumerate(stops):
         own = result.stop == stop
         colour = CHANNEL_COLOURS[k % len(CHANNEL_COLOURS)]
-        points(ax, result.phase[own], result.velocity[own], color=colour, label=f"stop {stop}")
+        points(ax, phase[own], result.velocity[own], color=colour, label=f"stop {stop}")
     if len(stops) > 1:
         ax.legend(frameon=False, loc="best", fontsize="small")
-    ax.set_xlim(0, 2 * math.pi)
-    ax.set_xticks(np.linspace(0, 2 * math.pi, 5), ["0", "π/2", "π", "3π/2", "2π"])
+    names = ["0", "π/2", "π", "3π/2", "2π"] if low == 0 else ["−π", "−π/2", "0", "π/2", "π"]
+    ax.set_xlim(low, low + 2 * math.pi)
+    ax.set_xticks(np.linspace(low, low + 2 * math.pi, 5), names)
     ax.set_xlabel("phase of the forcing [rad]")
     impacts = result.kind == "impacts"
     ax.set_ylabel("approach velocity" if impacts else "velocity")

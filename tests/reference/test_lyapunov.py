@@ -146,6 +146,21 @@ def test_friction_that_holds_leaves_one_direction():
     )
 
 
+@pytest.mark.parametrize(
+    ("machine", "left"),
+    [
+        (Oscillator(damping=0.1, forces=Force(0.2, 0.3), friction=Friction(0.5)), 1),
+        (Oscillator(load=3.0, forces=Force(0.2, 0.3), stops=Stop(0.4, Rigid(0.5))), 0),
+    ],
+)
+def test_what_is_held_for_ever_differs_for_ever_or_not_at_all(machine, left):
+    """Friction keeps a difference of displacement as it is, a rigid stop none."""
+    found = impactsig.lyapunov_spectrum(machine, periods=50, transient=20)
+    assert found.exponents == pytest.approx([0.0, -math.inf] if left else [-math.inf] * 2)
+    assert found.collapses == 1
+    assert list(found.collapse_dimensions) == [left]
+
+
 def test_an_impact_without_rebound_leaves_the_instant_of_the_next():
     machine = Oscillator(damping=0.1, forces=Force(1.0, 0.7), stops=Stop(0.3, Rigid(0.0)))
     found = impactsig.lyapunov_spectrum(machine, periods=300)

@@ -82,6 +82,22 @@ def test_unstable_orbits_within_the_chaos_return():
     assert {(1, 1), (1, 2), (3, 4), (4, 5)} <= seen
 
 
+@pytest.mark.parametrize(
+    ("point", "impacts"), [((-0.22939, -1.65387), 0), ((-0.13229, 1.55535), 2)]
+)
+def test_the_published_orbits_of_begley_and_virgin_are_stable(point, impacts):
+    """And their exponents are their multipliers', complex ones: equal in modulus."""
+    scene = scenes.begley_virgin(1.338, 1.6, 0.05)
+    orbit = impactsig.find_periodic_orbit(scene, guess=point)
+    assert orbit.found
+    assert orbit.stable
+    assert orbit.impacts == impacts
+    assert orbit.state == pytest.approx(point, abs=5e-6)
+    spectrum = impactsig.lyapunov_spectrum(scene, periods=2000, initial=point)
+    assert spectrum.sum == pytest.approx(orbit.exponents.sum(), rel=1e-9)
+    assert spectrum.exponents == pytest.approx(orbit.exponents, abs=3 / spectrum.time[-1])
+
+
 def test_a_sticking_orbit_is_found_at_once_and_forgets():
     orbit = impactsig.find_periodic_orbit(scenes.okolewski(3, 0.6), 4)
     assert orbit.found

@@ -1,0 +1,353 @@
+"""Pseudo-arclength continuation of a fixed point of the stroboscopic map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..oscillators import Oscillator
+from ..simulate._frame import base_motion
+from ._shooting import Shooting
+from .branches import Branch, Kind, SpecialPoint
+from .orbits import PeriodicOrbit, orbit_of
+
+FIRST, LONGEST, SHORTEST = 0.01, 0.04, 1e-9  # steps along the branch, in units of its extent
+CORRECTIONS = 8
+FLAT = 1e-6  # change of the parameter, in units of the range, to differentiate by
+LOOKS = 512  # at a forcing period, for its turning points
+FAINT = 1e-3  # least approach velocity, of the greatest it has been, at which a grazing is near
+CLOSING = 40  # last points whose clearance is looked at
+CLOSE = 0.2  # way from the section to the nearest impact, of that from the middle between two
+
+
+@dataclass(frozen=True)
+class _Point:
+    """An orbit on the branch: scaled coordinates (x, v, parameter) and the orbit itself."""
+
+    place: np.ndarray
+    tangent: np.ndarray
+    orbit: PeriodicOrbit
+    parameter: float
+    iterations: int = 0
+
+    @property
+    def doubles(self) -> float:
+        """det(M + 1), whose sign changes where a multiplier passes -1."""
+        return float((1 + self.orbit.multipliers).prod().real)
+
+
+class Continuation:
+    """A branch under way."""
+
+    def __init__(
+        self,
+        scene: Callable[[float], Oscillator],
+        first: float,
+        last: float,
+        start: PeriodicOrbit,
+        options: dict[str, Any],
+    ) -> None:
+        self.scene, self.first, self.last, self.start = scene, first, last, start
+        self.options = options
+        omega = start.oscillator.forcing_frequency or 1.0
+        x, v = start.motion().sample(np.linspace(0, 0.99, 64) * start.periods * _period(start))
+        size = max(np.ptp(x), np.ptp(v) / omega, 1e-12)
+        self.unit = np.array([size, size * omega, abs(last - first)])
+
+    def point(self, place: np.ndarray, along: np.ndarray, ahead: np.ndarray) -> _Point | None:
+        """The orbit on the plane through a place, normal to `along`; None where there is none."""
+        guess = place
+        for iterations in range(CORRECTIONS):
+            parameter = float(place[2] * self.unit[2])
+            shooting = Shooting(self.scene(parameter), self.start.periods, **self.options)
+            state = place[:2] * self.unit[:2]
+            residual, gap, here = shooting.off(state)
+            if here is None:
+                return None
+            gap = gap / self.unit[:2]
+            slopes = np.empty((3, 3))
+            scaled = here.matrix * self.unit[None, :2] / self.unit[:2, None]
+            slopes[:2, :2] = scaled - np.eye(2)
+            slopes[:2, 2] = self._by_parameter(state, parameter, here.impacts)
+            slopes[2] = along
+            if not np.isfinite(slopes).all():
+                return None
+            try:
+                step = -np.linalg.solve(slopes, [*gap, along @ (place - guess)])
+                if residual <= self.options["tolerance"] and np.abs(step).max() < 1e-7:
+                    tangent = np.linalg.solve(slopes, [0.0, 0.0, 1.0])
+                    tangent /= np.linalg.norm(tangent)
+                    tangent *= 1 if tangent @ ahead > 0 else -1
+                    orbit = orbit_of(shooting, state, residual, iterations, "found", here)
+                    if orbit.impacts != self.start.impacts:
+                        return None
+                    return _Point(place, tangent, orbit, parameter, iterations)
+            except np.linalg.LinAlgError:
+                return None
+            place = place + step
+            if np.abs(place - guess).max() > 2 * LONGEST:
+                return None
+        return None
+
+    def _by_parameter(self, state: np.ndarray, parameter: float, impacts: int) -> np.ndarray:
+        """Derivative of the map by the parameter, scaled; from one side where the other grazes."""
+        h, known = FLAT, []
+        for sign in (1, 0, -1):
+            scene = self.scene(parameter + sign * h * self.unit[2])
+            _, gap, here = Shooting(scene, self.start.periods, **self.options).off(state)
+            if here is not None and here.impacts == impacts:
+                known.append((sign * h, gap / self.unit[:2]))
+        if len(known) < 2:
+            return np.full(2, math.nan)
+        return (known[0][1] - known[-1][1]) / (known[0][0] - known[-1][0])
+
+    def follow(self, most: int) -> Branch:
+        """Step along the branch to its end."""
+        place = np.array([*self.start.state, self.first]) / self.unit
+        up = math.copysign(1.0, self.last - self.first)
+        axis = np.array([0.0, 0.0, up])
+        here = self.point(place, axis, axis)
+        if here is None:
+            raise InvalidInput("guess", self.start.state, "an orbit that can be followed")
+        points, special, status = [here], list[SpecialPoint](), "most points"
+        ds = FIRST
+        low, high = sorted((self.first, self.last))
+        while len(points) < most:
+            here = points[-1]
+            following = self.point(_ahead(points, ds), here.tangent, here.tangent)
+            bent = following is not None and following.tangent @ here.tangent < 0.95
+            if following is None or (bent and ds > 1e-4):
+                ds /= 2
+                if ds < SHORTEST:
+                    status = self._end(points, special)
+                    break
+                continue
+            if not low <= following.parameter <= high:
+                status = "end of range"
+                edge = low if following.parameter < low else high
+                final = self._at_edge(here, following, edge)
+                if final is not None:
+                    special += self._between(here, final, len(points) - 1)
+                    points.append(final)
+                break
+            special += self._between(here, following, len(points) - 1)
+            points.append(following)
+            if self._grazes(points):
+                status = self._end(points, special)
+                break
+            if self._near_impact(following.orbit):
+                points[-1] = self._elsewhere(following)
+            if following.iterations <= 3:
+                ds = min(1.5 * ds, LONGEST)
+            elif following.iterations > 5:
+                ds /= 2
+        return self._branch(points, special, status)
+
+    def _between(self, before: _Point, after: _Point, index: int) -> list[SpecialPoint]:
+        """What has changed between two neighbouring points, and where."""
+        tests: list[tuple[Kind, Callable[[_Point], float]]] = [
+            ("fold", lambda point: float(point.tangent[2])),
+            ("period doubling", lambda point: point.doubles),
+        ]
+        found = []
+        for kind, test in tests:
+            if test(before) * test(after) < 0:
+                point = self._root(before, after, test)
+                found.append(
+                    SpecialPoint(kind, point.parameter, point.orbit.state, point.orbit.phase, index)
+                )
+        return sorted(found, key=lambda point: abs(point.parameter - before.parameter))
+
+    def _root(self, before: _Point, after: _Point, test: Callable[[_Point], float]) -> _Point:
+        """The point between two neighbours at which a test function vanishes."""
+        low, high = before, after
+        at_low, at_high = test(low), test(high)
+        along = before.tangent
+        length = along @ (after.place - before.place)
+        a, b = 0.0, 1.0
+        best = low if abs(at_low) < abs(at_high) else high
+        for n in range(60):
+            share = a - at_low * (b - a) / (at_high - at_low) if n % 3 < 2 else (a + b) / 2
+            place = before.place + share * length * along
+            if a < b:
+                weight = (share - a) / (b - a)
+                place = low.place + weight * (high.place - low.place)
+                place = place + (share * length - along @ (place - before.place)) * along
+            point = self.point(place, along, along)
+            if point is None:
+                break
+            value = test(point)
+            best = point if abs(value) < abs(test(best)) else best
+            if value == 0.0 or b - a < 1e-13:
+                break
+            if value * at_low < 0:
+                high, at_high, b = point, value, share
+            else:
+                low, at_low, a = point, value, share
+        return best
+
+    def _at_edge(self, before: _Point, after: _Point, edge: float) -> _Point | None:
+        """The orbit at the end of the range."""
+        share = (edge - before.parameter) / (after.parameter - before.parameter)
+        place = before.place + share * (after.place - before.place)
+        place[2] = edge / self.unit[2]
+        axis = np.array([0.0, 0.0, math.copysign(1.0, after.parameter - before.parameter)])
+        point = self.point(place, axis, before.tangent)
+        return None if point is None else replace(point, parameter=edge)
+
+    def _near_impact(self, orbit: PeriodicOrbit) -> bool:
+        """Whether an impact is about to pass the section, where the map jumps."""
+        away, widest, _ = _gaps(orbit)
+        return away < CLOSE * widest / 2
+
+    def _elsewhere(self, point: _Point) -> _Point:
+        """The same orbit on a section in the middle between two impacts."""
+        orbit = point.orbit
+        _, _, phase = _gaps(orbit)
+        ahead = (phase - orbit.phase) % (2 * math.pi)
+        seconds = ahead / (2 * math.pi) * _period(orbit)
+        x, v = orbit.motion().sample(seconds)
+        before = self.options
+        self.options = {**before, "phase": phase}
+        place = np.array([float(x), float(v), point.parameter]) / self.unit
+        up = math.copysign(1.0, point.tangent[2])
+        axis = np.array([0.0, 0.0, up])
+        moved = self.point(place, axis, axis)
+        if moved is None:
+            self.options = before
+            return point
+        return moved
+
+    def _grazes(self, points: list[_Point]) -> bool:
+        """Whether an impact has all but lost its velocity."""
+        if not self.start.impacts or len(points) < 3:
+            return False
+        least = [point.orbit.approach_velocity.min() for point in points]
+        return bool(least[-1] < FAINT * max(least))
+
+    def _end(self, points: list[_Point], special: list[SpecialPoint]) -> str:
+        """Whether a branch that goes no further ends in a grazing; where that is."""
+        last = points[-1]
+        values = None
+        if self._grazes(points):
+            values = [point.orbit.approach_velocity.min() for point in points]
+        elif _clearance(last.orbit) < 1e-3 * self.unit[0]:
+            values = [_clearance(point.orbit) for point in points[-CLOSING:]]
+        if values is None:
+            return "lost"
+        place = _to_zero(points[-len(values) :], values)
+        special.append(
+            SpecialPoint("grazing", place, last.orbit.state, last.orbit.phase, len(points) - 1)
+        )
+        return "grazing"
+
+    def _branch(self, points: list[_Point], special: list[SpecialPoint], status: str) -> Branch:
+        orbits = [point.orbit for point in points]
+        return Branch(
+            self.start.periods,
+            self.start.impacts,
+            np.array([point.parameter for point in points]),
+            np.array([orbit.state for orbit in orbits]),
+            np.array([orbit.phase for orbit in orbits]),
+            np.array([orbit.multipliers.astype(complex) for orbit in orbits]),
+            np.array([orbit.approach_velocity for orbit in orbits]),
+            tuple(special),
+            status,
+        )
+
+
+def _ahead(points: list[_Point], ds: float) -> np.ndarray:
+    """A place a step of ds further, through up to four points of one section.
+
+    The region from which Newton's method converges shrinks with the square of the least approach
+    velocity, so that a guess along the tangent alone would need ever shorter steps.
+    """
+    last = points[-1]
+    known = [point.place for point in points[-4:] if point.orbit.phase == last.orbit.phase]
+    away = np.array([np.linalg.norm(place - last.place) for place in known])
+    # Distances must grow from point to point, or it is no curve that they lie on.
+    if len(known) < 3 or np.any(np.diff(away) >= 0) or away[0] > 20 * ds + 1e-3:
+        return last.place + ds * last.tangent
+    total = np.zeros(3)
+    for k, place in enumerate(known):
+        weight = 1.0
+        for j, other in enumerate(away):
+            if j != k:
+                weight *= (ds + other) / (other - away[k])
+        total += weight * place
+    return total
+
+
+def _to_zero(points: list[_Point], values: list[float]) -> float:
+    """The parameter at which a value goes to zero, through three points of which each has half."""
+    chosen = [len(points) - 1]
+    for k in range(len(points) - 2, -1, -1):
+        if len(chosen) < 3 and values[k] >= 2 * values[chosen[-1]]:
+            chosen.append(k)
+    total = 0.0
+    for k in chosen:
+        weight = 1.0
+        for j in chosen:
+            if j != k:
+                weight *= -values[j] / (values[k] - values[j])
+        total += weight * points[k].parameter
+    return float(total)
+
+
+def _gaps(orbit: PeriodicOrbit) -> tuple[float, float, float]:
+    """From the section to the nearest impact, the widest gap between impacts, and its middle."""
+    if not orbit.impacts:
+        return math.pi, 2 * math.pi, orbit.phase
+    angles = np.sort(orbit.impact_phase)
+    widths = np.diff(angles, append=angles[0] + 2 * math.pi)
+    k = int(widths.argmax())
+    away = np.abs((orbit.impact_phase - orbit.phase + math.pi) % (2 * math.pi) - math.pi).min()
+    return float(away), float(widths[k]), float((angles[k] + widths[k] / 2) % (2 * math.pi))
+
+
+def _clearance(orbit: PeriodicOrbit) -> float:
+    """The least distance at which the orbit turns before a stop, without hitting it."""
+    machine, base = orbit.oscillator, orbit.oscillator.base
+    motion = orbit.motion()
+    assert motion.impacts is not None
+    hits = motion.impacts.time
+
+    def state(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement and velocity against what carries the stops."""
+        x, v = motion.sample(time)
+        own = base.frequency if base is not None else 0.0
+        angle = own * (time / machine.time_unit + orbit.phase / _omega(orbit))
+        at, moving = base_motion(machine, angle)
+        return x - at, v - moving
+
+    grid = np.linspace(motion.start, motion.stop, LOOKS * orbit.periods + 1)
+    time = np.sort(np.concatenate([grid, hits]))
+    _, v = state(time)
+    least = math.inf
+    for side in (1, -1):
+        turns = np.flatnonzero((side * v[:-1] > 0) & (side * v[1:] <= 0))
+        # An impact turns the velocity at once; its instant is the latter of the two.
+        turns = turns[~np.isin(time[turns + 1], hits)]
+        low, high = time[turns], time[turns + 1]
+        for _ in range(50):
+            middle = (low + high) / 2
+            rises = side * state(middle)[1] > 0
+            low, high = np.where(rises, middle, low), np.where(rises, high, middle)
+        top, _ = state(low)
+        for stop in machine.stops_on("upper" if side > 0 else "lower"):
+            off = side * (stop.position - top)
+            least = min(least, off[off > 0].min(initial=math.inf))
+    return least
+
+
+def _omega(orbit: PeriodicOrbit) -> float:
+    return float(orbit.oscillator.forcing_frequency)  # type: ignore[arg-type]
+
+
+def _period(orbit: PeriodicOrbit) -> float:
+    return float(orbit.oscillator.forcing_period)  # type: ignore[arg-type]
