@@ -95,6 +95,8 @@ if TYPE_CHECKING:
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
     from .simulate.trajectories import Trajectory, trajectory
+    from .studies.study import Study, open_study
+    from .studies.sweeping import sweep
 
 _HOME = {
     "errors": (
@@ -169,6 +171,8 @@ _HOME = {
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
     "simulate.trajectories": ("Trajectory", "trajectory"),
+    "studies.study": ("Study", "open_study"),
+    "studies.sweeping": ("sweep",),
     "comparison": ("Comparison", "compare"),
     "plot": (),
 }
@@ -212,6 +216,7 @@ __all__ = [
     "RungeKutta",
     "Split",
     "Stop",
+    "Study",
     "SurrogateTest",
     "Surrogates",
     "Trajectory",
@@ -236,6 +241,7 @@ __all__ = [
     "lyapunov_exponent",
     "measure",
     "mutual_information_delay",
+    "open_study",
     "plot",
     "prediction_error",
     "read",
@@ -251,6 +257,7 @@ __all__ = [
     "simulate_many",
     "surrogate_test",
     "surrogates",
+    "sweep",
     "synthesize",
     "threshold_crossings",
     "time_reversal_asymmetry",

@@ -9,6 +9,7 @@ from .motions import phase_portrait, power_spectrum, time_history
 from .recurrence import recurrence_plot
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
+from .studies import parameter_study
 from .surrogates import prediction_error, surrogate_test
 from .trains import interval_densities, return_maps
 from .waveforms import pulse, waveform
@@ -24,6 +25,7 @@ __all__ = [
     "histogram",
     "interval_densities",
     "interval_sequence",
+    "parameter_study",
     "peak_against_time",
     "phase_portrait",
     "power_spectrum",

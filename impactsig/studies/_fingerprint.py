@@ -212,5 +212,7 @@ def own_sources() -> str:
         for path in root.rglob("*.py")
         if path.relative_to(root).parts[0] not in WITHOUT_NUMBERS
     )
-    parts = [f"{path.relative_to(root).as_posix()}\n".encode() + path.read_bytes() for path in files]
+    parts = [
+        f"{path.relative_to(root).as_posix()}\n".encode() + path.read_bytes() for path in files
+    ]
     return digest(b"\0".join(parts))

@@ -55,12 +55,10 @@ class Layout:
         return cls(kinds)
 
     def dimensions(self, name: str, grid: Grid) -> list[str]:
-        """Names of an array's axes: those of the grid, then those that the observable itself has."""
+        """Names of an array's axes: those of the grid, then the observable's own."""
         return [*grid.axes, *(f"{name}_{n}" for n in range(len(self.kinds[name].shape)))]
 
-    def conform(
-        self, outcome: Outcome, task: Task
-    ) -> tuple[dict[str, np.ndarray], dict[int, str]]:
+    def conform(self, outcome: Outcome, task: Task) -> tuple[dict[str, np.ndarray], dict[int, str]]:
         """Arrays with a place for each cell of the task, and the errors of those left missing."""
         count = len(task.cells)
         arrays = {
@@ -71,7 +69,9 @@ class Layout:
         for positions, found in outcome.groups:
             alike = {name: array[0] for name, array in found.items()}
             if not self._takes(alike):
-                text = f"gave {_told(signature(alike))} where the first cell gave {_told(self._own)}"
+                text = (
+                    f"gave {_told(signature(alike))} where the first cell gave {_told(self._own)}"
+                )
                 errors |= dict.fromkeys(task.cells[positions].tolist(), text)
                 continue
             for name, array in found.items():
@@ -80,7 +80,8 @@ class Layout:
 
     def _takes(self, found: dict[str, np.ndarray]) -> bool:
         return found.keys() == self.kinds.keys() and all(
-            array.shape == self.kinds[name].shape and np.can_cast(array.dtype, self.kinds[name].dtype)
+            array.shape == self.kinds[name].shape
+            and np.can_cast(array.dtype, self.kinds[name].dtype)
             for name, array in found.items()
         )
 

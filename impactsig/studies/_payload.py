@@ -60,6 +60,6 @@ def unpack(payload: bytes) -> Job:
     if other:
         raise InvalidInput(
             "function", name, "the same code where workers run as here",
-            f"Other there: {', '.join(other)}. Install the same versions, or start the workers anew",
+            f"Other there: {', '.join(other)}. Install the same there, or start the workers anew",
         )  # fmt: skip
     return Job(function, vectorized, key)

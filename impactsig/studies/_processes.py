@@ -1,9 +1,9 @@
 """Worker processes on this machine. One that dies is replaced, and its task given to the next.
 
 `concurrent.futures` and loky give up all tasks when a process dies, so the processes are our own:
-each belongs to a thread of the pool, which gives it one task at a time and therefore knows what it
-was at when it died. A task that has killed two processes is halved, until the cell is found that
-kills; that cell is marked, and the study goes on.
+each belongs to a thread, which gives it one task at a time and therefore knows what it was at when
+it died. A task that has killed two processes is halved, until the cell is found that kills; that
+cell is marked, and the study goes on.
 """
 
 from __future__ import annotations
@@ -26,47 +26,61 @@ STARTS = 3
 """Processes that may die one after another before they are ready."""
 
 
-class Died(Exception):
-    """The worker has gone."""
-
-
 class Processes(Threads):
-    """A pool of processes."""
+    """A pool of processes, as many as threads."""
 
     def __init__(self, payload: bytes, workers: int) -> None:
-        super().__init__(self._work, workers)
+        self.children = Children(payload)
+        super().__init__(self.children.work, workers)
+
+    def close(self) -> None:
+        """Kill the processes; their tasks are given up."""
+        self.children.kill()
+        super().close()
+        self.children.reap()
+
+
+class _Died(Exception):
+    """A process has gone."""
+
+
+class Children:
+    """Processes that do a job, one for each thread that asks."""
+
+    def __init__(self, payload: bytes) -> None:
         self.payload = payload
         self.own = threading.local()
         self.lock = threading.Lock()
         self.alive: set[subprocess.Popen[bytes]] = set()
         self.closed = False
 
-    def close(self) -> None:
-        """Kill the processes; their tasks are given up."""
-        with self.lock:
-            self.closed = True
-            for process in self.alive:
-                process.kill()
-        super().close()
-        for process in self.alive:
-            _reap(process)
-
-    def _work(self, task: Task) -> Outcome:
-        """What runs in a thread of the pool."""
+    def work(self, task: Task) -> Outcome:
+        """Have a task worked out by the process of this thread."""
         for _ in range(ATTEMPTS):
             try:
-                return self._ask(task)
-            except Died as died:
+                process = getattr(self.own, "process", None) or self._start()
+                outcome: Outcome = self._talk(process, task)
+                return outcome
+            except _Died as died:
                 how = str(died)
         count = len(task.cells)
         if count == 1:
             return Outcome([], {int(task.cells[0]): f"its worker process died ({how})"}, 0.0)
         half = count // 2
-        return joined(self._work(task.part(0, half)), self._work(task.part(half, count)), half)
+        return _joined(self.work(task.part(0, half)), self.work(task.part(half, count)), half)
 
-    def _ask(self, task: Task) -> Outcome:
-        process = getattr(self.own, "process", None) or self._start()
-        return self._talk(process, task)
+    def kill(self) -> None:
+        """End them all, whatever they are at, and let no new one start."""
+        with self.lock:
+            self.closed = True
+            for process in self.alive:
+                process.kill()
+                process.wait()
+
+    def reap(self) -> None:
+        """Close their pipes; no thread asks them any more."""
+        for process in self.alive:
+            _ended(process)
 
     def _start(self) -> subprocess.Popen[bytes]:
         """A new process that is ready."""
@@ -75,7 +89,7 @@ class Processes(Threads):
             process = self._open()
             try:
                 self._talk(process, self.payload)
-            except Died as died:
+            except _Died as died:
                 how = str(died)
             else:
                 self.own.process = process
@@ -107,7 +121,7 @@ class Processes(Threads):
             self.own.process = None
             with self.lock:
                 self.alive.discard(process)
-            raise Died(_reap(process)) from None
+            raise _Died(_ended(process)) from None
         if isinstance(answer, ImpactsigError):
             raise answer
         return answer
@@ -116,7 +130,7 @@ class Processes(Threads):
 _WORKER = __name__.replace("_processes", "_worker")
 
 
-def joined(first: Outcome, second: Outcome, start: int) -> Outcome:
+def _joined(first: Outcome, second: Outcome, start: int) -> Outcome:
     """The outcome of a task from those of its two parts, the second beginning at `start`."""
     moved = [(positions + start, found) for positions, found in second.groups]
     return Outcome(
@@ -124,11 +138,12 @@ def joined(first: Outcome, second: Outcome, start: int) -> Outcome:
     )
 
 
-def _reap(process: subprocess.Popen[bytes]) -> str:
+def _ended(process: subprocess.Popen[bytes]) -> str:
     """Make sure that a process has ended, and say how."""
     process.kill()
     for pipe in (process.stdin, process.stdout):
         with contextlib.suppress(OSError):  # what it will not read any more
-            pipe and pipe.close()
+            if pipe:
+                pipe.close()
     code = process.wait()
     return f"signal {-code}" if code < 0 else f"exit code {code}"

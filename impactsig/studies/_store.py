@@ -72,7 +72,7 @@ class Store:
         try:
             stored = _load(directory / STUDY) or {}
             axes, kinds = stored.pop("axes"), stored.pop("types")
-            grid = Grid({name: np.array(axes[name], kinds[name]) for name in axes})
+            grid = Grid({name: np.array(axes[name], kinds[name]) for name in stored["order"]})
             tiling = Tiling(grid, tuple(stored.pop("tile")))
             if stored.pop("format") != FORMAT:
                 raise ValueError("it was written by another version of impactsig")

@@ -154,6 +154,4 @@ def stored(store: Store) -> Study:
 
 def by_indices(errors: dict[int, str], shape: tuple[int, ...]) -> dict[tuple[int, ...], str]:
     """Errors by the indices of their cells, in order."""
-    return {
-        tuple(map(int, np.unravel_index(cell, shape))): errors[cell] for cell in sorted(errors)
-    }
+    return {tuple(map(int, np.unravel_index(cell, shape))): errors[cell] for cell in sorted(errors)}

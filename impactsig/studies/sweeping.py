@@ -13,16 +13,17 @@ import numpy as np
 
 from .._arguments import Seed, streams, whole
 from ..errors import ImpactsigWarning, InvalidInput
-from ._cells import Job, Outcome, name_of, run_cells
-from ._fingerprint import code_of, digest
-from ._grid import Grid, Task, Tiling, grid_of, tile_shape
-from ._layout import Layout
+from ._cells import Job, run_cells
+from ._fingerprint import code_of
+from ._grid import Grid, Tiling, grid_of, tile_shape
+from ._identity import identity_of, refuse_other
 from ._payload import pack
 from ._pool import Serial, Threads
 from ._processes import Processes
 from ._progress import progress as bar
+from ._results import Results
 from ._store import Store, claim
-from .study import Study, by_indices, stored
+from .study import Study, stored
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -139,12 +140,12 @@ def sweep(
     key = None if seed is None else int(streams(seed, 1)[0].integers(2**64, dtype=np.uint64))
     job = Job(function, bool(vectorized), key)
     code = code_of(function)
-    identity = _identity(job, grid, code)
+    identity = identity_of(job, grid, code)
     path = None if directory is None else Path(directory)
     store = None
     if path is not None and claim(path):
         store = Store.open(path)
-        _compare(store, identity, tile)
+        refuse_other(store, identity, tile)
         if len(store.done) == len(store.tiling):
             return _told(stored(store))
     with _executor(job, code, executor, workers, client) as pool:
@@ -154,7 +155,7 @@ def sweep(
             store = Store.create(path, identity, tiling) if path else None
         else:
             tiling = store.tiling
-        run = _Run(tiling, store, attributes or {})
+        run = Results(tiling, store, attributes or {})
         left = [n for n in range(len(tiling)) if n not in run.done]
         before = grid.size - sum(_cells(tiling, n) for n in left)
         with bar(grid.size, before, progress) as advance:
@@ -162,137 +163,6 @@ def sweep(
                 run.take(number, task, outcome)
                 advance(len(task.cells))
     return _told(run.study())
-
-
-class _Run:
-    """Where outcomes go: into the store, or into arrays."""
-
-    def __init__(
-        self, tiling: Tiling, store: Store | None, attributes: Mapping[str, Mapping[str, Any]]
-    ) -> None:
-        self.tiling, self.store, self.attributes = tiling, store, attributes
-        self.layout = store.layout if store else None
-        self.done = store.done if store else set()
-        self.arrays: dict[str, np.ndarray] = {}
-        self.errors: dict[int, str] = {}
-        self.held: dict[int, tuple[Task, Outcome]] = {}
-
-    def take(self, number: int, task: Task, outcome: Outcome) -> None:
-        """Keep what came of a tile.
-
-        Until it is known what the first cell that succeeds gives, tiles are held back.
-        """
-        self.held[number] = task, outcome
-        if self.layout is None:
-            self._find_layout()
-        if self.layout is not None:
-            for one in list(self.held):
-                self._keep(one, *self.held.pop(one), self.layout)
-
-    def _find_layout(self) -> None:
-        for number in range(len(self.tiling)):
-            if number in self.done:
-                continue
-            if number not in self.held:
-                return
-            task, outcome = self.held[number]
-            self.layout = Layout.of(outcome, self.tiling.grid)
-            if self.layout is not None:
-                self._lay_out(self.layout)
-                return
-            self._keep(number, *self.held.pop(number), Layout({}))
-
-    def _lay_out(self, layout: Layout) -> None:
-        if self.store is not None:
-            self.store.lay_out(layout, self.attributes)
-            return
-        nothing = layout.conform(Outcome([], {}, 0.0), self.tiling.grid.task(np.arange(1)))[0]
-        for name, one in nothing.items():
-            shape = self.tiling.grid.shape + one.shape[1:]
-            self.arrays[name] = np.full(shape, one.flat[0], one.dtype)
-
-    def _keep(self, number: int, task: Task, outcome: Outcome, layout: Layout) -> None:
-        arrays, errors = layout.conform(outcome, task)
-        self.done.add(number)
-        if self.store is not None:
-            self.store.write(number, arrays, errors)
-            return
-        self.errors |= errors
-        for name, values in arrays.items():
-            shape = self.tiling.shape(number) + values.shape[1:]
-            self.arrays[name][self.tiling.place(number)] = values.reshape(shape)
-
-    def study(self) -> Study:
-        """The study, all tiles done."""
-        if self.store is not None:
-            self.store.tidy()
-            return stored(self.store)
-        grid = self.tiling.grid
-        return Study(
-            grid.axes,
-            tuple(self.arrays),
-            np.ones(grid.shape, bool),
-            by_indices(self.errors, grid.shape),
-            {name: dict(told) for name, told in self.attributes.items()},
-            None,
-            self.arrays,
-        )
-
-
-def _identity(job: Job, grid: Grid, code: dict[str, str]) -> dict[str, Any]:
-    """What makes a study the same study."""
-    return {
-        "function": name_of(job.function),
-        "vectorized": job.vectorized,
-        "seed": job.key,
-        "parameters": {
-            name: f"{_brief(values)} ({values.dtype}, {digest(values.tobytes())})"
-            for name, values in grid.axes.items()
-        },
-        "order": list(grid.axes),
-        "code": code,
-    }
-
-
-def _brief(values: np.ndarray) -> str:
-    if len(values) == 1:
-        return f"{values[0]:.12g}"
-    return f"{len(values)} values from {values[0]:.12g} to {values[-1]:.12g}"
-
-
-def _compare(store: Store, identity: dict[str, Any], tile: int | None) -> None:
-    """Refuse to go on with another study, and say what makes it another."""
-    other = []
-    then, now = store.identity, identity
-    for kind in ("parameters", "code"):
-        for name in sorted(then[kind].keys() | now[kind].keys()):
-            before, after = then[kind].get(name), now[kind].get(name)
-            if before == after:
-                continue
-            if kind == "code":
-                told = "changed" if before and after else "no longer used" if before else "new"
-                versions = (before, after)
-                if before and after and max(map(len, versions)) < 32:
-                    told = f"{before} there, {after} here"
-                other.append(f"code: {name} ({told})")
-            else:
-                there, here = ((one or "none").rpartition(" (")[0] or "none" for one in (before, after))
-                told = "other values" if there == here else f"{there} there, {here} here"
-                other.append(f"{name} ({told})")
-    for name in ("function", "vectorized", "seed"):
-        if then[name] != now[name]:
-            other.append(f"{name} ({then[name]} there, {now[name]} here)")
-    if not other and then["order"] != now["order"]:
-        other.append(f"order of parameters ({', '.join(then['order'])} there)")
-    if tile is not None and store.tiling.block != tile_shape(store.tiling.grid.shape, tile):
-        other.append(f"tile (blocks of {store.tiling.block} there)")
-    if other:
-        raise InvalidInput(
-            "directory",
-            store.directory,
-            f"the directory of this very study; in it differ: {'; '.join(other)}",
-            "Give another directory, or call as before to go on with that study",
-        )
 
 
 def _executor(job: Job, code: dict[str, str], kind: Local, workers: int | None, client: Any) -> Any:
