@@ -6,9 +6,19 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.colors import ListedColormap
 
 from ..errors import InvalidInput
-from ._axes import BLUE, RASTER_ABOVE, axes, explain, plain, with_unit
+from ._axes import (
+    BLUE,
+    CHANNEL_COLOURS,
+    RASTER_ABOVE,
+    axes,
+    explain,
+    plain,
+    span_of,
+    with_unit,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,8 +35,8 @@ def parameter_study(
 ) -> Axes:
     """Draw an observable over the parameters of a study: one as a curve, two as a map.
 
-    Where there is no result, nothing is drawn. An observable of several values a cell, such as
-    stroboscopic points, is drawn as points over one parameter.
+    Where there is no result, nothing is drawn. A parameter of one value is no axis. An observable
+    of several values a cell, such as stroboscopic points, is drawn as points over one parameter.
 
     Parameters
     ----------
@@ -63,6 +73,9 @@ def parameter_study(
             nearest = int(np.abs(points - (at or {})[name]).argmin())
             place.append(nearest)
             held.append(f"{name} = {points[nearest]:.6g}")
+        elif len(points) == 1 < study.done.size:
+            place.append(0)
+            held.append(f"{name} = {points[0]:.6g}")
         else:
             place.append(slice(None))
             left.append(name)
@@ -88,6 +101,10 @@ def parameter_study(
             raise InvalidInput("observable", observable, "one number a cell, to be drawn as a map")
         bar = _map(study, left, values, ax)
         bar.set_label(title)
+        if "flag_values" in told:
+            flags = list(told["flag_values"])
+            bar.mappable.set(cmap=ListedColormap(CHANNEL_COLOURS[: len(flags)]))
+            bar.mappable.set_clim(min(flags) - 0.5, max(flags) + 0.5)
         _name_flags(bar.ax.yaxis, told)
     if held:
         ax.set_title(plain(", ".join(held)), fontsize="medium", loc="left")
@@ -117,17 +134,17 @@ def _curve(study: Study, name: str, values: np.ndarray, ax: Axes) -> None:
         markeredgewidth=0,
         rasterized=dense,
     )
-    ax.set_xlabel(_label(study, name))
+    ax.set(xlabel=_label(study, name), xlim=span_of(x))
     ax.grid(alpha=0.25, linewidth=0.5)
 
 
 def _map(study: Study, names: list[str], values: np.ndarray, ax: Axes) -> Any:
-    """The later axis to the right."""
-    up, right = names
+    """The first axis to the right."""
+    right, up = names
     mesh = ax.pcolormesh(
         study.parameters[right],
         study.parameters[up],
-        values,
+        values.T,
         shading="nearest",
         cmap="viridis",
         rasterized=True,

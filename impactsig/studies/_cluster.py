@@ -48,6 +48,8 @@ class Cluster(Closing):
                 ) from None  # fmt: skip
         if not isinstance(client, distributed.Client) or client.asynchronous:
             raise InvalidInput("client", client, "a dask Client, not asynchronous, or an address")
+        if client.status != "running":
+            raise InvalidInput("client", client, "a client that is connected")
         self.client = client
         self.waiting: dict[Any, tuple[Any, Task, int]] = {}
 
@@ -60,7 +62,7 @@ class Cluster(Closing):
         """As they end."""
         from distributed import KilledWorker, as_completed
 
-        ended = as_completed()
+        ended = as_completed(loop=self.client.loop)
         source = iter(tasks)
         while True:
             room = AHEAD * self.workers - len(self.waiting)

@@ -14,7 +14,6 @@ import importlib.util
 import sys
 import types
 from collections.abc import Callable, Iterator
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -197,6 +196,8 @@ def _version(package: str) -> str:
     version = getattr(sys.modules.get(package), "__version__", None)
     if isinstance(version, str):
         return version
+    from importlib import metadata  # costly, and seldom needed
+
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
