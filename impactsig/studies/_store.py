@@ -213,13 +213,14 @@ def claim(directory: Path) -> bool:
     """
     require_zarr()
     with _writing(directory):
-        (directory / DONE).mkdir(parents=True, exist_ok=True)
+        directory.mkdir(parents=True, exist_ok=True)
         others = {path.name for path in directory.iterdir() if path.name[0] != "."}
-    if STUDY in others:
-        return True
-    if others - {DONE}:
-        raise InvalidInput("directory", directory, "a new or empty directory, or that of a study")
-    return False
+        if others - {DONE} and STUDY not in others:
+            raise InvalidInput(
+                "directory", directory, "a new or empty directory, or that of a study"
+            )
+        (directory / DONE).mkdir(exist_ok=True)
+    return STUDY in others
 
 
 def require_zarr() -> None:
