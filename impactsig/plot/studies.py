@@ -58,38 +58,21 @@ def parameter_study(
     InvalidInput
         If there is no such observable or parameter, or more than two parameters are left.
     """
-    ax = axes(ax)
     if not study.observables:
-        return explain(ax, "nothing has been worked out yet")
+        return explain(axes(ax), "nothing has been worked out yet")
     if observable is None:
         if len(study.observables) > 1:
             raise InvalidInput("observable", None, f"one of {', '.join(study.observables)}")
         observable = study.observables[0]
-    values = np.where(_known(study[observable]), study[observable], np.nan)
-    left, held = [], []
-    place: list[Any] = []
-    for name, points in study.parameters.items():
-        if name in (at or {}):
-            nearest = int(np.abs(points - (at or {})[name]).argmin())
-            place.append(nearest)
-            held.append(f"{name} = {points[nearest]:.6g}")
-        elif len(points) == 1 < study.done.size:
-            place.append(0)
-            held.append(f"{name} = {points[0]:.6g}")
-        else:
-            place.append(slice(None))
-            left.append(name)
-    unknown = set(at or {}) - set(study.parameters)
-    if unknown:
-        raise InvalidInput("at", sorted(unknown)[0], f"one of {', '.join(study.parameters)}")
-    if len(left) > 2 or not left:
-        raise InvalidInput(
-            "at",
-            at,
-            "values for all parameters but one or two",
-            f"Of {', '.join(study.parameters)}",
-        )
-    values = values[tuple(place)]
+    values = study[observable]
+    if values.dtype.kind == "c":
+        raise InvalidInput("observable", observable, "real numbers, to be drawn")
+    values = np.where(_known(values), values, np.nan)
+    place, left, held = _section(study, at or {})
+    values = values[place]
+    if values.ndim > len(left) == 2:
+        raise InvalidInput("observable", observable, "one number a cell, to be drawn as a map")
+    ax = axes(ax)
     told = study.attributes.get(observable, {})
     title = with_unit(told.get("long_name", observable.replace("_", " ")), told.get("units", ""))
     if len(left) == 1:
@@ -97,8 +80,6 @@ def parameter_study(
         ax.set_ylabel(title)
         _name_flags(ax.yaxis, told)
     else:
-        if values.ndim > 2:
-            raise InvalidInput("observable", observable, "one number a cell, to be drawn as a map")
         bar = _map(study, left, values, ax)
         bar.set_label(title)
         if "flag_values" in told:
@@ -109,6 +90,27 @@ def parameter_study(
     if held:
         ax.set_title(plain(", ".join(held)), fontsize="medium", loc="left")
     return ax
+
+
+def _section(study: Study, at: Mapping[str, float]) -> tuple[tuple[Any, ...], list[str], list[str]]:
+    """Where to look: indices, the parameters that are left, and what the others are held at."""
+    place: list[Any] = []
+    left, held = [], []
+    names = ", ".join(study.parameters)
+    for name in at:
+        if name not in study.parameters:
+            raise InvalidInput("at", name, f"one of {names}")
+    for name, points in study.parameters.items():
+        if name in at or len(points) == 1 < study.done.size:
+            nearest = int(np.abs(points - at.get(name, points[0])).argmin())
+            place.append(nearest)
+            held.append(f"{name} = {points[nearest]:.6g}")
+        else:
+            place.append(slice(None))
+            left.append(name)
+    if len(left) not in (1, 2):
+        raise InvalidInput("at", at, "values for all parameters but one or two", f"Of {names}")
+    return tuple(place), left, held
 
 
 def _known(values: np.ndarray) -> Any:
