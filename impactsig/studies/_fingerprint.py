@@ -20,6 +20,8 @@ from typing import Any
 import numpy as np
 
 HOME, MAIN = __name__.partition(".")[0], "__main__"
+DIGITS = 32
+"""Of a digest."""
 WITHOUT_NUMBERS = ("plot", "report", "cli.py")
 """Parts of this package that change no result."""
 
@@ -33,9 +35,16 @@ def code_of(function: Callable[..., Any]) -> dict[str, str]:
     return dict(sorted(reader.parts.items()))
 
 
+def digest_of(value: Any) -> str:
+    """Digest of a value and the code in it, the same in every process."""
+    reader = _Reader()
+    text = reader.text(value)
+    return digest(f"{text} {sorted(reader.parts.items())}")
+
+
 def digest(text: str | bytes) -> str:
     """A short name of some text: equal if, and only if, the text is."""
-    return hashlib.blake2b(text.encode() if isinstance(text, str) else text).hexdigest()[:32]
+    return hashlib.blake2b(text.encode() if isinstance(text, str) else text).hexdigest()[:DIGITS]
 
 
 class _Reader:

@@ -28,6 +28,7 @@ from ._grid import Grid, Tiling
 from ._layout import Layout, missing
 
 STUDY, RESULTS, LAYOUT, DONE = "study.json", "results.zarr", "layout.json", "done"
+LOCK = ".lock"
 FORMAT = 1
 EXTRA = "studies"
 
@@ -221,6 +222,34 @@ def claim(directory: Path) -> bool:
             )
         (directory / DONE).mkdir(exist_ok=True)
     return STUDY in others
+
+
+@contextmanager
+def locked(directory: Path) -> Iterator[None]:
+    """Keep other sweeps out; the system takes the lock back from a process that is killed.
+
+    Raises
+    ------
+    InvalidInput
+        If one is at work.
+    """
+    try:
+        import fcntl
+    except ImportError:  # no such locks on Windows
+        yield
+        return
+    with _writing(directory):
+        lock = (directory / LOCK).open("w")
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InvalidInput(
+                "directory", directory, "a directory in which no other sweep is at work"
+            ) from None
+        except OSError:  # a file system without locks
+            pass
+        yield
 
 
 def require_zarr() -> None:

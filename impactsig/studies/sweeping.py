@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import warnings
 from collections.abc import Callable, Mapping
@@ -22,7 +23,7 @@ from ._pool import Serial, Threads
 from ._processes import Processes
 from ._progress import progress as bar
 from ._results import Results
-from ._store import Store, claim
+from ._store import Store, claim, locked
 from .study import Study, stored
 
 if TYPE_CHECKING:
@@ -107,8 +108,9 @@ def sweep(
     ------
     InvalidInput
         If a parameter has no values, or some that are no finite numbers; if the directory holds a
-        study of other parameters or other code (it says which differ) or something else; if the
-        function cannot be sent to other processes; if there is no cluster.
+        study of other parameters or other code (it says which differ) or something else, or
+        another sweep is at work in it; if the function cannot be sent to other processes; if there
+        is no cluster.
     UnwritableFile
         If the directory cannot be written, or the disk is full. What is done is kept.
     MissingExtra
@@ -141,14 +143,18 @@ def sweep(
     job = Job(function, bool(vectorized), key)
     code = code_of(function)
     identity = identity_of(job, grid, code)
-    path = None if directory is None else Path(directory)
-    store = None
-    if path is not None and claim(path):
-        store = Store.open(path)
-        refuse_other(store, identity, tile)
-        if len(store.done) == len(store.tiling):
-            return _told(stored(store))
-    with _executor(job, code, executor, workers, client) as pool:
+    with contextlib.ExitStack() as stack:
+        store = None
+        path = None if directory is None else Path(directory)
+        if path is not None:
+            there = claim(path)
+            stack.enter_context(locked(path))
+            if there:
+                store = Store.open(path)
+                refuse_other(store, identity, tile)
+                if len(store.done) == len(store.tiling):
+                    return _told(stored(store))
+        pool = stack.enter_context(_executor(job, code, executor, workers, client))
         if store is None:
             block = tile_shape(grid.shape, tile or _tile_of_a_second(pool, grid))
             tiling = Tiling(grid, block)
@@ -158,11 +164,12 @@ def sweep(
         run = Results(tiling, store, attributes or {})
         left = [n for n in range(len(tiling)) if n not in run.done]
         before = grid.size - sum(_cells(tiling, n) for n in left)
-        with bar(grid.size, before, progress) as advance:
-            for number, task, outcome in pool.run((n, tiling.task(n)) for n in left):
-                run.take(number, task, outcome)
-                advance(len(task.cells))
-    return _told(run.study())
+        advance = stack.enter_context(bar(grid.size, before, progress))
+        for number, task, outcome in pool.run((n, tiling.task(n)) for n in left):
+            run.take(number, task, outcome)
+            advance(len(task.cells))
+        study = run.study()
+    return _told(study)
 
 
 def _executor(job: Job, code: dict[str, str], kind: Local, workers: int | None, client: Any) -> Any:

@@ -131,6 +131,25 @@ def test_workers_leave_when_the_study_is_killed(tmp_path):
         until(lambda pid=int(path.name): not alive(pid))
 
 
+def test_ctrl_c_at_a_terminal(tmp_path):
+    """It reaches the worker processes too; the study ends at once and is kept."""
+    folder = tmp_path / "study"
+    words = ["--over", "frequency=20:24:0.1", "--periods=20000", "--tile=1", "--workers=2"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "impactsig", "sweep", "karpodinis", *words, "--out", str(folder)],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    until(lambda: len(finished(folder)) >= 2)
+    os.killpg(process.pid, signal.SIGINT)
+    _, told = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert told.startswith(f"warning: stopped; what is done is kept in {folder}")
+    assert told.endswith("interrupted\n")
+    assert 2 <= open_study(folder).done.sum() < 41
+
+
 def until(true, patience=30.0):
     end = time.monotonic() + patience
     while not true():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 
 import numpy as np
 import pytest
@@ -96,12 +97,29 @@ def test_the_same_command_goes_on(chart, capsys):
     assert study.shape == (9, 3)
     before = study["impacts_per_period"]
     (chart / "done" / "1.json").unlink()
-    assert open_study(chart).complete is (len(list((chart / "done").iterdir())) == 0)
+    assert not open_study(chart).complete
     words = ["--over", "frequency=20:24:0.5", "--over", "amplitude=0.1,0.2,0.4", *BRIEF]
     assert run("sweep", "karpodinis", *words, "--workers=2", "--out", chart) == 0
     np.testing.assert_array_equal(open_study(chart)["impacts_per_period"], before)
     assert run("sweep", "karpodinis", *words, "--restitution=0.3", "--out", chart) == 1
-    assert "this very study; in it differ: code: function (changed)" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "this very study; in it differ: restitution (none there, 0.3 here). Give" in told
+    assert run("sweep", "karpodinis", *words[:-2], "--periods=41", "--out", chart) == 1
+    told = capsys.readouterr().err
+    assert "in it differ: periods (40.0 there, 41.0 here); transient (20.0 there, 0.0 here)" in told
+
+
+def test_a_cluster_gives_the_same(chart, tmp_path, capsys):
+    distributed = pytest.importorskip("distributed")
+    words = ["--over", "frequency=20:24:0.5", "--over", "amplitude=0.1,0.2,0.4", *BRIEF]
+    with distributed.LocalCluster(
+        n_workers=1, processes=False, dashboard_address=None, silence_logs=logging.CRITICAL + 1
+    ) as cluster:
+        place = ["--cluster", cluster.scheduler_address, "--tile=9", "-o", tmp_path / "study"]
+        assert run("sweep", "karpodinis", *words, *place) == 0
+    found, wanted = open_study(tmp_path / "study"), open_study(chart)
+    for name in wanted.observables:
+        assert found[name].tobytes() == wanted[name].tobytes()
 
 
 def test_ctrl_c_says_that_the_study_is_kept(tmp_path, monkeypatch, capsys):

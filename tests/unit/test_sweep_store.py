@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import resource
 import subprocess
@@ -344,6 +345,25 @@ def test_other_code_is_refused(folder, monkeypatch):
             with pytest.raises(InvalidInput) as caught:
                 sweep(cell, AXES, directory=folder)
         assert told in str(caught.value)
+
+
+def test_what_is_bound_to_a_function_is_told(folder):
+    sweep(functools.partial(text_of, "ab", b=2), {"a": [1, 2]}, directory=folder)
+    with pytest.raises(InvalidInput) as caught:
+        sweep(functools.partial(text_of, "abc", b=3), {"a": [1, 2]}, directory=folder)
+    told = "in it differ: argument 0 ('ab' there, 'abc' here); b (2 there, 3 here). Give another"
+    assert told in str(caught.value)
+
+
+def test_one_sweep_at_a_time(folder):
+    def nested(a):
+        if a == 2:
+            with pytest.raises(InvalidInput, match="no other sweep is at work"):
+                sweep(waves, AXES, directory=folder)
+        return a
+
+    assert sweep(nested, {"a": [1, 2]}, directory=folder, tile=1).complete
+    assert sweep(nested, {"a": [1, 2]}, directory=folder).complete
 
 
 @pytest.mark.parametrize(
