@@ -65,6 +65,14 @@ def test_processes_give_the_same_bits(workers):
     )
 
 
+@pytest.mark.slow
+def test_a_compiled_kernel_is_sent_to_processes():
+    axes = {"growth": np.linspace(3.5, 4, 40), "start": np.array([0.1, 0.2, 0.3])}
+    options = {"vectorized": True, "tile": 20}
+    study = sweep(logistic, axes, executor="processes", workers=2, **options)
+    assert same(study, sweep(logistic, axes, **options))
+
+
 def test_a_cluster_gives_the_same_bits(client, cluster):
     assert same(sweep(waves, AXES, tile=3, client=client), sweep(waves, AXES))
     axes = {"a": range(30)}
