@@ -109,6 +109,19 @@ def test_the_same_command_goes_on(chart, capsys):
     assert "in it differ: periods (40.0 there, 41.0 here); transient (20.0 there, 0.0 here)" in told
 
 
+def test_a_cluster_that_is_not_there(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("distributed")
+    from impactsig.studies import _cluster
+
+    monkeypatch.setattr(_cluster, "PATIENCE", "0.5s")
+    words = ["--over", "frequency=20,21", *BRIEF, "--cluster=tcp://127.0.0.1:9", "-o", tmp_path]
+    assert run("sweep", "karpodinis", *words) == 1
+    told = capsys.readouterr().err
+    assert told.startswith("error: client: got tcp://127.0.0.1:9; required: the address of a dask")
+    assert told.count("\n") == 1
+
+
+@pytest.mark.slow
 def test_a_cluster_gives_the_same(chart, tmp_path, capsys):
     distributed = pytest.importorskip("distributed")
     words = ["--over", "frequency=20:24:0.5", "--over", "amplitude=0.1,0.2,0.4", *BRIEF]

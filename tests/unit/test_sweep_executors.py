@@ -91,10 +91,11 @@ def test_a_poisoned_cell_is_the_same_everywhere(run):
 
 
 def test_a_cell_that_kills_its_process_is_found():
-    with pytest.warns(ImpactsigWarning, match="1 of 28 cells failed"):
-        study = sweep(killer, WHOLE, tile=3, executor="processes", workers=2)
+    axes = {"a": range(2), "b": range(6)}
+    with pytest.warns(ImpactsigWarning, match="1 of 12 cells failed"):
+        study = sweep(killer, axes, tile=3, executor="processes", workers=2)
     assert study.errors == {(1, 3): "its worker process died (exit code 7)"}
-    wanted = np.add.outer(np.arange(4.0), np.arange(7.0))
+    wanted = np.add.outer(np.arange(2.0), np.arange(6.0))
     wanted[1, 3] = np.nan
     np.testing.assert_array_equal(study["value"], wanted)
 
@@ -102,7 +103,7 @@ def test_a_cell_that_kills_its_process_is_found():
 def test_a_cell_that_kills_leaves_the_cluster_alive(client):
     before = set(client.nthreads())
     with pytest.warns(ImpactsigWarning):
-        study = sweep(killer, WHOLE, tile=7, client=client)
+        study = sweep(killer, {"a": range(2), "b": range(4)}, tile=2, client=client)
     assert study.errors == {(1, 3): "its worker process died (exit code 7)"}
     assert set(client.nthreads()) == before
 
