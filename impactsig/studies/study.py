@@ -113,7 +113,7 @@ class Study:
         if left:
             parts.append(f"{left} of {self.done.size} cells still to do")
         if self.errors:
-            parts.append(f"{len(self.errors)} cells failed")
+            parts.append(f"{len(self.errors)} of {self.done.size} cells failed")
         return f"Study({'; '.join(parts)})"
 
 

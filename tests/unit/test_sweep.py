@@ -91,7 +91,7 @@ def test_a_poisoned_cell_is_missing_and_says_why(tile):
     wanted[1, 3] = np.nan
     np.testing.assert_array_equal(study["value"], wanted)
     assert study.complete
-    assert "1 cells failed" in repr(study)
+    assert "1 of 28 cells failed" in repr(study)
 
 
 @pytest.mark.parametrize("bad", [[0], [4], [0, 1, 2, 3], [0, 9], list(range(9)), list(range(10))])
