@@ -116,6 +116,8 @@ if TYPE_CHECKING:
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
     from .simulate.trajectories import Trajectory, trajectory
+    from .studies.study import Study, open_study
+    from .studies.sweeping import sweep
 
 _HOME = {
     "errors": (
@@ -212,6 +214,8 @@ _HOME = {
         "fit_soft_stop",
     ),
     "dynamics.matching": ("MatchRate", "match_rate", "strobe_distance"),
+    "studies.study": ("Study", "open_study"),
+    "studies.sweeping": ("sweep",),
     "comparison": ("Comparison", "compare"),
     "plot": (),
 }
@@ -268,6 +272,7 @@ __all__ = [
     "SoftStopFit",
     "Split",
     "Stop",
+    "Study",
     "SurrogateTest",
     "Surrogates",
     "TangentMap",
@@ -306,6 +311,7 @@ __all__ = [
     "mutual_information_delay",
     "orbit_period",
     "periodicity_chart",
+    "open_study",
     "plot",
     "prediction_error",
     "read",
@@ -325,6 +331,7 @@ __all__ = [
     "strobe_distance",
     "surrogate_test",
     "surrogates",
+    "sweep",
     "synthesize",
     "tangent_map",
     "threshold_crossings",

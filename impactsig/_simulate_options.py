@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
-from ._options import number
+from ._options import given, number
 from .oscillators import Oscillator, scenes
 
 if TYPE_CHECKING:
@@ -24,17 +24,25 @@ PERIODS = 1000
 """Forcing periods simulated unless told otherwise."""
 
 
-def add_scenes(command: argparse.ArgumentParser) -> None:
-    """Give the command a scene to choose, and each scene its options."""
+def add_scenes(
+    command: argparse.ArgumentParser,
+    add_options: Callable[[argparse.ArgumentParser], None] | None = None,
+    required: bool = True,
+) -> None:
+    """Give the command a scene to choose, and each scene its options and those of the command.
+
+    Unless `required`, parameters without a default may be left out: they are given otherwise.
+    """
     choice = command.add_subparsers(title="scenes", metavar="SCENE", dest="scene", required=True)
     for name, scene in _scenes().items():
-        summary, told = _read_docstring(scene)
+        summary, told = read_docstring(scene)
         parser = choice.add_parser(name, help=summary, description=summary, allow_abbrev=False)
         group = parser.add_argument_group("the scene")
         parameters = _parameters(scene)
         for parameter in parameters.values():
-            _add_parameter(group, scene, parameter, told.get(parameter.name, ""))
+            _add_parameter(group, scene, parameter, told.get(parameter.name, ""), required)
         _add_run_options(parser)
+        (add_options or _add_output_options)(parser)
         parser.set_defaults(make=scene, parameters=list(parameters))
 
 
@@ -42,18 +50,20 @@ def simulated(chosen: argparse.Namespace) -> Motion:
     """The motion that the command line asks for."""
     from .simulate import simulate
 
-    given = {name: getattr(chosen, name) for name in chosen.parameters}
-    oscillator = chosen.make(**{name: value for name, value in given.items() if value is not None})
+    return simulate(chosen.make(**given(chosen, chosen.parameters)), **run_of(chosen))
+
+
+def run_of(chosen: argparse.Namespace) -> dict[str, Any]:
+    """How the motion is to be simulated, as `simulate` takes it."""
     length = {"periods": chosen.periods, "duration": chosen.duration}
     if chosen.periods is None and chosen.duration is None:
         length["periods"] = PERIODS
-    return simulate(
-        oscillator,
+    return {
         **length,
-        transient=chosen.transient,
-        initial=tuple(chosen.initial),
-        phase=chosen.phase,
-    )
+        "transient": chosen.transient,
+        "initial": tuple(chosen.initial),
+        "phase": chosen.phase,
+    }
 
 
 def in_words(motion: Motion) -> str:
@@ -109,6 +119,10 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
         metavar="RAD",
         help="phase of the forcing at the start (0)",
     )
+
+
+def _add_output_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("output")
     group.add_argument(
         "-o",
         "--output",
@@ -139,12 +153,19 @@ def _parameters(scene: Callable[..., Oscillator]) -> dict[str, inspect.Parameter
 
 
 def _add_parameter(
-    group: Any, scene: Callable[..., Oscillator], parameter: inspect.Parameter, told: str
+    group: Any,
+    scene: Callable[..., Oscillator],
+    parameter: inspect.Parameter,
+    told: str,
+    required: bool,
 ) -> None:
     kind = get_type_hints(scene)[parameter.name]
-    required = parameter.default is inspect.Parameter.empty
-    ending = "required" if required else f"default: {_brief(parameter.default)}"
-    words: dict[str, Any] = {"help": f"{told} ({ending})".replace("%", "%%"), "required": required}
+    needed = parameter.default is inspect.Parameter.empty
+    ending = "required" if needed else f"default: {_brief(parameter.default)}"
+    words: dict[str, Any] = {
+        "help": f"{told} ({ending})".replace("%", "%%"),
+        "required": needed and required,
+    }
     if get_origin(kind) is Literal:
         words["choices"] = get_args(kind)
     elif get_origin(kind) is types.UnionType:  # float | tuple[float, float]
@@ -165,7 +186,7 @@ def _brief(value: Any) -> str:
     return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
-def _read_docstring(function: Callable[..., Any]) -> tuple[str, dict[str, str]]:
+def read_docstring(function: Callable[..., Any]) -> tuple[str, dict[str, str]]:
     """The first line, and what is said of each parameter, of a numpydoc docstring."""
     text = (inspect.getdoc(function) or "").replace("]_", "]").replace("`", "")
     told: dict[str, str] = {}

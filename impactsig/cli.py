@@ -37,6 +37,7 @@ from ._options import (
     with_negative_numbers,
 )
 from ._simulate_options import add_scenes, in_words, simulated
+from ._sweep_options import add_plot_options, add_sweep, drawn, swept
 from .errors import ImpactsigError, ImpactsigWarning, InvalidInput, UnreadableFile
 
 DEBUG = "IMPACTSIG_DEBUG"
@@ -162,6 +163,18 @@ def simulate(chosen: argparse.Namespace) -> None:
         write_figure(lambda figure: motion.plot(figure.subplots()), chosen.figure, (4.8, 4.4))
 
 
+def sweep(chosen: argparse.Namespace) -> None:
+    """Simulate a machine on a grid of its parameters; goes on where it was stopped."""
+    for line in swept(chosen):
+        print(one_line(line))
+
+
+def plot(chosen: argparse.Namespace) -> None:
+    """Draw a study that sweep has kept, over one or two parameters."""
+    for line in drawn(chosen):
+        print(one_line(line))
+
+
 def info(chosen: argparse.Namespace) -> None:
     """Say what a file holds, without reading its samples where its format allows that."""
     from .io import info as read_info
@@ -214,6 +227,8 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
     "compare": compare,
     "dimension": dimension,
     "simulate": simulate,
+    "sweep": sweep,
+    "plot": plot,
     "info": info,
     "demo": demo,
 }
@@ -241,6 +256,10 @@ def _parser() -> argparse.ArgumentParser:
         command.set_defaults(run=run)
         if name == "simulate":
             add_scenes(command)
+        elif name == "sweep":
+            add_sweep(command)
+        elif name == "plot":
+            add_plot_options(command)
         elif name == "compare":
             command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_EITHER)
         elif name != "demo":

@@ -7,10 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-
-def watched() -> bool:
-    """Whether a terminal or a notebook is watching."""
-    return "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
+from .._watched import watched
 
 
 @contextmanager

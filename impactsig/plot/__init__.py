@@ -14,6 +14,7 @@ from .recurrence import recurrence_plot
 from .sections import section
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
+from .studies import parameter_study
 from .surrogates import prediction_error, surrogate_test
 from .trains import interval_densities, return_maps
 from .waveforms import pulse, waveform
@@ -34,6 +35,7 @@ __all__ = [
     "interval_sequence",
     "lyapunov_convergence",
     "match_rate",
+    "parameter_study",
     "peak_against_time",
     "periodicity_chart",
     "phase_portrait",

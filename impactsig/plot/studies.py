@@ -1,0 +1,168 @@
+"""A parameter study: a curve over one parameter, a map over two."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+
+from ..errors import InvalidInput
+from ._axes import (
+    BLUE,
+    CHANNEL_COLOURS,
+    RASTER_ABOVE,
+    axes,
+    explain,
+    plain,
+    span_of,
+    with_unit,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..studies.study import Study
+
+
+def parameter_study(
+    study: Study,
+    observable: str | None = None,
+    ax: Axes | None = None,
+    *,
+    at: Mapping[str, float] | None = None,
+) -> Axes:
+    """Draw an observable over the parameters of a study: one as a curve, two as a map.
+
+    Where there is no result, nothing is drawn. A parameter of one value is no axis. An observable
+    of several values a cell, such as stroboscopic points, is drawn as points over one parameter.
+
+    Parameters
+    ----------
+    study : Study
+        From `impactsig.sweep` or `impactsig.open_study`.
+    observable : str, optional
+        Which one; may be left out if there is but one.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    at : mapping of str to float, optional
+        Parameters that are held, each at the value on its axis next to this.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such observable or parameter, or more than two parameters are left.
+    """
+    if not study.observables:
+        return explain(axes(ax), "nothing has been worked out yet")
+    if observable is None:
+        if len(study.observables) > 1:
+            raise InvalidInput("observable", None, f"one of {', '.join(study.observables)}")
+        observable = study.observables[0]
+    values = study[observable]
+    if values.dtype.kind == "c":
+        raise InvalidInput("observable", observable, "real numbers, to be drawn")
+    values = np.where(_known(values), values, np.nan)
+    place, left, held = _section(study, at or {})
+    values = values[place]
+    if values.ndim > len(left) == 2:
+        raise InvalidInput("observable", observable, "one number a cell, to be drawn as a map")
+    ax = axes(ax)
+    told = study.attributes.get(observable, {})
+    title = with_unit(told.get("long_name", observable.replace("_", " ")), told.get("units", ""))
+    if len(left) == 1:
+        _curve(study, left[0], values, ax)
+        ax.set_ylabel(title)
+        _name_flags(ax.yaxis, told)
+    else:
+        bar = _map(study, left, values, ax)
+        bar.set_label(title)
+        if "flag_values" in told:
+            flags = list(told["flag_values"])
+            bar.mappable.set(cmap=ListedColormap(CHANNEL_COLOURS[: len(flags)]))
+            bar.mappable.set_clim(min(flags) - 0.5, max(flags) + 0.5)
+        _name_flags(bar.ax.yaxis, told)
+    if held:
+        ax.set_title(plain(", ".join(held)), fontsize="medium", loc="left")
+    return ax
+
+
+def _section(study: Study, at: Mapping[str, float]) -> tuple[tuple[Any, ...], list[str], list[str]]:
+    """Where to look: indices, the parameters that are left, and what the others are held at."""
+    place: list[Any] = []
+    left, held = [], []
+    names = ", ".join(study.parameters)
+    for name in at:
+        if name not in study.parameters:
+            raise InvalidInput("at", name, f"one of {names}")
+    for name, points in study.parameters.items():
+        if name in at or len(points) == 1 < study.done.size:
+            nearest = int(np.abs(points - at.get(name, points[0])).argmin())
+            place.append(nearest)
+            held.append(f"{name} = {points[nearest]:.6g}")
+        else:
+            place.append(slice(None))
+            left.append(name)
+    if len(left) not in (1, 2):
+        raise InvalidInput("at", at, "values for all parameters but one or two", f"Of {names}")
+    return tuple(place), left, held
+
+
+def _known(values: np.ndarray) -> Any:
+    """Where there is a result; see `Study` for what stands elsewhere."""
+    if values.dtype.kind == "f":
+        return np.isfinite(values)
+    limits = np.iinfo(values.dtype)
+    return values != (limits.max if values.dtype.kind == "u" else limits.min)
+
+
+def _curve(study: Study, name: str, values: np.ndarray, ax: Axes) -> None:
+    x = study.parameters[name]
+    several = values.ndim > 1
+    points = values.reshape(len(x), -1)
+    dense = points.size > RASTER_ABOVE
+    ax.plot(
+        np.repeat(x, points.shape[1]),
+        points.ravel(),
+        "." if several or dense else ".-",
+        color=BLUE,
+        markersize=1.5 if dense else 3,
+        linewidth=0.7,
+        markeredgewidth=0,
+        rasterized=dense,
+    )
+    ax.set(xlabel=_label(study, name), xlim=span_of(x))
+    ax.grid(alpha=0.25, linewidth=0.5)
+
+
+def _map(study: Study, names: list[str], values: np.ndarray, ax: Axes) -> Any:
+    """The first axis to the right."""
+    right, up = names
+    mesh = ax.pcolormesh(
+        study.parameters[right],
+        study.parameters[up],
+        values.T,
+        shading="nearest",
+        cmap="viridis",
+        rasterized=True,
+    )
+    ax.set(xlabel=_label(study, right), ylabel=_label(study, up))
+    ax.spines[["top", "right"]].set_visible(True)
+    return ax.figure.colorbar(mesh, ax=ax)
+
+
+def _label(study: Study, name: str) -> str:
+    told = study.attributes.get(name, {})
+    return with_unit(told.get("long_name", name.replace("_", " ")), told.get("units", ""))
+
+
+def _name_flags(axis: Any, told: Mapping[str, Any]) -> None:
+    """Write meanings in place of numbers where the observable is a flag."""
+    if "flag_values" in told:
+        words = str(told["flag_meanings"]).replace("_", "\n").split(" ")
+        axis.set_ticks(list(told["flag_values"]), labels=words)

@@ -1,0 +1,147 @@
+"""Tiles on a dask cluster; when a worker dies, dask has its tiles worked out by another.
+
+A dask worker hands its tiles to a process of its own. A cell that kills costs that process and not
+the worker: dask's nannies do not always replace workers that die in quick succession (measured on
+distributed 2026.8: after a dozen deaths, none was left and the study waited for ever).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import threading
+from typing import Any
+
+from ..errors import ImpactsigError, InvalidInput, MissingExtra
+from ._cells import Outcome, brief
+from ._grid import Task
+from ._pool import Closing, Ended, Label, Labelled
+from ._processes import Children
+
+PATIENCE = "10s"
+"""How long to look for a scheduler."""
+GATHERING = 5.0
+"""Seconds after which to see whether a result is still on its way."""
+AHEAD = 4
+"""Tasks given to the cluster for every thread it has, so that none runs dry."""
+DEATHS = 3
+"""Times that a tile is given again although, dask says, it has killed several workers."""
+
+
+class Cluster(Closing):
+    """A dask cluster."""
+
+    def __init__(self, client: Any, payload: bytes) -> None:
+        try:
+            import distributed
+        except ImportError:
+            raise MissingExtra("distributed", "studies", "A sweep on a dask cluster") from None
+        self.payload = payload
+        self.own = isinstance(client, str)
+        if self.own:
+            try:
+                client = distributed.Client(client, timeout=PATIENCE, set_as_default=False)
+            except (OSError, ValueError) as error:
+                raise InvalidInput(
+                    "client", client, "the address of a dask scheduler that answers",
+                    f"{brief(error)}. Start one with: dask scheduler",
+                ) from None  # fmt: skip
+        if not isinstance(client, distributed.Client) or client.asynchronous:
+            raise InvalidInput("client", client, "a dask Client, not asynchronous, or an address")
+        if client.status != "running":
+            raise InvalidInput("client", client, "a client that is connected")
+        self.client = client
+        self.waiting: dict[Any, tuple[Any, Task, int]] = {}
+
+    @property
+    def workers(self) -> int:
+        """Threads that there are now; workers may still come and go."""
+        return max(1, sum(self.client.nthreads().values()))
+
+    def run(self, tasks: Labelled[Label]) -> Ended[Label]:
+        """As they end."""
+        from distributed import KilledWorker, as_completed
+
+        ended = as_completed(loop=self.client.loop)
+        source = iter(tasks)
+        while True:
+            room = AHEAD * self.workers - len(self.waiting)
+            for label, task in itertools.islice(source, max(0, room)):
+                ended.add(self._give(label, task, DEATHS))
+            if not self.waiting:
+                return
+            future = next(ended)
+            label, task, left = self.waiting.pop(future)
+            try:
+                outcome = _result(future)
+            except InvalidInput:
+                raise
+            except Exception as error:
+                if not isinstance(error, KilledWorker) or not left:
+                    raise _failed(error) from error
+                outcome, left = None, left - 1
+            if outcome is None:
+                ended.add(self._give(label, task, left))
+            else:
+                yield label, task, outcome
+
+    def _give(self, label: Any, task: Task, left: int) -> Any:
+        try:
+            future = self.client.submit(work, self.payload, task, pure=False)
+        except Exception as error:
+            raise _failed(error) from error
+        self.waiting[future] = label, task, left
+        return future
+
+    def close(self) -> None:
+        """Take back what is not done, and end the workers' processes."""
+        # If the cluster has gone, there is nothing to take back from.
+        with contextlib.suppress(Exception):
+            self.client.cancel(list(self.waiting))
+            self.client.run(release, self.payload, on_error="ignore")
+        if self.own:
+            self.client.close()
+
+
+def _failed(error: Exception) -> ImpactsigError:
+    return ImpactsigError(
+        f"the dask cluster has failed: {brief(error)}. Finished tiles are kept if there is a "
+        "directory: run the same sweep again"
+    )
+
+
+def _result(future: Any) -> Outcome | None:
+    """What a future that has ended holds; None if it was lost with the worker that held it.
+
+    Dask works out lost results again, but is not waited for: after several deaths it may forget.
+    """
+    while future.status != "lost":
+        try:
+            outcome: Outcome = future.result(timeout=GATHERING)
+            return outcome
+        except TimeoutError:
+            if future.status != "finished":
+                break
+    future.release()
+    return None
+
+
+# -- in a dask worker ------------------------------------------------------------------------------
+
+_children: dict[bytes, Children] = {}
+_lock = threading.Lock()
+
+
+def work(payload: bytes, task: Task) -> Outcome:
+    """Have a task worked out, in a process of the thread's own."""
+    with _lock:
+        children = _children.setdefault(payload, Children(payload))
+    return children.work(task)
+
+
+def release(payload: bytes) -> None:
+    """The study is over, or given up."""
+    with _lock:
+        children = _children.pop(payload, None)
+    if children is not None:
+        children.kill()

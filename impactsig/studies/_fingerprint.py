@@ -1,0 +1,228 @@
+"""What a result depends on, by name: the code of a function and of all that it refers to.
+
+Of a user's functions it is the bytecode and the constants, followed through the globals and
+closures they use, so that comments and line numbers do not count and a helper's change does. Of an
+installed package it is the version, of this one the sources that numbers come from.
+"""
+
+from __future__ import annotations
+
+import dis
+import functools
+import hashlib
+import importlib.util
+import sys
+import types
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+HOME, MAIN = __name__.partition(".")[0], "__main__"
+DIGITS = 32
+"""Of a digest."""
+WITHOUT_NUMBERS = ("plot", "report", "cli.py")
+"""Parts of this package that change no result."""
+
+
+def code_of(function: Callable[..., Any]) -> dict[str, str]:
+    """Digests and versions of what the function is made of, by name."""
+    reader = _Reader()
+    python = sys.version_info
+    reader.parts |= {"python": f"{python.major}.{python.minor}", "numpy": np.__version__}
+    reader.parts["function"] = digest(reader.text(function))
+    return dict(sorted(reader.parts.items()))
+
+
+def digest_of(value: Any) -> str:
+    """Digest of a value and the code in it, the same in every process."""
+    reader = _Reader()
+    text = reader.text(value)
+    return digest(f"{text} {sorted(reader.parts.items())}")
+
+
+def digest(text: str | bytes) -> str:
+    """A short name of some text: equal if, and only if, the text is."""
+    return hashlib.blake2b(text.encode() if isinstance(text, str) else text).hexdigest()[:DIGITS]
+
+
+class _Reader:
+    """Writes values as text that is the same in every process, and collects the code they use."""
+
+    def __init__(self) -> None:
+        self.parts: dict[str, str] = {}
+        self.within: list[int] = []  # what is being written
+        self.known: dict[int, tuple[Any, str]] = {}
+
+    def text(self, value: Any) -> str:
+        if value is None or isinstance(
+            value, (bool, int, float, complex, str, bytes, range, type(...))
+        ):
+            return f"{type(value).__name__} {value!r}"
+        if isinstance(value, (frozenset, set)):
+            return f"set {sorted(map(self.text, value))}"
+        if id(value) in self.within:  # it refers to itself
+            return f"again {self.within.index(id(value))}"
+        if id(value) not in self.known:
+            self.within.append(id(value))
+            self.known[id(value)] = value, self._compound(value)
+            self.within.pop()
+        return self.known[id(value)][1]
+
+    def _compound(self, value: Any) -> str:
+        if isinstance(value, (tuple, list)):
+            return f"{type(value).__name__} {[self.text(one) for one in value]}"
+        if isinstance(value, dict):
+            return f"dict {sorted((self.text(k), self.text(v)) for k, v in value.items())}"
+        if isinstance(value, np.ndarray) and value.dtype.kind != "O":
+            return f"array {value.dtype.str} {value.shape} {digest(value.tobytes())}"
+        if isinstance(value, types.ModuleType):
+            return f"module {self.module(value.__name__)}"
+        if isinstance(value, types.CodeType):
+            return self._code(value)
+        if isinstance(value, functools.partial):
+            return f"partial {self.text((value.func, value.args, value.keywords))}"
+        if isinstance(value, types.MethodType):
+            return f"method {self.text((value.__func__, value.__self__))}"
+        if isinstance(value, (classmethod, staticmethod)):
+            return f"{type(value).__name__} {self.text(value.__func__)}"
+        if isinstance(value, property):
+            return f"property {self.text((value.fget, value.fset))}"
+        value = getattr(value, "py_func", value)  # compiled by numba
+        if isinstance(value, (types.FunctionType, type)):
+            return self._definition(value)
+        module = getattr(value, "__module__", None)
+        if isinstance(getattr(value, "__name__", None), str) and isinstance(module, str):
+            return f"{self.module(module)} {value.__name__}"  # built in, or a ufunc
+        return self._object(value)
+
+    def _object(self, value: Any) -> str:
+        kind = self.text(type(value))
+        try:
+            reduced = value.__reduce_ex__(4)
+        except Exception:  # it cannot be taken apart; its class must do
+            return f"object {kind}"
+        if isinstance(reduced, str):
+            return f"object {kind} {reduced}"
+        # Items of lists and dicts come as iterators; the state comes third.
+        parts = [list(part) if isinstance(part, Iterator) else part for part in reduced[:5]]
+        return f"object {kind} {self.text(parts)}"
+
+    def _definition(self, value: Any) -> str:
+        """A function or class: this package's and installed ones by version, others by content."""
+        where = f"{value.__module__}.{value.__qualname__}"
+        owner = self.module(value.__module__ or MAIN, follow=False)
+        if owner is not None:
+            return f"{owner} {value.__qualname__}"
+        if isinstance(value, type):
+            own = {n: one for n, one in vars(value).items() if not n.startswith("__") or _runs(one)}
+            content = self.text([*value.__bases__, own])
+        else:
+            cells = [_contents(cell) for cell in value.__closure__ or ()]
+            code = self._code(value.__code__, value.__doc__)
+            content = code + self.text([value.__defaults__, value.__kwdefaults__, cells])
+            self._globals(value)
+        name, count = where, 1
+        while self.parts.setdefault(name, digest(content)) != digest(content):
+            count += 1
+            name = f"{where} ({count})"  # two lambdas, say
+        return f"defined {name}"
+
+    def _globals(self, function: types.FunctionType) -> None:
+        for name in sorted(_names(function.__code__, "LOAD_GLOBAL")):
+            if name not in function.__globals__:
+                continue  # built in
+            value = function.__globals__[name]
+            text = self.text(value)
+            if not text.startswith(("defined ", "module ", "package ", "again ")):
+                self.parts[f"{function.__module__}.{name}"] = digest(text)
+        for name in sorted(_names(function.__code__, "IMPORT_NAME")):
+            if name:
+                self.module(name)
+
+    def _code(self, code: types.CodeType, docstring: str | None = None) -> str:
+        constants = list(code.co_consts)
+        if docstring in constants[:1]:
+            del constants[0]
+        shape = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
+        names = (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
+        return f"code {code.co_code.hex()} {shape} {names} {[self.text(one) for one in constants]}"
+
+    def module(self, name: str, follow: bool = True) -> str | None:
+        """A module by what it belongs to; None for a user's own, unless that is to be followed."""
+        top = name.partition(".")[0]
+        if name == MAIN:
+            return None
+        if top == HOME:
+            self.parts[HOME] = own_sources()
+        elif top in sys.stdlib_module_names:
+            pass  # the version of Python says it
+        else:
+            path = _file_of(name)
+            if path is not None and {"site-packages", "dist-packages"} & set(path.parts):
+                self.parts[top] = _version(top)
+            elif not follow:
+                return None
+            elif path is not None and name not in self.parts:
+                self.parts[name] = digest(path.read_bytes())
+        return f"package {name}"
+
+
+def _runs(value: Any) -> bool:
+    return isinstance(value, (types.FunctionType, classmethod, staticmethod, property))
+
+
+def _contents(cell: Any) -> Any:
+    try:
+        return cell.cell_contents
+    except ValueError:  # not assigned yet
+        return None
+
+
+def _names(code: types.CodeType, operation: str) -> set[str]:
+    """Names that the code, and that of functions within, looks up in this way."""
+    found = {one.argval for one in dis.get_instructions(code) if one.opname == operation}
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            found |= _names(constant, operation)
+    return found
+
+
+def _file_of(name: str) -> Path | None:
+    module = sys.modules.get(name)
+    path = getattr(module, "__file__", None)
+    if module is None:
+        try:
+            spec = importlib.util.find_spec(name)
+        except (ImportError, ValueError):
+            return None
+        path = spec.origin if spec else None
+    return Path(path) if path and Path(path).is_file() else None
+
+
+def _version(package: str) -> str:
+    version = getattr(sys.modules.get(package), "__version__", None)
+    if isinstance(version, str):
+        return version
+    from importlib import metadata  # costly, and seldom needed
+
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+@functools.cache
+def own_sources() -> str:
+    """Digest of this package's sources, but for those that change no number."""
+    root = Path(__file__).resolve().parents[1]
+    files = sorted(
+        path
+        for path in root.rglob("*.py")
+        if path.relative_to(root).parts[0] not in WITHOUT_NUMBERS
+    )
+    parts = [
+        f"{path.relative_to(root).as_posix()}\n".encode() + path.read_bytes() for path in files
+    ]
+    return digest(b"\0".join(parts))

@@ -1,0 +1,57 @@
+"""A worker process: a job and then tasks on its standard input, outcomes on its standard output."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import signal
+import sys
+import threading
+from typing import Any, BinaryIO
+
+from ..errors import InvalidInput
+from ._cells import run_cells
+from ._grid import Task
+from ._payload import unpack
+
+
+def main() -> None:
+    """Answer with None once ready, then with what became of each task, until told no more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that has asked
+    told, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    # What the function prints must not come among the answers, nor read what is told.
+    os.dup2(2, 1)
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    try:
+        job = unpack(pickle.load(told))
+    except InvalidInput as error:
+        _answer(answers, error)
+        return
+    tasks: queue.SimpleQueue[Task] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(told, tasks), daemon=True).start()
+    answer: Any = None
+    while True:
+        _answer(answers, answer)
+        try:
+            answer = run_cells(job, tasks.get())
+        except InvalidInput as error:
+            answer = error
+
+
+def _listen(told: BinaryIO, tasks: queue.SimpleQueue[Task]) -> None:
+    """Pass tasks on; leave at once, even amid a task, when the process that asks has gone."""
+    try:
+        while True:
+            tasks.put(pickle.load(told))
+    except Exception:
+        sys.stderr.flush()
+        os._exit(0)
+
+
+def _answer(answers: BinaryIO, answer: Any) -> None:
+    try:
+        pickle.dump(answer, answers)
+        answers.flush()
+    except BrokenPipeError:
+        os._exit(0)

@@ -1,0 +1,157 @@
+"""The result of a parameter study, in memory or in a directory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput, MissingExtra
+from ._store import EXTRA, Store
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Study:
+    """What a function gave on every cell of a grid of parameters.
+
+    ``study["name"]`` is an observable as an array: the axes of the grid first, in the order of
+    `parameters`, then those that the observable itself has. What is not known is NaN; of whole
+    numbers it is the least that the type can hold, of unsigned ones the greatest.
+
+    Attributes
+    ----------
+    parameters : dict of str to ndarray
+        The values on each axis.
+    observables : tuple of str
+        Names of what was worked out; "value" if the function gave no names.
+    done : ndarray of bool, shape of the grid
+        Which cells have been worked out, those with errors among them.
+    errors : dict of tuple of int to str
+        What went wrong in the cells where something did, by their indices on the axes.
+    attributes : dict of str to dict
+        What was said of axes and observables, such as their units.
+    directory : Path or None
+        Where it is kept.
+    """
+
+    parameters: dict[str, np.ndarray]
+    observables: tuple[str, ...]
+    done: np.ndarray
+    errors: dict[tuple[int, ...], str]
+    attributes: dict[str, dict[str, Any]]
+    directory: Path | None
+    _values: Mapping[str, np.ndarray] | Store = field(repr=False)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Values on each axis."""
+        return tuple(map(len, self.parameters.values()))
+
+    @property
+    def complete(self) -> bool:
+        """Whether all cells have been worked out."""
+        return bool(self.done.all())
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """An observable on the grid; of a study in a directory it is read, and checked, each time.
+
+        Raises
+        ------
+        InvalidInput
+            If there is none of this name.
+        UnreadableFile
+            If a file was damaged since the study was opened.
+        """
+        if name not in self.observables:
+            raise InvalidInput("observable", name, f"one of {', '.join(self.observables)}")
+        return self._values.read(name) if isinstance(self._values, Store) else self._values[name]
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All observables with their labelled axes, in memory.
+
+        A study larger than memory is opened by ``xarray.open_zarr(directory / "results.zarr",
+        consolidated=False)``, which reads what is asked for.
+
+        Raises
+        ------
+        MissingExtra
+            If xarray is not installed.
+        """
+        try:
+            import xarray
+        except ImportError:
+            raise MissingExtra("xarray", EXTRA, "A study as labelled arrays") from None
+        axes = list(self.parameters)
+        variables = {}
+        for name in self.observables:
+            values = self[name]
+            own = [f"{name}_{n}" for n in range(values.ndim - len(axes))]
+            variables[name] = ([*axes, *own], values, self.attributes.get(name, {}))
+        coordinates = {
+            name: (name, values, self.attributes.get(name, {}))
+            for name, values in self.parameters.items()
+        }
+        return xarray.Dataset(variables, coordinates)
+
+    def plot(self, observable: str | None = None, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw an observable over one or two parameters; see `impactsig.plot.parameter_study`."""
+        from .. import plot
+
+        return plot.parameter_study(self, observable, ax, **options)
+
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{name}: {len(values)}" for name, values in self.parameters.items())
+        parts = [f"{axes}; {', '.join(self.observables) or 'no observables'}"]
+        left = self.done.size - int(self.done.sum())
+        if left:
+            parts.append(f"{left} of {self.done.size} cells still to do")
+        if self.errors:
+            parts.append(f"{len(self.errors)} of {self.done.size} cells failed")
+        return f"Study({'; '.join(parts)})"
+
+
+def open_study(directory: Any) -> Study:
+    """A study kept in a directory, as far as it has come.
+
+    Parameters
+    ----------
+    directory : path-like
+        What was given to `sweep`.
+
+    Raises
+    ------
+    UnreadableFile
+        If there is no study.
+    MissingExtra
+        If zarr is not installed.
+    """
+    return stored(Store.open(Path(directory)))
+
+
+def stored(store: Store) -> Study:
+    """The study that a store holds."""
+    grid, tiling = store.tiling.grid, store.tiling
+    done = np.zeros(grid.shape, bool)
+    for tile in store.done:
+        done[tiling.place(tile)] = True
+    return Study(
+        grid.axes,
+        tuple(store.layout.kinds) if store.layout else (),
+        done,
+        by_indices(store.errors, grid.shape),
+        store.attributes(),
+        store.directory,
+        store,
+    )
+
+
+def by_indices(errors: dict[int, str], shape: tuple[int, ...]) -> dict[tuple[int, ...], str]:
+    """Errors by the indices of their cells, in order."""
+    return {tuple(map(int, np.unravel_index(cell, shape))): errors[cell] for cell in sorted(errors)}

@@ -1,0 +1,233 @@
+"""One parameter study: cells in tiles, on any executor, into memory or a store that resumes."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import warnings
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .._arguments import Seed, streams, whole
+from ..errors import ImpactsigWarning, InvalidInput
+from ._cells import Job, run_cells
+from ._fingerprint import code_of
+from ._grid import Grid, Tiling, grid_of, tile_shape
+from ._identity import identity_of, refuse_other
+from ._payload import pack
+from ._pool import Serial, Threads
+from ._processes import Processes
+from ._progress import progress as bar
+from ._results import Results
+from ._store import Store, claim, locked
+from .study import Study, stored
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+TILE_SECONDS = 1.0
+"""What a tile should take."""
+TRIAL_SECONDS = 0.2
+"""What cells are tried for before that is known."""
+TILES_PER_WORKER = 4
+"""At the least, so that workers end at about the same time."""
+
+Local = Literal["serial", "threads", "processes"]
+
+
+def sweep(
+    function: Callable[..., Any],
+    parameters: Mapping[str, Any],
+    *,
+    vectorized: bool = False,
+    directory: Any = None,
+    executor: Local = "serial",
+    workers: int | None = None,
+    client: Client | str | None = None,
+    tile: int | None = None,
+    seed: Seed = None,
+    attributes: Mapping[str, Mapping[str, Any]] | None = None,
+    progress: bool | None = None,
+) -> Study:
+    """Call a function on every combination of its parameters.
+
+    The cells of the grid are worked out in tiles of about a second, in the caller's thread, on
+    threads, on processes or on a dask cluster. A cell depends on nothing but its parameters and
+    seed, so the results are the same, to the last bit, on all of them.
+
+    With a directory each tile is on disk as soon as it is done. A study that is killed at any
+    instant, or stopped by Ctrl-C, goes on when it is called again with the same arguments: tiles
+    that are done are not worked out again. A worker process that dies is replaced. A cell whose
+    function raises, or kills its worker twice, is missing from the results with its error in
+    `Study.errors`, and the study goes on.
+
+    Parameters
+    ----------
+    function : callable
+        Takes the parameters of a cell by name and returns a number, an array, or a dict or
+        NamedTuple of such, alike for all cells. Python's numbers become float64; NumPy's and
+        arrays keep their type, but that truth values become int8.
+    parameters : mapping of str to array_like, shape (n,)
+        The values of every parameter, an axis of the grid each.
+    vectorized : bool
+        The function, a numba kernel for example, takes an array of each parameter, shape
+        (cells,), and returns arrays of shape (cells, ...): it is called once a tile.
+    directory : path-like, optional
+        Where to keep the study; in memory only by default. Needs ``impactsig[studies]``.
+    executor : {"serial", "threads", "processes"}
+        Where cells are worked out. Threads are for functions that let go of the interpreter, such
+        as `impactsig.simulate` and kernels compiled with ``nogil=True``.
+    workers : int, optional
+        Threads or processes; as many as there are cores by default.
+    client : distributed.Client or str, optional
+        Work on this dask cluster, or on that of the scheduler at this address, in place of
+        `executor`. Needs ``impactsig[studies]`` here, and the same code there.
+    tile : int, optional
+        Cells in a tile, at most. By default cells are tried to see how many take about a second;
+        a study that is taken up again keeps its tiles.
+    seed : int, SeedSequence or Generator, optional
+        Makes a seed for every cell, a whole number of 64 bits that the function receives as
+        `seed` (an array of uint64 if `vectorized`): the same for the same cell, whatever the tiles
+        and the executor.
+    attributes : mapping of str to mapping, optional
+        What to say of axes and observables, such as ``{"frequency": {"units": "Hz"}}``; it goes
+        into the store, into xarray and onto figures.
+    progress : bool, optional
+        Whether to show how far it is and the time remaining; by default where a terminal or
+        notebook is watching.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    InvalidInput
+        If a parameter has no values, or some that are no finite numbers; if the directory holds a
+        study of other parameters or other code (it says which differ) or something else, or
+        another sweep is at work in it; if the function cannot be sent to other processes; if there
+        is no cluster.
+    UnwritableFile
+        If the directory cannot be written, or the disk is full. What is done is kept.
+    MissingExtra
+        If a library of ``impactsig[studies]`` is needed and not there.
+
+    Warns
+    -----
+    ImpactsigWarning
+        If cells failed.
+
+    Notes
+    -----
+    "Other code" is told by the bytecode and constants of the function and of what it calls, by the
+    sources of this package, and by the versions of Python, NumPy and the packages that it refers
+    to. What those refer to in turn is not followed, nor are files that a function reads.
+
+    Examples
+    --------
+    >>> study = sweep(lambda a, b: a * b, {"a": [1, 2], "b": [3, 4, 5]})
+    >>> study["value"]
+    array([[ 3.,  4.,  5.],
+           [ 6.,  8., 10.]])
+    """
+    if not callable(function):
+        raise InvalidInput("function", function, "a function of the parameters of a cell")
+    grid = grid_of(parameters, () if seed is None else ("seed",))
+    if tile is not None:
+        tile = whole("tile", tile, least=1)
+    key = None if seed is None else int(streams(seed, 1)[0].integers(2**64, dtype=np.uint64))
+    job = Job(function, bool(vectorized), key)
+    code = code_of(function)
+    identity = identity_of(job, grid, code)
+    with contextlib.ExitStack() as stack:
+        store = None
+        path = None if directory is None else Path(directory)
+        if path is not None:
+            there = claim(path)
+            stack.enter_context(locked(path))
+            if there:
+                store = Store.open(path)
+                refuse_other(store, identity, tile)
+                if len(store.done) == len(store.tiling):
+                    return _told(stored(store))
+        pool = stack.enter_context(_executor(job, code, executor, workers, client))
+        if store is None:
+            block = tile_shape(grid.shape, tile or _tile_of_a_second(pool, grid))
+            tiling = Tiling(grid, block)
+            store = Store.create(path, identity, tiling) if path else None
+        else:
+            tiling = store.tiling
+        run = Results(tiling, store, attributes or {})
+        left = [n for n in range(len(tiling)) if n not in run.done]
+        before = grid.size - sum(_cells(tiling, n) for n in left)
+        advance = stack.enter_context(bar(grid.size, before, progress))
+        for number, task, outcome in pool.run((n, tiling.task(n)) for n in left):
+            run.take(number, task, outcome)
+            advance(len(task.cells))
+        study = run.study()
+    return _told(study)
+
+
+def _executor(job: Job, code: dict[str, str], kind: Local, workers: int | None, client: Any) -> Any:
+    if kind not in ("serial", "threads", "processes"):
+        raise InvalidInput("executor", kind, '"serial", "threads" or "processes"')
+    if workers is not None:
+        workers = whole("workers", workers, least=1)
+    if client is not None:
+        if workers is not None or kind != "serial":
+            raise InvalidInput(
+                "client", client, "no executor or workers beside it", "The cluster has its own"
+            )
+        from ._cluster import Cluster
+
+        return Cluster(client, pack(job, code))
+    workers = workers or os.cpu_count() or 1
+    if kind == "processes":
+        return Processes(pack(job, code), workers)
+    return Serial(job) if kind == "serial" else Threads(partial(run_cells, job), workers)
+
+
+def _tile_of_a_second(pool: Any, grid: Grid) -> int:
+    """How many cells to a tile, from trials of some that are spread over the grid.
+
+    The first call may compile, so it is not counted. Cells that fail are not counted either.
+    """
+    most = -(-grid.size // (TILES_PER_WORKER * pool.workers))
+    if most <= TILES_PER_WORKER:
+        return 1
+    count, each = 1, TILE_SECONDS
+    for trial in range(20):
+        cells = np.unique(np.linspace(0, grid.size - 1, count).astype(int))
+        ((_, _, outcome),) = pool.run([(None, grid.task(cells))])
+        fair = max(1, len(cells) - len(outcome.errors))
+        each = max(outcome.seconds, 1e-9) / fair
+        if trial and (outcome.seconds >= TRIAL_SECONDS / 2 or count == grid.size):
+            break
+        if trial:
+            growth = min(max(2.0, TRIAL_SECONDS / max(outcome.seconds, 1e-6)), 16.0)
+            count = min(int(count * growth), grid.size)
+    return min(max(1, round(TILE_SECONDS / each)), most)
+
+
+def _cells(tiling: Tiling, number: int) -> int:
+    return int(np.prod(tiling.shape(number)))
+
+
+def _told(study: Study) -> Study:
+    """Say that cells failed, if some did."""
+    if study.errors:
+        place, text = next(iter(study.errors.items()))
+        where = ", ".join(
+            f"{name} = {values[index]:.12g}"
+            for (name, values), index in zip(study.parameters.items(), place, strict=True)
+        )
+        warnings.warn(
+            f"{len(study.errors)} of {study.done.size} cells failed; the first, at {where}: {text}",
+            ImpactsigWarning,
+            stacklevel=3,
+        )
+    return study

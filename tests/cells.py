@@ -1,0 +1,71 @@
+"""Functions to sweep, where other processes can import them."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+
+
+def waves(a, b):
+    """A number, an array and a count, none of them round."""
+    return {
+        "sine": np.sin(a * b) / 3,
+        "powers": np.array([a, a * b, np.exp(-b)]),
+        "count": np.int64(a + b),
+    }
+
+
+def slow_waves(a, b):
+    time.sleep(0.01)
+    return waves(a, b)
+
+
+def poisoned(a, b):
+    if (a, b) == (1, 3):
+        raise ValueError("no solution\nhere")
+    return a + b
+
+
+def killer(a, b):
+    if (a, b) == (1, 3):
+        os._exit(7)
+    return a + b
+
+
+def of_seed(a, seed):
+    return np.random.default_rng(seed).standard_normal(2) + a
+
+
+def of_seeds(a, seed):
+    return np.array([of_seed(*pair) for pair in zip(a, seed, strict=True)])
+
+
+def logged(folder):
+    """A function that leaves a line for each cell it works out."""
+
+    def noted(a, b):
+        with Path(folder, "log").open("a") as log:
+            log.write(f"{a} {b}\n")
+        time.sleep(0.001)
+        return waves(a, b)
+
+    return noted
+
+
+def contents(directory):
+    """Every file of a directory, by its relative path."""
+    files = (path for path in sorted(Path(directory).rglob("*")) if path.is_file())
+    return {path.relative_to(directory).as_posix(): path.read_bytes() for path in files}
+
+
+def same(one, other):
+    """Whether two studies hold the same bits."""
+    return (
+        one.observables == other.observables
+        and one.errors == other.errors
+        and all(one[name].dtype == other[name].dtype for name in one.observables)
+        and all(one[name].tobytes() == other[name].tobytes() for name in one.observables)
+    )

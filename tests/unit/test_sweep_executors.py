@@ -1,0 +1,261 @@
+"""The same bits on every executor; workers that die; what cannot be sent to other processes."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from impactsig import ImpactsigError, ImpactsigWarning, InvalidInput, MissingExtra, sweep
+from impactsig.studies import _payload
+from impactsig.studies._cells import Job
+from impactsig.studies._fingerprint import code_of
+from impactsig.studies._payload import pack, unpack
+from tests.cells import killer, of_seed, poisoned, same, slow_waves, waves
+from tests.cells_compiled import logistic
+
+AXES = {"a": np.arange(4), "b": np.linspace(0.1, 0.9, 7)}
+WHOLE = {"a": np.arange(4), "b": np.arange(7)}
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """A dask cluster of two worker processes, which are replaced when they die."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        dashboard_address=None,
+        silence_logs=logging.CRITICAL + 1,
+    ) as cluster:
+        yield cluster
+
+
+@pytest.fixture(scope="module")
+def client(cluster):
+    from distributed import Client
+
+    with Client(cluster, set_as_default=False) as client:
+        yield client
+
+
+@pytest.mark.parametrize("workers", [1, 2, 4, 8])
+def test_threads_give_the_same_bits(workers):
+    axes = {"growth": np.linspace(3.5, 4, 40), "start": np.array([0.1, 0.2, 0.3])}
+    for options in ({"tile": 7}, {}):
+        study = sweep(
+            logistic, axes, vectorized=True, executor="threads", workers=workers, **options
+        )
+        assert same(study, sweep(logistic, axes, vectorized=True))
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_processes_give_the_same_bits(workers):
+    run = {"executor": "processes", "workers": workers}
+    assert same(sweep(waves, AXES, tile=3, **run), sweep(waves, AXES))
+    assert same(
+        sweep(of_seed, {"a": range(30)}, seed=5, **run), sweep(of_seed, {"a": range(30)}, seed=5)
+    )
+
+
+@pytest.mark.slow
+def test_a_compiled_kernel_is_sent_to_processes():
+    axes = {"growth": np.linspace(3.5, 4, 40), "start": np.array([0.1, 0.2, 0.3])}
+    options = {"vectorized": True, "tile": 20}
+    study = sweep(logistic, axes, executor="processes", workers=2, **options)
+    assert same(study, sweep(logistic, axes, **options))
+
+
+def test_a_cluster_gives_the_same_bits(client, cluster):
+    assert same(sweep(waves, AXES, tile=3, client=client), sweep(waves, AXES))
+    axes = {"a": range(30)}
+    study = sweep(of_seed, axes, seed=5, client=cluster.scheduler_address)
+    assert same(study, sweep(of_seed, axes, seed=5))
+
+
+@pytest.mark.parametrize("run", [{"executor": "threads"}, {"executor": "processes", "workers": 2}])
+def test_a_poisoned_cell_is_the_same_everywhere(run):
+    with pytest.warns(ImpactsigWarning):
+        study, wanted = sweep(poisoned, WHOLE, tile=3, **run), sweep(poisoned, WHOLE)
+    assert same(study, wanted)
+
+
+# -- workers that die ------------------------------------------------------------------------------
+
+
+def test_a_cell_that_kills_its_process_is_found():
+    axes = {"a": range(2), "b": range(6)}
+    with pytest.warns(ImpactsigWarning, match="1 of 12 cells failed"):
+        study = sweep(killer, axes, tile=3, executor="processes", workers=2)
+    assert study.errors == {(1, 3): "its worker process died (exit code 7)"}
+    wanted = np.add.outer(np.arange(2.0), np.arange(6.0))
+    wanted[1, 3] = np.nan
+    np.testing.assert_array_equal(study["value"], wanted)
+
+
+def test_a_cell_that_kills_leaves_the_cluster_alive(client):
+    before = set(client.nthreads())
+    with pytest.warns(ImpactsigWarning):
+        study = sweep(killer, {"a": range(2), "b": range(4)}, tile=2, client=client)
+    assert study.errors == {(1, 3): "its worker process died (exit code 7)"}
+    assert set(client.nthreads()) == before
+
+
+def test_processes_that_are_killed_are_replaced(tmp_path):
+    """Each of the two, at random instants, while tiles are under way."""
+    axes = {"a": np.arange(6), "b": np.linspace(0, 1, 8)}
+
+    def noted(a, b):
+        (tmp_path / str(os.getpid())).touch()
+        return slow_waves(a, b)
+
+    def kill():
+        killed = set()
+        while len(killed) < 2:
+            time.sleep(0.05)
+            for path in set(tmp_path.iterdir()) - killed:
+                os.kill(int(path.name), signal.SIGKILL)
+                killed.add(path)
+                break
+
+    murderer = threading.Thread(target=kill)
+    murderer.start()
+    study = sweep(noted, axes, tile=8, executor="processes", workers=2)
+    murderer.join()
+    assert len(list(tmp_path.iterdir())) > 2
+    assert same(study, sweep(waves, axes))
+
+
+def test_a_dask_worker_killed_twice(client, cluster):
+    """What its tiles had is worked out by others, with the same bits."""
+    axes = {"a": np.arange(6), "b": np.linspace(0, 1, 40)}
+    killed = []
+
+    def kill():
+        for _ in range(2):
+            time.sleep(0.7)
+            pid = next(worker.pid for worker in cluster.workers.values() if worker.pid)
+            os.kill(pid, signal.SIGKILL)
+            killed.append(pid)
+
+    murderer = threading.Thread(target=kill)
+    murderer.start()
+    study = sweep(slow_waves, axes, tile=10, client=client)
+    murderer.join()
+    assert len(set(killed)) == 2
+    assert same(study, sweep(waves, axes))
+
+
+def test_a_pool_that_cannot_start_says_so(monkeypatch):
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(ImpactsigError, match=r"die before they are ready \(exit code 1\)"):
+        sweep(waves, AXES, executor="processes", workers=1)
+
+
+def test_no_process_is_left_behind():
+    """Neither after the end, nor when a task fails amid others."""
+
+    def wrong(a):
+        time.sleep(0.05)
+        return a.sum()
+
+    for _ in range(2):
+        with pytest.raises(InvalidInput, match="shape"):
+            sweep(wrong, {"a": range(40)}, vectorized=True, tile=4, executor="processes", workers=2)
+    children = subprocess.run(
+        ["ps", "-o", "args=", "--ppid", str(os.getpid())], capture_output=True, text=True
+    ).stdout
+    assert "studies._worker" not in children
+
+
+# -- what cannot be sent ---------------------------------------------------------------------------
+
+
+def test_a_function_that_cannot_be_pickled_is_refused(monkeypatch):
+    lock = threading.Lock()
+
+    def held(a):
+        with lock:
+            return a
+
+    with pytest.raises(InvalidInput, match=r"^function: .*held.*required: one that can be pickled"):
+        sweep(held, {"a": [1]}, executor="processes")
+    assert sweep(held, {"a": [1]}, executor="threads")["value"] == [1.0]
+    monkeypatch.setattr(_payload.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(InvalidInput, match=r"install impactsig\[studies\]"):
+        sweep(lambda a: a, {"a": [1]}, executor="processes")
+
+
+def test_a_function_that_is_not_there_for_the_workers_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "gone_module.py").write_text("def f(a):\n    return a\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    import gone_module
+
+    (tmp_path / "gone_module.py").unlink()
+    with pytest.raises(InvalidInput, match=r"required: one that can be imported where workers run"):
+        sweep(gone_module.f, {"a": [1]}, executor="processes")
+
+
+def test_workers_with_other_code_are_refused(tmp_path, monkeypatch):
+    """A file that was edited after it was imported here."""
+    path = tmp_path / "edited_module.py"
+    path.write_text("def f(a):\n    return a\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    import edited_module
+
+    path.write_text("def f(a):\n    return a + 1\n")
+    with pytest.raises(InvalidInput, match=r"Other there: edited_module\.f"):
+        sweep(edited_module.f, {"a": [1]}, executor="processes", workers=1)
+
+
+def test_a_payload_arrives_as_it_left():
+    job = Job(waves, False, 3)
+    assert unpack(pack(job, code_of(waves))) == job
+    with pytest.raises(InvalidInput, match="Other there: numpy"):
+        unpack(pack(job, code_of(waves) | {"numpy": "0.1"}))
+
+
+def test_what_a_function_prints_is_no_answer():
+    def loud(a):
+        print("loud", flush=True)
+        os.write(1, b"louder")
+        return a
+
+    study = sweep(loud, {"a": range(4)}, executor="processes", workers=1)
+    assert study["value"].tolist() == [0, 1, 2, 3]
+
+
+# -- clusters that are not there -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense://x", "here"])
+def test_a_cluster_that_is_not_there(address, monkeypatch):
+    pytest.importorskip("distributed")
+    from impactsig.studies import _cluster
+
+    monkeypatch.setattr(_cluster, "PATIENCE", "1s")
+    with pytest.raises(InvalidInput, match=r"^client: got .* a dask scheduler that answers"):
+        sweep(waves, AXES, client=address)
+
+
+def test_a_client_that_is_closed(cluster):
+    from distributed import Client
+
+    client = Client(cluster, set_as_default=False)
+    client.close()
+    with pytest.raises(InvalidInput, match="a client that is connected"):
+        sweep(waves, AXES, client=client)
+
+
+def test_without_dask_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(MissingExtra, match=r"impactsig\[studies\]"):
+        sweep(waves, AXES, client="tcp://127.0.0.1:9")
