@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import erf
 
-from ._estimators import takens
+from ._estimators import takens_resampled
 
 TOLERANCE = 0.03
 """Relative differences between scales no larger than this are taken for lacunarity, not bias."""
@@ -96,6 +96,7 @@ def highest_scale(sums: np.ndarray) -> int:
     return int(np.searchsorted(sums, LARGEST_SUM))
 
 
+FALL = 2.0
 class Reading(NamedTuple):
     """A dimension read from one correlation sum.
 
@@ -103,8 +104,6 @@ class Reading(NamedTuple):
     ----------
     values : ndarray, shape (1 + resamples,)
         The estimate of the data, and of each resample.
-    surplus : float
-        What the variance of the resamples has too much, see `spread`.
     takens : ndarray, shape (1 + resamples,)
         The Takens estimate averaged over the scaling region alone.
     low, high : int
@@ -112,29 +111,18 @@ class Reading(NamedTuple):
     """
 
     values: np.ndarray
-    surplus: float
     takens: np.ndarray
     low: int
     high: int
 
 
-def spread(values: np.ndarray, surplus: np.ndarray | float) -> np.ndarray:
-    """Variance over the resamples, less twice what single pairs contribute to it.
-
-    The noise of a pair's own distance enters by the drawing of its first member, of its second and
-    of both at once: three times for once. A third remains at the least.
-    """
-    found = np.nanvar(values[1:], axis=0)
-    return np.maximum(found - 2 * surplus, found / 3)
-
-
 def read(
-    sums: np.ndarray,
-    pairs: float,
+    counts: np.ndarray,
     points: int,
     radii: np.ndarray,
     floor: float,
     neighbours: np.ndarray,
+    draws: np.ndarray,
 ) -> Reading | None:
     r"""The dimension at every scale, averaged as far as the scales agree.
 
@@ -149,13 +137,13 @@ def read(
     3. The value is their mean, with weights of the inverse variance cubed: the scales share most
        of their pairs, so that the certain ones gain nothing by the uncertain.
 
-    The scaling region ends where s_k falls below one half.
+    All of it is done for each resample too, as which scales agree is itself uncertain. The scaling
+    region ends where s_k falls below one half.
 
     Parameters
     ----------
-    sums : ndarray, shape (1 + resamples, radii)
-    pairs : float
-        Number of pairs C is a share of.
+    counts : ndarray of int, shape (blocks, blocks, radii)
+        Pairs within each radius by the blocks of both members; within the last radius are all.
     points : int
         Number of delay vectors.
     radii : ndarray, shape (radii,)
@@ -164,6 +152,8 @@ def read(
         Radii below it are not used.
     neighbours : ndarray, shape (1 + resamples,)
         A dimension by nearest neighbours; nan where there is none.
+    draws : ndarray, shape (resamples, blocks)
+        From `_bootstrap.multipliers`.
 
     Returns
     -------
@@ -172,60 +162,55 @@ def read(
     """
     step = float(np.log(radii[1] / radii[0]))
     octave = round(np.log(2) / step)
-    data = sums[0]
-    anchor = int(np.searchsorted(data, ANCHOR / np.sqrt(points)))
-    first = int(np.searchsorted(data, ANCHOR / np.sqrt(points) / 30))
+    within = counts.sum(axis=(0, 1))
+    sums = within / within[-1]
+    anchor = int(np.searchsorted(sums, ANCHOR / np.sqrt(points)))
+    first = int(np.searchsorted(sums, ANCHOR / np.sqrt(points) / 30))
     lowest = int(np.searchsorted(radii, floor)) if floor > radii[0] else 0
     lowest = max(lowest, anchor - 5 * octave)
     anchor = max(anchor, lowest + octave)
-    highest = highest_scale(data)
+    highest = highest_scale(sums)
     first = max(first, lowest + octave // 2)
-    if highest < anchor or pairs * (data[anchor] - data[lowest]) < LEAST_PAIRS:
+    if highest < anchor or within[anchor] - within[lowest] < LEAST_PAIRS:
         return None
     scales = np.arange(min(first, anchor), highest + 1)
-    found = takens(sums, step, lowest)
+    found = takens_resampled(counts, step, lowest, draws)
     start = found[:, anchor].copy()
-    value = float(start[0])
-    near = value**2 / (pairs * (data[anchor] - data[lowest]))
-    noise = spread(start, near)
-    tolerated = (TOLERANCE * value) ** 2
+    tolerated = (TOLERANCE * float(start[0])) ** 2
     if np.isfinite(neighbours[0]):
-        share = noise / (noise + np.nanvar(neighbours[1:]) / 2 + tolerated)
-        # A resample may leave a vector with too few neighbours.
-        start += share * np.where(np.isfinite(neighbours), neighbours - start, 0)
-        noise = spread(start, (1 - share) * near)
+        noise = start[1:].var()
+        share = noise / (noise + neighbours[1:].var() + tolerated)
+        start += share * (neighbours - start)
     found = found[:, scales]
     apart = found - start[:, None]
-    surplus = value**2 / np.maximum(pairs * (data[scales] - data[lowest]), 1)
-    variance = spread(apart, np.abs(near - surplus)) + tolerated
-    squared = apart[0] ** 2
-    bias = np.where(apart[0] < 0, 2 * squared, np.maximum(squared - 4 * variance, 0))
+    variance = apart[1:].var(axis=0) + tolerated
+    squared = apart**2
+    bias = np.where(apart < 0, FALL * squared, np.maximum(squared - 4 * variance, 0))
     share = variance / (variance + bias)
-    weights = (share * spread(found, surplus) + (1 - share) * noise + tolerated) ** -3.0
+    noise = share * found[1:].var(axis=0) + (1 - share) * start[1:].var() + tolerated
+    weights = noise**-3.0
     values = _mean(start[:, None] + share * apart, weights)
-    own = float(np.average(share * surplus + (1 - share) * near, weights=weights))
-    beyond = scales[(share < 0.5) & (scales > anchor)]
+    beyond = scales[(share[0] < 0.5) & (scales > anchor)]
     high = int(beyond[0] - 1) if len(beyond) else highest
     inside = scales <= high
-    return Reading(values, own, _mean(found[:, inside], weights[inside]), lowest, high)
+    return Reading(values, _mean(found[:, inside], weights[:, inside]), lowest, high)
 
 
 def read_region(
-    sums: np.ndarray, pairs: float, radii: np.ndarray, low: int, high: int
+    counts: np.ndarray, radii: np.ndarray, low: int, high: int, draws: np.ndarray
 ) -> Reading | None:
     """The Takens estimate averaged over the upper octave, or half, of a region that was chosen."""
     step = float(np.log(radii[1] / radii[0]))
-    inside = pairs * (sums[0, high] - sums[0, low])
-    if inside < LEAST_PAIRS:
+    if counts[..., high].sum() - counts[..., low].sum() < LEAST_PAIRS:
         return None
     first = max((low + high) // 2, high - round(np.log(2) / step)) + 1
-    found = takens(sums, step, low)[:, first : high + 1]
-    values = _mean(found, np.ones(found.shape[1]))
-    return Reading(values, float(values[0] ** 2 / inside), values, low, high)
+    found = takens_resampled(counts, step, low, draws)[:, first : high + 1]
+    values = _mean(found, np.ones(found.shape))
+    return Reading(values, values, low, high)
 
 
 def _mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Weighted mean of each row, of what is known in it."""
-    known = np.isfinite(values)
+    known = np.isfinite(values) & np.isfinite(weights)
     with np.errstate(invalid="ignore"):
         return np.where(known, weights * values, 0).sum(1) / np.where(known, weights, 0).sum(1)
