@@ -27,9 +27,6 @@ RESOLUTION_FLOOR = 2.0
 STRUCTURE = 0.2
 """Noise above this share of the standard deviation leaves no structure to be seen."""
 
-SATURATED = 0.4
-"""What a further coordinate may add to the dimension at a plateau; of noise it adds nearly one."""
-
 EXTRAPOLATED_BELOW = 0.01
 """Correlation sums above it tell of the extent of the attractor, not of the limit."""
 
@@ -93,14 +90,19 @@ def estimate(
     ]
     totals = np.array([count.sum(axis=(0, 1)) for count in counts])
     correlation = CorrelationSum(radii * scale, totals, totals[:, -1], dimensions, delay, theiler)
-    noise = _scaling.noise_level(totals, radii, dimensions)
+    noise, certain = _scaling.noise_level(totals, radii, dimensions)
     warnings = []
     floor = RESOLUTION_FLOOR * resolution / scale
     if noise > STRUCTURE * unit.std():
         noise = 0.0
     elif noise:
         floor = max(floor, NOISE_FLOOR * noise)
-        warnings.append(f"noise of about {noise * scale:.2g} ({noise / unit.std():.0%} of sd)")
+        # Either way the radii are left out: too much caution costs less than noise.
+        if certain:
+            share = noise / unit.std()
+            warnings.append(f"noise of about {noise * scale:.2g} ({share:.2g} of the sd)")
+        else:
+            warnings.append(f"radii below {floor * scale:.2g} left out, where noise is possible")
     if quantised:
         warnings.append(f"values rounded to {quantised * scale:.3g}")
     same = totals[-1, 0] / totals[-1, -1]
@@ -112,6 +114,7 @@ def estimate(
     read = tuple(
         _read_one(m, unit, count, setting) for m, count in zip(dimensions, counts, strict=True)
     )
+    noise *= certain
     return _verdict(
         read, correlation, noise * scale, resolution, floor * scale, region is not None, warnings
     )
@@ -281,7 +284,7 @@ def _agree(one: DimensionEstimate, last: DimensionEstimate) -> bool:
     assert one.value is not None
     assert last.value is not None
     rise = abs(last.value - one.value)
-    return rise <= SATURATED * (last.embedding - one.embedding)
+    return rise <= _scaling.SATURATED * (last.embedding - one.embedding)
 
 
 def _half_of(one: DimensionEstimate) -> float:

@@ -18,8 +18,33 @@ LEAST_PAIRS = 30
 ANCHOR = 0.17
 """C(r) times the square root of the number of vectors, where an estimate begins."""
 
+FALL = 2.0
+"""How often the square of a fall from the anchor to larger radii counts as squared bias."""
+
+RISE = 9.0
+"""Square of the standard errors within which a rise is chance; of some ten blocks, 1 % are more."""
+
 LARGEST_SUM = 0.1
 """C(r) above which the extent of the attractor shows in every slope."""
+
+
+SATURATED = 0.4
+"""What a further coordinate may add to the dimension at a plateau; of noise it adds nearly one."""
+
+
+class Noise(NamedTuple):
+    """What `noise_level` found.
+
+    Attributes
+    ----------
+    level : float
+        Standard deviation of Gaussian noise that would explain the correlation sums; 0 if none.
+    certain : bool
+        Whether only noise explains them, rather than a dimension that still rises with m.
+    """
+
+    level: float
+    certain: bool
 
 
 def quantum(x: np.ndarray) -> float:
@@ -39,7 +64,7 @@ def quantum(x: np.ndarray) -> float:
     return step if np.abs(whole - whole.round()).max() < 0.05 else 0.0
 
 
-def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ...]) -> float:
+def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ...]) -> Noise:
     r"""Standard deviation of Gaussian noise on the series, 0 where none shows.
 
     Noise of standard deviation s parts two neighbours by another difference in every coordinate,
@@ -49,7 +74,9 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
 
     at radii well inside the attractor, where without noise the ratio hardly depends on r
     [Schreiber1993]_. The s that fits best is taken if it explains three tenths of the
-    variation of the ratios, and three units of their weighted sum of squares.
+    variation of the ratios, and three units of their weighted sum of squares. It is certain if
+    no power law of r explains them to three units as well, with an exponent of 0.4 at most, which
+    is what a coordinate adds to the dimension while the attractor unfolds.
 
     Parameters
     ----------
@@ -59,8 +86,8 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
     dimensions : tuple of int
     """
     trial = np.append(0.0, np.geomspace(radii[0] / 2, radii[-1] / 4, 160))
-    total = np.zeros(len(trial))
-    freedom = 0
+    rises = np.linspace(0.0, SATURATED, 21)
+    by_noise, by_rise = np.zeros(len(trial)), np.zeros(len(rises))
     for lower in range(len(dimensions) - 1):
         if dimensions[lower] < 2:
             continue
@@ -73,22 +100,24 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
         # A ratio of nested counts is binomial; a floor keeps huge counts from deciding by trifles.
         variance = (1 - above[use] / below[use]) / above[use] + 0.03**2
         steps = dimensions[lower + 1] - dimensions[lower]
+        r = radii[use]
+        noise = np.zeros((len(trial), len(use)))
         with np.errstate(divide="ignore"):
-            model = np.array(
-                [
-                    np.zeros(len(use)) if s == 0 else steps * np.log(erf(radii[use] / (2 * s)))
-                    for s in trial
-                ]
-            )
-        rest = ratio - model
-        rest -= (rest / variance).sum(1, keepdims=True) / (1 / variance).sum()
-        total += (rest**2 / variance).sum(1)
-        freedom += len(use) - 1
-    if not freedom:
-        return 0.0
-    best = int(np.argmin(total))
-    gain = total[0] - total[best]
-    return float(trial[best]) if gain > 3 and gain > 0.3 * total[0] else 0.0
+            noise[1:] = np.log(erf(r / (2 * trial[1:, None])))
+        by_noise += _misfit(ratio - steps * noise, variance)
+        by_rise += _misfit(ratio - steps * rises[:, None] * np.log(r), variance)
+    best = int(np.argmin(by_noise))
+    gain = by_noise[0] - by_noise[best]
+    if not (gain > 3 and gain > 0.3 * by_noise[0]):
+        return Noise(0.0, False)
+    return Noise(float(trial[best]), bool(by_rise.min() - by_noise[best] > 3))
+
+
+def _misfit(rest: np.ndarray, variance: np.ndarray) -> np.ndarray:
+    """Weighted sum of squares of each row about its own mean."""
+    rest = rest - (rest / variance).sum(1, keepdims=True) / (1 / variance).sum()
+    squares: np.ndarray = (rest**2 / variance).sum(1)
+    return squares
 
 
 def highest_scale(sums: np.ndarray) -> int:
@@ -96,7 +125,6 @@ def highest_scale(sums: np.ndarray) -> int:
     return int(np.searchsorted(sums, LARGEST_SUM))
 
 
-FALL = 2.0
 class Reading(NamedTuple):
     """A dimension read from one correlation sum.
 
@@ -133,7 +161,7 @@ def read(
        S + s_k (T_k - S) with s_k = V_k / (V_k + b_k), where V_k is the variance of T_k - S (and
        3 % of S squared) and b_k the squared bias the difference speaks for: 2 (T_k - S)^2 for a
        fall, as the extent of the attractor lowers all slopes at large radii; for a rise
-       (T_k - S)^2 - 4 V_k, if that is positive.
+       (T_k - S)^2 - 9 V_k, if that is positive.
     3. The value is their mean, with weights of the inverse variance cubed: the scales share most
        of their pairs, so that the certain ones gain nothing by the uncertain.
 
@@ -185,7 +213,7 @@ def read(
     apart = found - start[:, None]
     variance = apart[1:].var(axis=0) + tolerated
     squared = apart**2
-    bias = np.where(apart < 0, FALL * squared, np.maximum(squared - 4 * variance, 0))
+    bias = np.where(apart < 0, FALL * squared, np.maximum(squared - RISE * variance, 0))
     share = variance / (variance + bias)
     noise = share * found[1:].var(axis=0) + (1 - share) * start[1:].var() + tolerated
     weights = noise**-3.0
