@@ -17,7 +17,7 @@ RESAMPLES = 200
 
 def block_count(vectors: int, theiler: int) -> int:
     """As many blocks as leave each twice the Theiler window, from 8 to 20."""
-    return int(np.clip(vectors // (2 * (theiler + 1)), 8, 20))
+    return int(np.clip(vectors // (4 * (theiler + 1)), 8, 20))
 
 
 def without_each(blocks: int) -> np.ndarray:
