@@ -16,8 +16,12 @@ RESAMPLES = 200
 
 
 def block_count(vectors: int, theiler: int) -> int:
-    """As many blocks as leave each twice the Theiler window, from 8 to 20."""
-    return int(np.clip(vectors // (4 * (theiler + 1)), 8, 20))
+    """Blocks of four Theiler windows, 20 at most; of two where that makes fewer than 8; never 3.
+
+    A phase remembers longer than the two periods that the window spans.
+    """
+    fewest = np.clip(vectors // (2 * (theiler + 1)), 4, 8)
+    return int(np.clip(vectors // (4 * (theiler + 1)), fewest, 20))
 
 
 def without_each(blocks: int) -> np.ndarray:

@@ -19,9 +19,6 @@ OCTAVES = 16
 NOISE_FLOOR = 2.33
 """Radius in standard deviations of the noise at which erf(r / 2 s) is 0.9."""
 
-NOISE_UNCERTAIN = 1.4
-"""Factor by which the noise level of some hundred values is typically wrong."""
-
 RESOLUTION_FLOOR = 2.0
 
 STRUCTURE = 0.2
@@ -33,29 +30,23 @@ EXTRAPOLATED_BELOW = 0.01
 EXTRAPOLATED_FROM = 3 * PER_OCTAVE
 """Radii with slopes known to 5 % from which alone an extrapolation is made."""
 
+FEW = 250
+"""Vectors below which intervals were measured to be too narrow."""
+
 ESTIMATOR = "Takens' and nearest-neighbour estimates, averaged over the scales that agree"
 CHOSEN = "Takens' estimate averaged over the upper octave of the region given"
 
 
-def recurrence(x: np.ndarray, tolerance: float) -> int | None:
-    """The least number of steps after which the first values recur, again and again to the end."""
-    longest = len(x) // 3
-    head = np.lib.stride_tricks.sliding_window_view(x, 8)[1 : longest + 1]
-    likely = np.flatnonzero((np.abs(head - x[:8]) <= tolerance).all(axis=1)) + 1
-    for steps in likely:
-        # Against the first cycle, as a slow drift is small from any one cycle to the next.
-        if np.abs(x - np.resize(x[:steps], len(x))).max() <= tolerance:
-            return int(steps)
-    return None
-
-
 class _Setting(NamedTuple):
-    """What the readings of all embedding dimensions share; radii in the range of the series."""
+    """What the readings of all embedding dimensions share; radii in the range of the series.
+
+    The floor may be wrong by the factor `doubt`, 1 where it is not one of noise.
+    """
 
     radii: np.ndarray
     scale: float
     floor: float
-    noisy: bool
+    doubt: float
     delay: int
     theiler: int
     draws: np.ndarray
@@ -90,11 +81,11 @@ def estimate(
     ]
     totals = np.array([count.sum(axis=(0, 1)) for count in counts])
     correlation = CorrelationSum(radii * scale, totals, totals[:, -1], dimensions, delay, theiler)
-    noise, certain = _scaling.noise_level(totals, radii, dimensions)
+    noise, certain, doubt = _scaling.noise_level(totals, radii, dimensions)
     warnings = []
     floor = RESOLUTION_FLOOR * resolution / scale
     if noise > STRUCTURE * unit.std():
-        noise = 0.0
+        noise, doubt = 0.0, 1.0
     elif noise:
         floor = max(floor, NOISE_FLOOR * noise)
         # Either way the radii are left out: too much caution costs less than noise.
@@ -105,11 +96,13 @@ def estimate(
             warnings.append(f"radii below {floor * scale:.2g} left out, where noise is possible")
     if quantised:
         warnings.append(f"values rounded to {quantised * scale:.3g}")
+    if vectors[-1] < FEW:
+        warnings.append(f"{vectors[-1]} vectors are few: the interval is rather wider")
     same = totals[-1, 0] / totals[-1, -1]
     if same * vectors[-1] > 1:
         warnings.append(f"{same:.1%} of the pairs of vectors coincide")
     setting = _Setting(
-        radii, scale, floor, noise > 0, delay, theiler, draws, region, seed
+        radii, scale, floor, doubt, delay, theiler, draws, region, seed
     )  # fmt: skip
     read = tuple(
         _read_one(m, unit, count, setting) for m, count in zip(dimensions, counts, strict=True)
@@ -127,7 +120,7 @@ def _read_one(m: int, x: np.ndarray, counts: np.ndarray, given: _Setting) -> Dim
     slopes, slope_errors = _slopes(counts, float(np.log(radii[1] / radii[0])), given.draws)
     nearest = np.full(1 + len(given.draws), np.nan)
     if given.region is None:
-        reading, nearest, error = _by_rule(m, x, counts, given)
+        reading, nearest, error = _by_rule(m, x, counts, (slopes, slope_errors), given)
     else:
         low, high = np.searchsorted(radii, np.array(given.region) / scale)
         low, high = min(int(low), len(radii) - 2), min(int(high), len(radii) - 1)
@@ -171,7 +164,11 @@ def _slopes(counts: np.ndarray, step: float, draws: np.ndarray) -> tuple[np.ndar
 
 
 def _by_rule(
-    m: int, x: np.ndarray, counts: np.ndarray, given: _Setting
+    m: int,
+    x: np.ndarray,
+    counts: np.ndarray,
+    slopes: tuple[np.ndarray, np.ndarray],
+    given: _Setting,
 ) -> tuple[_scaling.Reading | None, np.ndarray, float]:
     """The reading, the nearest-neighbour estimates, and the error by the doubt about the floor."""
     radii, draws = given.radii, given.draws
@@ -184,12 +181,12 @@ def _by_rule(
     coarse = _estimators.takens(sums, step, 0)[_scaling.highest_scale(sums)]
     floor = max(given.floor, neighbours.even_up_to(coarse))
     nearest = neighbours.dimension(draws, floor)
-    reading = _scaling.read(counts, points, radii, floor, nearest, draws)
-    if reading is None or not given.noisy:
+    reading = _scaling.read(counts, points, radii, floor, nearest, slopes, draws)
+    if reading is None or given.doubt == 1:
         return reading, nearest, 0.0
     either = [
-        _scaling.read(counts, points, radii, factor * floor, nearest, draws)
-        for factor in (1 / NOISE_UNCERTAIN, NOISE_UNCERTAIN)
+        _scaling.read(counts, points, radii, factor * floor, nearest, slopes, draws)
+        for factor in (1 / given.doubt, given.doubt)
     ]
     moved = [float(one.values[0] - reading.values[0]) for one in either if one is not None]
     return reading, nearest, float(np.sqrt(np.mean(np.square(moved or [0.0]))))

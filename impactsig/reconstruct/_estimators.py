@@ -63,9 +63,7 @@ def takens_resampled(counts: np.ndarray, step: float, low: int, draws: np.ndarra
     return _bootstrap.resampled(found, _bootstrap.pair_variance(parts), draws)
 
 
-def slopes_resampled(
-    counts: np.ndarray, step: float, reach: int, draws: np.ndarray
-) -> np.ndarray:
+def slopes_resampled(counts: np.ndarray, step: float, reach: int, draws: np.ndarray) -> np.ndarray:
     """`local_slopes` of the data and of each resample, shape (1 + resamples, radii)."""
     found = local_slopes(_bootstrap.sums_without_each(counts), step, reach)
     parts = np.full(counts.shape, np.nan)

@@ -24,6 +24,9 @@ FALL = 2.0
 RISE = 9.0
 """Square of the standard errors within which a rise is chance; of some ten blocks, 1 % are more."""
 
+DEPARTS = 0.15
+"""Relative departure of a local slope beyond what lacunarity does, at which a region ends."""
+
 LARGEST_SUM = 0.1
 """C(r) above which the extent of the attractor shows in every slope."""
 
@@ -41,10 +44,13 @@ class Noise(NamedTuple):
         Standard deviation of Gaussian noise that would explain the correlation sums; 0 if none.
     certain : bool
         Whether only noise explains them, rather than a dimension that still rises with m.
+    factor : float
+        By which the level may be wrong either way: levels that fit worse by less than three units.
     """
 
     level: float
     certain: bool
+    factor: float
 
 
 def quantum(x: np.ndarray) -> float:
@@ -109,8 +115,10 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
     best = int(np.argmin(by_noise))
     gain = by_noise[0] - by_noise[best]
     if not (gain > 3 and gain > 0.3 * by_noise[0]):
-        return Noise(0.0, False)
-    return Noise(float(trial[best]), bool(by_rise.min() - by_noise[best] > 3))
+        return Noise(0.0, False, 1.0)
+    near = trial[(by_noise < by_noise[best] + 3) & (trial > 0)]
+    certain = bool(by_rise.min() - by_noise[best] > 3)
+    return Noise(float(trial[best]), certain, float(np.sqrt(near[-1] / near[0])))
 
 
 def _misfit(rest: np.ndarray, variance: np.ndarray) -> np.ndarray:
@@ -150,6 +158,7 @@ def read(
     radii: np.ndarray,
     floor: float,
     neighbours: np.ndarray,
+    slopes: tuple[np.ndarray, np.ndarray],
     draws: np.ndarray,
 ) -> Reading | None:
     r"""The dimension at every scale, averaged as far as the scales agree.
@@ -166,7 +175,9 @@ def read(
        of their pairs, so that the certain ones gain nothing by the uncertain.
 
     All of it is done for each resample too, as which scales agree is itself uncertain. The scaling
-    region ends where s_k falls below one half.
+    region ends where s_k falls below one half, or before: where the local slope departs from the
+    value by 15 % and three standard errors, which Takens' estimate, being of all radii below,
+    follows only late.
 
     Parameters
     ----------
@@ -180,6 +191,8 @@ def read(
         Radii below it are not used.
     neighbours : ndarray, shape (1 + resamples,)
         A dimension by nearest neighbours; nan where there is none.
+    slopes : tuple of ndarray, shape (radii,)
+        Local slopes and their standard errors.
     draws : ndarray, shape (resamples, blocks)
         From `_bootstrap.multipliers`.
 
@@ -218,7 +231,9 @@ def read(
     noise = share * found[1:].var(axis=0) + (1 - share) * start[1:].var() + tolerated
     weights = noise**-3.0
     values = _mean(start[:, None] + share * apart, weights)
-    beyond = scales[(share[0] < 0.5) & (scales > anchor)]
+    local, error = slopes[0][scales], slopes[1][scales]
+    leaves = np.abs(local - values[0]) > np.maximum(DEPARTS * values[0], 3 * error)
+    beyond = scales[((share[0] < 0.5) | leaves) & (scales > anchor)]
     high = int(beyond[0] - 1) if len(beyond) else highest
     inside = scales <= high
     return Reading(values, _mean(found[:, inside], weights[:, inside]), lowest, high)

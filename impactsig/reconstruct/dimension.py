@@ -10,6 +10,7 @@ import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput, finite_number
+from ..impacts import Impacts
 from ._arguments import positive
 from ._series import series
 from .correlation import CorrelationSum, _decorrelated, _dimensions
@@ -133,7 +134,8 @@ class CorrelationDimension:
             steps = (
                 "every value recurs" if self.period == 1 else f"recurs every {self.period} steps"
             )
-            return f"dimension 0: the series is periodic ({steps}, to within its resolution)"
+            within = f"noise of {self.noise:.2g}" if self.noise else "its resolution"
+            return f"dimension 0: the series is periodic ({steps}, to within {within})"
         if self.verdict == "no plateau":
             read = [one for one in self.by_dimension if one.value is not None]
             listed = ", ".join(f"{one.value:.2f} (m = {one.embedding})" for one in read)
@@ -235,7 +237,7 @@ def correlation_dimension(
     chosen = None if region is None else _region(region)
     window = None if theiler is None else whole("theiler", theiler, 0)
     # Here, because it brings the compiler, which wrong arguments should not wait for.
-    from . import _dimension, _scaling
+    from . import _dimension, _periodic, _scaling
 
     greatest = float(np.abs(values).max())
     deviation = float((values / (greatest or 1.0)).std()) * greatest
@@ -256,9 +258,14 @@ def correlation_dimension(
         )
     # Where the step is coarse, everything recurs to within it.
     tolerance = 2 * step if step < FINE * deviation else 0.0
-    period = _dimension.recurrence(values, tolerance + rounding)
+    period = _periodic.recurrence(values, tolerance + rounding)
     if period:
         return CorrelationDimension("periodic", 0.0, (0.0, 0.0), period=period, resolution=step)
+    cycle = _periodic.noisy_cycle(values, step, isinstance(x, Impacts))
+    if cycle:
+        return CorrelationDimension(
+            "periodic", 0.0, (0.0, 0.0), period=cycle.steps, noise=cycle.scatter, resolution=step
+        )
     return _dimension.estimate(
         values, wanted, delay, window, max(step, rounding), chosen, seed, workers
     )
