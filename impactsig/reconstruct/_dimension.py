@@ -31,7 +31,7 @@ EXTRAPOLATED_FROM = 3 * PER_OCTAVE
 """Radii with slopes known to 5 % from which alone an extrapolation is made."""
 
 FEW = 250
-"""Vectors below which intervals were measured to be too narrow."""
+"""Vectors below which intervals are too narrow: of 100 they held in 74 to 86 %, of 200 in 90."""
 
 ESTIMATOR = "Takens' and nearest-neighbour estimates, averaged over the scales that agree"
 CHOSEN = "Takens' estimate averaged over the upper octave of the region given"
@@ -97,7 +97,7 @@ def estimate(
     if quantised:
         warnings.append(f"values rounded to {quantised * scale:.3g}")
     if vectors[-1] < FEW:
-        warnings.append(f"{vectors[-1]} vectors are few: the interval is rather wider")
+        warnings.append(f"{vectors[-1]} vectors are few: such intervals hold in 75 to 90 %, not 95")
     same = totals[-1, 0] / totals[-1, -1]
     if same * vectors[-1] > 1:
         warnings.append(f"{same:.1%} of the pairs of vectors coincide")

@@ -95,6 +95,10 @@ def local_slopes(sums: np.ndarray, step: float, reach: int) -> np.ndarray:
     return found
 
 
+SPACINGS = 4.0
+"""Spacings of a lattice from which on it is counted; at r, its steps are wrong by about 1 / 2 r."""
+
+
 class Neighbours:
     """Distances to the nearest neighbours in one embedding, for the fixed-mass dimension.
 
@@ -141,7 +145,7 @@ class Neighbours:
         nearest = self.logs[np.isfinite(self.logs[:, 0]), 0]
         if len(nearest) < 20 or nearest.std() * dimension > LATTICE:
             return 0.0
-        return float(3 * np.exp(np.quantile(nearest, 0.9)))
+        return float(SPACINGS * np.exp(np.quantile(nearest, 0.9)))
 
     def dimension(self, draws: np.ndarray, floor: float) -> np.ndarray:
         r"""D1 of the data and of each resample, shape (1 + resamples,); nan where there is none.
