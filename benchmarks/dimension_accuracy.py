@@ -5,6 +5,9 @@ seeds, N = 300 intervals of Rössler / Lorenz: nolds 1.14 +- 0.10 / -, Takens at
 1.91 +- 0.27 / 2.01 +- 0.14, Takens at r = 0.5 sd 1.92 +- 0.12 / 1.70 +- 0.09, fixed mass
 2.00 +- 0.05 / 1.64 +- 0.14; with 5 % noise nolds 1.29, Takens at C = 1 % 2.45 +- 0.22.
 
+Of 40 seeds, 90 % and 98 % cannot be told apart, and the scatter of Rössler's intervals looked like
+0.15 where 150 show 0.21: give 150 or more for the short ones.
+
     python -m benchmarks.dimension_accuracy [SEEDS]
 """
 

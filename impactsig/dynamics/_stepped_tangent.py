@@ -119,16 +119,16 @@ def vary(p, tab, f, s, leg, mode, motion, h, y, columns, new, slopes, by_approac
     for i in range(13):
         x = 0.0
         for j in range(i):
-            x += (tab.a[i, j] if i < 12 else tab.b[j]) * s.kq[j]
+            x += tab.a[i, j] * s.kq[j]
         of_q, of_v = pull_slopes(
             p, f, leg, mode, motion, tab.c[i] * h, y + h * x, s.kq[i], by_approach
         )
         if i < 12:
-            trace += tab.b[i] * of_v
+            trace += tab.a[12, i] * of_v
         for j in range(2):
             dq = dv = 0.0
             for m in range(i):
-                weight = tab.a[i, m] if i < 12 else tab.b[m]
+                weight = tab.a[i, m]
                 dq += weight * slopes[m, j]
                 dv += weight * slopes[m, 2 + j]
             dq, dv = columns[0, j] + h * dq, columns[1, j] + h * dv
@@ -146,8 +146,8 @@ def vary(p, tab, f, s, leg, mode, motion, h, y, columns, new, slopes, by_approac
         for part, rate in ((j, leg.rate), (2 + j, 1.0)):
             e3 = e5 = 0.0
             for i in range(13):
-                e3 += tab.e3[i] * slopes[i, part]
-                e5 += tab.e5[i] * slopes[i, part]
+                e3 += tab.errors[0, i] * slopes[i, part]
+                e5 += tab.errors[1, i] * slopes[i, part]
             third, fifth = third + (rate * e3) ** 2, fifth + (rate * e5) ** 2
         size = math.hypot(leg.rate * columns[0, j], columns[1, j])
         if fifth > 0:

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import digamma
 
-from ._nearest import mean_log_distances
+from . import _bootstrap
+from ._nearest import log_distances_by_block
 
 NEIGHBOURS = 32
 
@@ -40,6 +41,40 @@ def takens(sums: np.ndarray, step: float, low: int) -> np.ndarray:
     return found
 
 
+def takens_resampled(counts: np.ndarray, step: float, low: int, draws: np.ndarray) -> np.ndarray:
+    """`takens` of the data and of each resample, shape (1 + resamples, radii).
+
+    Parameters
+    ----------
+    counts : ndarray of int, shape (blocks, blocks, radii)
+        Pairs within each radius by the blocks of both members.
+    step, low
+        As of `takens`.
+    draws : ndarray, shape (resamples, blocks)
+        From `_bootstrap.multipliers`.
+    """
+    found = takens(_bootstrap.sums_without_each(counts), step, low)
+    above = (counts - counts[..., low, None]).astype(np.float64)
+    integral = np.zeros_like(above)
+    part = step * (counts[..., :-1] + counts[..., 1:]) / 2
+    np.cumsum(part[..., low:], axis=-1, out=integral[..., low + 1 :])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        parts = (above - found[0] * integral) / integral.sum(axis=(0, 1))
+    return _bootstrap.resampled(found, _bootstrap.pair_variance(parts), draws)
+
+
+def slopes_resampled(counts: np.ndarray, step: float, reach: int, draws: np.ndarray) -> np.ndarray:
+    """`local_slopes` of the data and of each resample, shape (1 + resamples, radii)."""
+    found = local_slopes(_bootstrap.sums_without_each(counts), step, reach)
+    parts = np.full(counts.shape, np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = counts / counts.sum(axis=(0, 1))
+        parts[..., reach:-reach] = (share[..., 2 * reach :] - share[..., : -2 * reach]) / (
+            2 * reach * step
+        )
+    return _bootstrap.resampled(found, _bootstrap.pair_variance(parts), draws)
+
+
 def slope(sums: np.ndarray, step: float, low: int, high: int) -> np.ndarray:
     """Least-squares slope of ln C against ln r between two radii, weighted evenly in ln r."""
     with np.errstate(divide="ignore"):
@@ -58,6 +93,10 @@ def local_slopes(sums: np.ndarray, step: float, reach: int) -> np.ndarray:
         middle = (logs[..., 2 * reach :] - logs[..., : -2 * reach]) / (2 * reach * step)
     found[..., reach:-reach] = np.where(np.isfinite(middle), middle, np.nan)
     return found
+
+
+SPACINGS = 4.0
+"""Spacings of a lattice from which on it is counted; at r, its steps are wrong by about 1 / 2 r."""
 
 
 class Neighbours:
@@ -109,28 +148,46 @@ class Neighbours:
         nearest = self.logs[np.isfinite(self.logs[:, 0]), 0]
         if len(nearest) < 20 or nearest.std() * dimension > LATTICE:
             return 0.0
-        return float(3 * np.exp(np.quantile(nearest, 0.9)))
+        return float(SPACINGS * np.exp(np.quantile(nearest, 0.9)))
 
-    def dimension(self, weights: np.ndarray, floor: float) -> np.ndarray:
+    def dimension(self, draws: np.ndarray, floor: float) -> np.ndarray:
         r"""D1 of the data and of each resample, shape (1 + resamples,); nan where there is none.
 
         The slope of psi(k) against <ln r_k>, psi being the digamma function, over the ranks k to
         8 k, where k is the first whose mean ln r_k is above `floor` [Badii1985]_,
         [Grassberger1985]_.
+
+        Parameters
+        ----------
+        draws : ndarray, shape (resamples, blocks)
+            From `_bootstrap.multipliers`.
+        floor : float
+            Distances below it are not used.
         """
+        blocks = draws.shape[1]
+        none = np.full(1 + len(draws), np.nan)
         most = NEIGHBOURS // 4
         complete = np.isfinite(self.logs[:, most - 1])
         if not complete.any():
-            return np.full(len(weights), np.nan)
+            return none
         mean = self.logs[complete, :most].mean(axis=0)
         above = np.flatnonzero(mean >= np.log(floor)) if floor else np.array([0])
         if not len(above):
-            return np.full(len(weights), np.nan)
+            return none
         first = int(above[0]) + 1
         last = min(8 * first, NEIGHBOURS)
         ranks = np.unique(np.geomspace(first, last, 6).round().astype(int))
-        means = mean_log_distances(self.logs, self.block_of, self.own_block, weights, ranks)
+        # Not the logarithms themselves but what each adds to 1 / D, a sum over vectors and ranks.
         mass = digamma(ranks) - digamma(ranks).mean()
+        weights = _bootstrap.without_each(blocks)
+        sums = log_distances_by_block(self.logs, self.block_of, self.own_block, weights, ranks)
+        sums = sums @ (mass / (mass @ mass))
+        vectors = np.bincount(self.own_block, minlength=blocks)
+        left = np.append(sums[0].sum(), [np.delete(sums[1 + b], b).sum() for b in range(blocks)])
         with np.errstate(divide="ignore", invalid="ignore"):
-            found = (mass @ mass) / (means @ mass)
-        return np.where(np.isfinite(found) & (found > 0), found, np.nan)
+            found = np.append(vectors.sum(), vectors.sum() - vectors) / left
+        if not found[0] > 0:
+            return none
+        parts = found[0] * (sums[0] - sums[1:]) / left[0]
+        found = np.where(found > 0, found, np.nan)
+        return _bootstrap.resampled(found, _bootstrap.pair_variance(parts), draws)

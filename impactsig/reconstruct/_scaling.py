@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import erf
 
-from ._estimators import takens
+from ._estimators import takens_resampled
 
 TOLERANCE = 0.03
 """Relative differences between scales no larger than this are taken for lacunarity, not bias."""
@@ -18,8 +18,39 @@ LEAST_PAIRS = 30
 ANCHOR = 0.17
 """C(r) times the square root of the number of vectors, where an estimate begins."""
 
+FALL = 2.0
+"""How often the square of a fall from the anchor to larger radii counts as squared bias."""
+
+RISE = 9.0
+"""Square of the standard errors within which a rise is chance; of some ten blocks, 1 % are more."""
+
+DEPARTS = 0.15
+"""Relative departure of a local slope beyond what lacunarity does, at which a region ends."""
+
 LARGEST_SUM = 0.1
 """C(r) above which the extent of the attractor shows in every slope."""
+
+
+SATURATED = 0.4
+"""What a further coordinate may add to the dimension at a plateau; of noise it adds nearly one."""
+
+
+class Noise(NamedTuple):
+    """What `noise_level` found.
+
+    Attributes
+    ----------
+    level : float
+        Standard deviation of Gaussian noise that would explain the correlation sums; 0 if none.
+    certain : bool
+        Whether only noise explains them, rather than a dimension that still rises with m.
+    factor : float
+        By which the level may be wrong either way: levels that fit worse by less than three units.
+    """
+
+    level: float
+    certain: bool
+    factor: float
 
 
 def quantum(x: np.ndarray) -> float:
@@ -39,7 +70,7 @@ def quantum(x: np.ndarray) -> float:
     return step if np.abs(whole - whole.round()).max() < 0.05 else 0.0
 
 
-def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ...]) -> float:
+def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ...]) -> Noise:
     r"""Standard deviation of Gaussian noise on the series, 0 where none shows.
 
     Noise of standard deviation s parts two neighbours by another difference in every coordinate,
@@ -49,7 +80,9 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
 
     at radii well inside the attractor, where without noise the ratio hardly depends on r
     [Schreiber1993]_. The s that fits best is taken if it explains three tenths of the
-    variation of the ratios, and three units of their weighted sum of squares.
+    variation of the ratios, and three units of their weighted sum of squares. It is certain if
+    no power law of r explains them to three units as well, with an exponent of 0.4 at most, which
+    is what a coordinate adds to the dimension while the attractor unfolds.
 
     Parameters
     ----------
@@ -59,8 +92,8 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
     dimensions : tuple of int
     """
     trial = np.append(0.0, np.geomspace(radii[0] / 2, radii[-1] / 4, 160))
-    total = np.zeros(len(trial))
-    freedom = 0
+    rises = np.linspace(0.0, SATURATED, 21)
+    by_noise, by_rise = np.zeros(len(trial)), np.zeros(len(rises))
     for lower in range(len(dimensions) - 1):
         if dimensions[lower] < 2:
             continue
@@ -73,22 +106,26 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
         # A ratio of nested counts is binomial; a floor keeps huge counts from deciding by trifles.
         variance = (1 - above[use] / below[use]) / above[use] + 0.03**2
         steps = dimensions[lower + 1] - dimensions[lower]
+        r = radii[use]
+        noise = np.zeros((len(trial), len(use)))
         with np.errstate(divide="ignore"):
-            model = np.array(
-                [
-                    np.zeros(len(use)) if s == 0 else steps * np.log(erf(radii[use] / (2 * s)))
-                    for s in trial
-                ]
-            )
-        rest = ratio - model
-        rest -= (rest / variance).sum(1, keepdims=True) / (1 / variance).sum()
-        total += (rest**2 / variance).sum(1)
-        freedom += len(use) - 1
-    if not freedom:
-        return 0.0
-    best = int(np.argmin(total))
-    gain = total[0] - total[best]
-    return float(trial[best]) if gain > 3 and gain > 0.3 * total[0] else 0.0
+            noise[1:] = np.log(erf(r / (2 * trial[1:, None])))
+        by_noise += _misfit(ratio - steps * noise, variance)
+        by_rise += _misfit(ratio - steps * rises[:, None] * np.log(r), variance)
+    best = int(np.argmin(by_noise))
+    gain = by_noise[0] - by_noise[best]
+    if not (gain > 3 and gain > 0.3 * by_noise[0]):
+        return Noise(0.0, False, 1.0)
+    near = trial[(by_noise < by_noise[best] + 3) & (trial > 0)]
+    certain = bool(by_rise.min() - by_noise[best] > 3)
+    return Noise(float(trial[best]), certain, float(np.sqrt(near[-1] / near[0])))
+
+
+def _misfit(rest: np.ndarray, variance: np.ndarray) -> np.ndarray:
+    """Weighted sum of squares of each row about its own mean."""
+    rest = rest - (rest / variance).sum(1, keepdims=True) / (1 / variance).sum()
+    squares: np.ndarray = (rest**2 / variance).sum(1)
+    return squares
 
 
 def highest_scale(sums: np.ndarray) -> int:
@@ -103,8 +140,6 @@ class Reading(NamedTuple):
     ----------
     values : ndarray, shape (1 + resamples,)
         The estimate of the data, and of each resample.
-    surplus : float
-        What the variance of the resamples has too much, see `spread`.
     takens : ndarray, shape (1 + resamples,)
         The Takens estimate averaged over the scaling region alone.
     low, high : int
@@ -112,29 +147,19 @@ class Reading(NamedTuple):
     """
 
     values: np.ndarray
-    surplus: float
     takens: np.ndarray
     low: int
     high: int
 
 
-def spread(values: np.ndarray, surplus: np.ndarray | float) -> np.ndarray:
-    """Variance over the resamples, less twice what single pairs contribute to it.
-
-    The noise of a pair's own distance enters by the drawing of its first member, of its second and
-    of both at once: three times for once. A third remains at the least.
-    """
-    found = np.nanvar(values[1:], axis=0)
-    return np.maximum(found - 2 * surplus, found / 3)
-
-
 def read(
-    sums: np.ndarray,
-    pairs: float,
+    counts: np.ndarray,
     points: int,
     radii: np.ndarray,
     floor: float,
     neighbours: np.ndarray,
+    slopes: tuple[np.ndarray, np.ndarray],
+    draws: np.ndarray,
 ) -> Reading | None:
     r"""The dimension at every scale, averaged as far as the scales agree.
 
@@ -145,17 +170,19 @@ def read(
        S + s_k (T_k - S) with s_k = V_k / (V_k + b_k), where V_k is the variance of T_k - S (and
        3 % of S squared) and b_k the squared bias the difference speaks for: 2 (T_k - S)^2 for a
        fall, as the extent of the attractor lowers all slopes at large radii; for a rise
-       (T_k - S)^2 - 4 V_k, if that is positive.
+       (T_k - S)^2 - 9 V_k, if that is positive.
     3. The value is their mean, with weights of the inverse variance cubed: the scales share most
        of their pairs, so that the certain ones gain nothing by the uncertain.
 
-    The scaling region ends where s_k falls below one half.
+    All of it is done for each resample too, as which scales agree is itself uncertain. The scaling
+    region ends where s_k falls below one half, or before: where the local slope departs from the
+    value by 15 % and three standard errors, which Takens' estimate, being of all radii below,
+    follows only late.
 
     Parameters
     ----------
-    sums : ndarray, shape (1 + resamples, radii)
-    pairs : float
-        Number of pairs C is a share of.
+    counts : ndarray of int, shape (blocks, blocks, radii)
+        Pairs within each radius by the blocks of both members; within the last radius are all.
     points : int
         Number of delay vectors.
     radii : ndarray, shape (radii,)
@@ -164,6 +191,10 @@ def read(
         Radii below it are not used.
     neighbours : ndarray, shape (1 + resamples,)
         A dimension by nearest neighbours; nan where there is none.
+    slopes : tuple of ndarray, shape (radii,)
+        Local slopes and their standard errors.
+    draws : ndarray, shape (resamples, blocks)
+        From `_bootstrap.multipliers`.
 
     Returns
     -------
@@ -172,60 +203,57 @@ def read(
     """
     step = float(np.log(radii[1] / radii[0]))
     octave = round(np.log(2) / step)
-    data = sums[0]
-    anchor = int(np.searchsorted(data, ANCHOR / np.sqrt(points)))
-    first = int(np.searchsorted(data, ANCHOR / np.sqrt(points) / 30))
+    within = counts.sum(axis=(0, 1))
+    sums = within / within[-1]
+    anchor = int(np.searchsorted(sums, ANCHOR / np.sqrt(points)))
+    first = int(np.searchsorted(sums, ANCHOR / np.sqrt(points) / 30))
     lowest = int(np.searchsorted(radii, floor)) if floor > radii[0] else 0
     lowest = max(lowest, anchor - 5 * octave)
     anchor = max(anchor, lowest + octave)
-    highest = highest_scale(data)
+    highest = highest_scale(sums)
     first = max(first, lowest + octave // 2)
-    if highest < anchor or pairs * (data[anchor] - data[lowest]) < LEAST_PAIRS:
+    if highest < anchor or within[anchor] - within[lowest] < LEAST_PAIRS:
         return None
     scales = np.arange(min(first, anchor), highest + 1)
-    found = takens(sums, step, lowest)
+    found = takens_resampled(counts, step, lowest, draws)
     start = found[:, anchor].copy()
-    value = float(start[0])
-    near = value**2 / (pairs * (data[anchor] - data[lowest]))
-    noise = spread(start, near)
-    tolerated = (TOLERANCE * value) ** 2
+    tolerated = (TOLERANCE * float(start[0])) ** 2
     if np.isfinite(neighbours[0]):
-        share = noise / (noise + np.nanvar(neighbours[1:]) / 2 + tolerated)
-        # A resample may leave a vector with too few neighbours.
-        start += share * np.where(np.isfinite(neighbours), neighbours - start, 0)
-        noise = spread(start, (1 - share) * near)
+        noise = start[1:].var()
+        share = noise / (noise + neighbours[1:].var() + tolerated)
+        start += share * (neighbours - start)
     found = found[:, scales]
     apart = found - start[:, None]
-    surplus = value**2 / np.maximum(pairs * (data[scales] - data[lowest]), 1)
-    variance = spread(apart, np.abs(near - surplus)) + tolerated
-    squared = apart[0] ** 2
-    bias = np.where(apart[0] < 0, 2 * squared, np.maximum(squared - 4 * variance, 0))
+    variance = apart[1:].var(axis=0) + tolerated
+    squared = apart**2
+    bias = np.where(apart < 0, FALL * squared, np.maximum(squared - RISE * variance, 0))
     share = variance / (variance + bias)
-    weights = (share * spread(found, surplus) + (1 - share) * noise + tolerated) ** -3.0
+    noise = share * found[1:].var(axis=0) + (1 - share) * start[1:].var() + tolerated
+    weights = noise**-3.0
     values = _mean(start[:, None] + share * apart, weights)
-    own = float(np.average(share * surplus + (1 - share) * near, weights=weights))
-    beyond = scales[(share < 0.5) & (scales > anchor)]
+    local, error = slopes[0][scales], slopes[1][scales]
+    leaves = np.abs(local - values[0]) > np.maximum(DEPARTS * values[0], 3 * error)
+    beyond = scales[((share[0] < 0.5) | leaves) & (scales > anchor)]
     high = int(beyond[0] - 1) if len(beyond) else highest
     inside = scales <= high
-    return Reading(values, own, _mean(found[:, inside], weights[inside]), lowest, high)
+    return Reading(values, _mean(found[:, inside], weights[:, inside]), lowest, high)
 
 
 def read_region(
-    sums: np.ndarray, pairs: float, radii: np.ndarray, low: int, high: int
+    counts: np.ndarray, radii: np.ndarray, low: int, high: int, draws: np.ndarray
 ) -> Reading | None:
     """The Takens estimate averaged over the upper octave, or half, of a region that was chosen."""
     step = float(np.log(radii[1] / radii[0]))
-    inside = pairs * (sums[0, high] - sums[0, low])
-    if inside < LEAST_PAIRS:
+    if counts[..., high].sum() - counts[..., low].sum() < LEAST_PAIRS:
         return None
     first = max((low + high) // 2, high - round(np.log(2) / step)) + 1
-    found = takens(sums, step, low)[:, first : high + 1]
-    values = _mean(found, np.ones(found.shape[1]))
-    return Reading(values, float(values[0] ** 2 / inside), values, low, high)
+    found = takens_resampled(counts, step, low, draws)[:, first : high + 1]
+    values = _mean(found, np.ones(found.shape))
+    return Reading(values, values, low, high)
 
 
 def _mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Weighted mean of each row, of what is known in it."""
-    known = np.isfinite(values)
+    known = np.isfinite(values) & np.isfinite(weights)
     with np.errstate(invalid="ignore"):
         return np.where(known, weights * values, 0).sum(1) / np.where(known, weights, 0).sum(1)

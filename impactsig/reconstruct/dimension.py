@@ -10,6 +10,7 @@ import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput, finite_number
+from ..impacts import Impacts
 from ._arguments import dimensions_of, finite_range, positive
 from ._series import series, unbroken
 from ._theiler import theiler_window
@@ -93,7 +94,8 @@ class CorrelationDimension:
     period : int or None
         Steps after which a periodic series recurs.
     noise : float
-        Standard deviation of the noise found on the series, in its unit; 0 where none shows.
+        Standard deviation of the noise found on the series, in its unit; 0 where none shows for
+        certain. Of a periodic series, of the scatter about its cycle.
     resolution : float
         Step in which the series was rounded, or as given.
     floor : float
@@ -134,7 +136,8 @@ class CorrelationDimension:
             steps = (
                 "every value recurs" if self.period == 1 else f"recurs every {self.period} steps"
             )
-            return f"dimension 0: the series is periodic ({steps}, to within its resolution)"
+            within = f"noise of {self.noise:.2g}" if self.noise else "its resolution"
+            return f"dimension 0: the series is periodic ({steps}, to within {within})"
         if self.verdict == "no plateau":
             read = [one for one in self.by_dimension if one.value is not None]
             listed = ", ".join(f"{one.value:.2f} (m = {one.embedding})" for one in read)
@@ -180,16 +183,27 @@ def correlation_dimension(
 
     - Radii below the floor are not used: twice the resolution, and 2.33 standard deviations of the
       noise, at which noise takes away a tenth of the pairs for every coordinate. The noise is found
-      by how C_{m+1}/C_m falls towards small radii [Schreiber1993]_.
+      by how C_{m+1}/C_m falls towards small radii [Schreiber1993]_; where an attractor that still
+      unfolds would explain that as well, the radii are left out but no noise is reported.
     - The estimate begins at a small radius (C = 0.17 / sqrt(n); an octave above the floor), with
       the maximum-likelihood estimate of Takens [Takens1985]_ and that of the distances to the
       nearest 8 neighbours [Badii1985]_, by inverse variance. Takens' estimates at larger radii, up
       to C = 0.1, are averaged with it as far as their difference from it is no more than chance
       (and 3 %); the scaling region ends where it is. So long series are read at small radii, and
       short ones at the largest that the data does not contradict.
-    - The interval comes from 200 resamples of blocks of time, in each of which all is estimated
-      anew, with Student's t for the number of blocks. It tells of chance, not of what all scales
-      that can be seen have in common: see `spread` and `extrapolated`.
+    - The interval comes from 200 resamples of blocks of time (a block jackknife, drawn from), in
+      each of which all is estimated anew, with Student's t for the number of blocks. Of 150 series
+      each of 300 to 2000 values it held the mean of the estimator in 91 to 98 % for Rössler's and
+      Lorenz's intervals and for the maps of Hénon, Ikeda and Lozi; in 87 to 97 % with 5 % noise; in
+      87 and 89 % for the tinkerbell map and the impacting beam at 1000. Of 200 values it holds 88
+      to 92 %, of 100 74 to 86 %, which is warned of. It tells of chance, not of what all scales
+      that can be seen have in common (Ikeda's map reads 0.2 high at 300 values): see `spread` and
+      `extrapolated`.
+
+    A series that recurs, to within its resolution or but for noise (`noise`), has the verdict
+    "periodic": values that are apart and come in strict order, about which what is left foretells
+    nothing. Of a single value that is said only of impacts, whose intervals then scatter by no more
+    than 1 %. Missed and spurious impacts break the order: `identify_period` allows for them.
 
     The verdict is "dimension" where the estimates of the two highest m differ by no more than 0.4
     (each further coordinate of noise would add one); their mean is the value.
@@ -236,7 +250,7 @@ def correlation_dimension(
     chosen = None if region is None else _region(region)
     window = None if theiler is None else whole("theiler", theiler, 0)
     # Here, because it brings the compiler, which wrong arguments should not wait for.
-    from . import _dimension, _scaling
+    from . import _dimension, _periodic, _scaling
 
     greatest = float(np.abs(values).max())
     deviation = float((values / (greatest or 1.0)).std()) * greatest
@@ -258,9 +272,14 @@ def correlation_dimension(
         )
     # Where the step is coarse, everything recurs to within it.
     tolerance = 2 * step if step < FINE * deviation else 0.0
-    period = _dimension.recurrence(values, tolerance + rounding)
+    period = _periodic.recurrence(values, tolerance + rounding)
     if period:
         return CorrelationDimension("periodic", 0.0, (0.0, 0.0), period=period, resolution=step)
+    cycle = _periodic.noisy_cycle(values, step, isinstance(x, Impacts))
+    if cycle:
+        return CorrelationDimension(
+            "periodic", 0.0, (0.0, 0.0), period=cycle.steps, noise=cycle.scatter, resolution=step
+        )
     return _dimension.estimate(
         marked, wanted, delay, window, max(step, rounding), chosen, seed, workers
     )

@@ -46,11 +46,11 @@ def test_a_chaotic_recording(capsys):
     assert re.match(r"estimates: Takens \S+, slope \S+, nearest neighbours \(D1\) \S+$", estimates)
 
 
-def test_a_periodic_recording_is_told_before_the_dimension_of_its_jitter(capsys):
+def test_a_periodic_recording_has_dimension_0_whatever_its_jitter(capsys):
     assert run(PERIODIC, "--sensor=force") == 0
     train, found = capsys.readouterr().out.splitlines()
     assert "periodic: 1 impact every 45.25 ms" in train
-    assert found.startswith("scatter about that period: no plateau: ")
+    assert found.startswith("dimension 0: the series is periodic (every value recurs, ")
 
 
 def test_intervals_that_recur_exactly_have_dimension_0(tmp_path, capsys):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import impactsig
-from impactsig import InvalidInput, correlation_dimension
-from impactsig.reconstruct import _bootstrap, _dimension, _estimators, _scaling
-from impactsig.reconstruct._nearest import mean_log_distances
+from impactsig import Impacts, InvalidInput, correlation_dimension
+from impactsig.reconstruct import _bootstrap, _estimators, _periodic, _scaling
+from impactsig.reconstruct._nearest import log_distances_by_block
 
 from ..series import henon, lorenz_intervals, noisy, torus
 
@@ -101,6 +101,74 @@ def test_periodic_to_within_the_resolution_is_periodic():
     instants = np.cumsum(np.resize([0.1234567, 0.2345678, 0.3456789], 300))
     found = correlation_dimension(np.diff(np.floor(instants * 1000) / 1000), resolution=1e-3)
     assert (found.verdict, found.period, found.value) == ("periodic", 3, 0.0)
+
+
+def train(cycle, count, jitter, seed=0):
+    """Impacts of a cycle of intervals, their instants known to within `jitter`."""
+    instants = np.cumsum(np.resize(cycle, count + 1))
+    return Impacts.from_times(instants + np.random.default_rng(seed).normal(0, jitter, count + 1))
+
+
+@pytest.mark.parametrize("cycle", [[0.045], [0.02, 0.03], [0.02, 0.02, 0.03], np.arange(2, 9) / 99])
+def test_a_train_that_recurs_but_for_the_timing_is_periodic(cycle):
+    found = [correlation_dimension(train(cycle, 300, 1e-5, seed)) for seed in range(10)]
+    assert sum(one.verdict == "periodic" and one.period == len(cycle) for one in found) >= 9
+    likely = next(one for one in found if one.verdict == "periodic")
+    assert likely.value == 0.0
+    assert likely.noise == pytest.approx(np.sqrt(2) * 1e-5, rel=0.2)
+    assert "to within noise of" in str(likely)
+
+
+def test_independent_noise_about_values_that_are_apart_is_no_motion():
+    x = np.resize([1.0, 2.0, 4.0], 300)
+    assert correlation_dimension(noisy(x, 0.02), 3).period == 3
+    assert correlation_dimension(noisy(x, 0.5), 3).verdict != "periodic"
+
+
+@pytest.mark.parametrize("rate", [3.575, 3.59, 3.65, 3.9])
+@pytest.mark.parametrize("count", [100, 1000])
+def test_chaos_in_bands_visited_in_turn_is_not_periodic(rate, count):
+    """The logistic map above its point of accumulation has 4, 2 and 1 bands."""
+    x = np.empty(count + 1000)
+    x[0] = 0.3
+    for i in range(1, len(x)):
+        x[i] = rate * x[i - 1] * (1 - x[i - 1])
+    assert _periodic.noisy_cycle(x[1000:], 0.0, True) is None
+
+
+@pytest.mark.parametrize(
+    "x",
+    [
+        lorenz_intervals(300),
+        5 + 0.1 * henon(300),
+        np.resize([1, 2, 3.0], 300) + 0.02 * np.sin(0.37 * np.arange(300)),
+        np.resize([1, 2, 3.0], 300) + np.linspace(0, 0.1, 300),
+        1 + 0.002 * torus(300, frequencies=2),
+        np.random.default_rng(0).exponential(size=300),
+    ],
+    ids=["chaos", "small chaos", "modulated", "drifting", "torus", "Poisson"],
+)
+def test_what_moves_about_its_cycle_is_not_periodic(x):
+    assert _periodic.noisy_cycle(x, 0.0, True) is None
+
+
+def test_noise_is_told_from_an_attractor_that_unfolds():
+    """A share of a noise level is reported where there is none only as a possibility."""
+    clean = [correlation_dimension(lorenz_intervals(1000, seed), 3, theiler=12) for seed in (1, 2)]
+    assert all(one.noise == 0 for one in clean)
+    assert not any("noise of" in str(one) for one in clean)
+
+
+def test_the_scaling_region_ends_before_the_bump_of_the_local_slopes():
+    """The beam's slopes are 1 up to C = 0.004, and 1.6 where its two laminae meet."""
+    from impactsig import scenes, simulate
+
+    run = simulate(scenes.karpodinis(20.1), periods=4000, transient=200)
+    found = correlation_dimension(run.impacts.intervals(), 4)
+    radii, one = found.correlation.radii, found.by_dimension[-1]
+    inside = (radii >= found.region[1] / 4) & (radii <= found.region[1])
+    assert found.value == pytest.approx(1.0, abs=0.1)
+    assert one.slopes[inside].max() < 1.2
 
 
 def test_a_quasi_periodic_series_is_not_periodic():
@@ -248,42 +316,68 @@ def test_takens_is_the_inverse_mean_logarithm():
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 def test_uniform_points_in_a_cube_have_its_dimension_by_their_neighbours(dimension):
     points = np.random.default_rng(dimension).uniform(size=(4000, dimension))
-    found = _estimators.Neighbours(points, 0, 10, 0).dimension(np.ones((1, 10)), 0.0)
+    draws = _bootstrap.multipliers(10, 0)
+    found = _estimators.Neighbours(points, 0, 10, 0).dimension(draws, 0.0)
     assert found[0] == pytest.approx(dimension, rel=0.05)
 
 
-def test_mean_log_distances_are_those_of_vectors_written_out_as_often_as_drawn():
+def test_log_distances_are_those_of_neighbours_without_the_block_left_out():
     rng = np.random.default_rng(3)
     logs = np.sort(rng.normal(size=(12, 9)), axis=1)
     block_of, own = rng.integers(0, 4, (12, 9)), rng.integers(0, 4, 12)
-    weights, ranks = np.array([[1, 1, 1, 1], [2, 0, 1, 1], [1, 3, 0, 0.0]]), np.array([1, 2])
-    naive = [
-        [
-            np.mean(
-                [
-                    np.repeat(logs[i], weight[block_of[i]].astype(int))[rank - 1]
-                    for i in range(12)
-                    for _ in range(int(weight[own[i]]))
-                ]
-            )
-            for rank in ranks
-        ]
-        for weight in weights
-    ]
-    assert mean_log_distances(logs, block_of, own, weights, ranks) == pytest.approx(np.array(naive))
+    weights, ranks = _bootstrap.without_each(4), np.array([1, 2])
+    naive = np.zeros((5, 4, 2))
+    for row, weight in enumerate(weights):
+        for i in range(12):
+            naive[row, own[i]] += logs[i, weight[block_of[i]] > 0][ranks - 1]
+    assert log_distances_by_block(logs, block_of, own, weights, ranks) == pytest.approx(naive)
 
 
-def test_resampled_sums_are_those_of_blocks_written_out():
+def test_sums_without_a_block_are_those_of_the_pairs_among_the_others():
     rng = np.random.default_rng(5)
-    counts = np.triu(rng.integers(0, 9, (4, 4))).astype(np.int64)
-    counts = np.stack([counts, counts + np.triu(np.ones((4, 4), np.int64))], axis=-1)
-    drawn = [0, 0, 2, 3]
-    weights = np.bincount(drawn, minlength=4)[None].astype(float)
-    both = np.zeros(2)
-    for p in range(4):
-        for q in range(p, 4):
-            both += counts[p, q] * (weights[0, p] * weights[0, q] if p != q else weights[0, p])
-    assert _bootstrap.resampled_sums(counts, weights)[0] == pytest.approx(both / both[-1])
+    counts = np.triu(rng.integers(1, 9, (5, 5))).astype(np.int64)
+    counts = np.stack([counts, 2 * counts], axis=-1) + np.triu(np.ones((5, 5), np.int64))[..., None]
+    found = _bootstrap.sums_without_each(counts)
+    for row, kept in enumerate([range(5), *(np.delete(np.arange(5), b) for b in range(5))]):
+        left = counts[np.ix_(kept, kept)].sum(axis=(0, 1))
+        assert found[row] == pytest.approx(left / left[-1])
+
+
+def test_pair_variance_is_that_of_the_pairs_alone_whatever_the_blocks_add():
+    rng = np.random.default_rng(0)
+    found, sums = [], []
+    for _ in range(4000):
+        chance = np.triu(rng.normal(size=(8, 8)), 1)
+        block = 10 * rng.normal(size=8)
+        found.append(_bootstrap.pair_variance(np.triu(chance + block + block[:, None] + 3, 1)))
+        sums.append(chance.sum())
+    assert np.mean(found) == pytest.approx(28, rel=0.02)  # 8 * 7 / 2 pairs of variance 1
+    assert np.var(sums) == pytest.approx(np.mean(found), rel=0.07)
+
+
+@pytest.mark.parametrize("density", ["even", "varying"])
+def test_the_spread_of_resamples_is_that_of_a_statistic_of_pairs(density):
+    """Pairs of independent values within a radius: by chance of pairs, and of the values."""
+    n, blocks, radius = 200, 20, 0.02
+    draws = _bootstrap.multipliers(blocks, 0)
+    seen, told = [], []
+    for seed in range(300):
+        x = np.random.default_rng(seed).uniform(size=n)
+        x = x if density == "even" else x**3
+        close = np.triu(np.abs(x[:, None] - x) <= radius, 1)
+        block = np.arange(n) * blocks // n
+        counts = np.zeros((blocks, blocks, 2))
+        np.add.at(
+            counts, (block[:, None], block), np.stack([close, np.triu(np.ones((n, n)), 1)], -1)
+        )
+        sums = _bootstrap.sums_without_each(counts)[:, 0]
+        total = counts[..., 1].sum()
+        noise = _bootstrap.pair_variance((counts[..., 0] - sums[0] * counts[..., 1]) / total)
+        drawn = _bootstrap.resampled(sums, noise, draws)
+        assert drawn[0] == sums[0]
+        seen.append(sums[0])
+        told.append(drawn[1:].var())
+    assert np.sqrt(np.mean(told)) == pytest.approx(np.std(seen), rel=0.15)
 
 
 def test_the_quantum_of_multiples_is_found_and_none_of_a_continuous_series():
@@ -295,14 +389,14 @@ def test_the_quantum_of_multiples_is_found_and_none_of_a_continuous_series():
 
 def test_recurrence_is_the_least_period():
     x = np.resize(np.random.default_rng(0).normal(size=12), 120)
-    assert _dimension.recurrence(x, 0.0) == 12
+    assert _periodic.recurrence(x, 0.0) == 12
     x[-1] += 1e-6
-    assert _dimension.recurrence(x, 0.0) is None
-    assert _dimension.recurrence(x, 1e-5) == 12
+    assert _periodic.recurrence(x, 0.0) is None
+    assert _periodic.recurrence(x, 1e-5) == 12
 
 
 def test_a_slow_drift_is_no_period():
-    assert _dimension.recurrence(np.linspace(0, 1, 500), 0.01) is None
+    assert _periodic.recurrence(np.linspace(0, 1, 500), 0.01) is None
 
 
 @pytest.mark.parametrize("most", [3, 5])
