@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from .comparison import Comparison, compare
     from .detect import detect_impacts
     from .dynamics.basins import Attractor, Basins, basins_of_attraction
+    from .dynamics.branches import Branch
     from .dynamics.charts import PeriodicityChart, periodicity_chart
+    from .dynamics.continuation import continue_orbit
     from .dynamics.diagrams import BifurcationDiagram, bifurcation_diagram
     from .dynamics.equivalence import (
         ContactSamples,
@@ -24,8 +26,6 @@ if TYPE_CHECKING:
         equivalence_error,
         fit_soft_stop,
     )
-    from .dynamics.branches import Branch
-    from .dynamics.continuation import continue_orbit
     from .dynamics.lyapunov import LyapunovSpectrum, lyapunov_spectrum
     from .dynamics.matching import MatchRate, match_rate, strobe_distance
     from .dynamics.orbits import PeriodicOrbit, find_periodic_orbit, find_periodic_orbits
@@ -309,9 +309,9 @@ __all__ = [
     "match_rate",
     "measure",
     "mutual_information_delay",
+    "open_study",
     "orbit_period",
     "periodicity_chart",
-    "open_study",
     "plot",
     "prediction_error",
     "read",
