@@ -9,7 +9,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.patches import Patch
 
 from ..errors import InvalidInput
-from ._axes import BLUE, CHANNEL_COLOURS, GREY, RASTER_ABOVE, VERMILLION, axes
+from ._axes import BLUE, CHANNEL_COLOURS, GREY, RASTER_ABOVE, VERMILLION, axes, called
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ..dynamics.basins import Basins
     from ..dynamics.charts import PeriodicityChart
     from ..dynamics.diagrams import BifurcationDiagram
+    from ..dynamics.response import ResponseSpectrum
 
 LABELS = {
     "displacement": "displacement once a period",
@@ -95,7 +96,33 @@ def bifurcation_diagram(
             "sticking": result.sticking,
         }[observe]
         ax.plot(result.values, line, color=BLUE, linewidth=0.8)
-    ax.set(xlabel="parameter", ylabel=LABELS[observe])
+    ax.set(xlabel=called(result.parameter), ylabel=LABELS[observe])
+    ax.margins(x=0)
+    return ax
+
+
+def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
+    """Draw greatest and least displacement over the parameter.
+
+    Parameters
+    ----------
+    result : ResponseSpectrum
+        From `impactsig.response_spectrum`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax)
+    for extreme, colour, name in (
+        (result.greatest, BLUE, "greatest"),
+        (result.least, VERMILLION, "least"),
+    ):
+        ax.plot(result.values, extreme, color=colour, linewidth=1.0, label=name)
+    ax.set(xlabel=called(result.parameter), ylabel="displacement")
+    ax.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0, 1), borderpad=0)
     ax.margins(x=0)
     return ax
 
@@ -140,7 +167,7 @@ def periodicity_chart(
     if result.failed.any():
         names, palette = [*names, "ended early"], [*palette, ENDED_EARLY]
     _cells(ax, result.x, result.y, shown, palette)
-    ax.set(xlabel="first parameter", ylabel="second parameter")
+    ax.set(xlabel=called(result.names[0]), ylabel=called(result.names[1]))
     _key(ax, names, palette, np.unique(shown))
     return ax
 
