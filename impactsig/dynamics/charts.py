@@ -84,9 +84,9 @@ def periodicity_chart(
     """period(m, n) over a plane of two parameters, each cell from the same start.
 
     A cell is strobed once a forcing period; its orbit has closed after n periods when it is back
-    with what is left of the transient, as it shrinks, below `closed`, after as many impacts. A motion
-    that has not come so near in its time is on the orbit that Newton's method finds beside it, if
-    that orbit is stable and the motion comes nearer to it as its multipliers say.
+    with what is left of the transient, as it shrinks, below `closed`, after as many impacts. Where
+    that takes longer than the cell has, its orbit is the one that Newton's method finds beside it,
+    if that is stable and the motion comes nearer to it as its multipliers say.
 
     Parameters
     ----------

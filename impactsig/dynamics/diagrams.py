@@ -129,6 +129,7 @@ def bifurcation_diagram(
         Whether to work out the Lyapunov exponents.
     closed : float
         Tolerance within which an orbit closes, as a share of the size of displacement and velocity.
+        Where the transient is too short for it, the orbit is looked for as in `periodicity_chart`.
     skip : bool
         Whether a motion ends as soon as its orbit has closed, and the rest is known from it.
     workers : int, optional

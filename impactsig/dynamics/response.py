@@ -127,8 +127,15 @@ def response_spectrum(
     with ThreadPoolExecutor(threads) as pool:
         cells = list(pool.map(cell, chosen.tolist()))
     greatest, least, rest, n, status = zip(*cells, strict=True)
-    columns = (np.array(column) for column in (greatest, least, rest, n))
-    return ResponseSpectrum(chosen, *columns, status, parameter_names(scene, 1)[0])
+    return ResponseSpectrum(
+        values=chosen,
+        greatest=np.array(greatest),
+        least=np.array(least),
+        sticking=np.array(rest),
+        periods=np.array(n),
+        status=status,
+        parameter=parameter_names(scene, 1)[0],
+    )
 
 
 def _extremes(motion: Motion) -> tuple[float, float]:

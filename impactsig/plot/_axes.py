@@ -25,10 +25,10 @@ BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY = (
 CHANNEL_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION)
 GREY = "#6B6B6B"
 
-GREEK = (
-    "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi rho sigma tau phi chi psi "
-    "omega"
-).split()
+GREEK = {
+    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "kappa", "lambda",
+    "mu", "nu", "xi", "rho", "sigma", "tau", "phi", "chi", "psi", "omega",
+}  # fmt: skip
 
 RASTER_ABOVE = 3000
 """Points above which a scatter is drawn as pixels inside a vector figure, to keep it small."""
@@ -99,11 +99,7 @@ def plain(text: str, longest: int = 48) -> str:
 
 
 def called(name: str) -> str:
-    """The name of a function's parameter as a label: a Greek letter as such, other names in words.
-
-    >>> called("stop_stiffness"), called("gamma")
-    ('stop stiffness', '$\\gamma$')
-    """
+    """The name of a function's parameter as a label: a Greek letter as such, others in words."""
     words = plain(name.replace("_", " "))
     return rf"$\{name}$" if name in GREEK else words
 
