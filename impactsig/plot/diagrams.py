@@ -29,6 +29,7 @@ LABELS = {
 }
 CLASSES = ("period-1 without impact", "period-1 with impacts", "higher or not closed")
 CLASS_COLOURS = ("#F0E6C8", "#56B4E9", "#B8402A")
+FEW = 600  # values up to which a single point would hardly be seen
 MOST_ORBITS = 12  # kinds of orbit with a colour of their own
 NOT_CLOSED, ENDED_EARLY = "#303030", "#FFFFFF"
 
@@ -81,8 +82,10 @@ def bifurcation_diagram(
         chaotic = np.repeat(result.periods == 0, [len(some) for some in cloud])
         for some, alpha in ((chaotic, 0.4), (~chaotic, 1.0)):
             ax.plot(
-                x[some], y[some], ",", color=BLUE, alpha=alpha, rasterized=len(x) > RASTER_ABOVE
-            )
+                x[some], y[some], linestyle="none", color=BLUE, alpha=alpha,
+                marker="," if len(result.values) > FEW else "o", markersize=1.5,
+                markeredgewidth=0, rasterized=len(x) > RASTER_ABOVE,
+            )  # fmt: skip
     elif observe == "exponents" and result.exponents is not None:
         shown = np.where(np.isfinite(result.exponents), result.exponents, np.nan)
         ax.axhline(0, color=GREY, linewidth=0.6)
