@@ -200,7 +200,7 @@ def basins(result: Basins, ax: Axes | None = None) -> Axes:
     shown = np.where(result.labels >= count, count, result.labels)
     shown = np.where(result.labels < 0, count + 1, shown)
     _cells(ax, result.x, result.v, shown, palette)
-    ax.autoscale(False)
+    ax.set(xlim=ax.get_xlim(), ylim=ax.get_ylim())  # those of the starts, whatever is drawn on them
     for attractor in result.attractors:
         ax.plot(*attractor.strobe.T, "o", color="white", markeredgecolor="black", markersize=4)
     ax.set(xlabel="displacement at the start", ylabel="velocity at the start")
