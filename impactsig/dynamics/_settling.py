@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import Motion
 from ..simulate._events import COLUMNS, DONE, STATUS
@@ -14,7 +16,6 @@ from ..simulate._exact import ExactEngine
 from ..simulate._frame import base_motion, reference_frequency
 from ..simulate._run import Run
 from ._strobing import closing, follow, least
-from .orbits import find_periodic_orbit
 from .tangent import tangent_map
 
 LONGEST = 32  # periods of an orbit that are told
@@ -22,6 +23,7 @@ LEGS = 100_000  # work in one forcing period after which a motion is given up
 NEAR = 1e-2  # returns of a motion that may yet close, as a share of its size
 TRIES = 4  # periods that a motion may be about to close with; chaos comes near itself after many
 UNTOLD = 0.2  # of what a motion goes nearer in a return, the share its derivative may not tell
+EXACT = 1e-9  # what an orbit may be off by after its periods, as a share of its size
 ALIKE = 1e-6  # points of an orbit closer than this share of its size are one
 
 NOTHING_KNOWN = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
@@ -82,32 +84,46 @@ class Settled:
 
     def _approached(self, m: int) -> Settled | None:
         """The stable orbit of m periods, or a divisor of them, that draws the motion."""
-        run = self.run
-        oscillator, phase = run.oscillator, run.phase
+        oscillator, phase = self.run.oscillator, self.run.phase
         origin, unit = ground(oscillator, phase)
 
-        def derivative(point: np.ndarray) -> np.ndarray:
-            start = (float(point[0]), float(point[1]))
-            found = tangent_map(oscillator, periods=m, initial=start, phase=phase)
-            return found.matrix * unit / unit[:, None]
+        def returned(point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            """How far off its return is, and the derivative, in the run's units."""
+            start = origin + unit * point
+            found = tangent_map(
+                oscillator, periods=m, initial=(float(start[0]), float(start[1])), phase=phase
+            )
+            return (found.final[:2] - start) / unit, found.matrix * unit / unit[:, None]
 
-        def drawn(off: np.ndarray, matrix: np.ndarray) -> bool:
+        def draws(off: np.ndarray, matrix: np.ndarray) -> bool:
+            """Whether all neighbours come nearer, and these did as the derivative tells."""
+            if not np.isfinite(matrix).all() or np.abs(np.linalg.eigvals(matrix)).max() >= 1:
+                return False
             untold = np.linalg.norm(off[1:] - off[:-1] @ matrix.T, axis=1)
             return bool(np.all(untold <= UNTOLD * np.linalg.norm(off[:-1], axis=1)))
 
         last = self.strobes[-1 - 3 * m :: m, :2]
-        matrix = derivative(origin + unit * last[-1])
-        if not np.isfinite(matrix).all() or np.abs(np.linalg.eigvals(matrix)).max() >= 1:
+        point = last[-1]
+        gap, matrix = returned(point)
+        if not draws(np.diff(last, axis=0), matrix):
             return None
-        if not drawn(np.diff(last, axis=0), matrix):
+        least_gap = math.inf
+        while np.abs(gap).max() < least_gap / 2:  # until rounding ends it
+            least_gap, orbit, derivative = float(np.abs(gap).max()), point, matrix
+            try:
+                point = point + np.linalg.solve(np.eye(2) - matrix, gap)
+                gap, matrix = returned(point)
+            except (InvalidInput, np.linalg.LinAlgError):  # beyond a stop; a fold
+                break
+        if least_gap > EXACT * float(np.abs(orbit).max()) or not draws(last - orbit, derivative):
             return None
-        orbit = find_periodic_orbit(oscillator, m, guess=origin + unit * last[-1], phase=phase)
-        if not (orbit.found and orbit.stable and orbit.impacts == self.strobes[-m:, 2].sum()):
+        x, v = (origin + unit * orbit).tolist()
+        found = settle(oscillator, 2 * m, tolerance=1e-2, ends=False, initial=(x, v), phase=phase)
+        if (
+            found.status != STATUS[DONE]
+            or found.strobes[-m:, 2].sum() != self.strobes[-m:, 2].sum()
+        ):
             return None
-        if not drawn(last - (orbit.state - origin) / unit, derivative(orbit.state)):
-            return None
-        start = (float(orbit.state[0]), float(orbit.state[1]))
-        found = settle(oscillator, 2 * m, tolerance=1e-2, ends=False, initial=start, phase=phase)
         limit = ALIKE * float(np.abs(found.strobes[:, :2]).max())
         return replace(found, closed=least(found.strobes, 2 * m, m, limit))
 

@@ -169,18 +169,22 @@ def _problem(
     root = np.sqrt(np.abs(difference))
 
     size = max(len(region.gaps) for region in regions) + rubs
-    gap, means = np.zeros((len(modes), size, 3)), np.zeros((len(modes), size, 3), np.int64)
-    land, gaps = np.zeros((len(modes), size)), np.zeros(len(modes), np.int64)
+    rows, nothing = [], (0.0, 0.0, 0.0, 0, 0, 0, 0.0)
     for i, (region, way) in enumerate(modes):
-        for s, (alpha, beta, gamma, meaning, stop, beyond, at) in enumerate(region.gaps):
-            gap[i, s] = alpha, beta, gamma
-            target = i if beyond is None else len(ways) * beyond + (way < 0)
-            means[i, s] = meaning, stop, target
-            land[i, s] = at
-        gaps[i] = len(region.gaps) + rubs
+        row = [
+            (*known[:5], i if known[5] is None else len(ways) * known[5] + (way < 0), known[6])
+            for known in region.gaps
+        ]
         if rubs:
-            gap[i, gaps[i] - 1] = 0.0, way, 0.0
-            means[i, gaps[i] - 1] = HALT, -1, i
+            row.append((0.0, way, 0.0, HALT, -1, i, 0.0))
+        rows.append(row + [nothing] * (size - len(row)))
+    table = np.array(rows, float)  # filled at once: an entry at a time took as long as the rest
+    gap, means, land = (
+        table[:, :, :3].copy(),
+        table[:, :, 3:6].astype(np.int64),
+        table[:, :, 6].copy(),
+    )
+    gaps = np.array([len(region.gaps) + rubs for region, _ in modes])
     laws = [stop.law for stop in oscillator.stops]
     return Problem(
         kappa=kappa,
