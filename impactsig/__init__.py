@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .dynamics.matching import MatchRate, match_rate, strobe_distance
     from .dynamics.orbits import PeriodicOrbit, find_periodic_orbit, find_periodic_orbits
     from .dynamics.periodicity import OrbitPeriod, orbit_period
+    from .dynamics.response import ResponseSpectrum, response_spectrum
     from .dynamics.sections import Section, displacement_section, impact_map
     from .dynamics.tangent import TangentMap, tangent_map
     from .errors import (
@@ -213,6 +214,7 @@ _HOME = {
         "equivalence_error",
         "fit_soft_stop",
     ),
+    "dynamics.response": ("ResponseSpectrum", "response_spectrum"),
     "dynamics.matching": ("MatchRate", "match_rate", "strobe_distance"),
     "studies.study": ("Study", "open_study"),
     "studies.sweeping": ("sweep",),
@@ -265,6 +267,7 @@ __all__ = [
     "RecurrencePlot",
     "RecurrenceQuantification",
     "Repair",
+    "ResponseSpectrum",
     "ReturnMapDeterminism",
     "Rigid",
     "RungeKutta",
@@ -319,6 +322,7 @@ __all__ = [
     "recurrence_plot",
     "recurrence_quantification",
     "repair_intervals",
+    "response_spectrum",
     "return_map",
     "return_map_determinism",
     "scenes",

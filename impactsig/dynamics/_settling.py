@@ -1,23 +1,39 @@
-"""A run past its transient, which ends where its orbit has closed."""
+"""A run past its transient, which ends where its orbit has closed or is seen to close."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import Motion
 from ..simulate._events import COLUMNS, DONE, STATUS
 from ..simulate._exact import ExactEngine
+from ..simulate._frame import base_motion, reference_frequency
 from ..simulate._run import Run
-from ._strobing import closing, follow
+from ._strobing import closing, follow, least
+from .tangent import tangent_map
 
 LONGEST = 32  # periods of an orbit that are told
 LEGS = 100_000  # work in one forcing period after which a motion is given up
+NEAR = 1e-2  # returns of a motion that may yet close, as a share of its size
+TRIES = 4  # periods that a motion may be about to close with; chaos comes near itself after many
+UNTOLD = 0.2  # of what a motion goes nearer in a return, the share its derivative may not tell
+EXACT = 1e-9  # what an orbit may be off by after its periods, as a share of its size
+ALIKE = 1e-6  # points of an orbit closer than this share of its size are one
 
 NOTHING_KNOWN = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
+
+
+def ground(oscillator: Oscillator, phase: float) -> tuple[np.ndarray, np.ndarray]:
+    """Where a run's displacement and velocity are zero, and their units, seen from the ground."""
+    omega, base = reference_frequency(oscillator), oscillator.base
+    at = base_motion(oscillator, (base.frequency / omega if base else 1.0) * phase)
+    return np.array([float(at[0]), float(at[1])]), np.array([1.0, omega])
 
 
 @dataclass
@@ -41,6 +57,75 @@ class Settled:
     strobes: np.ndarray
     closed: int
     status: str
+
+    def closing(self) -> Settled:
+        """On the orbit that the motion comes nearer to, if it has not closed yet; else itself.
+
+        Of an orbit of m periods the last returns are small, and the derivative of the motion, all
+        of whose multipliers are within the unit circle, tells each of them from the one before.
+        Then Newton's method finds the orbit, which must be stable, have as many impacts, and draw
+        the motion as its own derivative says. A chaotic motion that passes an unstable orbit does
+        none of that.
+        """
+        if self.closed or self.status != STATUS[DONE]:
+            return self
+        points, impacts = self.strobes[:, :2], self.strobes[:, 2]
+        size = float(np.abs(points).max())
+        tries = 0
+        for m in range(1, min(LONGEST, (len(points) - 1) // 3) + 1):
+            returns = points[-2 * m :] - points[-3 * m : -m]
+            alike = np.array_equal(impacts[-m:], impacts[-2 * m : -m])
+            if np.abs(returns).max() <= NEAR * size and alike:
+                tries += 1
+                found = self._approached(m)
+                if found is not None or tries == TRIES:
+                    return found or self
+        return self
+
+    def _approached(self, m: int) -> Settled | None:
+        """The stable orbit of m periods, or a divisor of them, that draws the motion."""
+        oscillator, phase = self.run.oscillator, self.run.phase
+        origin, unit = ground(oscillator, phase)
+
+        def returned(point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            """How far off its return is, and the derivative, in the run's units."""
+            start = origin + unit * point
+            found = tangent_map(
+                oscillator, periods=m, initial=(float(start[0]), float(start[1])), phase=phase
+            )
+            return (found.final[:2] - start) / unit, found.matrix * unit / unit[:, None]
+
+        def draws(off: np.ndarray, matrix: np.ndarray) -> bool:
+            """Whether all neighbours come nearer, and these did as the derivative tells."""
+            if not np.isfinite(matrix).all() or np.abs(np.linalg.eigvals(matrix)).max() >= 1:
+                return False
+            untold = np.linalg.norm(off[1:] - off[:-1] @ matrix.T, axis=1)
+            return bool(np.all(untold <= UNTOLD * np.linalg.norm(off[:-1], axis=1)))
+
+        last = self.strobes[-1 - 3 * m :: m, :2]
+        point = last[-1]
+        gap, matrix = returned(point)
+        if not draws(np.diff(last, axis=0), matrix):
+            return None
+        least_gap = math.inf
+        while np.abs(gap).max() < least_gap / 2:  # until rounding ends it
+            least_gap, orbit, derivative = float(np.abs(gap).max()), point, matrix
+            try:
+                point = point + np.linalg.solve(np.eye(2) - matrix, gap)
+                gap, matrix = returned(point)
+            except (InvalidInput, np.linalg.LinAlgError):  # beyond a stop; a fold
+                break
+        if least_gap > EXACT * float(np.abs(orbit).max()) or not draws(last - orbit, derivative):
+            return None
+        x, v = (origin + unit * orbit).tolist()
+        found = settle(oscillator, 2 * m, tolerance=1e-2, ends=False, initial=(x, v), phase=phase)
+        if (
+            found.status != STATUS[DONE]
+            or found.strobes[-m:, 2].sum() != self.strobes[-m:, 2].sum()
+        ):
+            return None
+        limit = ALIKE * float(np.abs(found.strobes[:, :2]).max())
+        return replace(found, closed=least(found.strobes, 2 * m, m, limit))
 
     def motion(self, periods: int) -> Motion:
         """The next so many periods."""

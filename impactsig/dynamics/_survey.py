@@ -14,9 +14,8 @@ from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ..simulate._exact import ExactEngine
-from ..simulate._frame import base_motion
 from ..simulate._run import Run
-from ._settling import LEGS, LONGEST, NOTHING_KNOWN
+from ._settling import LEGS, LONGEST, NOTHING_KNOWN, ground
 
 TILE = 512  # starts that are followed in one call
 SCOUTS = 1024  # starts that are followed first, to learn of attractors
@@ -62,14 +61,12 @@ class Survey:
         InvalidInput
             If one is beyond a rigid stop.
         """
-        oscillator, omega = self.run.oscillator, self.engine.omega
-        base = oscillator.base
-        at, moving = base_motion(oscillator, (base.frequency / omega if base else 1.0) * self.phase)
-        places = np.stack([x - at, (v - moving) / omega], axis=1)
+        origin, unit = ground(self.run.oscillator, self.phase)
+        places = (np.stack([x, v], axis=1) - origin) / unit
         beyond = np.flatnonzero(~self.possible(places, slack=1e-12))
         if len(beyond):
             first = beyond[0]
-            Run(oscillator, periods=1, phase=self.phase, initial=(x[first], v[first]))
+            Run(self.run.oscillator, periods=1, phase=self.phase, initial=(x[first], v[first]))
         return places
 
     def possible(self, places: np.ndarray, slack: float = 0.0) -> np.ndarray:

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..oscillators import Oscillator
 from ..simulate._events import DONE
-from ..simulate._frame import base_motion
 from ._arguments import parameter_values
+from ._settling import ground
 from ._survey import OPEN, Survey
 
 if TYPE_CHECKING:
@@ -158,10 +158,9 @@ def basins_of_attraction(
 
 def _attractor(survey: Survey, k: int) -> Attractor:
     """An attractor against the ground and in the oscillator's units."""
-    orbit, oscillator, omega = survey.orbits[k], survey.run.oscillator, survey.engine.omega
-    base = oscillator.base
-    at, moving = base_motion(oscillator, (base.frequency / omega if base else 1.0) * survey.phase)
-    strobe = np.stack([orbit[:, 0] + at, orbit[:, 1] * omega + moving], axis=1)
+    orbit = survey.orbits[k]
+    origin, unit = ground(survey.run.oscillator, survey.phase)
+    strobe = origin + unit * orbit[:, :2]
     return Attractor(strobe, len(orbit), int(orbit[:, 2].sum()), survey.radii[k])
 
 

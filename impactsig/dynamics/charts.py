@@ -13,7 +13,7 @@ import numpy as np
 from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ._arguments import parameter_values
+from ._arguments import parameter_names, parameter_values
 from ._settling import settle
 
 if TYPE_CHECKING:
@@ -39,6 +39,8 @@ class PeriodicityChart:
         Where a motion ended early.
     x, y : numpy.ndarray
         Values of the parameters.
+    names : (str, str)
+        What they are called: what the scene calls them.
     """
 
     periods: np.ndarray = field(repr=False)
@@ -47,6 +49,7 @@ class PeriodicityChart:
     failed: np.ndarray = field(repr=False)
     x: np.ndarray = field(repr=False)
     y: np.ndarray = field(repr=False)
+    names: tuple[str, ...] = field(default=("parameter", "second parameter"), repr=False)
 
     @property
     def classes(self) -> np.ndarray:
@@ -81,7 +84,9 @@ def periodicity_chart(
     """period(m, n) over a plane of two parameters, each cell from the same start.
 
     A cell is strobed once a forcing period; its orbit has closed after n periods when it is back
-    with what is left of the transient, as it shrinks, below `closed`, after as many impacts.
+    with what is left of the transient, as it shrinks, below `closed`, after as many impacts. Where
+    that takes longer than the cell has, its orbit is the one that Newton's method finds beside it,
+    if that is stable and the motion comes nearer to it as its multipliers say.
 
     Parameters
     ----------
@@ -127,8 +132,9 @@ def periodicity_chart(
             settled = settle(
                 oscillator, periods, tolerance=closed, ends=skip, initial=initial, phase=phase
             )
-            n = settled.closed
-            impacts = int(settled.strobes[-n:, 2].sum()) if n else -1
+            orbit = settled.closing()
+            n = orbit.closed
+            impacts = int(orbit.strobes[-n:, 2].sum()) if n else -1
             failed = settled.status != "complete"
             found.append((n, impacts, len(settled.strobes) - 1, failed))
         return found
@@ -138,4 +144,4 @@ def periodicity_chart(
     n, impacts, followed, failed = (
         np.array(column).reshape(len(axes[1]), len(axes[0])) for column in zip(*cells, strict=True)
     )
-    return PeriodicityChart(n, impacts, followed, failed, *axes)
+    return PeriodicityChart(n, impacts, followed, failed, *axes, parameter_names(scene, 2))

@@ -14,9 +14,9 @@ import numpy as np
 from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
-from ..simulate._frame import base_motion, reference_frequency
-from ._arguments import parameter_values
-from ._settling import settle
+from ..simulate._frame import reference_frequency
+from ._arguments import parameter_names, parameter_values
+from ._settling import ground, settle
 from .lyapunov import lyapunov_spectrum
 from .tangent import tangent_map
 
@@ -51,6 +51,8 @@ class BifurcationDiagram:
         become one.
     status : tuple of str
         As of `Motion`, for each value. What is not known of a motion that ended early is NaN.
+    parameter : str
+        What the parameter is called: what the scene calls it.
     """
 
     values: np.ndarray
@@ -63,6 +65,7 @@ class BifurcationDiagram:
     sticking: np.ndarray
     exponents: np.ndarray | None
     status: tuple[str, ...]
+    parameter: str = "parameter"
 
     def __repr__(self) -> str:
         closed = np.count_nonzero(self.periods)
@@ -126,6 +129,7 @@ def bifurcation_diagram(
         Whether to work out the Lyapunov exponents.
     closed : float
         Tolerance within which an orbit closes, as a share of the size of displacement and velocity.
+        Where the transient is too short for it, the orbit is looked for as in `periodicity_chart`.
     skip : bool
         Whether a motion ends as soon as its orbit has closed, and the rest is known from it.
     workers : int, optional
@@ -170,6 +174,7 @@ def bifurcation_diagram(
         sticking=column("sticking"),
         exponents=column("exponents") if exponents else None,
         status=tuple(cell.status for cell in cells),
+        parameter=parameter_names(scene, 1)[0],
     )
 
 
@@ -194,6 +199,7 @@ class _Look(NamedTuple):
     ) -> tuple[_Cell, tuple[float, float, float] | None]:
         """What an oscillator does from a start, and where it ends."""
         settled = settle(oscillator, self.transient, tolerance=self.closed, ends=self.skip, **start)
+        settled = settled.closing()
         n = settled.closed
         span = n or self.periods
         motion = settled.motion(span)
@@ -231,21 +237,19 @@ def _carried(
     scene: Callable[[float], Oscillator], values: np.ndarray, look: _Look, start: dict[str, Any]
 ) -> Iterator[_Cell]:
     """The cells one by one, each from where the last one ended."""
-    relative: tuple[float, float] | None = None
+    relative: np.ndarray | None = None
     for value in values:
         oscillator = _made(scene, value)
-        omega, base = reference_frequency(oscillator), oscillator.base
-        own = base.frequency / omega if base else 1.0
         if relative is not None:
-            at, moving = base_motion(oscillator, own * start["phase"])
+            origin, unit = ground(oscillator, start["phase"])
             place = relative[0]
             for stop in oscillator.stops:
                 if isinstance(stop.law, Rigid):
                     limit = min if stop.side == "upper" else max
                     place = limit(place, stop.position)
-            start["initial"] = place + float(at), relative[1] * omega + float(moving)
+            start["initial"] = tuple((origin + unit * (place, relative[1])).tolist())
         cell, final = look.cell(oscillator, **start)
         if final is not None:
-            at, moving = base_motion(oscillator, own * final[2])
-            relative = final[0] - float(at), (final[1] - float(moving)) / omega
+            origin, unit = ground(oscillator, final[2])
+            relative = (final[:2] - origin) / unit
         yield cell

@@ -13,7 +13,7 @@ from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import simulate_many
-from ._arguments import parameter_values
+from ._arguments import parameter_names, parameter_values
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,6 +71,8 @@ class MatchRate:
         What counts as the same.
     failed : int
         Cells in which a motion ended early; they count as no match.
+    names : (str, str)
+        What the parameters are called: what the first family calls them.
     """
 
     rate: float
@@ -79,6 +81,7 @@ class MatchRate:
     y: np.ndarray = field(repr=False)
     below: float
     failed: int
+    names: tuple[str, ...] = field(default=("parameter", "second parameter"), repr=False)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the distance over the plane; see `impactsig.plot.match_rate`."""
@@ -143,7 +146,8 @@ def match_rate(
         if one is not None and other is not None:
             cells.flat[n] = _distance(one, other)
     matched, failed = np.count_nonzero(cells < below), np.count_nonzero(np.isnan(cells))
-    return MatchRate(float(matched / cells.size), cells, axes[0], axes[1], below, int(failed))
+    names = parameter_names(first, 2)
+    return MatchRate(float(matched / cells.size), cells, *axes, below, int(failed), names)
 
 
 def _sets(

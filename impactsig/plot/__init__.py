@@ -3,7 +3,7 @@
 from .branches import branch
 from .comparison import comparison
 from .correlation import correlation_sum
-from .diagrams import basins, bifurcation_diagram, periodicity_chart
+from .diagrams import basins, bifurcation_diagram, periodicity_chart, response_spectrum
 from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
 from .equivalence import match_rate
@@ -43,6 +43,7 @@ __all__ = [
     "prediction_error",
     "pulse",
     "recurrence_plot",
+    "response_spectrum",
     "return_map",
     "return_maps",
     "section",

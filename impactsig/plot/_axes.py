@@ -26,6 +26,11 @@ BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY = (
 CHANNEL_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION)
 GREY = "#6B6B6B"
 
+GREEK = {
+    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "kappa", "lambda",
+    "mu", "nu", "xi", "rho", "sigma", "tau", "phi", "chi", "psi", "omega",
+}  # fmt: skip
+
 RASTER_ABOVE = 3000
 """Points above which a scatter is drawn as pixels inside a vector figure, to keep it small."""
 
@@ -133,6 +138,12 @@ def plain(text: str, longest: int = 48) -> str:
     words = " ".join(text.split())
     shown = words if len(words) <= longest else words[: longest - 3] + "..."
     return shown.replace("$", r"\$")
+
+
+def called(name: str) -> str:
+    """The name of a function's parameter as a label: a Greek letter as such, others in words."""
+    words = plain(name.replace("_", " "))
+    return rf"$\{name}$" if name in GREEK else words
 
 
 def with_unit(quantity: str, unit: str) -> str:

@@ -9,7 +9,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.patches import Patch
 
 from ..errors import InvalidInput
-from ._axes import BLUE, CHANNEL_COLOURS, GREY, RASTER_ABOVE, VERMILLION, axes
+from ._axes import BLUE, CHANNEL_COLOURS, GREY, RASTER_ABOVE, VERMILLION, axes, called
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ..dynamics.basins import Basins
     from ..dynamics.charts import PeriodicityChart
     from ..dynamics.diagrams import BifurcationDiagram
+    from ..dynamics.response import ResponseSpectrum
 
 LABELS = {
     "displacement": "displacement once a period",
@@ -28,6 +29,7 @@ LABELS = {
 }
 CLASSES = ("period-1 without impact", "period-1 with impacts", "higher or not closed")
 CLASS_COLOURS = ("#F0E6C8", "#56B4E9", "#B8402A")
+FEW = 600  # values up to which a single point would hardly be seen
 MOST_ORBITS = 12  # kinds of orbit with a colour of their own
 NOT_CLOSED, ENDED_EARLY = "#303030", "#FFFFFF"
 
@@ -80,8 +82,10 @@ def bifurcation_diagram(
         chaotic = np.repeat(result.periods == 0, [len(some) for some in cloud])
         for some, alpha in ((chaotic, 0.4), (~chaotic, 1.0)):
             ax.plot(
-                x[some], y[some], ",", color=BLUE, alpha=alpha, rasterized=len(x) > RASTER_ABOVE
-            )
+                x[some], y[some], linestyle="none", color=BLUE, alpha=alpha,
+                marker="," if len(result.values) > FEW else "o", markersize=1.5,
+                markeredgewidth=0, rasterized=len(x) > RASTER_ABOVE,
+            )  # fmt: skip
     elif observe == "exponents" and result.exponents is not None:
         shown = np.where(np.isfinite(result.exponents), result.exponents, np.nan)
         ax.axhline(0, color=GREY, linewidth=0.6)
@@ -95,7 +99,33 @@ def bifurcation_diagram(
             "sticking": result.sticking,
         }[observe]
         ax.plot(result.values, line, color=BLUE, linewidth=0.8)
-    ax.set(xlabel="parameter", ylabel=LABELS[observe])
+    ax.set(xlabel=called(result.parameter), ylabel=LABELS[observe])
+    ax.margins(x=0)
+    return ax
+
+
+def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
+    """Draw greatest and least displacement over the parameter.
+
+    Parameters
+    ----------
+    result : ResponseSpectrum
+        From `impactsig.response_spectrum`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax)
+    for extreme, colour, name in (
+        (result.greatest, BLUE, "greatest"),
+        (result.least, VERMILLION, "least"),
+    ):
+        ax.plot(result.values, extreme, color=colour, linewidth=1.0, label=name)
+    ax.set(xlabel=called(result.parameter), ylabel="displacement")
+    ax.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0, 1), borderpad=0)
     ax.margins(x=0)
     return ax
 
@@ -140,7 +170,7 @@ def periodicity_chart(
     if result.failed.any():
         names, palette = [*names, "ended early"], [*palette, ENDED_EARLY]
     _cells(ax, result.x, result.y, shown, palette)
-    ax.set(xlabel="first parameter", ylabel="second parameter")
+    ax.set(xlabel=called(result.names[0]), ylabel=called(result.names[1]))
     _key(ax, names, palette, np.unique(shown))
     return ax
 
@@ -170,7 +200,7 @@ def basins(result: Basins, ax: Axes | None = None) -> Axes:
     shown = np.where(result.labels >= count, count, result.labels)
     shown = np.where(result.labels < 0, count + 1, shown)
     _cells(ax, result.x, result.v, shown, palette)
-    ax.autoscale(False)
+    ax.set(xlim=ax.get_xlim(), ylim=ax.get_ylim())  # those of the starts, whatever is drawn on them
     for attractor in result.attractors:
         ax.plot(*attractor.strobe.T, "o", color="white", markeredgecolor="black", markersize=4)
     ax.set(xlabel="displacement at the start", ylabel="velocity at the start")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.colors import TwoSlopeNorm
 
-from ._axes import axes
+from ._axes import axes, called
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,6 +42,6 @@ def match_rate(result: MatchRate, ax: Axes | None = None) -> Axes:
     )  # fmt: skip
     bar = ax.figure.colorbar(mesh, ax=ax, label="$\\log_{10}$ of the distance $e_c$")
     bar.ax.axhline(limit, color="black", linewidth=1)
-    ax.set(xlabel="first parameter", ylabel="second parameter")
+    ax.set(xlabel=called(result.names[0]), ylabel=called(result.names[1]))
     ax.set_title(f"match in {result.rate:.1%} of the cells", fontsize="medium", loc="left")
     return ax

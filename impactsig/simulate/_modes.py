@@ -158,9 +158,18 @@ def _problem(
     modes = [(region, way) for region in regions for way in ways]
 
     ratio, force = forcing(oscillator)
-    kappa = np.array([region.stiffness / inertia for region, _ in modes])
-    delta = np.array([region.damping / (2 * oscillator.mass * omega) for region, _ in modes])
-    constant = np.array([region.load / inertia - way * kinetic for region, way in modes])
+    # These arrays are so short that what they cost is being made: one for all columns, one for
+    # all gaps, since an entry at a time took as long as all the rest.
+    columns = [
+        (
+            region.stiffness / inertia,
+            region.damping / (2 * oscillator.mass * omega),
+            region.load / inertia - way * kinetic,
+            region.origin,
+        )
+        for region, way in modes
+    ]
+    kappa, delta, constant, origin = np.array(columns).T.copy()
     # (sqrt kappa - delta)(sqrt kappa + delta) keeps the digits that kappa - delta^2 would lose.
     difference = (np.sqrt(kappa) - delta) * (np.sqrt(kappa) + delta)
     impedance = kappa[:, None] - ratio**2 + 2j * delta[:, None] * ratio
@@ -168,19 +177,26 @@ def _problem(
     response = np.divide(force, impedance, out=0 * impedance, where=force != 0)
     root = np.sqrt(np.abs(difference))
 
+    powers = ratio[:, None] ** np.arange(5)
     size = max(len(region.gaps) for region in regions) + rubs
-    gap, means = np.zeros((len(modes), size, 3)), np.zeros((len(modes), size, 3), np.int64)
-    land, gaps = np.zeros((len(modes), size)), np.zeros(len(modes), np.int64)
+    rows, nothing = [], (0.0, 0.0, 0.0, 0, 0, 0, 0.0)
     for i, (region, way) in enumerate(modes):
-        for s, (alpha, beta, gamma, meaning, stop, beyond, at) in enumerate(region.gaps):
-            gap[i, s] = alpha, beta, gamma
-            target = i if beyond is None else len(ways) * beyond + (way < 0)
-            means[i, s] = meaning, stop, target
-            land[i, s] = at
-        gaps[i] = len(region.gaps) + rubs
+        row = [
+            (*known[:5], i if known[5] is None else len(ways) * known[5] + (way < 0), known[6])
+            for known in region.gaps
+        ]
         if rubs:
-            gap[i, gaps[i] - 1] = 0.0, way, 0.0
-            means[i, gaps[i] - 1] = HALT, -1, i
+            row.append((0.0, way, 0.0, HALT, -1, i, 0.0))
+        rows.append(row + [nothing] * (size - len(row)))
+    table = np.array(rows, float).reshape(
+        len(modes), size, 7
+    )  # filled at once: an entry at a time took as long as the rest
+    gap, means, land = (
+        table[:, :, :3].copy(),
+        table[:, :, 3:6].astype(np.int64),
+        table[:, :, 6].copy(),
+    )
+    gaps = np.array([len(region.gaps) + rubs for region, _ in modes])
     laws = [stop.law for stop in oscillator.stops]
     return Problem(
         kappa=kappa,
@@ -192,19 +208,19 @@ def _problem(
         drift=np.where(kappa >= 1, 0.0, constant),
         cosine=np.ascontiguousarray(response.real),
         sine=np.ascontiguousarray(-response.imag),
-        reach=np.stack([np.abs(response) @ ratio**n for n in range(5)], axis=1),
+        reach=np.abs(response) @ powers,
         rate=np.maximum(ratio.max(), delta + root),
         ratio=ratio,
         force_cos=np.ascontiguousarray(force.real),
         force_sin=np.ascontiguousarray(-force.imag),
-        force_bound=np.array([np.abs(force) @ ratio**n for n in range(4)]),
+        force_bound=np.abs(force) @ powers[:, :4],
         pressed=np.array([region.level - len(region.lifted) for region, _ in modes]),
         gaps=gaps,
         leans=np.any(gap[:, :, 1], axis=1),
         gap=gap,
         means=means,
         land=land,
-        origin=np.array([region.origin for region, _ in modes]),
+        origin=origin,
         side=np.array([1 if stop.side == "upper" else -1 for stop in oscillator.stops] or [0]),
         restitution=np.array([_restitution(law) for law in laws] or [0.0]),
         speed=omega,

@@ -74,6 +74,8 @@ def test_figure_names_the_attractors(four):
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert len(texts) == 4
     assert texts[0].startswith("(2, 1)")
+    assert ax.get_xlim() == pytest.approx((-2.5, 2.5), rel=0.1)
+    assert ax.get_ylim() == pytest.approx((-3, 3), rel=0.1)
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def test_okolewskis_orbits_without_loss(stop):
 
 
 def test_ending_at_closed_orbits_changes_nothing():
-    values = np.linspace(2.5, 5.5, 13)
+    values = np.append(np.linspace(2.5, 5.5, 13), [2.86, 3.16, 4.84])
     full, ended = (
         bifurcation_diagram(okolewski("hard", 0.6), values, skip=skip, exponents=True)
         for skip in (False, True)
@@ -165,6 +165,62 @@ def test_figures_of_a_diagram(observe):
     ax = found.plot(Figure().subplots(), observe=observe)
     assert ax.get_ylabel() == plot.diagrams.LABELS[observe]
     assert ax.lines
+
+
+def test_a_slow_cell_closes_where_a_long_run_does():
+    # Beside a period doubling; multipliers near -1.
+    gamma, friction = [0.867], [0.161, 0.222, 0.252]
+    short, long = (periodicity_chart(walls, gamma, friction, periods=n) for n in (200, 4000))
+    assert np.all(short.followed == 200)
+    assert np.all(long.followed > 200)
+    assert np.all(long.periods == 1)
+    assert np.array_equal(short.periods, long.periods)
+    assert np.array_equal(short.impacts, long.impacts)
+
+
+def test_what_a_slow_motion_comes_to_is_what_a_long_one_does():
+    def wall(gamma):
+        return walls(gamma, 0.222)
+
+    slow, late = (
+        bifurcation_diagram(wall, [0.867], transient=n, exponents=True) for n in (150, 4000)
+    )
+    assert slow.periods[0] == late.periods[0] == 1
+    assert slow.strobe[0] == pytest.approx(late.strobe[0], rel=1e-8)
+    assert slow.exponents == pytest.approx(late.exponents, abs=1e-8)
+
+
+@pytest.mark.parametrize("frequency", [20.1, 20.3355])
+def test_chaos_never_closes(frequency):
+    """However it stands when it ends: many lengths, many starts."""
+    ends = range(150, 400)
+    found = [
+        bifurcation_diagram(
+            lambda _: scenes.karpodinis(frequency), [0], periods=1, transient=n, closed=1e-6
+        )
+        for n in ends
+    ]
+    assert not any(one.periods[0] for one in found)
+
+
+def test_axes_bear_the_names_of_the_parameters():
+    found = bifurcation_diagram(lambda eta: scenes.okolewski(eta, 1.0), [4.0], transient=100)
+    assert found.plot(Figure().subplots()).get_xlabel() == r"$\eta$"
+    chart = periodicity_chart(
+        lambda gamma, damping_ratio: scenes.begley_virgin(
+            gamma, 1.5, 0.1, damping_ratio=damping_ratio
+        ),
+        [2.0, 2.1],
+        [0.1, 0.2],
+    )
+    ax = chart.plot(Figure().subplots())
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\gamma$", "damping ratio")
+    assert bifurcation_diagram(Named(), [4.0], transient=100).parameter == "eta"
+
+
+class Named:
+    def __call__(self, eta):
+        return scenes.okolewski(eta, 1.0)
 
 
 def test_figures_of_a_chart_tell_what_is_there():
