@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._sound_alike_kernels import ROWS, TAPS, lay_over, mean_wave, shift_wave
+from ._sound_alike_kernels import ROWS, SHIFTS, TAPS, lay_over, mean_wave, shift_wave
 
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
 FAR = 1e-3  # [s], of one in noise
@@ -28,16 +28,24 @@ QUIET = 1e-3  # [s], before all that, by which noise is known
 LEARN = 256  # impacts that the waveform is learned from
 LEADERS = 16  # of them that are tried as the first waveform
 LEAST = 8  # impacts that make a waveform
-ALIKE = 0.9  # correlation with the waveform
-PASSES = 4  # over the impacts learned from
+FINEST = 32_000.0  # [Hz], the rate of the shifts tried first
+ALIKE = 0.95  # correlation with the waveform
+CLEAR = 0.02  # share of its power left of a sound with so little noise that its attack is right
+AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
+PASSES = 3  # over the impacts learned from
 
 
 class Lengths(NamedTuple):
-    """Lengths in samples: a sound is kept from `before` its attack on, the wave from `first`."""
+    """Lengths in samples: a sound is kept from `before` its attack on, the wave from `first`.
+
+    `parts`: shifts tried first for each sample.
+    """
 
     reach: int
     far: int
+    agree: float
     stride: int
+    parts: int
     pad: int
     first: int
     before: int
@@ -47,11 +55,14 @@ class Lengths(NamedTuple):
 
 def lengths_at(rate: float, stride: int, size: int) -> Lengths:
     """Lengths at a sampling rate, of waves that last `size` from the attack on."""
-    reach, far = max(round(REACH * rate), 2), max(round(FAR * rate), 2)
+    reach, far = max(round(REACH * rate), 4), max(round(FAR * rate), 2)
     pad = TAPS + 1
     first = far + pad + TAPS + max(round(QUIET * rate), 2)
     size += reach
-    return Lengths(reach, far, stride, pad, first, first + reach, size, 2 * first + size)
+    parts = 1
+    while parts < SHIFTS and parts * rate < FINEST:
+        parts *= 2
+    return Lengths(reach, far, AGREE * rate, stride, parts, pad, first, first + reach, size, 2 * first + size)
 
 
 @dataclass
@@ -105,7 +116,7 @@ class Overlay:
     def _shifts(self, sounds: np.ndarray) -> np.ndarray:
         if self.wave is None:
             return np.full(len(sounds), np.nan)
-        laid = self._lay(sounds, self.wave.shifts, self.lengths.far)
+        laid = self._lay(sounds, self.wave.shifts, CLEAR)
         return np.where(_alike(laid), laid[:, 0] - self.wave.latency, np.nan)
 
     def _waveform(self, sounds: np.ndarray) -> Waveform | None:
@@ -120,22 +131,26 @@ class Overlay:
         wave, most = leaders[0, part].copy(), -1
         for leader in leaders:
             shift_wave(leader[part], lengths.pad, shifts)
-            count = int(_alike(self._lay(leaders, shifts, lengths.reach)).sum())
+            count = int(_alike(self._lay(leaders, shifts, 0.0)).sum())
             if count > most:
                 wave, most = leader[part].copy(), count
         for _ in range(PASSES):
             shift_wave(wave, lengths.pad, shifts)
-            laid = self._lay(sounds, shifts, lengths.reach)
+            laid = self._lay(sounds, shifts, 0.0)
             alike = _alike(laid)
             if alike.sum() < max(LEAST, len(sounds) / 2):
                 return None
             shift, factor = laid[alike, 0], laid[alike, 1]
-            mean_wave(sounds[alike], shift, factor, part.start, wave)
-        return Waveform(shifts, float(np.median(shift)))
+            latency = float(np.median(shift))
+            if np.median(np.abs(shift - latency)) > lengths.agree:
+                return None
+            # The wave is to begin where attacks do, not where that of its leader was taken to be.
+            mean_wave(sounds[alike], shift - latency, factor, part.start, wave)
+        return Waveform(shifts, latency)
 
-    def _lay(self, sounds: np.ndarray, shifts: np.ndarray, far: int) -> np.ndarray:
+    def _lay(self, sounds: np.ndarray, shifts: np.ndarray, clear: float) -> np.ndarray:
         laid = np.empty((len(sounds), 5))
-        lay_over(sounds, self.lengths, far, ALIKE, shifts, self.weight, laid)
+        lay_over(sounds, self.lengths, clear, shifts, self.weight, laid)
         return laid
 
 

@@ -22,64 +22,79 @@ STEPS = 4  # of least squares; three bring the shift to 1e-4 samples
 
 
 @njit(cache=True, nogil=True)
-def between(y, place):
-    """Value of y between samples: the sinc under a cosine window."""
-    whole = math.floor(place)
-    part = place - whole
-    if part == 0.0:
-        return y[whole]
+def taps_at(part, taps):
+    """Weights of the 2 TAPS samples about a place `part` after a sample: sinc under a cosine."""
     sine = math.sin(math.pi * part) / math.pi
-    total = 0.0
-    for k in range(1 - TAPS, TAPS + 1):
+    for n in range(2 * TAPS):
+        k = n + 1 - TAPS
         away = part - k
+        if away == 0.0:
+            taps[:] = 0.0
+            taps[n] = 1.0
+            return
         sign = -1.0 if k % 2 else 1.0
-        total += y[whole + k] * sign * sine / away * math.cos(0.5 * math.pi * away / TAPS) ** 2
-    return total
+        taps[n] = sign * sine / away * math.cos(0.5 * math.pi * away / TAPS) ** 2
+
+
+@njit(cache=True, nogil=True)
+def add_between(y, place, factor, taps, out):
+    """Add to out[k] the factor times y at `place` + k, between samples."""
+    whole = math.floor(place)
+    taps_at(place - whole, taps)
+    first = int(whole) + 1 - TAPS
+    for k in range(len(out)):
+        total = 0.0
+        for n in range(2 * TAPS):
+            total += taps[n] * y[first + k + n]
+        out[k] += factor * total
 
 
 @njit(cache=True, nogil=True)
 def shift_wave(wave, pad, shifts):
     """shifts[j]: the wave, but for `pad` samples at both ends, by (j - ROWS // 2) / SHIFTS late."""
+    taps = np.empty(2 * TAPS)
     for j in range(ROWS):
-        for k in range(shifts.shape[1]):
-            shifts[j, k] = between(wave, pad + k - (j - ROWS // 2) / SHIFTS)
+        shifts[j] = 0.0
+        add_between(wave, pad - (j - ROWS // 2) / SHIFTS, 1.0, taps, shifts[j])
 
 
 @njit(cache=True, nogil=True)
-def correlation(y, first, wave, weight):
-    """Weighted correlation of the wave with as many samples of y from `first` on."""
-    both = own = other = 0.0
-    for k in range(len(wave)):
-        value = weight[k] * y[first + k]
-        both += value * wave[k]
-        own += value * y[first + k]
-        other += weight[k] * wave[k] * wave[k]
-    return both / math.sqrt(own * other) if own * other > 0.0 else 0.0
+def product(y, first, weighted):
+    """Scalar product of the weighted wave with as many samples of y from `first` on."""
+    a = b = c = d = 0.0
+    whole = len(weighted) // 4 * 4
+    for k in range(0, whole, 4):
+        a += weighted[k] * y[first + k]
+        b += weighted[k + 1] * y[first + k + 1]
+        c += weighted[k + 2] * y[first + k + 2]
+        d += weighted[k + 3] * y[first + k + 3]
+    for k in range(whole, len(weighted)):
+        a += weighted[k] * y[first + k]
+    return (a + b) + (c + d)
 
 
 @njit(cache=True, nogil=True)
-def most_alike(y, first, reach, stride, shifts, weight):
-    """The shift of at most `reach` by which y is most like the wave, and their correlation.
+def coarse_shift(y, first, reach, stride, weighted):
+    """The shift of at most `reach` at which the matched filter responds most.
 
-    Every `stride`-th sample is looked at, or where that is every one, half samples too.
+    Every `stride`-th sample is tried, then all near the best; where that is every one, as many
+    shifts a sample as there are weighted waves. This is the likeliest shift. The one at which wave
+    and sound correlate best is not: late by a period of a decaying tone, they do as well.
     """
-    middle = ROWS // 2
-    at, best = 0.0, -2.0
+    at, best = 0.0, -np.inf
+    rows = len(weighted)
     for lag in range(-(reach // stride) * stride, reach + 1, stride):
-        alike = correlation(y, first + lag, shifts[middle], weight)
-        if alike > best:
-            at, best = float(lag), alike
-        if stride == 1 and lag < reach:
-            alike = correlation(y, first + lag, shifts[middle + SHIFTS // 2], weight)
-            if alike > best:
-                at, best = lag + 0.5, alike
+        for row in range(rows):
+            response = product(y, first + lag, weighted[row])
+            if response > best:
+                at, best = lag + (row - (rows - 1) // 2) / rows, response
     if stride > 1:
-        coarse = int(at)
-        for lag in range(max(coarse - stride + 1, -reach), min(coarse + stride, reach + 1)):
-            alike = correlation(y, first + lag, shifts[middle], weight)
-            if alike > best:
-                at, best = float(lag), alike
-    return at, best
+        middle = int(at)
+        for lag in range(max(middle - stride + 1, -reach), min(middle + stride, reach + 1)):
+            response = product(y, first + lag, weighted[0])
+            if response > best:
+                at, best = float(lag), response
+    return at
 
 
 @njit(cache=True, nogil=True)
@@ -118,25 +133,29 @@ def fit_shift(y, first, far, shift, shifts, weight):
 
 
 @njit(cache=True, nogil=True)
-def lay_over(sounds, lengths, far, alike, shifts, weight, out):
+def lay_over(sounds, lengths, clear, shifts, weight, out):
     """out[i]: shift and factor of sound i, the sum of squares it leaves, its own, that of noise.
 
-    Where no shift of at most `lengths.reach` brings the correlation to `alike`, shifts up to `far`
-    are tried. Noise is what precedes all that the wave can be laid over; its sum is scaled to the
-    wave's.
+    Where that of at most `lengths.reach` leaves more than the share `clear`, all up to `lengths.far`
+    are tried. Noise is what precedes all that the wave can be laid over, scaled to the wave's sum.
     """
-    first = lengths.first
-    quiet = first - lengths.far
+    first, reach, far, stride = lengths.first, lengths.reach, lengths.far, lengths.stride
+    quiet = first - far
     total = weight.sum()
+    weighted = np.empty((lengths.parts, shifts.shape[1]))
+    for row in range(lengths.parts):
+        move = (row - (lengths.parts - 1) // 2) * SHIFTS // lengths.parts
+        weighted[row] = weight * shifts[ROWS // 2 + move]
     for i in range(len(sounds)):
         y = sounds[i]
-        shift, best = most_alike(y, first, lengths.reach, lengths.stride, shifts, weight)
-        if best < alike and far > lengths.reach:
-            shift, best = most_alike(y, first, far, lengths.stride, shifts, weight)
+        start = coarse_shift(y, first, reach, stride, weighted)
+        shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
+        if not (np.isfinite(shift) and left <= clear * own):
+            start = coarse_shift(y, first, far, stride, weighted)
+            shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
         noise = 0.0
         for k in range(quiet):
             noise += y[k] * y[k]
-        shift, factor, left, own = fit_shift(y, first, far, shift, shifts, weight)
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = shift, factor, left, own
         out[i, 4] = noise / quiet * total
 
@@ -146,9 +165,9 @@ def mean_wave(sounds, shift, factor, start, wave):
     """The wave these sounds are shifted multiples of, from sample `start` on, by least squares."""
     wave[:] = 0.0
     total = 0.0
+    taps = np.empty(2 * TAPS)
     for i in range(len(sounds)):
         total += factor[i] * factor[i]
-        for k in range(len(wave)):
-            wave[k] += factor[i] * between(sounds[i], start + k + shift[i])
+        add_between(sounds[i], start + shift[i], factor[i], taps, wave)
     for k in range(len(wave)):
         wave[k] /= total
