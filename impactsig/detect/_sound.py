@@ -224,7 +224,7 @@ def scale_at(rate: float) -> Scale:
 
 def sound_lengths(rate: float, scale: Scale) -> Lengths:
     """Lengths of the sounds that are laid over each other: they last until the next may come."""
-    return lengths_at(rate, scale.short_lag, scale.spacing * scale.hop)
+    return lengths_at(rate, scale.short_lag, scale.slope, scale.spacing * scale.hop)
 
 
 def survey_levels(

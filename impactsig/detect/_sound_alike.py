@@ -25,11 +25,12 @@ from ._sound_alike_kernels import ROWS, SHIFTS, TAPS, lay_over, mean_wave, shift
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
 FAR = 1e-3  # [s], of one in noise
 QUIET = 1e-3  # [s], before all that, by which noise is known
+BESIDE = 3  # samples left out on either side of the attack: a jump is not the same in all sounds
 LEARN = 256  # impacts that the waveform is learned from
 LEADERS = 16  # of them that are tried as the first waveform
 LEAST = 8  # impacts that make a waveform
 FINEST = 32_000.0  # [Hz], the rate of the shifts tried first
-ALIKE = 0.95  # correlation with the waveform
+ALIKE = 0.9  # correlation with the waveform
 CLEAR = 0.02  # share of its power left of a sound with so little noise that its attack is right
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 PASSES = 3  # over the impacts learned from
@@ -38,12 +39,13 @@ PASSES = 3  # over the impacts learned from
 class Lengths(NamedTuple):
     """Lengths in samples: a sound is kept from `before` its attack on, the wave from `first`.
 
-    `parts`: shifts tried first for each sample.
+    `parts`: shifts tried first for each sample. `edges`: where innovations jump if the sound does.
     """
 
     reach: int
     far: int
     agree: float
+    edges: tuple[int, int, int]
     stride: int
     parts: int
     pad: int
@@ -53,8 +55,11 @@ class Lengths(NamedTuple):
     length: int
 
 
-def lengths_at(rate: float, stride: int, size: int) -> Lengths:
-    """Lengths at a sampling rate, of waves that last `size` from the attack on."""
+def lengths_at(rate: float, lag: int, slope: int, size: int) -> Lengths:
+    """Lengths at a sampling rate, of waves that last `size` from the attack on.
+
+    `lag` and `slope` are those of the innovations.
+    """
     reach, far = max(round(REACH * rate), 4), max(round(FAR * rate), 2)
     pad = TAPS + 1
     first = far + pad + TAPS + max(round(QUIET * rate), 2)
@@ -62,7 +67,7 @@ def lengths_at(rate: float, stride: int, size: int) -> Lengths:
     parts = 1
     while parts < SHIFTS and parts * rate < FINEST:
         parts *= 2
-    return Lengths(reach, far, AGREE * rate, stride, parts, pad, first, first + reach, size, 2 * first + size)
+    return Lengths(reach, far, AGREE * rate, (0, lag, lag + slope), lag, parts, pad, first, first + reach, size, 2 * first + size)
 
 
 @dataclass
@@ -78,7 +83,8 @@ class Overlay:
     """Shifts of the impacts of a record, as they come."""
 
     lengths: Lengths
-    weight: np.ndarray = field(init=False)
+    taper: np.ndarray = field(init=False)
+    weight: np.ndarray = field(init=False)  # without what the edges touch
     wave: Waveform | None = None
     learned: bool = False
     held: list[np.ndarray] = field(default_factory=list)
@@ -87,9 +93,12 @@ class Overlay:
 
     def __post_init__(self) -> None:
         rising, falling = self.lengths.reach, self.lengths.size // 3
-        self.weight = np.ones(self.lengths.size)
-        self.weight[:rising] = 0.5 - 0.5 * np.cos(np.pi * (np.arange(rising) + 0.5) / rising)
-        self.weight[-falling:] = 0.5 + 0.5 * np.cos(np.pi * (np.arange(falling) + 0.5) / falling)
+        self.taper = np.ones(self.lengths.size)
+        self.taper[:rising] = 0.5 - 0.5 * np.cos(np.pi * (np.arange(rising) + 0.5) / rising)
+        self.taper[-falling:] = 0.5 + 0.5 * np.cos(np.pi * (np.arange(falling) + 0.5) / falling)
+        self.weight = self.taper.copy()
+        for edge in self.lengths.edges:
+            self.weight[rising + edge - BESIDE : rising + edge + BESIDE] = 0.0
 
     def add(self, sounds: np.ndarray) -> None:
         """Take the sounds (n, length) of the next impacts."""
@@ -150,7 +159,7 @@ class Overlay:
 
     def _lay(self, sounds: np.ndarray, shifts: np.ndarray, clear: float) -> np.ndarray:
         laid = np.empty((len(sounds), 5))
-        lay_over(sounds, self.lengths, clear, shifts, self.weight, laid)
+        lay_over(sounds, self.lengths, clear, shifts, self.taper, self.weight, laid)
         return laid
 
 

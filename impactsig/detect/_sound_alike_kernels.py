@@ -133,11 +133,11 @@ def fit_shift(y, first, far, shift, shifts, weight):
 
 
 @njit(cache=True, nogil=True)
-def lay_over(sounds, lengths, clear, shifts, weight, out):
+def lay_over(sounds, lengths, clear, shifts, taper, weight, out):
     """out[i]: shift and factor of sound i, the sum of squares it leaves, its own, that of noise.
 
     Where that of at most `lengths.reach` leaves more than the share `clear`, all up to `lengths.far`
-    are tried. Noise is what precedes all that the wave can be laid over, scaled to the wave's sum.
+    are tried. `taper` weighs what the coarse shift, `weight` what least squares go by. Noise is what precedes all that the wave can be laid over, scaled to the wave's sum.
     """
     first, reach, far, stride = lengths.first, lengths.reach, lengths.far, lengths.stride
     quiet = first - far
@@ -145,7 +145,7 @@ def lay_over(sounds, lengths, clear, shifts, weight, out):
     weighted = np.empty((lengths.parts, shifts.shape[1]))
     for row in range(lengths.parts):
         move = (row - (lengths.parts - 1) // 2) * SHIFTS // lengths.parts
-        weighted[row] = weight * shifts[ROWS // 2 + move]
+        weighted[row] = taper * shifts[ROWS // 2 + move]
     for i in range(len(sounds)):
         y = sounds[i]
         start = coarse_shift(y, first, reach, stride, weighted)
