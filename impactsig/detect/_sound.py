@@ -9,12 +9,14 @@ over the m octaves
 
 Ringing decays and does not raise D, but it beats and rattles; how much tells the median of D over
 the record. An impact is a crest of D that no other within 3 ms exceeds, of at least 22 times that
-median and 0.5. Its instant is where, within 1.5 ms of the crest, the variance of the signal
-changes most [Maeda1985]_.
+median and 0.5. Its attack is where, within 1.5 ms of the crest, the variance of the signal
+changes most [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms
+tell the instants closer (`_sound_alike.py`).
 
 N is the power that a tenth of the record stays below, freed from the bias of that choice, and no
 less than 70 dB below the strongest. Nothing depends on how the record was cut into blocks. Memory
-is bounded by the stretches kept for the median and 1/256 of the record for the ranges of F and A.
+is bounded by the stretches kept for the median, the sounds that a waveform is learned from, and
+1/256 of the record for the ranges of F and A.
 """
 
 from __future__ import annotations

@@ -5,12 +5,16 @@ attack alone tells its instant to a sample; the whole waveform, laid over that o
 impacts, to a hundredth of one. The waveform is the least-squares mean of up to LEARN impacts, found
 by laying them over the one that most others are like, and then over their mean. The shift of an
 impact is that by which p times the waveform leaves least of it; a constant, the median shift of
-those learned from, is taken off, so that instants on average stay what the attack tells.
+those learned from, is taken off, so that instants on the whole stay where the attacks are.
 
-A sound is alike where the waveform leaves at most 1 - ALIKE^2 of its power, noise apart. Unless
-half of the impacts are, each sounds different, or nearly: nothing between samples can then be
-known of them, and all instants stay as they are. Sounds are compared in the innovations that the
-attack is timed in, where hum and the low tones of a room are weak.
+A sound is alike where the waveform leaves at most 1 - ALIKE^2 of its power, noise apart. Instants
+stay where the attack puts them unless half of the impacts are alike, and their shifts agree with
+their attacks: sounds of the same tones in other phases can be alike when shifted, by much. Of
+sounds that differ in phases hardly anything between samples can be known, for an instant a little
+later and other phases make the same samples.
+
+Sounds are compared in the innovations that the attack is timed in, where hum and the low tones of
+a room are weak.
 """
 
 from __future__ import annotations
@@ -67,7 +71,19 @@ def lengths_at(rate: float, lag: int, slope: int, size: int) -> Lengths:
     parts = 1
     while parts < SHIFTS and parts * rate < FINEST:
         parts *= 2
-    return Lengths(reach, far, AGREE * rate, (0, lag, lag + slope), lag, parts, pad, first, first + reach, size, 2 * first + size)
+    return Lengths(
+        reach,
+        far,
+        AGREE * rate,
+        (0, lag, lag + slope),
+        lag,
+        parts,
+        pad,
+        first,
+        first + reach,
+        size,
+        2 * first + size,
+    )
 
 
 @dataclass
@@ -105,7 +121,7 @@ class Overlay:
         if self.learned:
             self.found.append(self._shifts(sounds))
             return
-        self.held.append(sounds)
+        self.held.append(sounds.copy())  # they come as part of much more
         self.count += len(sounds)
         if self.count >= LEARN:
             self._learn()
@@ -143,7 +159,7 @@ class Overlay:
             count = int(_alike(self._lay(leaders, shifts, 0.0)).sum())
             if count > most:
                 wave, most = leader[part].copy(), count
-        for _ in range(PASSES):
+        for turn in range(PASSES):
             shift_wave(wave, lengths.pad, shifts)
             laid = self._lay(sounds, shifts, 0.0)
             alike = _alike(laid)
@@ -153,8 +169,9 @@ class Overlay:
             latency = float(np.median(shift))
             if np.median(np.abs(shift - latency)) > lengths.agree:
                 return None
-            # The wave is to begin where attacks do, not where that of its leader was taken to be.
-            mean_wave(sounds[alike], shift - latency, factor, part.start, wave)
+            if turn < PASSES - 1:
+                # It is to begin where attacks do, not where that of its leader was taken to be.
+                mean_wave(sounds[alike], shift - latency, factor, part.start, wave)
         return Waveform(shifts, latency)
 
     def _lay(self, sounds: np.ndarray, shifts: np.ndarray, clear: float) -> np.ndarray:

@@ -108,7 +108,7 @@ def fit_shift(y, first, far, shift, shifts, weight):
         lag = math.floor(shift + 0.5)
         if abs(lag) > far:
             return np.nan, factor, left, own
-        j = ROWS // 2 + int(math.floor((shift - lag) * SHIFTS + 0.5))
+        j = ROWS // 2 + math.floor((shift - lag) * SHIFTS + 0.5)
         tt = ts = ss = yt = ys = own = 0.0
         for k in range(shifts.shape[1]):
             sample = y[first + int(lag) + k]
@@ -136,8 +136,9 @@ def fit_shift(y, first, far, shift, shifts, weight):
 def lay_over(sounds, lengths, clear, shifts, taper, weight, out):
     """out[i]: shift and factor of sound i, the sum of squares it leaves, its own, that of noise.
 
-    Where that of at most `lengths.reach` leaves more than the share `clear`, all up to `lengths.far`
-    are tried. `taper` weighs what the coarse shift, `weight` what least squares go by. Noise is what precedes all that the wave can be laid over, scaled to the wave's sum.
+    Where that of at most `lengths.reach` leaves more than the share `clear`, all up to
+    `lengths.far` are tried. `taper` weighs what the coarse shift goes by, `weight` what least
+    squares do. Noise is what precedes all that the wave can be laid over, scaled to the wave's sum.
     """
     first, reach, far, stride = lengths.first, lengths.reach, lengths.far, lengths.stride
     quiet = first - far

@@ -128,5 +128,7 @@ class Microphone:
         if self.phases is not None:
             phases = tuple(number("phases", phase) for phase in self.phases)
             if len(phases) != len(modes):
-                raise InvalidInput("phases", self.phases, f"one phase for each of {len(modes)} modes")
+                raise InvalidInput(
+                    "phases", self.phases, f"one phase for each of {len(modes)} modes"
+                )
             object.__setattr__(self, "phases", phases)

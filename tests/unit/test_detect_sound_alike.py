@@ -84,7 +84,7 @@ def test_strength_does_not_move_the_instant(rate):
 
 
 def test_noise_does_not_make_impacts_late():
-    time, strength, phases = train(150, 8)
+    time, _, phases = train(150, 8)
     x = record(22_050, time, np.ones(150), [phases] * 150, noise=0.1, seed=8)
     off = errors(detect(x, 22_050), time)
     assert np.std(off) < 3.0 * bound(22_050, phases, noise=0.1)
@@ -121,7 +121,7 @@ def test_few_impacts_make_no_waveform():
 
 
 def test_a_sound_of_another_kind_stays_where_its_attack_is():
-    time, strength, phases = train(60, 5)
+    time, _, phases = train(60, 5)
     each = np.tile(phases, (60, 1))
     each[30] += [0.0, 2.0, 4.0]
     found = detect(record(22_050, time, np.ones(60), each), 22_050)
@@ -141,7 +141,10 @@ def test_ten_taps_of_a_nail_sound_alike(shared_data):
 def test_the_shift_of_least_squares_is_that_which_leaves_least():
     rng = np.random.default_rng(6)
     places = np.arange(120.0)
-    tone = lambda at: np.exp(-(((at - 60) / 18) ** 2)) * np.sin(0.9 * at)  # noqa: E731
+
+    def tone(at):
+        return np.exp(-(((at - 60) / 18) ** 2)) * np.sin(0.9 * at)
+
     shifts, weight = np.empty((ROWS, 60)), rng.uniform(0.5, 1.0, 60)
     pad = TAPS + 1
     shift_wave(tone(places[30 - pad : 90 + pad]), pad, shifts)
