@@ -207,7 +207,6 @@ def test_there_is_one_finite_phase_a_mode(phases):
         Microphone(phases=phases)
 
 
-
 @pytest.mark.parametrize("rate", [8000.0, 22_050.0, 48_000.0])
 def test_room_noise_is_pink(rate):
     from scipy.signal import welch
