@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import soundfile
+from scipy import signal
 from scipy.optimize import minimize_scalar
 
 from benchmarks.recordings import microphone, score
@@ -90,6 +93,18 @@ def test_noise_does_not_make_impacts_late():
     assert np.std(off) < 3.0 * bound(22_050, phases, noise=0.1)
 
 
+def test_behind_an_anti_aliasing_filter_too():
+    rate, more = 22_050, 8
+    time, strength, phases = train(100, 10)
+    fine = record(more * rate, time, strength, [phases] * 100, noise=0.0)
+    low_pass = signal.firwin(64 * more + 1, 0.92 / more, window=("kaiser", 8.0))
+    x = np.ascontiguousarray(signal.oaconvolve(fine, low_pass, "same")[::more])
+    x += NOISE * np.random.default_rng(10).standard_normal(len(x))
+    off = errors(detect(x, rate), time)
+    scaled = strength * (off - np.median(off)) / bound(rate, phases)
+    assert np.sqrt(np.mean(scaled**2)) < 3.0
+
+
 @pytest.mark.parametrize("gap", [8e-3, 12e-3, 20e-3])
 def test_the_ringing_of_an_impact_before_moves_the_next_by_little(gap):
     first, strength, phases = train(100, 9, gap=0.1)
@@ -113,6 +128,21 @@ def test_where_every_impact_sounds_different_instants_stay_on_the_grid(rate, see
         found = detect(x, rate)
         assert found.alike == 0.0
         np.testing.assert_allclose((found.time * rate) % 1, 0.5, atol=1e-6)
+
+
+def test_neither_division_into_blocks_nor_unit_matters():
+    rate = 22_050
+    time, strength, phases = train(LEARN + 40, 11, gap=0.02)
+    x = record(rate, time, strength, [phases] * len(time))
+    whole = detect(x, rate)
+    assert whole.alike == 1.0
+    assert len(whole.time) > LEARN
+    rng = np.random.default_rng(11)
+    for count in (1, 7, 300):
+        edges = [0, *np.sort(rng.choice(np.arange(1, len(x)), count, replace=False)), len(x)]
+        pieces = [Piece(int(a), x[a:b]) for a, b in pairwise(edges)]
+        np.testing.assert_array_equal(detect_sound(lambda p=pieces: p, rate).time, whole.time)
+    np.testing.assert_array_equal(detect(-(2.0**-9) * x, rate).time, whole.time)
 
 
 def test_few_impacts_make_no_waveform():
