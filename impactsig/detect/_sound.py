@@ -142,6 +142,7 @@ def detect_sound(
     )
     lengths = sound_lengths(rate, scale)
     overlay = Overlay(lengths)
+    sounds = np.empty((CORE // scale.spacing + 2, lengths.length))
     found = [np.empty((0, 3))]
     for number, window in enumerate(windows(pieces(), CORE * scale.hop)):
         greatest, least = levels.greatest[number], levels.least[number]
@@ -156,7 +157,6 @@ def detect_sound(
         count = -(-len(window.core) // scale.hop)
         out = np.empty((count // scale.spacing + 2, 3))
         telling = telling_frames(window, scale)
-        sounds = np.empty((len(out), lengths.length))
         n = search(x, left, count, valid, telling, floor, limits, active, scale, out, sounds)
         out[:n, 0] += window.segment + window.first - left * scale.hop
         found.append(out[:n])

@@ -31,7 +31,7 @@ FAR = 1e-3  # [s], of one in noise
 QUIET = 1e-3  # [s], before all that, by which noise is known
 BESIDE = 3  # samples left out on either side of the attack: a jump is not the same in all sounds
 LEARN = 256  # impacts that the waveform is learned from
-LEADERS = 16  # of them that are tried as the first waveform
+LEADERS = 8  # of them that are tried as the first waveform
 LEAST = 8  # impacts that make a waveform
 FINEST = 32_000.0  # [Hz], the rate of the shifts tried first
 ALIKE = 0.9  # correlation with the waveform
@@ -159,6 +159,8 @@ class Overlay:
             count = int(_alike(self._lay(leaders, shifts, 0.0)).sum())
             if count > most:
                 wave, most = leader[part].copy(), count
+        if most < len(leaders) / 2:
+            return None
         for turn in range(PASSES):
             shift_wave(wave, lengths.pad, shifts)
             laid = self._lay(sounds, shifts, 0.0)
