@@ -9,12 +9,14 @@ over the m octaves
 
 Ringing decays and does not raise D, but it beats and rattles; how much tells the median of D over
 the record. An impact is a crest of D that no other within 3 ms exceeds, of at least 22 times that
-median and 0.5. Its instant is where, within 1.5 ms of the crest, the variance of the signal
-changes most [Maeda1985]_.
+median and 0.5. Its attack is where, within 1.5 ms of the crest, the variance of the signal
+changes most [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms
+tell the instants closer (`_sound_alike.py`).
 
 N is the power that a tenth of the record stays below, freed from the bias of that choice, and no
 less than 70 dB below the strongest. Nothing depends on how the record was cut into blocks. Memory
-is bounded by the stretches kept for the median and 1/256 of the record for the ranges of F and A.
+is bounded by the stretches kept for the median, the sounds that a waveform is learned from, and
+1/256 of the record for the ranges of F and A.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..impacts import CLIPPED
+from ._sound_alike import Lengths, Overlay, lengths_at
 from ._sound_kernels import (
     BINS,
     BLOCK,
@@ -68,6 +71,7 @@ class SoundImpacts(NamedTuple):
     noise: float  # RMS of the noise in the octaves searched [unit]
     least_rise: float  # threshold of D
     background: float  # median of D
+    alike: float  # share of the impacts that are timed by their waveform
     reason: str  # why there are none
 
 
@@ -136,6 +140,9 @@ def detect_sound(
         levels.lowest,
         levels.highest,
     )
+    lengths = sound_lengths(rate, scale)
+    overlay = Overlay(lengths)
+    sounds = np.empty((CORE // scale.spacing + 2, lengths.length))
     found = [np.empty((0, 3))]
     for number, window in enumerate(windows(pieces(), CORE * scale.hop)):
         greatest, least = levels.greatest[number], levels.least[number]
@@ -150,10 +157,12 @@ def detect_sound(
         count = -(-len(window.core) // scale.hop)
         out = np.empty((count // scale.spacing + 2, 3))
         telling = telling_frames(window, scale)
-        n = search(x, left, count, valid, telling, floor, limits, active, scale, out)
+        n = search(x, left, count, valid, telling, floor, limits, active, scale, out, sounds)
         out[:n, 0] += window.segment + window.first - left * scale.hop
         found.append(out[:n])
+        overlay.add(sounds[:n])
     columns = np.concatenate(found)
+    columns[:, 0], alike = shifted(columns[:, 0], overlay.shifts())
     reason = ""
     if not len(columns):
         decibels = 10.0 / math.log(10.0)
@@ -169,13 +178,28 @@ def detect_sound(
         noise,
         least_rise,
         background,
+        alike,
         reason,
     )
 
 
 def _nothing(reason: str) -> SoundImpacts:
     none = np.empty(0)
-    return SoundImpacts(none, none, np.empty(0, np.uint8), 0.0, 0.0, LEAST_RISE, 0.0, reason)
+    return SoundImpacts(none, none, np.empty(0, np.uint8), 0.0, 0.0, LEAST_RISE, 0.0, 0.0, reason)
+
+
+def shifted(attack: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, float]:
+    """Instants of attack shifted where a shift is known, and the share where it is.
+
+    Where that would put two out of order, both stay as they are.
+    """
+    known = np.isfinite(shift)
+    while True:
+        instant = np.where(known, attack + shift, attack)
+        crossed = np.flatnonzero(np.diff(instant) <= 0)
+        if not len(crossed):
+            return instant, float(known.mean()) if len(known) else 0.0
+        known[crossed] = known[crossed + 1] = False
 
 
 def scale_at(rate: float) -> Scale:
@@ -196,7 +220,13 @@ def scale_at(rate: float) -> Scale:
     short_lag, long_lag = (max(round(rate / f), 1) for f in LAG_RATES)
     slope = max(round(rate * SLOPE), 1)
     reach = spacing * hop // 2
-    return Scale(hop, octaves, past, forward, spacing, short_lag, long_lag, slope, reach)
+    scale = Scale(hop, octaves, past, forward, spacing, short_lag, long_lag, slope, reach, 0)
+    return scale._replace(before=sound_lengths(rate, scale).before)
+
+
+def sound_lengths(rate: float, scale: Scale) -> Lengths:
+    """Lengths of the sounds that are laid over each other: they last until the next may come."""
+    return lengths_at(rate, scale.short_lag, scale.slope, scale.spacing * scale.hop)
 
 
 def survey_levels(

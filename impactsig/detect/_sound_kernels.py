@@ -23,7 +23,10 @@ _LEAST_EXPONENT = -300.0
 
 
 class Scale(NamedTuple):
-    """Lengths: in samples, but past, forward and spacing in frames of one hop."""
+    """Lengths: in samples, but past, forward and spacing in frames of one hop.
+
+    `before` is how much of a sound is kept before its attack.
+    """
 
     hop: int
     octaves: int
@@ -34,6 +37,7 @@ class Scale(NamedTuple):
     long_lag: int
     slope: int
     reach: int
+    before: int
 
 
 @njit(cache=True, nogil=True)
@@ -142,7 +146,7 @@ def _is_crest(ratio, j, spacing):
 
 
 @njit(cache=True, nogil=True)
-def search(x, left, frames, valid, telling, floor, limits, active, scale, out):
+def search(x, left, frames, valid, telling, floor, limits, active, scale, out, sounds):
     """Find the impacts among the `frames` frames of a window and measure their attack and peak.
 
     Parameters
@@ -154,6 +158,7 @@ def search(x, left, frames, valid, telling, floor, limits, active, scale, out):
     limits : (ratio, least power over floor in every octave, least and greatest sample)
     active : for each block of frames, whether to search it
     out : (m, 3), room for attack (index in x, between samples), peak, and whether it is clipped
+    sounds : (m, n), room for what is heard about each attack; zeros where that is not all there
 
     Returns
     -------
@@ -199,6 +204,12 @@ def search(x, left, frames, valid, telling, floor, limits, active, scale, out):
                 split = attack(x, at, valid, scale)
                 out[found, 0] = split - 0.5
                 out[found, 1], out[found, 2] = crest(x, split, valid, limits, scale)
+                begin_sound = split - scale.before
+                earliest = valid[0] + scale.short_lag + scale.slope
+                if begin_sound < earliest or begin_sound + sounds.shape[1] > valid[1]:
+                    sounds[found] = 0.0
+                else:
+                    innovations(x, begin_sound, scale.short_lag, scale.slope, sounds[found])
                 found += 1
     return found
 
@@ -214,23 +225,32 @@ def attack(x, at, valid, scale):
     first = max(at - scale.past * scale.hop, valid[0] + scale.long_lag + scale.slope)
     last = min(at + scale.forward * scale.hop, valid[1])
     squares = np.empty(max(last - first, 0))
-    squared_innovations(x, first, scale.short_lag, scale.slope, squares)
+    innovations(x, first, scale.short_lag, scale.slope, squares)
+    square(squares)
     short_split, short_gain = variance_change(squares, at - first, scale.reach)
-    squared_innovations(x, first, scale.long_lag, scale.slope, squares)
+    innovations(x, first, scale.long_lag, scale.slope, squares)
+    square(squares)
     long_split, long_gain = variance_change(squares, at - first, scale.reach)
     return first + (short_split if short_gain >= long_gain else long_split)
 
 
 @njit(cache=True, nogil=True)
-def squared_innovations(x, first, lag, slope, out):
-    """Squares of what a straight line through two earlier samples leaves of those from `first`.
+def innovations(x, first, lag, slope, out):
+    """What a straight line through two earlier samples leaves of those from `first` on.
 
     y[i] = x[i] - x[i - lag] - lag / slope (x[i - lag] - x[i - lag - slope]): hum is straight.
     """
     share = lag / slope
     for k in range(len(out)):
         i = first + k
-        out[k] = (x[i] - (1.0 + share) * x[i - lag] + share * x[i - lag - slope]) ** 2
+        out[k] = x[i] - (1.0 + share) * x[i - lag] + share * x[i - lag - slope]
+
+
+@njit(cache=True, nogil=True)
+def square(values):
+    """Square them, in place."""
+    for k in range(len(values)):
+        values[k] *= values[k]
 
 
 @njit(cache=True, nogil=True)

@@ -76,7 +76,7 @@ class Microphone:
 
     Sound arrives ``distance / 343 m/s`` after the impact, with ``gain * strength / distance`` times
     the sum of ``share sin(2 pi f s + phase) exp(-s / decay)`` over the modes, s being the time
-    since it arrived. Phases are drawn anew for every impact.
+    since it arrived. Phases are drawn anew for every impact, unless they are given.
 
     Parameters
     ----------
@@ -85,6 +85,9 @@ class Microphone:
     modes : sequence of (frequency, decay, share)
         Frequency [Hz], time constant [s] and relative amplitude of each mode. Modes at or above
         half the rate are left out, as an anti-aliasing filter would.
+    phases : sequence of float, optional
+        Phase of each mode [rad]. With them every impact sounds the same, but for its strength, as
+        where a structure is always hit at one spot. By default every impact sounds different.
     gain : float
         Record per unit of strength at 1 m; the strength is the peak, or else the approach velocity
         or the impulse, or else 1.
@@ -96,8 +99,8 @@ class Microphone:
     Raises
     ------
     InvalidInput
-        If there are no modes, a time, distance or frequency is not positive, or anything else is
-        negative.
+        If there are no modes, or not as many phases, a time, distance or frequency is not positive,
+        or anything else but a phase is negative.
     """
 
     distance: float = 1.0
@@ -105,6 +108,7 @@ class Microphone:
     gain: float = 1.0
     noise: float = 0.0
     unit: str = ""
+    phases: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         for name in ("distance", "gain"):
@@ -121,3 +125,10 @@ class Microphone:
             number("modes decay", decay, positive=True)
             number("modes share", share, least=0)
         object.__setattr__(self, "modes", modes)
+        if self.phases is not None:
+            phases = tuple(number("phases", phase) for phase in self.phases)
+            if len(phases) != len(modes):
+                raise InvalidInput(
+                    "phases", self.phases, f"one phase for each of {len(modes)} modes"
+                )
+            object.__setattr__(self, "phases", phases)

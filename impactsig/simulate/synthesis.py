@@ -159,6 +159,8 @@ def _add_sounds(
     arrival = (impacts.time + microphone.distance / SPEED_OF_SOUND - start) * rate
     # Drawn for all modes, those left out as well: a record at another rate has the same sounds.
     phase = phases.uniform(0, 2 * np.pi, (len(microphone.modes), len(impacts)))
+    if microphone.phases is not None:
+        phase[:] = np.array(microphone.phases)[:, None]
     for number_of_mode, (frequency, decay, share) in enumerate(microphone.modes):
         if frequency < rate / 2:
             turn = 2 * np.pi * frequency / rate

@@ -188,6 +188,25 @@ def test_modes_beyond_half_the_rate_are_left_out_and_change_no_other():
         synthesize(truth, Microphone(modes=(high,)), rate=8000.0)
 
 
+def test_given_phases_every_impact_sounds_the_same():
+    rate, modes = 50_000.0, ((1000.0, 2e-3, 1.0), (3000.0, 1e-3, 0.5))
+    truth = Impacts.from_times([0.1, 0.2], start=0.0, duration=0.3)
+    away = 343.0 / (2 * rate)  # half a sample
+    made = synthesize(truth, Microphone(away, modes, phases=(0.5, 2.0)), rate=rate, seed=1)
+    since = (np.arange(1000) + 0.5) / rate
+    alone = np.exp(-since / 2e-3) * np.sin(2 * np.pi * 1000 * since + 0.5)
+    alone += 0.5 * np.exp(-since / 1e-3) * np.sin(2 * np.pi * 3000 * since + 2.0)
+    for first in (5001, 10_001):
+        heard = made.samples[first : first + 1000]
+        np.testing.assert_allclose(away * heard, alone, atol=1e-5)
+
+
+@pytest.mark.parametrize("phases", [(1.0,), (1.0, 2.0, np.nan), (1.0, 2.0, 3.0, 4.0)])
+def test_there_is_one_finite_phase_a_mode(phases):
+    with pytest.raises(InvalidInput, match="phases"):
+        Microphone(phases=phases)
+
+
 @pytest.mark.parametrize("rate", [8000.0, 22_050.0, 48_000.0])
 def test_room_noise_is_pink(rate):
     from scipy.signal import welch

@@ -1,0 +1,213 @@
+"""Impacts that sound alike: timed to the bound of a known waveform; those that do not: left."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import soundfile
+from scipy import signal
+from scipy.optimize import minimize_scalar
+
+from benchmarks.recordings import microphone, score
+from impactsig.detect._sound import detect_sound, scale_at, shifted, sound_lengths
+from impactsig.detect._sound_alike import LEARN, Overlay
+from impactsig.detect._sound_alike_kernels import ROWS, TAPS, fit_shift, shift_wave
+from impactsig.detect._stream import Piece
+
+MODES = ((2140.0, 6e-3, 1.0), (3710.0, 4e-3, 0.6), (5930.0, 2e-3, 0.4))
+NOISE = 0.01
+
+
+def ring(since, phases):
+    """What one impact of strength 1 rings."""
+    after = np.maximum(since, 0.0)
+    total = np.zeros_like(since)
+    for (tone, decay, share), phase in zip(MODES, phases, strict=True):
+        total += share * np.exp(-after / decay) * np.sin(2 * np.pi * tone * after + phase)
+    return np.where(since >= 0, total, 0.0)
+
+
+def record(rate, time, strength, phases, noise=NOISE, seed=0):
+    """White noise, and an impact at each time; `phases` (n, 3)."""
+    x = noise * np.random.default_rng(seed).standard_normal(round((time[-1] + 0.1) * rate))
+    for start, peak, phase in zip(time, strength, phases, strict=True):
+        index = int(start * rate) + np.arange(round(0.06 * rate))
+        x[index] += peak * ring(index / rate - start, phase)
+    return x
+
+
+def train(count, seed, gap=0.05):
+    rng = np.random.default_rng(seed)
+    time = 0.1 + np.cumsum(gap + rng.uniform(0, 0.03, count))
+    return time, np.exp(0.5 * rng.standard_normal(count)), rng.uniform(0, 2 * np.pi, 3)
+
+
+def detect(x, rate):
+    return detect_sound(lambda: [Piece(0, np.asarray(x))], rate)
+
+
+def errors(found, truth):
+    f1, _, pairs = score(found.time, truth, 3e-4)
+    assert f1 == 1.0
+    return found.time - truth[pairs[:, 1]]
+
+
+def bound(rate, phases, noise=NOISE):
+    """Cramér-Rao bound of the instant of an impact of strength 1 in white noise, strength free."""
+    since = (np.arange(round(0.06 * rate)) + 0.5) / rate
+    by_time = (ring(since + 1e-8, phases) - ring(since - 1e-8, phases)) / 2e-8
+    jacobian = np.column_stack([by_time, ring(since, phases)])
+    return noise * np.sqrt(np.linalg.inv(jacobian.T @ jacobian)[0, 0])
+
+
+@pytest.mark.parametrize("seed", [101, 102, 103])
+@pytest.mark.parametrize("rate", [22_050, 44_100, 96_000])
+def test_what_sounds_alike_is_timed_to_the_bound_of_a_known_waveform(rate, seed):
+    time, strength, phases = train(100, seed)
+    found = detect(record(rate, time, strength, [phases] * 100, seed=seed), rate)
+    assert found.alike == 1.0
+    off = errors(found, time)
+    # The bound falls with strength; what is left out (innovations for white noise, the samples
+    # beside the attack, all after 3 ms) costs less than a factor of 3.
+    scaled = strength * (off - np.median(off)) / bound(rate, phases)
+    assert np.sqrt(np.mean(scaled**2)) < 3.0
+    assert np.std(off) < 0.1 / rate
+    assert abs(np.mean(off)) < 1.0 / rate
+
+
+@pytest.mark.parametrize("rate", [22_050, 96_000])
+def test_strength_does_not_move_the_instant(rate):
+    time, strength, phases = train(200, 7)
+    found = detect(record(rate, time, strength, [phases] * 200, noise=1e-3), rate)
+    off = errors(found, time)
+    weak = strength < np.median(strength)
+    assert abs(off[weak].mean() - off[~weak].mean()) < 0.01 / rate
+
+
+def test_noise_does_not_make_impacts_late():
+    time, _, phases = train(150, 8)
+    x = record(22_050, time, np.ones(150), [phases] * 150, noise=0.1, seed=8)
+    off = errors(detect(x, 22_050), time)
+    assert np.std(off) < 3.0 * bound(22_050, phases, noise=0.1)
+
+
+def test_behind_an_anti_aliasing_filter_too():
+    rate, more = 22_050, 8
+    time, strength, phases = train(100, 10)
+    fine = record(more * rate, time, strength, [phases] * 100, noise=0.0)
+    low_pass = signal.firwin(64 * more + 1, 0.92 / more, window=("kaiser", 8.0))
+    x = np.ascontiguousarray(signal.oaconvolve(fine, low_pass, "same")[::more])
+    x += NOISE * np.random.default_rng(10).standard_normal(len(x))
+    off = errors(detect(x, rate), time)
+    scaled = strength * (off - np.median(off)) / bound(rate, phases)
+    assert np.sqrt(np.mean(scaled**2)) < 3.0
+
+
+@pytest.mark.parametrize("gap", [8e-3, 12e-3, 20e-3])
+def test_the_ringing_of_an_impact_before_moves_the_next_by_little(gap):
+    first, strength, phases = train(100, 9, gap=0.1)
+    time = np.sort(np.concatenate((first, first + gap)))
+    strength = np.repeat(strength, 2)
+    x = record(22_050, time, strength, [phases] * 200, noise=1e-3)
+    found = detect(x, 22_050)
+    _, _, pairs = score(found.time, time)
+    assert len(pairs) > 0.95 * len(time)
+    off = found.time[pairs[:, 0]] - time[pairs[:, 1]]
+    # One sample is 45 microseconds.
+    assert np.std(off) < 10e-6
+
+
+@pytest.mark.parametrize("rate", [8000, 22_050, 44_100])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_where_every_impact_sounds_different_instants_stay_on_the_grid(rate, seed):
+    time, strength, _ = train(100, seed)
+    phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, (100, 3))
+    for x in (record(rate, time, strength, phases), microphone(rate=rate, seed=seed).samples):
+        found = detect(x, rate)
+        assert found.alike == 0.0
+        np.testing.assert_allclose((found.time * rate) % 1, 0.5, atol=1e-6)
+
+
+def test_neither_division_into_blocks_nor_unit_matters():
+    rate = 22_050
+    time, strength, phases = train(LEARN + 40, 11, gap=0.02)
+    x = record(rate, time, strength, [phases] * len(time))
+    whole = detect(x, rate)
+    assert whole.alike == 1.0
+    assert len(whole.time) > LEARN
+    rng = np.random.default_rng(11)
+    for count in (1, 7, 300):
+        edges = [0, *np.sort(rng.choice(np.arange(1, len(x)), count, replace=False)), len(x)]
+        pieces = [Piece(int(a), x[a:b]) for a, b in pairwise(edges)]
+        np.testing.assert_array_equal(detect_sound(lambda p=pieces: p, rate).time, whole.time)
+    np.testing.assert_array_equal(detect(-(2.0**-9) * x, rate).time, whole.time)
+
+
+def test_few_impacts_make_no_waveform():
+    time, strength, phases = train(7, 4)
+    assert detect(record(22_050, time, strength, [phases] * 7), 22_050).alike == 0.0
+
+
+def test_a_sound_of_another_kind_stays_where_its_attack_is():
+    time, _, phases = train(60, 5)
+    each = np.tile(phases, (60, 1))
+    each[30] += [0.0, 2.0, 4.0]
+    found = detect(record(22_050, time, np.ones(60), each), 22_050)
+    assert found.alike == pytest.approx(59 / 60)
+    on_grid = np.abs((found.time * 22_050) % 1 - 0.5) < 1e-6
+    assert on_grid[30]
+
+
+def test_ten_taps_of_a_nail_sound_alike(shared_data):
+    x, rate = soundfile.read(shared_data("audio_counts/taps/nail.wav"))
+    assert detect(x if x.ndim == 1 else x[:, 0], rate).alike == 1.0
+
+
+# The parts.
+
+
+def test_the_shift_of_least_squares_is_that_which_leaves_least():
+    rng = np.random.default_rng(6)
+    places = np.arange(120.0)
+
+    def tone(at):
+        return np.exp(-(((at - 60) / 18) ** 2)) * np.sin(0.9 * at)
+
+    shifts, weight = np.empty((ROWS, 60)), rng.uniform(0.5, 1.0, 60)
+    pad = TAPS + 1
+    shift_wave(tone(places[30 - pad : 90 + pad]), pad, shifts)
+    y = 0.7 * tone(places - 1.3137) + 0.01 * rng.standard_normal(120)
+
+    def left(shift):
+        wave = tone(places[30:90])
+        there = np.array([np.sum(y * np.sinc(k + shift - places)) for k in places[30:90]])
+        factor = np.sum(weight * there * wave) / np.sum(weight * wave**2)
+        return np.sum(weight * (there - factor * wave) ** 2)
+
+    slow = minimize_scalar(left, bounds=(0.5, 2.0), method="bounded", options={"xatol": 1e-9}).x
+    shift, factor, _, _ = fit_shift(y, 30, 10, 1.0, shifts, weight)
+    assert shift == pytest.approx(slow, abs=2e-3)
+    assert factor == pytest.approx(0.7, abs=0.01)
+
+
+def test_the_wave_is_learned_from_the_first_impacts_however_they_come():
+    rate = 22_050
+    lengths = sound_lengths(rate, scale_at(rate))
+    rng = np.random.default_rng(1)
+    wave = rng.standard_normal(lengths.length) * np.hanning(lengths.length)
+    sounds = np.exp(0.3 * rng.standard_normal((LEARN + 60, 1))) * wave
+    sounds += 0.01 * rng.standard_normal(sounds.shape)
+    whole, parts = Overlay(lengths), Overlay(lengths)
+    whole.add(sounds)
+    for part in np.split(sounds, [3, 3, 90, LEARN - 1, LEARN + 1]):
+        parts.add(part)
+    np.testing.assert_array_equal(whole.shifts(), parts.shifts())
+    assert np.isfinite(whole.shifts()).all()
+
+
+def test_instants_are_never_put_out_of_order():
+    instant, alike = shifted(np.array([10.5, 12.5, 20.5]), np.array([1.5, -1.0, 0.25]))
+    np.testing.assert_array_equal(instant, [10.5, 12.5, 20.75])
+    assert alike == pytest.approx(1 / 3)
