@@ -69,6 +69,7 @@ class Scene:
 
         The closed form is a sum of a forced response, which is large near resonance, a rest
         position, on springs that are stiff against the forcing, and a free motion as large as both.
+        What carries the stops is added, at an instant of its own rounding.
         """
         machine, m = self.machine, self.machine.mass
         stiff = k >= m * self.reference**2
@@ -83,7 +84,11 @@ class Scene:
         for w, amplitude in waves:
             response = amplitude / np.abs(k - m * w * w + 1j * c * w)
             places, speeds = places + response, speeds + w * response
-        return FEW * places, FEW * (speeds + self.lasting(k, c) * places)
+        places, speeds = FEW * places, FEW * (speeds + self.lasting(k, c) * places)
+        if machine.base is not None and machine.base.stops:
+            w, swing = machine.base.frequency, self.late * machine.base.amplitude
+            places, speeds = places + w * swing, speeds + w * w * swing
+        return places, speeds
 
 
 class State:
