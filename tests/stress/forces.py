@@ -103,20 +103,21 @@ class State:
     contacts : list of Contact
     """
 
-    def __init__(self, scene, time):
+    def __init__(self, scene, time, place=0.0):
+        """`place` is how far x is uncertain, but for its own digits and those of the instant."""
         base = scene.machine.base
         self.scene, self.time = scene, time
         self.x, self.v = scene.motion.sample(time)
         self.base = scene.base(time)
         carried = base is not None and base.stops
         self.at, self.moving, self.pace = self.base if carried else (0.0, 0.0, 0.0)
-        self.late = scene.late * np.abs(self.moving)  # how far places are uncertain by the instant
+        self.blur = place + scene.late * np.abs(self.moving)
         self.contacts = [self._contact(stop) for stop in scene.soft]
 
     def depth(self, stop):
         """How far the mass is beyond a stop, and how far that is uncertain."""
         sign = 1 if stop.side == "upper" else -1
-        blur = FEW * (np.abs(self.x) + np.abs(self.at) + abs(stop.position)) + self.late
+        blur = FEW * (np.abs(self.x) + np.abs(self.at) + abs(stop.position)) + self.blur
         return sign * (self.x - self.at - stop.position), blur
 
     def _contact(self, stop):
