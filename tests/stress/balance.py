@@ -93,7 +93,7 @@ def check_work(scene, motion, spans):
 
     def rates(time, owner):
         """Power and velocity per second, and how far they are uncertain."""
-        state = State(scene, time)
+        state = State(scene, time, place[owner, None])
         assert not np.any(state.penetrates())
         (force, rough), (k, c), v = state.force(), state.pressed(), state.v
         off = speed[owner, None]
@@ -133,7 +133,7 @@ def check_rests(scene, spans):
     slack = FEW * np.abs(state.moving) + scene.late * np.abs(state.pace)
     assert np.all(np.abs(state.v - state.moving) <= slack)
     place = state.x - state.at
-    room = FEW * (np.abs(state.x) + np.abs(state.at)) + state.late
+    room = FEW * (np.abs(state.x) + np.abs(state.at)) + state.blur
     assert np.all(np.abs(place - place[:, :1]) <= room + room[:, :1])
     force, rough = state.force()
     inertia = scene.machine.mass * state.pace
@@ -174,11 +174,13 @@ def check_contacts(scene, spans):
         own = apart & (spans.stop == number)
         t, u = spans.begin[own], spans.approach[own]
         state, sides = State(scene, t), []
+        # On which side of the touch an instant is, its damper does or does not pull.
+        drag = 0.0 if stop in scene.rigid else stop.law.damping * u
         slack = scene.late * np.abs(state.pace)
         for instant in (t - scene.digit, t + scene.digit):
             sides.append(side := State(scene, instant))
             place, speed = scene.rounding(*side.pressed(), side.x, side.v)
-            bend = (np.abs(side.force()[0]) + scene.kinetic) / scene.machine.mass
+            bend = (np.abs(side.force()[0]) + scene.kinetic + drag) / scene.machine.mass
             slack = slack + speed + 2 * scene.late * bend
         before, after = sides
         hit, back = sign * (before.v - state.moving), sign * (state.moving - after.v)

@@ -69,6 +69,7 @@ class Scene:
 
         The closed form is a sum of a forced response, which is large near resonance, a rest
         position, on springs that are stiff against the forcing, and a free motion as large as both.
+        What carries the stops is added, at an instant of its own rounding.
         """
         machine, m = self.machine, self.machine.mass
         stiff = k >= m * self.reference**2
@@ -83,7 +84,11 @@ class Scene:
         for w, amplitude in waves:
             response = amplitude / np.abs(k - m * w * w + 1j * c * w)
             places, speeds = places + response, speeds + w * response
-        return FEW * places, FEW * (speeds + self.lasting(k, c) * places)
+        places, speeds = FEW * places, FEW * (speeds + self.lasting(k, c) * places)
+        if machine.base is not None and machine.base.stops:
+            w, swing = machine.base.frequency, self.late * machine.base.amplitude
+            places, speeds = places + w * swing, speeds + w * w * swing
+        return places, speeds
 
 
 class State:
@@ -98,20 +103,21 @@ class State:
     contacts : list of Contact
     """
 
-    def __init__(self, scene, time):
+    def __init__(self, scene, time, place=0.0):
+        """`place` is how far x is uncertain, but for its own digits and those of the instant."""
         base = scene.machine.base
         self.scene, self.time = scene, time
         self.x, self.v = scene.motion.sample(time)
         self.base = scene.base(time)
         carried = base is not None and base.stops
         self.at, self.moving, self.pace = self.base if carried else (0.0, 0.0, 0.0)
-        self.late = scene.late * np.abs(self.moving)  # how far places are uncertain by the instant
+        self.blur = place + scene.late * np.abs(self.moving)
         self.contacts = [self._contact(stop) for stop in scene.soft]
 
     def depth(self, stop):
         """How far the mass is beyond a stop, and how far that is uncertain."""
         sign = 1 if stop.side == "upper" else -1
-        blur = FEW * (np.abs(self.x) + np.abs(self.at) + abs(stop.position)) + self.late
+        blur = FEW * (np.abs(self.x) + np.abs(self.at) + abs(stop.position)) + self.blur
         return sign * (self.x - self.at - stop.position), blur
 
     def _contact(self, stop):

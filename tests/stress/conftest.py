@@ -1,0 +1,12 @@
+from __future__ import annotations
+
+import pytest
+
+from impactsig.simulate import _run
+
+
+@pytest.fixture
+def little_work(monkeypatch):
+    """Ends sooner what creeps on a stiff stop, or bounces a thousand times in a period."""
+    monkeypatch.setattr(_run, "LEGS_AT_LEAST", 10_000)
+    monkeypatch.setattr(_run, "LEGS_PER_PERIOD", 1000)
