@@ -75,6 +75,17 @@ def _period(motion: Motion) -> tuple[float, float]:
     return (found.impacts or math.nan, found.periods or math.nan)
 
 
+def _exponent(motion: Motion) -> float:
+    """The greatest Lyapunov exponent from where the motion ends, over as long again."""
+    from .dynamics.lyapunov import lyapunov_spectrum
+
+    x, v, phase = motion.final
+    spectrum = lyapunov_spectrum(
+        motion.oscillator, duration=motion.duration, initial=(x, v), phase=phase
+    )
+    return float(spectrum.exponents[0])
+
+
 ENDS = ("complete", "work limit", "diverged", "broken law")
 """What `Motion.status` may be, counted by the observable "status"."""
 
@@ -118,6 +129,11 @@ OBSERVABLES: dict[str, Observable] = {
         lambda motion: _period(motion)[1],
         keeps=True,
         attributes={"long_name": "forcing periods n of period(m, n)"},
+    ),
+    "exponent": Observable(
+        "greatest Lyapunov exponent, per unit of the scene's time; -inf where sticks end it",
+        _exponent,
+        attributes={"long_name": "greatest Lyapunov exponent"},
     ),
     "status": Observable(
         "how the simulation ended: 0 complete, else an early end",

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from impactsig import _sweep_options as options
-from impactsig import cli, identify_period, open_study, scenes, simulate
+from impactsig import cli, identify_period, lyapunov_spectrum, open_study, scenes, simulate
 from impactsig._observables import ENDS, OBSERVABLES, Observable, Observing
 from impactsig.simulate._events import STATUS
 
@@ -36,7 +36,8 @@ def chart(tmp_path_factory):
 
 def test_every_cell_is_what_simulate_gives(tmp_path, capsys):
     names = ["impacts_per_period", "mean_approach_velocity", "greatest_approach_velocity"]
-    names += ["energy_per_period", "sticking_share", "period_impacts", "period_periods", "status"]
+    names += ["energy_per_period", "sticking_share", "period_impacts", "period_periods"]
+    names += ["exponent", "status"]
     words = ["--over", "frequency=20.1,21,22.1", "--amplitude=0.3", *BRIEF, "--workers=1"]
     folder = tmp_path / "study"
     assert run("sweep", "karpodinis", *words, "--observe", *names, "-o", folder) == 0
@@ -49,6 +50,9 @@ def test_every_cell_is_what_simulate_gives(tmp_path, capsys):
         motion = simulate(scenes.karpodinis(frequency, amplitude=0.3), periods=40, transient=20)
         speed = motion.impacts.approach_velocity
         period = identify_period(motion.impacts, 1 / frequency)
+        grown = lyapunov_spectrum(
+            scenes.karpodinis(frequency, amplitude=0.3), periods=40, initial=motion.final[:2]
+        ).exponents
         wanted = {
             "impacts_per_period": len(motion.impacts) / 40,
             "mean_approach_velocity": speed.mean(),
@@ -57,6 +61,7 @@ def test_every_cell_is_what_simulate_gives(tmp_path, capsys):
             "sticking_share": 0.0,
             "period_impacts": period.impacts or np.nan,
             "period_periods": period.periods or np.nan,
+            "exponent": grown[0],
             "status": 0.0,
         }
         for name, value in wanted.items():
