@@ -140,7 +140,6 @@ def settle(
     periods: int,
     *,
     tolerance: float,
-    longest: int = LONGEST,
     ends: bool = True,
     **start: Any,
 ) -> Settled:
@@ -152,7 +151,7 @@ def settle(
     if isinstance(engine, ExactEngine):
         status, last, closed, _ = follow(
             engine.problem, engine.scratch, *engine.laws, clock, state, count, strobes,
-            (float(tolerance), longest, ends, LEGS), NOTHING_KNOWN,
+            (float(tolerance), LONGEST, ends, LEGS), NOTHING_KNOWN,
         )  # fmt: skip
         return Settled(run, strobes[: last + 1], closed, STATUS[status])
     none = np.empty((0, COLUMNS))
@@ -165,8 +164,8 @@ def settle(
             return Settled(run, strobes[:n], 0, STATUS[status])
         place = engine.place(count[0], state[0])
         strobes[n] = place, state[1], count[2] - impacts, state[3] - energy
-        m = closing(strobes, n, float(tolerance), longest)
+        m = closing(strobes, n, float(tolerance), LONGEST)
         if m and ends:
             return Settled(run, strobes[: n + 1], m, STATUS[DONE])
         closed, seen = (m, n) if m else (closed, seen)
-    return Settled(run, strobes, closed if periods - seen <= 3 * longest else 0, STATUS[DONE])
+    return Settled(run, strobes, closed if periods - seen <= 3 * LONGEST else 0, STATUS[DONE])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +14,7 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ..simulate._exact import ExactEngine
 from ..simulate._run import Run
+from ._arguments import thread_count
 from ._settling import LEGS, LONGEST, NOTHING_KNOWN, ground
 
 TILE = 512  # starts that are followed in one call
@@ -49,7 +49,7 @@ class Survey:
         self.phase = self.run.phase
         self.periods = whole("periods", periods, 1)
         self.closed = number("closed", closed, positive=True, most=1e-2)
-        self.workers = os.cpu_count() or 1 if workers is None else whole("workers", workers, 1)
+        self.workers = thread_count(workers)
         self.orbits: list[np.ndarray] = []
         self.radii: list[float] = []
 

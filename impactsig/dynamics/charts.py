@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -13,7 +12,7 @@ import numpy as np
 from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ._arguments import parameter_names, parameter_values
+from ._arguments import parameter_names, parameter_values, thread_count
 from ._settling import settle
 
 if TYPE_CHECKING:
@@ -120,7 +119,7 @@ def periodicity_chart(
     axes = parameter_values("x", x), parameter_values("y", y)
     periods = whole("periods", periods, 1)
     closed = number("closed", closed, positive=True, most=1e-2)
-    threads = os.cpu_count() or 1 if workers is None else whole("workers", workers, 1)
+    threads = thread_count(workers)
     pairs = [(a, b) for b in axes[1].tolist() for a in axes[0].tolist()]
 
     def some(first: int) -> list[tuple[int, int, int, bool]]:

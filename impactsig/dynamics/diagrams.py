@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ..simulate._frame import reference_frequency
-from ._arguments import parameter_names, parameter_values
+from ._arguments import parameter_names, parameter_values, thread_count
 from ._settling import ground, settle
 from .lyapunov import lyapunov_spectrum
 from .tangent import tangent_map
@@ -153,7 +152,7 @@ def bifurcation_diagram(
         skip,
         exponents,
     )
-    threads = os.cpu_count() or 1 if workers is None else whole("workers", workers, 1)
+    threads = thread_count(workers)
     if carry:
         cells = list(_carried(scene, chosen, look, options))
     else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -15,7 +14,7 @@ from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import Motion
-from ._arguments import parameter_names, parameter_values
+from ._arguments import parameter_names, parameter_values, thread_count
 from ._settling import settle
 
 if TYPE_CHECKING:
@@ -110,7 +109,7 @@ def response_spectrum(
     chosen = parameter_values("values", values)
     periods, transient = whole("periods", periods, 1), whole("transient", transient, 1)
     closed = number("closed", closed, positive=True, most=1e-2)
-    threads = os.cpu_count() or 1 if workers is None else whole("workers", workers, 1)
+    threads = thread_count(workers)
 
     def cell(value: float) -> tuple[float, float, float, int, str]:
         oscillator = scene(value)
