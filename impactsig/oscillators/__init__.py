@@ -3,7 +3,7 @@
 from . import flows, scenes
 from .equivalents import stop_damping, stop_restitution, stop_stiffness
 from .oscillator import Oscillator
-from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Rigid, Stop
+from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Noise, Rigid, Stop
 
 __all__ = [
     "BaseMotion",
@@ -11,6 +11,7 @@ __all__ = [
     "Friction",
     "Hertz",
     "KelvinVoigt",
+    "Noise",
     "Oscillator",
     "Rigid",
     "Stop",

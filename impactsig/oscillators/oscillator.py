@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 from ..errors import InvalidInput
-from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Rigid, Stop, numbers
+from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Noise, Rigid, Stop, numbers
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,9 @@ class Oscillator:
         A further force ``law(t, x, v)`` on the mass [N], with t in the oscillator's unit of time
         since the start of the simulation and x, v against the ground; a function that numba can
         compile.
+    noise : Noise, optional
+        A random force on the mass, white or filtered. `simulate` knows none; `simulate_ensemble`
+        does.
     time_unit, length_unit, mass_unit : float
         Seconds, metres and kilograms in one of the units that the numbers above are in: 1 in SI
         units; 1/omega_n of the machine, its gap and its mass for a dimensionless oscillator. A
@@ -65,6 +68,7 @@ class Oscillator:
     stops: tuple[Stop, ...] = ()
     friction: Friction | None = None
     law: Callable[[float, float, float], float] | None = None
+    noise: Noise | None = None
     time_unit: float = 1.0
     length_unit: float = 1.0
     mass_unit: float = 1.0
@@ -90,6 +94,8 @@ class Oscillator:
             raise InvalidInput("base", self.base, "BaseMotion(...) or None")
         if self.friction is not None and not isinstance(self.friction, Friction):
             raise InvalidInput("friction", self.friction, "Friction(...) or None")
+        if self.noise is not None and not isinstance(self.noise, Noise):
+            raise InvalidInput("noise", self.noise, "Noise(...) or None")
         if self.law is not None and not callable(self.law):
             raise InvalidInput("law", self.law, "a function of t, x and v, or None")
         self._check_stops()
@@ -188,7 +194,7 @@ class Oscillator:
                 return replace(law, stiffness=stiffness, damping=law.damping * t / x)
             return law
 
-        friction = self.friction
+        friction, noise = self.friction, self.noise
         return replace(
             new,
             mass=self.mass * m,
@@ -208,6 +214,7 @@ class Oscillator:
                 for stop in self.stops
             ),
             friction=friction and Friction(friction.kinetic * newton, friction.static * newton),  # type: ignore[operator]
+            noise=noise and Noise(noise.intensity * newton**2 * t, noise.correlation_time * t),
             name=self.name,
         )
 
@@ -223,6 +230,8 @@ class Oscillator:
             parts.append(repr(self.friction))
         if self.law:
             parts.append(f"law={getattr(self.law, '__name__', self.law)}")
+        if self.noise:
+            parts.append(repr(self.noise))
         units = (("time", "s"), ("length", "m"), ("mass", "kg"))
         for name, symbol in units:
             unit = getattr(self, f"{name}_unit")

@@ -1,4 +1,4 @@
-"""What an oscillator is made of: forcing, base motion, stops with their contact laws, friction."""
+"""What an oscillator is made of: forcing, base motion, stops and their laws, friction, noise."""
 
 from __future__ import annotations
 
@@ -249,6 +249,34 @@ class Friction:
         if self.static is None:
             object.__setattr__(self, "static", self.kinetic)
         numbers(self, "static", least=self.kinetic)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """A random force f on the mass, Gaussian, white or coloured by a first-order filter.
+
+    White noise has ``<f(t) f(t + s)> = 2 intensity delta(s)``; through a filter of time constant
+    tau, ``<f(t) f(t + s)> = (intensity / tau) exp(-abs(s) / tau)``, which is the same for slow
+    motions (an Ornstein-Uhlenbeck process [UhlenbeckOrnstein1930]_).
+
+    Parameters
+    ----------
+    intensity : float
+        Half of the two-sided spectral density at zero frequency [N^2 s], at least 0.
+    correlation_time : float
+        Time constant of the filter [s]; 0 leaves the noise white.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of its range.
+    """
+
+    intensity: float
+    correlation_time: float = 0.0
+
+    def __post_init__(self) -> None:
+        numbers(self, "intensity", "correlation_time", least=0.0)
 
 
 def numbers(

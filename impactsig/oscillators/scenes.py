@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any, Literal
 
 from ..errors import InvalidInput
 from .oscillator import Oscillator
-from .parts import BaseMotion, Force, Friction, KelvinVoigt, Rigid, Stop, numbers
+from .parts import BaseMotion, Force, Friction, KelvinVoigt, Noise, Rigid, Stop, numbers
 
 NATURAL_FREQUENCY = 22.2
 """First natural frequency of the beam of [Karpodinis]_ [Hz]."""
@@ -214,6 +216,61 @@ def begley_virgin(
         friction=Friction(kinetic_ratio * friction, friction) if friction else None,
         name=f"Begley and Virgin's walls at gamma = {gamma:g}",
     )
+
+
+def van_der_pol_duffing(
+    restitution: float = 0.99,
+    friction: float = 1.0,
+    intensity: float = 1.0,
+    *,
+    epsilon: float = 0.01,
+    c1: float = 3.0,
+    c2: float = 1.0,
+) -> Oscillator:
+    """A Van der Pol-Duffing oscillator under white noise, that rubs and hits a stop at 0.
+
+    ``x'' + epsilon (c2 x^2 - c1) x' + epsilon f_k sgn x' + x^3 = sqrt(epsilon) xi``, x >= 0, with
+    ``<xi(t) xi(t + s)> = 2 D delta(s)``.
+
+    Parameters
+    ----------
+    restitution : float
+        Restitution coefficient of the stop (r).
+    friction : float
+        Coulomb friction by epsilon (f_k); 0 for none.
+    intensity : float
+        Intensity of the noise by epsilon (D).
+    epsilon : float
+        How small damping, friction and noise are, all alike. Our choice, 0.01, as are `c1` and
+        `c2`: with them the joint density passes through the shapes that the papers print.
+    c1, c2 : float
+        Gain at small, and loss at large displacements.
+
+    Raises
+    ------
+    InvalidInput
+        If a parameter is out of its range.
+    """
+    _require(least=0.0, friction=friction, intensity=intensity, c1=c1, c2=c2)
+    _require(above=0.0, epsilon=epsilon)
+    return Oscillator(
+        stiffness=0.0,
+        stops=(Stop(0.0, Rigid(restitution), "lower"),),
+        friction=Friction(epsilon * friction) if friction else None,
+        law=_van_der_pol_duffing(epsilon * float(c1), epsilon * float(c2)),
+        noise=Noise(epsilon * intensity),
+        name=f"Van der Pol-Duffing, r = {restitution:g}, f_k = {friction:g}, D = {intensity:g}",
+    )
+
+
+@lru_cache(maxsize=256)  # the same numbers give the same function, which is compiled once
+def _van_der_pol_duffing(gain: float, loss: float) -> Callable[[float, float, float], float]:
+    """The force of a cubic spring and of damping that is negative at small displacements."""
+
+    def law(t: float, x: float, v: float) -> float:
+        return (gain - loss * x * x) * v - x * x * x
+
+    return law
 
 
 def _both(sigma: Any) -> tuple[float, float]:

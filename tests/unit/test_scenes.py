@@ -41,6 +41,11 @@ from impactsig import Friction, InvalidInput, KelvinVoigt, Rigid, Stop, scenes, 
         (lambda: scenes.begley_virgin(1, 1.6, 0.05, damping_ratio=-1), "damping_ratio"),
         (lambda: scenes.begley_virgin(1, 1.6, 0.05, wall_stiffness=0), "wall_stiffness"),
         (lambda: scenes.begley_virgin(1, 1.6, 0.05, kinetic_ratio=1.1), "kinetic_ratio"),
+        (lambda: scenes.van_der_pol_duffing(1.1), "restitution"),
+        (lambda: scenes.van_der_pol_duffing(friction=-1), "friction"),
+        (lambda: scenes.van_der_pol_duffing(intensity="loud"), "intensity"),
+        (lambda: scenes.van_der_pol_duffing(epsilon=0), "epsilon"),
+        (lambda: scenes.van_der_pol_duffing(c2=-1), "c2"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(make, argument):
