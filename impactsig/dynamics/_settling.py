@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,10 +13,11 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import Motion
 from ..simulate._events import COLUMNS, DONE, STATUS
-from ..simulate._exact import ExactEngine
-from ..simulate._frame import base_motion, reference_frequency
+from ..simulate._exact import begun, piecewise_linear, stacked
+from ..simulate._frame import base_motion, first_phase, first_place, reference_frequency
+from ..simulate._modes import restitution_laws, shape
 from ..simulate._run import Run
-from ._strobing import closing, follow, least
+from ._strobing import closing, follow_machines, least
 from .tangent import tangent_map
 
 LONGEST = 32  # periods of an orbit that are told
@@ -25,6 +27,8 @@ TRIES = 4  # periods that a motion may be about to close with; chaos comes near 
 UNTOLD = 0.2  # of what a motion goes nearer in a return, the share its derivative may not tell
 EXACT = 1e-9  # what an orbit may be off by after its periods, as a share of its size
 ALIKE = 1e-6  # points of an orbit closer than this share of its size are one
+
+CHATTER = 1e-6  # as that of `simulate`
 
 NOTHING_KNOWN = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
 
@@ -42,8 +46,10 @@ class Settled:
 
     Attributes
     ----------
-    run : Run
-        At the end of what was followed.
+    oscillator : Oscillator
+        What moves.
+    start : dict
+        Where it started: `initial` and `phase`, as `simulate` takes them.
     strobes : numpy.ndarray
         Position and velocity in the engine's units once a period, impacts and energy lost in the
         period before; shape (periods followed + 1, 4).
@@ -51,12 +57,16 @@ class Settled:
         Periods of the orbit that it has closed, 0 if it has not.
     status : str
         As that of a Motion.
+    where : tuple of numpy.ndarray
+        Clock, state and counters of the engine at the end of what was followed.
     """
 
-    run: Run
+    oscillator: Oscillator
+    start: dict[str, Any]
     strobes: np.ndarray
     closed: int
     status: str
+    where: tuple[np.ndarray, np.ndarray, np.ndarray]
 
     def closing(self) -> Settled:
         """On the orbit that the motion comes nearer to, if it has not closed yet; else itself.
@@ -84,7 +94,7 @@ class Settled:
 
     def _approached(self, m: int) -> Settled | None:
         """The stable orbit of m periods, or a divisor of them, that draws the motion."""
-        oscillator, phase = self.run.oscillator, self.run.phase
+        oscillator, phase = self.oscillator, self.start["phase"]
         origin, unit = ground(oscillator, phase)
 
         def returned(point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -129,43 +139,92 @@ class Settled:
 
     def motion(self, periods: int) -> Motion:
         """The next so many periods."""
-        run = self.run
+        run = Run(self.oscillator, periods=1, **self.start)
+        run.clock, run.state, run.count = self.where
         run.before = float(len(self.strobes) - 1)
         run.status = self.status
         return run.motion(periods)
 
 
-def settle(
-    oscillator: Oscillator,
+def settle(oscillator: Oscillator, periods: int, **rule: Any) -> Settled:
+    """One of `settle_all`."""
+    return settle_all([oscillator], periods, **rule)[0]
+
+
+def settle_all(
+    oscillators: Sequence[Oscillator],
     periods: int,
     *,
     tolerance: float,
     ends: bool = True,
-    **start: Any,
-) -> Settled:
-    """Follow a motion for so many forcing periods, or until its orbit has closed if that `ends`."""
+    initial: tuple[float, float] = (0.0, 0.0),
+    phase: float = 0.0,
+) -> list[Settled]:
+    """Follow motions for so many forcing periods, or until an orbit has closed if that `ends`.
+
+    Machines whose tables have the same shape are followed by one call of a kernel.
+    """
+    start = {"initial": initial, "phase": phase}
+    rule = float(tolerance), LONGEST, ends, LEGS
+    found: dict[int, Settled] = {}
+    alike: dict[Any, list[int]] = {}
+    for k, oscillator in enumerate(oscillators):
+        if not isinstance(oscillator, Oscillator):
+            raise InvalidInput("scene", oscillator, "a function that makes an Oscillator")
+        if piecewise_linear(oscillator):
+            alike.setdefault(shape(oscillator), []).append(k)
+        else:
+            found[k] = _stepped(oscillator, periods, rule, start)
+    for members in alike.values():
+        machines = [oscillators[k] for k in members]
+        found |= zip(members, _exact(machines, periods, rule, start), strict=True)
+    return [found[k] for k in range(len(oscillators))]
+
+
+def _exact(
+    oscillators: list[Oscillator], periods: int, rule: Any, start: dict[str, Any]
+) -> Iterator[Settled]:
+    """Those of one shape, by the exact engine."""
+    plan, many, scratch = stacked(oscillators, CHATTER)
+    phase = first_phase(start["phase"])
+    starts = []
+    for k, oscillator in enumerate(oscillators):
+        place = first_place(oscillator, start["initial"], phase)
+        bound = float(many.force_bound[k, 0])
+        starts.append(begun(oscillator, plan, many.origin[k], bound, *place))
+    states, counts = (np.array(column) for column in zip(*starts, strict=True))
+    clocks = np.zeros((len(oscillators), 3))
+    clocks[:, 1] = phase
+    strobes = np.empty((len(oscillators), periods + 1, 4))
+    ended = np.empty((len(oscillators), 3), np.int64)
+    laws = restitution_laws(oscillators[0])
+    follow_machines(many, scratch, *laws, clocks, states, counts, strobes, rule, ended)
+    for k, (status, last, closed) in enumerate(ended.tolist()):
+        where = clocks[k], states[k], counts[k]
+        yield Settled(oscillators[k], start, strobes[k, : last + 1], closed, STATUS[status], where)
+
+
+def _stepped(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, Any]) -> Settled:
+    """One that is stepped."""
+    tolerance, longest, ends, legs = rule
     run = Run(oscillator, periods=1, **start)
     engine, clock, state, count = run.engine, run.clock, run.state, run.count
+    where = clock, state, count
     strobes = np.empty((periods + 1, 4))
     strobes[0] = engine.place(count[0], state[0]), state[1], 0, 0.0
-    if isinstance(engine, ExactEngine):
-        status, last, closed, _ = follow(
-            engine.problem, engine.scratch, *engine.laws, clock, state, count, strobes,
-            (float(tolerance), LONGEST, ends, LEGS), NOTHING_KNOWN,
-        )  # fmt: skip
-        return Settled(run, strobes[: last + 1], closed, STATUS[status])
     none = np.empty((0, COLUMNS))
     closed = seen = 0
     for n in range(1, periods + 1):
         impacts, energy = count[2], state[3]
         count[6] = 0
-        status = engine.run(clock, state, count, none, clock[0] + 1.0, clock[1], LEGS)
+        status = engine.run(clock, state, count, none, clock[0] + 1.0, clock[1], legs)
         if status != DONE:
-            return Settled(run, strobes[:n], 0, STATUS[status])
+            return Settled(oscillator, start, strobes[:n], 0, STATUS[status], where)
         place = engine.place(count[0], state[0])
         strobes[n] = place, state[1], count[2] - impacts, state[3] - energy
-        m = closing(strobes, n, float(tolerance), LONGEST)
+        m = closing(strobes, n, tolerance, longest)
         if m and ends:
-            return Settled(run, strobes[: n + 1], m, STATUS[DONE])
+            return Settled(oscillator, start, strobes[: n + 1], m, STATUS[DONE], where)
         closed, seen = (m, n) if m else (closed, seen)
-    return Settled(run, strobes, closed if periods - seen <= 3 * LONGEST else 0, STATUS[DONE])
+    closed = closed if periods - seen <= 3 * longest else 0
+    return Settled(oscillator, start, strobes, closed, STATUS[DONE], where)

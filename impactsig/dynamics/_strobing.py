@@ -9,6 +9,7 @@ from numba import njit
 
 from ..simulate._engine import run
 from ..simulate._events import COLUMNS, COUNTERS, DONE
+from ..simulate._flow import Problem
 
 NOISE = 1e-13  # returns this close, as a share of the size, are exact but for rounding
 RESOLVED = 10.0  # strobes closer than so many tolerances are one
@@ -131,3 +132,58 @@ def follow_all(p, scratch, upper, lower, phase, states, modes, strobes, rule, kn
         for j in range(m):
             for c in range(3):
                 orbits[k, j, c] = strobes[last - m + 1 + j, c]
+
+
+@njit(cache=True, nogil=True)
+def follow_machines(many, scratch, upper, lower, clocks, states, counts, strobes, rule, found):
+    """Follow one start of each machine of a layout, from where the clocks and states are.
+
+    `many` are their tables as `simulate._modes.problems` makes them; `found`, of shape
+    (machines, 3), is filled with the status, the periods taken and the period of the orbit.
+    """
+    known = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
+    for k in range(len(states)):
+        p = machine(many, k)
+        strobes[k, 0, 0], strobes[k, 0, 1] = states[k, 0] + p.origin[counts[k, 0]], states[k, 1]
+        strobes[k, 0, 2] = strobes[k, 0, 3] = 0.0
+        status, last, m, _ = follow(
+            p, scratch, upper, lower, clocks[k], states[k], counts[k], strobes[k], rule, known
+        )
+        found[k, 0], found[k, 1], found[k, 2] = status, last, m
+
+
+@njit(cache=True, nogil=True, inline="always")
+def machine(many, k):
+    """The tables of one of them."""
+    return Problem(
+        many.kappa[k],
+        many.delta[k],
+        many.root[k],
+        many.sort[k],
+        many.constant[k],
+        many.rest[k],
+        many.drift[k],
+        many.cosine[k],
+        many.sine[k],
+        many.reach[k],
+        many.rate[k],
+        many.ratio[k],
+        many.force_cos[k],
+        many.force_sin[k],
+        many.force_bound[k],
+        many.pressed,
+        many.gaps,
+        many.leans[k],
+        many.gap[k],
+        many.means,
+        many.land[k],
+        many.origin[k],
+        many.side,
+        many.restitution[k],
+        many.speed[k],
+        many.kinetic[k],
+        many.static[k],
+        many.rubs,
+        many.chatter,
+        many.skip,
+    )

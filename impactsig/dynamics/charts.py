@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import number, whole
-from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._arguments import parameter_names, parameter_values, thread_count
-from ._settling import settle
+from ._settling import settle_all
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-TOGETHER = 64  # cells in a task of a thread
+TOGETHER = 64  # cells that one call of the kernel follows
+STROBES = 200_000  # and how many strobes they may take, which are kept until it is done
 SILENT, IMPACTING, HIGHER, FAILED = 0, 1, 2, -1
 
 
@@ -122,15 +122,15 @@ def periodicity_chart(
     threads = thread_count(workers)
     pairs = [(a, b) for b in axes[1].tolist() for a in axes[0].tolist()]
 
+    together = max(1, min(TOGETHER, STROBES // periods))
+
     def some(first: int) -> list[tuple[int, int, int, bool]]:
+        machines = [scene(a, b) for a, b in pairs[first : first + together]]
+        motions = settle_all(
+            machines, periods, tolerance=closed, ends=skip, initial=initial, phase=phase
+        )
         found = []
-        for a, b in pairs[first : first + TOGETHER]:
-            oscillator = scene(a, b)
-            if not isinstance(oscillator, Oscillator):
-                raise InvalidInput("scene", oscillator, "a function that makes an Oscillator")
-            settled = settle(
-                oscillator, periods, tolerance=closed, ends=skip, initial=initial, phase=phase
-            )
+        for settled in motions:
             orbit = settled.closing()
             n = orbit.closed
             impacts = int(orbit.strobes[-n:, 2].sum()) if n else -1
@@ -139,7 +139,7 @@ def periodicity_chart(
         return found
 
     with ThreadPoolExecutor(threads) as pool:
-        cells = [cell for part in pool.map(some, range(0, len(pairs), TOGETHER)) for cell in part]
+        cells = [cell for part in pool.map(some, range(0, len(pairs), together)) for cell in part]
     n, impacts, followed, failed = (
         np.array(column).reshape(len(axes[1]), len(axes[0])) for column in zip(*cells, strict=True)
     )

@@ -2,56 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..oscillators import KelvinVoigt, Oscillator, Rigid
+from ..oscillators import Hertz, KelvinVoigt, Oscillator, Rigid
 from ._events import COUNTERS
-from ._modes import only_pushes, tables
+from ._frame import reference_frequency
+from ._layout import Layout, layout, only_pushes, structure
+from ._modes import problems, tables
 
 if TYPE_CHECKING:
-    from ._flow import Scratch
+    from ._flow import Problem, Scratch
 
 
 class ExactEngine:
     """Moves a piecewise linear oscillator; fulfils `_events.Engine`."""
 
     def __init__(self, oscillator: Oscillator, chatter: float, skip: bool) -> None:
-        from ._flow import COMPLETE, Scratch
-
         self.oscillator = oscillator
-        self.omega, self.modes, self.problem, self.laws = tables(oscillator, chatter, skip)
-        self.scratch: Scratch = Scratch(
-            np.empty((len(self.problem.ratio), 5)),
-            np.empty(COMPLETE + 1),
-            np.empty((self.problem.gap.shape[1], 4)),
-        )
+        self.omega, self.layout, self.problem, self.laws = tables(oscillator, chatter, skip)
+        self.scratch = room(self.problem)
 
     def begin(self, q: float, v: float, phase: float) -> tuple[np.ndarray, np.ndarray]:
         """State and counters of a start; the stops that are pressed on follow from it."""
-        p, oscillator = self.problem, self.oscillator
-        side, level, lifted = 0, 0, frozenset[int]()
-        for name, sign in (("upper", 1), ("lower", -1)):
-            for stop in oscillator.stops_on(name):
-                depth = sign * (q - stop.position)
-                if depth <= 0:
-                    break
-                if isinstance(stop.law, Rigid):
-                    q = stop.position
-                    break
-                side, level = sign, level + 1
-                force = stop.law.stiffness * depth + stop.law.damping * self.omega * sign * v
-                if force < 0 and only_pushes(stop):
-                    lifted |= {level - 1}
-        mode = self.modes[side, level, lifted]
-        if p.rubs:
-            mode += v < 0
-        count = np.zeros(COUNTERS, np.int64)
-        count[0] = mode
-        # A first touch at next to no speed must not set the scale of chatter.
-        slow = 1e-6 * (p.force_bound[0] + abs(oscillator.load) / (oscillator.mass * self.omega**2))
-        return np.array([q - p.origin[mode], v, slow, 0.0]), count
+        p = self.problem
+        return begun(self.oscillator, self.layout, p.origin, float(p.force_bound[0]), q, v)
 
     def run(
         self,
@@ -99,3 +76,51 @@ class ExactEngine:
         peak = np.empty(len(first))
         peaks(self.problem, self.scratch, rows, first, last, end, springs, dampers, positions, peak)
         return peak
+
+
+def piecewise_linear(oscillator: Oscillator) -> bool:
+    """Whether the exact engine can move it."""
+    return not (oscillator.law or any(isinstance(stop.law, Hertz) for stop in oscillator.stops))
+
+
+def stacked(oscillators: Sequence[Oscillator], chatter: float) -> tuple[Layout, Problem, Scratch]:
+    """Layout, tables and room of machines whose tables have the same `shape`."""
+    plan = layout(structure(oscillators[0]))
+    many = problems(oscillators, plan, chatter, skip=True)
+    return plan, many, room(many)
+
+
+def room(problem: Problem) -> Scratch:
+    """Room for a leg."""
+    from ._flow import COMPLETE, Scratch
+
+    components, gaps = problem.ratio.shape[-1], problem.gap.shape[-2]
+    return Scratch(np.empty((components, 5)), np.empty(COMPLETE + 1), np.empty((gaps, 4)))
+
+
+def begun(
+    oscillator: Oscillator, plan: Layout, origin: np.ndarray, force_bound: float, q: float, v: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """State and counters of a start; the stops that are pressed on follow from it."""
+    omega = reference_frequency(oscillator)
+    side, level, lifted = 0, 0, frozenset[int]()
+    for name, sign in (("upper", 1), ("lower", -1)):
+        for stop in oscillator.stops_on(name):
+            depth = sign * (q - stop.position)
+            if depth <= 0:
+                break
+            if isinstance(stop.law, Rigid):
+                q = stop.position
+                break
+            side, level = sign, level + 1
+            force = stop.law.stiffness * depth + stop.law.damping * omega * sign * v
+            if force < 0 and only_pushes(stop):
+                lifted |= {level - 1}
+    mode = plan.modes[side, level, lifted]
+    if plan.way[mode]:
+        mode += v < 0
+    count = np.zeros(COUNTERS, np.int64)
+    count[0] = mode
+    # A first touch at next to no speed must not set the scale of chatter.
+    slow = 1e-6 * (force_bound + abs(oscillator.load) / (oscillator.mass * omega**2))
+    return np.array([q - origin[mode], v, slow, 0.0]), count

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import cmath
+import math
 from typing import Any
 
 import numpy as np
 
-from ..oscillators import Oscillator
+from .._arguments import number
+from ..errors import InvalidInput
+from ..oscillators import Oscillator, Rigid
 
 
 def reference_frequency(oscillator: Oscillator) -> float:
@@ -25,27 +28,62 @@ def base_motion(oscillator: Oscillator, phase: Any) -> tuple[Any, Any]:
     return base.amplitude * np.cos(angle), velocity
 
 
-def forcing(oscillator: Oscillator) -> tuple[np.ndarray, np.ndarray]:
+def first_phase(phase: Any) -> float:
+    """The phase of the reference at the start, within a turn.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not a finite number.
+    """
+    return math.fmod(number("phase", phase), 2 * math.pi) % (2 * math.pi)
+
+
+def first_place(oscillator: Oscillator, initial: Any, phase: float) -> tuple[float, float]:
+    """Position and velocity at the start, in the engine's coordinates and units.
+
+    Raises
+    ------
+    InvalidInput
+        If `initial` is not two finite numbers, or beyond a rigid stop.
+    """
+    try:
+        x, v = (float(value) for value in initial)
+    except (TypeError, ValueError):
+        raise InvalidInput("initial", initial, "two numbers: displacement and velocity") from None
+    if not (math.isfinite(x) and math.isfinite(v)):
+        raise InvalidInput("initial", initial, "finite displacement and velocity")
+    omega, base = reference_frequency(oscillator), oscillator.base
+    at, moving = base_motion(oscillator, (base.frequency / omega if base else 1.0) * phase)
+    q, u = x - float(at), (v - float(moving)) / omega
+    for stop in oscillator.stops:
+        depth = (q - stop.position) * (1 if stop.side == "upper" else -1)
+        size = abs(x) + abs(stop.position) + (abs(base.amplitude) if base else 0.0)
+        if isinstance(stop.law, Rigid) and depth > 1e-12 * size:
+            raise InvalidInput(
+                "initial", f"x = {x:.9g}", f"a start on this side of the {stop.side} rigid stop",
+                f"It is {depth:.3g} beyond; move it, or the stop",
+            )  # fmt: skip
+    return q, u
+
+
+def forcing(oscillator: Oscillator) -> list[tuple[float, complex]]:
     """Frequencies over that of the reference, and complex amplitudes of the force per mass.
 
     In coordinates in which the stops rest and the reference has frequency 1, which comes first.
     """
     omega = reference_frequency(oscillator)
     mass, base = oscillator.mass, oscillator.base
-    total: dict[float, complex] = {}
+    inertia = mass * omega**2
+    total = {omega: 0j}
     for force in oscillator.forces:
-        total.setdefault(force.frequency, 0)
-        total[force.frequency] += force.amplitude * cmath.exp(1j * force.phase)
+        pull = force.amplitude * cmath.exp(1j * force.phase)
+        total[force.frequency] = total.get(force.frequency, 0) + pull
     if base is not None:
         # q = x - base: what hangs on the base pulls no more, and inertia pushes back.
         w = base.frequency
-        pull = (base.spring - base.stops) * oscillator.stiffness
+        spring = (base.spring - base.stops) * oscillator.stiffness
         drag = (base.damper - base.stops) * oscillator.damping
-        push = (pull + base.stops * mass * w * w) + 1j * w * drag
-        total.setdefault(w, 0)
-        total[w] += push * base.amplitude * cmath.exp(1j * base.phase)
-    if not total:
-        total[omega] = 0
-    frequencies = sorted(total, key=lambda frequency: frequency != omega)
-    amplitudes = np.array([total[frequency] for frequency in frequencies])
-    return np.array(frequencies) / omega, amplitudes / (mass * omega**2)
+        push = (spring + base.stops * mass * w * w) + 1j * w * drag
+        total[w] = total.get(w, 0) + push * base.amplitude * cmath.exp(1j * base.phase)
+    return [(frequency / omega, amplitude / inertia) for frequency, amplitude in total.items()]

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ..oscillators import Hertz, Oscillator, Rigid
+from ..oscillators import Oscillator
 from ._events import COLUMNS, DONE, FULL, START, STATUS, STICK, Engine
-from ._exact import ExactEngine
-from ._frame import base_motion
+from ._exact import ExactEngine, piecewise_linear
+from ._frame import first_phase, first_place
 from .motion import TURN, Motion, assemble
 from .runge_kutta import FixedStep, RungeKutta, SteppingEngine
 
@@ -54,13 +53,13 @@ class Run:
         name, length = ("periods", periods) if duration is None else ("duration", duration)
         self.length = number(name, length, positive=True)
         self.before = number("transient", transient, least=0.0)
-        self.phase = math.fmod(number("phase", phase), TURN) % TURN
+        self.phase = first_phase(phase)
         self.oscillator = oscillator
         self.engine = _engine(oscillator, method, chatter, skip_unreachable)
         omega = self.engine.omega
         self.per_turn = 1.0 if duration is None else omega / (TURN * oscillator.time_unit)
 
-        q, v = _start(oscillator, initial, self.phase, omega)
+        q, v = first_place(oscillator, initial, self.phase)
         self.state, self.count = self.engine.begin(q, v, self.phase)
         self.clock = np.array([0.0, self.phase, 0.0])
         self.status = STATUS[DONE]
@@ -104,35 +103,12 @@ def _engine(
 ) -> Engine:
     """The exact engine where it can move the oscillator, unless a method is asked for."""
     if method is None:
-        bent = oscillator.law or any(isinstance(stop.law, Hertz) for stop in oscillator.stops)
-        if not bent:
+        if piecewise_linear(oscillator):
             return ExactEngine(oscillator, chatter, skip)
         method = RungeKutta()
     if not isinstance(method, (RungeKutta, FixedStep)):
         raise InvalidInput("method", method, "RungeKutta(...), FixedStep(...) or None")
     return SteppingEngine(oscillator, method, chatter)
-
-
-def _start(oscillator: Oscillator, initial: Any, phase: float, omega: float) -> tuple[float, float]:
-    """Position and velocity at t = 0, in the engine's coordinates and units."""
-    try:
-        x, v = (float(value) for value in initial)
-    except (TypeError, ValueError):
-        raise InvalidInput("initial", initial, "two numbers: displacement and velocity") from None
-    if not (math.isfinite(x) and math.isfinite(v)):
-        raise InvalidInput("initial", initial, "finite displacement and velocity")
-    base = oscillator.base
-    at, moving = base_motion(oscillator, (base.frequency / omega if base else 1.0) * phase)
-    q, u = x - float(at), (v - float(moving)) / omega
-    for stop in oscillator.stops:
-        depth = (q - stop.position) * (1 if stop.side == "upper" else -1)
-        size = abs(x) + abs(stop.position) + (abs(base.amplitude) if base else 0.0)
-        if isinstance(stop.law, Rigid) and depth > 1e-12 * size:
-            raise InvalidInput(
-                "initial", f"x = {x:.9g}", f"a start on this side of the {stop.side} rigid stop",
-                f"It is {depth:.3g} beyond; move it, or the stop",
-            )  # fmt: skip
-    return q, u
 
 
 def _after(phase: float, turns: float) -> tuple[float, float]:

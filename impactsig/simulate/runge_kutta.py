@@ -230,7 +230,7 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
     carried = base if base is not None and base.stops else None
     waves = [
         (ratio, abs(amplitude), cmath.phase(amplitude))
-        for ratio, amplitude in zip(*forcing(oscillator), strict=True)
+        for ratio, amplitude in forcing(oscillator)
         if amplitude
     ]
 

@@ -1,0 +1,116 @@
+"""Machines whose tables are stacked are moved as each alone, to the last bit."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+import pytest
+
+from impactsig import (
+    BaseMotion,
+    Force,
+    Friction,
+    InvalidInput,
+    KelvinVoigt,
+    Oscillator,
+    Rigid,
+    Stop,
+    periodicity_chart,
+    scenes,
+)
+from impactsig.dynamics._settling import settle, settle_all
+from impactsig.simulate._layout import layout, structure
+from impactsig.simulate._modes import SHARED, problems, shape, tables
+
+
+def machine(rng):
+    """One with up to three stops on either side, in any order."""
+    stops = []
+    for side, sign in (("upper", 1), ("lower", -1)):
+        places = np.sort(rng.uniform(0.1, 2.0, rng.integers(0, 4)))
+        for k, place in enumerate(places):
+            soft = KelvinVoigt(10 ** rng.uniform(0, 4), rng.uniform(0.1, 3))
+            laws = [
+                soft,
+                KelvinVoigt(soft.stiffness, soft.damping, "force"),
+                KelvinVoigt(soft.stiffness, 0.0, "force"),
+                Rigid(rng.uniform()),
+            ]
+            law = laws[rng.integers(0, 4 if k == len(places) - 1 else 3)]
+            stops.append(Stop(sign * place, law, side))
+    return Oscillator(
+        mass=rng.uniform(0.5, 2),
+        damping=rng.uniform(0.01, 1),
+        stiffness=10 ** rng.uniform(-3, 2),
+        forces=[Force(rng.uniform(), w, rng.uniform(0, 6)) for w in rng.choice([1.3, 2.0], 2)],
+        load=rng.normal(),
+        base=[None, BaseMotion(0.3, 1.7, stops=True)][rng.integers(0, 2)],
+        stops=[stops[k] for k in rng.permutation(len(stops))],
+        friction=[None, Friction(0.1), Friction(0.0, 0.2)][rng.integers(0, 3)],
+    )
+
+
+@pytest.fixture(scope="module")
+def machines():
+    rng = np.random.default_rng(5)
+    return [machine(rng) for _ in range(600)]
+
+
+def test_tables_are_the_same_alone_and_among_others(machines):
+    groups = defaultdict(list)
+    for oscillator in machines:
+        groups[shape(oscillator)].append(oscillator)
+    assert max(map(len, groups.values())) > 5
+    for members in groups.values():
+        many = problems(members, layout(structure(members[0])), 1e-6, True)
+        for k, oscillator in enumerate(members):
+            alone = tables(oscillator, 1e-6, True).problem
+            for name, value in many._asdict().items():
+                own = value if name in SHARED else value[k]
+                assert np.array_equal(own, getattr(alone, name)), name
+
+
+def test_forced_response_fulfils_the_equation_of_motion(machines):
+    theta = np.linspace(0, 6, 7)
+    for oscillator in machines[:100]:
+        p = tables(oscillator, 1e-6, True).problem
+        for i in range(len(p.kappa)):
+            for c, w in enumerate(p.ratio):
+                cos, sin = np.cos(theta), np.sin(theta)
+                q = p.cosine[i, c] * cos + p.sine[i, c] * sin
+                v = w * (p.sine[i, c] * cos - p.cosine[i, c] * sin)
+                force = p.force_cos[c] * cos + p.force_sin[c] * sin
+                left = (p.kappa[i] - w * w) * q + 2 * p.delta[i] * v
+                scale = abs(p.force_cos[c]) + abs(p.force_sin[c])
+                assert left == pytest.approx(force, abs=1e-14 * scale)
+                assert p.reach[i, 0] >= np.abs(q).max()
+
+
+def test_motions_of_many_are_those_of_each(machines):
+    start = {"tolerance": 1e-6, "initial": (0.0, 0.1)}
+    some = [m for m in machines if m.base is None][:80]
+    for oscillator, among in zip(some, settle_all(some, 20, **start), strict=True):
+        alone = settle(oscillator, 20, **start)
+        assert np.array_equal(among.strobes, alone.strobes)
+        assert (among.closed, among.status) == (alone.closed, alone.status)
+        for one, other in zip(among.where, alone.where, strict=True):
+            assert np.array_equal(one, other)
+
+
+def test_chart_over_machines_of_different_shape_puts_each_in_its_place():
+    def scene(gamma, friction):
+        return scenes.begley_virgin(gamma, 0.8, friction)  # none where the friction is 0
+
+    x, y = np.linspace(0.5, 1.5, 5), np.array([0.0, 0.1, 0.0])
+    chart = periodicity_chart(scene, x, y, periods=100)
+    for row in range(3):
+        alone = periodicity_chart(scene, x, y[row : row + 1], periods=100)
+        assert np.array_equal(chart.periods[row], alone.periods[0])
+        assert np.array_equal(chart.followed[row], alone.followed[0])
+
+
+def test_chart_refuses_what_is_no_oscillator():
+    with pytest.raises(InvalidInput) as caught:
+        periodicity_chart(lambda a, b: None, [1.0, 2.0], [1.0])
+    assert caught.value.argument == "scene"
