@@ -117,7 +117,6 @@ class Store:
                     fill_value=missing(kind.dtype),
                     dimension_names=layout.dimensions(name, grid),
                     attributes=dict(attributes.get(name, {})),
-                    config={"write_empty_chunks": True},
                 )
         _dump(self.directory / LAYOUT, layout.to_json())
         self.layout = layout
@@ -203,8 +202,10 @@ class Store:
         import zarr
 
         try:
-            group = zarr.open_group(self.directory / RESULTS, mode="r+")
-            return {name: group[name] for name in layout.kinds}
+            # A chunk of nothing but missing values is written too: its record tells its checksum.
+            with zarr.config.set({"array.write_empty_chunks": True}):
+                group = zarr.open_group(self.directory / RESULTS, mode="r+")
+                return {name: group[name] for name in layout.kinds}
         except (OSError, KeyError, ValueError) as error:
             raise UnreadableFile(self.directory / RESULTS, f"cannot be read ({error})") from None
 

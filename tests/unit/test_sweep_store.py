@@ -171,6 +171,19 @@ def test_a_chunk_that_is_not_whole_is_never_read(damage, folder):
     assert contents(folder) == before
 
 
+def test_a_tile_of_nothing_but_missing_values_is_done(folder):
+    """Of results that are all NaN, or all a value that stands for nothing, there is a chunk too."""
+
+    def often_none(a):
+        return {"none": np.nan if a < 6 else a, "zero": 0, "no": False}
+
+    axes = {"a": range(8)}
+    study = sweep(often_none, axes, directory=folder, tile=2)
+    assert same(study, sweep(often_none, axes))
+    assert open_study(folder).done.all()
+    assert len(list((folder / "results.zarr").glob("*/c/*"))) == 3 * 4 + 1
+
+
 def test_files_that_a_kill_left_half_written_are_removed(folder):
     sweep(waves, AXES, directory=folder, tile=4)
     before = contents(folder)
