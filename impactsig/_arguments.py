@@ -1,8 +1,9 @@
-"""Arguments that many functions share: bounded numbers, and independent random streams."""
+"""Arguments that many functions share: bounded numbers, threads, random streams."""
 
 from __future__ import annotations
 
 import math
+import os
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -54,6 +55,17 @@ def whole(name: str, value: Any, least: int) -> int:
     if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
         raise InvalidInput(name, value, f"a whole number, {least} or greater")
     return int(value)
+
+
+def thread_count(workers: int | None) -> int:
+    """As many threads as asked for, or as there are cores.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not a whole number from 1 on.
+    """
+    return os.cpu_count() or 1 if workers is None else whole("workers", workers, 1)
 
 
 def streams(seed: Seed, count: int) -> list[np.random.Generator]:

@@ -1,7 +1,8 @@
 """What `impactsig sweep` can tell of a motion: a table to which anyone may add a line.
 
-An observable is a name, what it is in words, and a function of a `Motion` that returns a number;
-what only some observables need (the impacts, their period) is worked out only if one is asked for.
+An observable is a name, what it is in words, and a function of what is `Seen` of a motion that
+returns a number; what only some of them need (the impacts, the period) is worked out only if one is
+asked for.
 """
 
 from __future__ import annotations
@@ -9,12 +10,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from .oscillators import Oscillator
 
 if TYPE_CHECKING:
+    import numpy as np
+
+    from .dynamics.periodicity import OrbitPeriod
     from .simulate.motion import Motion
+
+RETURN = 1e-6
+"""What a return may be off by, as a share of the motion's size; a cell's transient is short."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +34,7 @@ class Observable:
     told : str
         What it is, as ``--help`` says.
     of : callable
-        From a motion to a number, NaN where it has none.
+        From what is `Seen` of a motion to a number, NaN where it has none.
     keeps : bool
         Whether the events must be kept for it; counting alone is quicker.
     attributes : mapping
@@ -34,51 +42,59 @@ class Observable:
     """
 
     told: str
-    of: Callable[[Motion], float]
+    of: Callable[[Seen], float]
     keeps: bool = False
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
-def _mean_approach(motion: Motion) -> float:
-    speed = _approach(motion)
-    return float(speed.mean()) if len(speed) else math.nan
+class Seen:
+    """A motion, and what several observables need of it, worked out once."""
+
+    def __init__(self, motion: Motion) -> None:
+        self.motion = motion
+
+    @cached_property
+    def approach(self) -> np.ndarray:
+        """Speeds of approach."""
+        impacts = self.motion.impacts
+        assert impacts is not None  # all was kept
+        assert impacts.approach_velocity is not None
+        return abs(impacts.approach_velocity)
+
+    @cached_property
+    def period(self) -> OrbitPeriod:
+        """Period(m, n)."""
+        from .dynamics.periodicity import orbit_period
+
+        return orbit_period(self.motion, tolerance=RETURN)
 
 
-def _greatest_approach(motion: Motion) -> float:
-    speed = _approach(motion)
-    return float(speed.max()) if len(speed) else math.nan
+def _mean_approach(seen: Seen) -> float:
+    return float(seen.approach.mean()) if len(seen.approach) else math.nan
 
 
-def _approach(motion: Motion) -> Any:
-    assert motion.impacts is not None
-    assert motion.impacts.approach_velocity is not None
-    return abs(motion.impacts.approach_velocity)
+def _greatest_approach(seen: Seen) -> float:
+    return float(seen.approach.max()) if len(seen.approach) else math.nan
 
 
-def _sticking_share(motion: Motion) -> float:
-    assert motion.sticks is not None
-    return float((motion.sticks[:, 1] - motion.sticks[:, 0]).sum() / motion.duration)
+def _sticking_share(seen: Seen) -> float:
+    sticks = seen.motion.sticks
+    assert sticks is not None
+    return float((sticks[:, 1] - sticks[:, 0]).sum() / seen.motion.duration)
 
 
-def _energy_per_period(motion: Motion) -> float:
+def _energy_per_period(seen: Seen) -> float:
+    motion = seen.motion
     period = motion.oscillator.forcing_period
     assert period is not None
     return motion.energy_lost / (motion.duration / period)
 
 
-def _period(motion: Motion) -> tuple[float, float]:
-    """M and n of period(m, n)."""
-    from .intervals import identify_period
-
-    assert motion.impacts is not None
-    found = identify_period(motion.impacts, motion.oscillator.forcing_period)
-    return (found.impacts or math.nan, found.periods or math.nan)
-
-
-def _exponent(motion: Motion) -> float:
+def _exponent(seen: Seen) -> float:
     """The greatest Lyapunov exponent from where the motion ends, over as long again."""
     from .dynamics.lyapunov import lyapunov_spectrum
 
+    motion = seen.motion
     x, v, phase = motion.final
     spectrum = lyapunov_spectrum(
         motion.oscillator, duration=motion.duration, initial=(x, v), phase=phase
@@ -92,7 +108,7 @@ ENDS = ("complete", "work limit", "diverged", "broken law")
 OBSERVABLES: dict[str, Observable] = {
     "impacts_per_period": Observable(
         "impacts in a forcing period, on average",
-        lambda motion: motion.impacts_per_period,
+        lambda seen: seen.motion.impacts_per_period,
         attributes={"long_name": "impacts per period"},
     ),
     "mean_approach_velocity": Observable(
@@ -119,14 +135,14 @@ OBSERVABLES: dict[str, Observable] = {
         attributes={"long_name": "sticking share"},
     ),
     "period_impacts": Observable(
-        "m of period(m, n), as the impacts tell it; NaN if they do not recur",
-        lambda motion: _period(motion)[0],
+        "m of period(m, n), by return to within 1e-6 of the size; NaN where there is none",
+        lambda seen: math.nan if seen.period.impacts is None else seen.period.impacts,
         keeps=True,
         attributes={"long_name": "impacts m of period(m, n)"},
     ),
     "period_periods": Observable(
         "n of period(m, n)",
-        lambda motion: _period(motion)[1],
+        lambda seen: seen.period.periods or math.nan,
         keeps=True,
         attributes={"long_name": "forcing periods n of period(m, n)"},
     ),
@@ -137,7 +153,7 @@ OBSERVABLES: dict[str, Observable] = {
     ),
     "status": Observable(
         "how the simulation ended: 0 complete, else an early end",
-        lambda motion: ENDS.index(motion.status),
+        lambda seen: ENDS.index(seen.motion.status),
         attributes={
             "long_name": "status",
             "flag_values": list(range(len(ENDS))),
@@ -164,4 +180,5 @@ class Observing:
 
         keep: Any = "all" if any(OBSERVABLES[name].keeps for name in self.names) else "counts"
         motion = simulate(self.scene(**self.fixed, **cell), keep=keep, **self.run)
-        return {name: float(OBSERVABLES[name].of(motion)) for name in self.names}
+        seen = Seen(motion)
+        return {name: float(OBSERVABLES[name].of(seen)) for name in self.names}

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import inspect
-import os
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from .._arguments import whole
 from ..errors import InvalidInput
 
 
@@ -28,17 +26,6 @@ def parameter_values(name: str, given: Any) -> np.ndarray:
     if found.ndim != 1 or not found.size or not np.all(np.isfinite(found)):
         raise InvalidInput(name, given, "a sequence of finite numbers, at least one")
     return found
-
-
-def thread_count(workers: int | None) -> int:
-    """As many threads as asked for, or as there are cores.
-
-    Raises
-    ------
-    InvalidInput
-        If it is not a whole number from 1 on.
-    """
-    return os.cpu_count() or 1 if workers is None else whole("workers", workers, 1)
 
 
 def parameter_names(scene: Callable[..., Any], count: int) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from ..oscillators import Oscillator
 from ..simulate import Motion
 from ..simulate._events import COLUMNS, DONE, STATUS
 from ..simulate._exact import begun, piecewise_linear, stacked
-from ..simulate._frame import base_motion, first_phase, first_place, reference_frequency
+from ..simulate._frame import base_motion, first_phase, first_place, pace, reference_frequency
 from ..simulate._modes import restitution_laws, shape
 from ..simulate._run import Run
 from ._strobing import closing, follow_machines, least
@@ -35,9 +35,8 @@ NOTHING_KNOWN = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
 
 def ground(oscillator: Oscillator, phase: float) -> tuple[np.ndarray, np.ndarray]:
     """Where a run's displacement and velocity are zero, and their units, seen from the ground."""
-    omega, base = reference_frequency(oscillator), oscillator.base
-    at = base_motion(oscillator, (base.frequency / omega if base else 1.0) * phase)
-    return np.array([float(at[0]), float(at[1])]), np.array([1.0, omega])
+    at = base_motion(oscillator, pace(oscillator) * phase)
+    return np.array([float(at[0]), float(at[1])]), np.array([1.0, reference_frequency(oscillator)])
 
 
 @dataclass

@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import number, whole
+from .._arguments import number, thread_count, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ..simulate._exact import ExactEngine
 from ..simulate._run import Run
-from ._arguments import thread_count
 from ._settling import LEGS, LONGEST, NOTHING_KNOWN, ground
 
 TILE = 512  # starts that are followed in one call

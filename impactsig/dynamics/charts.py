@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import number, whole
+from .._arguments import number, thread_count, whole
 from ..oscillators import Oscillator
-from ._arguments import parameter_names, parameter_values, thread_count
+from ._arguments import parameter_names, parameter_values
 from ._settling import settle_all
 
 if TYPE_CHECKING:

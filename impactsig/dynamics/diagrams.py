@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .._arguments import number, whole
+from .._arguments import number, thread_count, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ..simulate._frame import reference_frequency
-from ._arguments import parameter_names, parameter_values, thread_count
+from ._arguments import parameter_names, parameter_values
 from ._settling import ground, settle
 from .lyapunov import lyapunov_spectrum
 from .tangent import tangent_map

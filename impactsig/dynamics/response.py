@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import number, whole
+from .._arguments import number, thread_count, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import Motion
-from ._arguments import parameter_names, parameter_values, thread_count
+from ._arguments import parameter_names, parameter_values
 from ._settling import settle
 
 if TYPE_CHECKING:

@@ -7,9 +7,10 @@ from typing import Literal
 
 import numpy as np
 
+from .._arguments import thread_count
 from . import _boxes, _pairs
 from ._series import known
-from ._threads import in_threads, threads_of
+from ._threads import in_threads
 
 Kernel = Literal["pairs", "boxes"]
 
@@ -149,7 +150,7 @@ def _full(
     n = len(x) - (dimensions[0] - 1) * delay
     edges = -(-np.arange(blocks + 1) * n // blocks)
     row_of = _rows(dimensions)
-    parts = 4 * threads_of(workers)
+    parts = 4 * thread_count(workers)
 
     def part(k: int) -> np.ndarray:
         counts = np.zeros((len(dimensions), blocks, blocks, len(radii) + 1), np.int64)
@@ -185,7 +186,7 @@ def _near(
 def _sorted(x: np.ndarray, theiler: int, radii: np.ndarray, workers: int | None) -> np.ndarray:
     """Counts of dimension 1: of all pairs by sorting, less those within the Theiler window."""
     values = np.sort(known(x))
-    parts = threads_of(workers)
+    parts = thread_count(workers)
 
     def part(k: int) -> np.ndarray:
         within = np.zeros(len(radii[k::parts]), np.int64)

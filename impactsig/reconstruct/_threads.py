@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-
-def threads_of(workers: int | None) -> int:
-    """As many as asked for, or as there are cores."""
-    return workers or os.cpu_count() or 1
+from .._arguments import thread_count
 
 
 def in_threads(part: Callable[[int], object], parts: int, workers: int | None) -> list:
     """part(0), part(1), ... in that order, worked out by so many threads."""
-    threads = threads_of(workers)
+    threads = thread_count(workers)
     if threads == 1:
         return [part(k) for k in range(parts)]
     with ThreadPoolExecutor(threads) as pool:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import number, whole
+from .._arguments import number, thread_count, whole
 from ..errors import InvalidInput
 from ._series import known, pairs_apart, series, unbroken
-from ._threads import in_threads, threads_of
+from ._threads import in_threads
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -169,7 +169,7 @@ def recurrence_plot(
     from ._recurrence import close_pairs
 
     matrix = np.empty((count, count), np.bool_)
-    parts = 4 * threads_of(workers)
+    parts = 4 * thread_count(workers)
     in_threads(
         lambda k: close_pairs(values, dimension, delay, radius, k, parts, matrix), parts, workers
     )
@@ -238,7 +238,7 @@ def recurrence_quantification(
         )
     from ._recurrence import line_lengths
 
-    parts = 4 * threads_of(workers)
+    parts = 4 * thread_count(workers)
     found = in_threads(
         lambda k: line_lengths(values, dimension, delay, radius, theiler, k, parts), parts, workers
     )

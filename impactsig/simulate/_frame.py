@@ -18,6 +18,12 @@ def reference_frequency(oscillator: Oscillator) -> float:
     return oscillator.forcing_frequency or oscillator.natural_frequency or 1.0
 
 
+def pace(oscillator: Oscillator) -> float:
+    """Frequency of the base over that of the reference; 1 where there is no base."""
+    base = oscillator.base
+    return base.frequency / reference_frequency(oscillator) if base else 1.0
+
+
 def base_motion(oscillator: Oscillator, phase: Any) -> tuple[Any, Any]:
     """Displacement and velocity of what the stops hang on, at phases of its own forcing."""
     base = oscillator.base
@@ -54,7 +60,7 @@ def first_place(oscillator: Oscillator, initial: Any, phase: float) -> tuple[flo
     if not (math.isfinite(x) and math.isfinite(v)):
         raise InvalidInput("initial", initial, "finite displacement and velocity")
     omega, base = reference_frequency(oscillator), oscillator.base
-    at, moving = base_motion(oscillator, (base.frequency / omega if base else 1.0) * phase)
+    at, moving = base_motion(oscillator, pace(oscillator) * phase)
     q, u = x - float(at), (v - float(moving)) / omega
     for stop in oscillator.stops:
         depth = (q - stop.position) * (1 if stop.side == "upper" else -1)

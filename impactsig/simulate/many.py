@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import chain
@@ -10,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import number, thread_count
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._run import Run
@@ -97,8 +96,7 @@ def simulate_many(
     InvalidInput
         If the numbers of oscillators, initial states and phases differ, or as `simulate` does.
     """
-    if workers is not None and (workers < 1 or workers != int(workers)):
-        raise InvalidInput("workers", workers, "a whole number, 1 or greater")
+    threads = thread_count(workers)
     try:
         starts = np.asarray(initial, float)
         phases = np.asarray(phase, float)
@@ -136,7 +134,6 @@ def simulate_many(
             simulate(machine, initial=(x, v), phase=at, **options) for machine, (x, v), at in cases
         ]
 
-    threads = int(workers or os.cpu_count() or 1)
     size = max(1, min(64, n // (8 * threads)))  # short runs are not worth a task each
     tasks = [each[k : k + size] for k in range(0, n, size)]
     with ThreadPoolExecutor(threads) as pool:

@@ -13,7 +13,7 @@ from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts
 from ..oscillators import Oscillator, Rigid
 from ._events import IMPACT, PART, RELEASE, STICK, TOUCH, Engine
-from ._frame import base_motion
+from ._frame import base_motion, pace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -154,8 +154,7 @@ class Motion:
             self._segments, np.maximum(where, 0).ravel(), turns.ravel(), phase.ravel()
         )
         omega = self._engine.omega
-        base = self.oscillator.base
-        own = phases_of(base.frequency / omega if base else 1.0, turns.ravel(), phase.ravel())
+        own = phases_of(pace(self.oscillator), turns.ravel(), phase.ravel())
         at, moving = base_motion(self.oscillator, own)
         return (q + at).reshape(turns.shape), (v * omega + moving).reshape(turns.shape)
 
@@ -217,8 +216,7 @@ def assemble(
             source=oscillator.name or "simulated",
             **known,
         )
-    base = oscillator.base
-    own = phases_of(base.frequency / omega if base else 1.0, clock[:1], clock[1:2])
+    own = phases_of(pace(oscillator), clock[:1], clock[1:2])
     at, moving = base_motion(oscillator, own[0])
     q = float(engine.place(count[0], state[0]))
     return Motion(

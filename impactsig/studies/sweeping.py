@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import Seed, streams, whole
+from .._arguments import Seed, streams, thread_count, whole
 from ..errors import ImpactsigWarning, InvalidInput
 from ._cells import Job, run_cells
 from ._fingerprint import code_of
@@ -175,8 +174,7 @@ def sweep(
 def _executor(job: Job, code: dict[str, str], kind: Local, workers: int | None, client: Any) -> Any:
     if kind not in ("serial", "threads", "processes"):
         raise InvalidInput("executor", kind, '"serial", "threads" or "processes"')
-    if workers is not None:
-        workers = whole("workers", workers, least=1)
+    threads = thread_count(workers)
     if client is not None:
         if workers is not None or kind != "serial":
             raise InvalidInput(
@@ -185,10 +183,9 @@ def _executor(job: Job, code: dict[str, str], kind: Local, workers: int | None, 
         from ._cluster import Cluster
 
         return Cluster(client, pack(job, code))
-    workers = workers or os.cpu_count() or 1
     if kind == "processes":
-        return Processes(pack(job, code), workers)
-    return Serial(job) if kind == "serial" else Threads(partial(run_cells, job), workers)
+        return Processes(pack(job, code), threads)
+    return Serial(job) if kind == "serial" else Threads(partial(run_cells, job), threads)
 
 
 def _tile_of_a_second(pool: Any, grid: Grid) -> int:
