@@ -57,6 +57,7 @@ if TYPE_CHECKING:
         return_map,
     )
     from .io import info, read, read_blocks
+    from .matching import Matching, match_impacts
     from .oscillators import (
         BaseMotion,
         Force,
@@ -221,6 +222,7 @@ _HOME = {
     "studies.study": ("Study", "open_study"),
     "studies.sweeping": ("sweep",),
     "comparison": ("Comparison", "compare"),
+    "matching": ("Matching", "match_impacts"),
     "plot": (),
 }
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
@@ -255,6 +257,7 @@ __all__ = [
     "LyapunovExponent",
     "LyapunovSpectrum",
     "MatchRate",
+    "Matching",
     "Measured",
     "Microphone",
     "MissingExtra",
@@ -312,6 +315,7 @@ __all__ = [
     "local_variation",
     "lyapunov_exponent",
     "lyapunov_spectrum",
+    "match_impacts",
     "match_rate",
     "measure",
     "mutual_information_delay",

@@ -1,0 +1,151 @@
+"""Which impact of one train is which of another: what a detector found, against the truth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ._arguments import number
+from .errors import InvalidInput
+from .impacts import Impacts
+
+
+@dataclass(frozen=True, eq=False)
+class Matching:
+    """Impacts of two trains, pair by pair.
+
+    Attributes
+    ----------
+    pairs : numpy.ndarray of int, shape (n, 2)
+        Indices of a found impact and of the true one that it is, in the order of time.
+    spurious : numpy.ndarray of int
+        Indices of found impacts that are none of the true ones.
+    missed : numpy.ndarray of int
+        Indices of true impacts that were not found.
+    error : numpy.ndarray, shape (n,)
+        How late each found one of a pair is, less the delay [s].
+    delay : float
+        What was taken off the instants that were found [s].
+    within : float
+        How far apart two of a pair may be [s].
+    """
+
+    pairs: np.ndarray = field(repr=False)
+    spurious: np.ndarray = field(repr=False)
+    missed: np.ndarray = field(repr=False)
+    error: np.ndarray = field(repr=False)
+    delay: float
+    within: float
+
+    @property
+    def precision(self) -> float:
+        """Share of the found impacts that are true; NaN where none were found."""
+        return _share(len(self.pairs), len(self.spurious))
+
+    @property
+    def recall(self) -> float:
+        """Share of the true impacts that were found; NaN where there are none."""
+        return _share(len(self.pairs), len(self.missed))
+
+    @property
+    def f1(self) -> float:
+        """Harmonic mean of precision and recall; NaN where both trains are empty."""
+        return _share(2 * len(self.pairs), len(self.spurious) + len(self.missed))
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square of the errors [s]; NaN where there are no pairs."""
+        return float(np.sqrt(np.mean(self.error**2))) if len(self.error) else math.nan
+
+    def describe(self) -> str:
+        """The numbers in a line of words."""
+        words = (
+            f"{len(self.pairs)} of {len(self.pairs) + len(self.missed)} impacts found, "
+            f"{len(self.spurious)} spurious; F1 {self.f1:.4f} within {1e3 * self.within:g} ms"
+        )
+        if len(self.pairs):
+            words += f", {1e6 * self.rms:.3g} µs RMS"
+        return words
+
+    def __str__(self) -> str:
+        return self.describe()
+
+
+def match_impacts(
+    found: Impacts, truth: Impacts, within: float = 1e-3, *, delay: float | None = 0.0
+) -> Matching:
+    """Which true impact each found one is.
+
+    Two impacts are a pair where each is the nearest of the other in time, and they are at most
+    `within` apart; so no impact is in two pairs.
+
+    Parameters
+    ----------
+    found, truth : Impacts
+        What was found, and what it is held against.
+    within : float
+        How far apart two of a pair may be [s].
+    delay : float, optional
+        How late everything is found [s], as the sound that travels to a microphone is. None takes
+        the median error of the pairs for it, from matching to matching until the pairs stay; it
+        must be less than `within`.
+
+    Returns
+    -------
+    Matching
+
+    Raises
+    ------
+    InvalidInput
+        If a train is not Impacts, or a number is out of range.
+
+    Examples
+    --------
+    >>> truth = Impacts.from_times([1.0, 2.0, 3.0])
+    >>> print(match_impacts(Impacts.from_times([1.0001, 2.5, 3.0001]), truth))
+    2 of 3 impacts found, 1 spurious; F1 0.6667 within 1 ms, 100 µs RMS
+    """
+    for name, train in (("found", found), ("truth", truth)):
+        if not isinstance(train, Impacts):
+            raise InvalidInput(name, train, "Impacts", "Of instants make them by from_times")
+    within = number("within", within, positive=True)
+    late = 0.0 if delay is None else number("delay", delay)
+    pairs = _mutual(found.time - late, truth.time, within)
+    while delay is None and len(pairs):
+        late = float(np.median(found.time[pairs[:, 0]] - truth.time[pairs[:, 1]]))
+        again = _mutual(found.time - late, truth.time, within)
+        if len(again) <= len(pairs):  # it may go back and forth between as many
+            pairs = again
+            break
+        pairs = again
+    return Matching(
+        pairs=pairs,
+        spurious=np.setdiff1d(np.arange(len(found)), pairs[:, 0]),
+        missed=np.setdiff1d(np.arange(len(truth)), pairs[:, 1]),
+        error=found.time[pairs[:, 0]] - late - truth.time[pairs[:, 1]],
+        delay=late,
+        within=within,
+    )
+
+
+def _mutual(a: np.ndarray, b: np.ndarray, within: float) -> np.ndarray:
+    """Pairs of which each is the nearest of the other; of two as near the earlier one."""
+    if not len(a) or not len(b):
+        return np.empty((0, 2), np.int64)
+    to, back = _nearest(a, b), _nearest(b, a)
+    own = np.flatnonzero((back[to] == np.arange(len(a))) & (np.abs(a - b[to]) <= within))
+    return np.column_stack([own, to[own]])
+
+
+def _nearest(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Index of the b that is nearest to each a."""
+    if len(b) == 1:
+        return np.zeros(len(a), np.int64)
+    after = np.clip(np.searchsorted(b, a), 1, len(b) - 1)
+    return after - (a - b[after - 1] <= b[after] - a)
+
+
+def _share(part: int, rest: int) -> float:
+    return part / (part + rest) if part + rest else math.nan
