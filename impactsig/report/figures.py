@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from .. import plot
 
 if TYPE_CHECKING:
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
     from .analysis import Analysis
 
 SPIKES_SHOWN = 60
+MANY = 400
+"""Points of one artist beyond which it is drawn as an image: as many paths make a page slow."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +53,14 @@ def draw_figure(paint: Callable[[Figure], object], width: float, height: float) 
         warnings.filterwarnings("ignore", "Glyph .* missing")
         figure = Figure(figsize=(width, height), layout="constrained")
         paint(figure)
+        for ax in figure.axes:
+            for line in ax.lines:
+                line.set_rasterized(np.size(line.get_xdata()) > MANY)
+            for points in ax.collections:
+                drawn = max(np.shape(points.get_offsets())[0], len(points.get_paths()))
+                points.set_rasterized(drawn > MANY)
         held = io.BytesIO()
-        figure.savefig(held, format="svg", transparent=True, dpi=150, metadata={"Date": None})
+        figure.savefig(held, format="svg", transparent=True, dpi=200, metadata={"Date": None})
     return "data:image/svg+xml;base64," + base64.b64encode(held.getvalue()).decode()
 
 

@@ -9,8 +9,6 @@ import io
 import json
 import re
 import shlex
-import shutil
-import subprocess
 from html.parser import HTMLParser
 
 import numpy as np
@@ -434,26 +432,6 @@ def test_marks_are_thinned_evenly(found):
     assert len(chosen) <= MARKED
     assert set(np.diff(chosen)) == {3}
     assert isinstance(found, Analysis)
-
-
-# -- in a browser ----------------------------------------------------------------------------
-
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here to open the page with")
-def test_a_browser_draws_the_waveform_under_the_policy_of_the_page(page, tmp_path):
-    path = tmp_path / "page.html"
-    path.write_text(page, encoding="utf-8")
-    switches = "--headless --no-sandbox --disable-gpu --no-first-run --enable-logging=stderr"
-    quiet = "--disable-background-networking --disable-component-update --disable-sync"
-    place = [f"--user-data-dir={tmp_path / 'profile'}", "--virtual-time-budget=5000", "--dump-dom"]
-    words = [CHROMIUM, *switches.split(), *quiet.split(), *place, path.as_uri()]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
-    assert re.search(r'<div id="waveform"[^>]*><div class="bk-Figure"', done.stdout)
-    told = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
-    assert len(told) == 1
-    assert "document idle" in told[0]
 
 
 def test_one_gap_is_one(tmp_path):
