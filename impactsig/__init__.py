@@ -56,7 +56,7 @@ if TYPE_CHECKING:
         repair_intervals,
         return_map,
     )
-    from .io import info, read, read_blocks
+    from .io import info, read, read_blocks, read_many
     from .matching import Matching, match_impacts
     from .oscillators import (
         BaseMotion,
@@ -105,7 +105,7 @@ if TYPE_CHECKING:
     from .reconstruct.surrogate_testing import SurrogateTest, surrogate_test
     from .reconstruct.surrogates import Surrogates, surrogates
     from .recording import Recording
-    from .report import write_report
+    from .report import Detected, detect_many, write_report, write_reports
     from .simulate import (
         FixedStep,
         Motion,
@@ -133,7 +133,7 @@ _HOME = {
     ),
     "recording": ("Recording",),
     "impacts": ("Impacts",),
-    "io": ("info", "read", "read_blocks"),
+    "io": ("info", "read", "read_blocks", "read_many"),
     "detect": ("detect_impacts",),
     "dynamics": (),
     "dynamics.branches": ("Branch",),
@@ -200,7 +200,7 @@ _HOME = {
     ),
     "reconstruct.surrogate_testing": ("SurrogateTest", "surrogate_test"),
     "reconstruct.surrogates": ("Surrogates", "surrogates"),
-    "report": ("write_report",),
+    "report": ("Detected", "detect_many", "write_report", "write_reports"),
     "simulate.firing": ("integrate_and_fire", "threshold_crossings"),
     "simulate": ("FixedStep", "Motion", "RungeKutta", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
@@ -239,6 +239,7 @@ __all__ = [
     "CorrelationDimension",
     "CorrelationSum",
     "DelayChoice",
+    "Detected",
     "EquivalenceError",
     "FalseNeighbors",
     "FixedStep",
@@ -300,6 +301,7 @@ __all__ = [
     "cv2",
     "delay_embed",
     "detect_impacts",
+    "detect_many",
     "displacement_section",
     "equivalence_error",
     "false_nearest_neighbors",
@@ -326,6 +328,7 @@ __all__ = [
     "prediction_error",
     "read",
     "read_blocks",
+    "read_many",
     "recurrence_plot",
     "recurrence_quantification",
     "repair_intervals",
@@ -349,6 +352,7 @@ __all__ = [
     "time_reversal_asymmetry",
     "trajectory",
     "write_report",
+    "write_reports",
 ]
 
 

@@ -95,20 +95,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def report(chosen: argparse.Namespace) -> None:
-    """Analyse a file and write the HTML report."""
+    """Analyse files and write an HTML report of each."""
     from .report import analyse_to_page
 
-    analysis, path = analyse_to_page(
-        chosen.file,
-        chosen.output,
-        forcing_frequency=chosen.forcing_frequency,
-        dynamics=chosen.dynamics,
-        **given(chosen, READING + DETECTING),
-    )
+    options = given(chosen, ("forcing_frequency", "dynamics", *READING, *DETECTING))
+    if len(chosen.files) > 1:
+        _report_all(chosen.files, chosen.output or Path(_REPORTS), chosen.workers, options)
+        return
+    analysis, path = analyse_to_page(chosen.files[0], chosen.output, **options)
     print(one_line(analysis.summary()))
     if chosen.dynamics:
         print(f"dynamics: {analysis.dynamics}")
     print(f"report: {one_line(path)}")
+
+
+def _report_all(
+    files: list[Path], folder: Path, workers: int | None, options: dict[str, Any]
+) -> None:
+    """The reports of several files, and the page that lists them."""
+    from .report import write_reports
+
+    entries = write_reports(files, folder, workers=workers, **options)
+    for entry in entries:
+        if entry.page is not None:
+            print(f"{one_line(entry.path)}: {one_line(entry.summary)}")
+        else:
+            told = one_line(entry.summary).removeprefix(f"{one_line(entry.path)}: ")
+            print(f"error: {one_line(entry.path)}: {told}", file=sys.stderr)
+    print(f"reports: {one_line(folder / 'index.html')}")
+    failed = sum(entry.page is None for entry in entries)
+    if failed:
+        raise ImpactsigError(f"{failed} of {len(entries)} files could not be analysed")
 
 
 def detect(chosen: argparse.Namespace) -> None:
@@ -260,6 +277,12 @@ def _parser() -> argparse.ArgumentParser:
             add_sweep(command)
         elif name == "plot":
             add_plot_options(command)
+        elif name == "report":
+            command.add_argument(
+                "files", type=Path, nargs="+", metavar="FILE", help="recordings, one or more"
+            )
+            command.add_argument("--dynamics", action="store_true", help=_DYNAMICS)
+            command.add_argument("--workers", type=int, metavar="N", help=_WORKERS)
         elif name == "compare":
             command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_EITHER)
         elif name != "demo":
@@ -267,8 +290,6 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument("file", type=Path, metavar="FILE", help=told)
         if name == "dimension":
             add_dimension_options(command)
-        if name == "report":
-            command.add_argument("--dynamics", action="store_true", help=_DYNAMICS)
         if name in _FORCING:
             command.add_argument(
                 "--forcing-frequency", type=number, metavar="HZ", help=_FORCING[name]
@@ -283,10 +304,13 @@ _FORCING = {
     "compare": "frequency of the forcing, by which the period of each is identified",
 }
 _DYNAMICS = "add dimension, Lyapunov exponent and surrogate test of the intervals (seconds)"
+_REPORTS = "impactsig-reports"
+_WORKERS = "processes, where there are several files (default: as many as cores)"
 _EITHER = "a recording, or a .csv or .parquet table of impacts as detect writes them"
 _SEARCHING = ("report", "detect", "compare", "dimension")
 _OUTPUT = {
-    "report": "the page to write (default: impactsig-report-FILE.html in this folder)",
+    "report": "the page to write (default: impactsig-report-FILE.html in this folder); of several "
+    f"files the folder for their pages and a page that lists them (default: {_REPORTS})",
     "detect": "a .csv or .parquet file (default: CSV to standard output)",
     "compare": "a .png, .pdf or .svg file for the figure (default: none)",
     "dimension": "a .png, .pdf or .svg file for the figure (default: none)",

@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -158,6 +159,11 @@ class Impacts:
         store["settings"] = MappingProxyType(dict(self.settings))
         for name, value in store.items():
             object.__setattr__(self, name, value)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """To other processes and back: what was given, the settings as a plain dict."""
+        values = {one.name: getattr(self, one.name) for one in fields(self)}
+        return partial(Impacts, **values | {"settings": dict(self.settings)}), ()
 
     @classmethod
     def from_times(

@@ -1,7 +1,19 @@
 """Results to one self-contained HTML page."""
 
 from .analysis import Analysis, analyse
+from .batches import Detected, Entry, detect_many, write_reports
 from .dynamics import Dynamics
 from .page import analyse_to_page, write_page, write_report
 
-__all__ = ["Analysis", "Dynamics", "analyse", "analyse_to_page", "write_page", "write_report"]
+__all__ = [
+    "Analysis",
+    "Detected",
+    "Dynamics",
+    "Entry",
+    "analyse",
+    "analyse_to_page",
+    "detect_many",
+    "write_page",
+    "write_report",
+    "write_reports",
+]

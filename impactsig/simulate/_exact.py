@@ -25,6 +25,10 @@ class ExactEngine:
         self.omega, self.layout, self.problem, self.laws = tables(oscillator, chatter, skip)
         self.scratch = room(self.problem)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """To other processes: made anew there, since compiled functions cannot go."""
+        return ExactEngine, (self.oscillator, self.problem.chatter, self.problem.skip)
+
     def begin(self, q: float, v: float, phase: float) -> tuple[np.ndarray, np.ndarray]:
         """State and counters of a start; the stops that are pressed on follow from it."""
         p = self.problem

@@ -106,6 +106,7 @@ class SteppingEngine:
     ) -> None:
         from ._rates import Scratch
 
+        self._made_of = oscillator, method, chatter
         self.omega: float = reference_frequency(oscillator)
         self._functions = _functions(oscillator)
         self._problem = _pose(oscillator, method, chatter)
@@ -121,6 +122,10 @@ class SteppingEngine:
             events=np.empty((2 * stops + 1, 6)),
             stack=np.empty((64, DEGREE + 3)),
         )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """To other processes: made anew there, since compiled functions cannot go."""
+        return SteppingEngine, self._made_of
 
     def begin(self, q: float, v: float, phase: float) -> tuple[np.ndarray, np.ndarray]:
         """State and counters of a start at q, v (in the engine's units) and that phase.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from datetime import datetime
 
 import numpy as np
@@ -208,3 +210,14 @@ def test_a_foreign_note_in_a_parquet_file_is_told(tmp_path):
     parquet.write_table(table, tmp_path / "x.parquet")
     with pytest.raises(UnreadableFile, match="Parquet"):
         Impacts.read_parquet(tmp_path / "x.parquet")
+
+
+def test_impacts_go_to_other_processes_whole():
+    impacts = Impacts.from_times(
+        [1.0, 2.0], start=0.5, duration=3.0, peak=[1, 2], unit="N", settings={"threshold": 1}
+    )
+    for again in (pickle.loads(pickle.dumps(impacts)), copy.deepcopy(impacts)):
+        assert again.to_frame().equals(impacts.to_frame())
+        for name in ("start", "duration", "unit", "settings"):
+            assert getattr(again, name) == getattr(impacts, name)
+        assert not again.time.flags.writeable

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -171,3 +173,13 @@ def test_a_gap_of_next_to_nothing_is_no_endless_chatter():
 def test_numbers_too_large_to_square_end_the_run():
     machine = Oscillator(forces=Force(1e300, 2.0), stops=(Stop(1, Rigid(0.5)),))
     assert impactsig.simulate(machine, periods=5).status == "diverged"
+
+
+@pytest.mark.parametrize("method", [None, impactsig.RungeKutta()])
+def test_a_motion_goes_to_other_processes_whole(method):
+    motion = impactsig.simulate(BEAM, periods=30, method=method)
+    t = np.linspace(motion.start, motion.stop, 50)
+    for again in (pickle.loads(pickle.dumps(motion)), copy.deepcopy(motion)):
+        np.testing.assert_array_equal(again.impacts.time, motion.impacts.time)
+        np.testing.assert_array_equal(again.sample(t), motion.sample(t))
+        assert again.final == motion.final

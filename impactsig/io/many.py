@@ -1,0 +1,89 @@
+"""Many recordings, one after another, read ahead."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from .._arguments import thread_count
+from .._watched import watched
+from ..errors import ImpactsigError, InvalidInput
+from ..recording import Recording
+from .reading import read
+
+
+def read_many(
+    files: Iterable[str | PathLike[str]],
+    *,
+    workers: int | None = None,
+    progress: bool | None = None,
+    **options: Any,
+) -> Iterator[tuple[Path, Recording | ImpactsigError]]:
+    """Read many recordings, one after another; the next ones are read ahead.
+
+    Parameters
+    ----------
+    files : iterable of path-like
+        The recordings.
+    workers : int, optional
+        Threads that read, and how many recordings are held ahead; as many as there are cores by
+        default.
+    progress : bool, optional
+        Whether to show how far it is; by default where a terminal or notebook is watching.
+    **options
+        As for `read`, the same for all files.
+
+    Yields
+    ------
+    path : Path
+    recording : Recording or ImpactsigError
+        In the order of the files. For one that cannot be read, the error that says why; the
+        others come all the same.
+
+    Raises
+    ------
+    InvalidInput
+        If `files` is a single path, or `workers` is not a whole number from 1 on.
+
+    Examples
+    --------
+    >>> for path, recording in read_many(sorted(Path("rig").glob("*.wav"))):
+    ...     if not isinstance(recording, ImpactsigError):
+    ...         print(path.name, recording.duration)
+    """
+    if isinstance(files, (str, PathLike)):
+        raise InvalidInput("files", files, "several paths, in a list for example")
+    return _ahead([Path(file) for file in files], thread_count(workers), progress, options)
+
+
+def _ahead(
+    paths: list[Path], threads: int, progress: bool | None, options: dict[str, Any]
+) -> Iterator[tuple[Path, Recording | ImpactsigError]]:
+    waiting: deque[tuple[Path, Future[Recording]]] = deque()
+    upcoming = iter(paths)
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for _ in _shown(paths, progress):
+                while len(waiting) < threads and (path := next(upcoming, None)) is not None:
+                    waiting.append((path, pool.submit(read, path, **options)))
+                path, future = waiting.popleft()
+                try:
+                    found: Recording | ImpactsigError = future.result()
+                except ImpactsigError as error:
+                    found = error
+                yield path, found
+        finally:
+            for _, future in waiting:
+                future.cancel()
+
+
+def _shown(paths: list[Path], progress: bool | None) -> Iterable[Path]:
+    if not (watched() if progress is None else progress):
+        return paths
+    from tqdm import tqdm
+
+    return tqdm(paths, unit=" files", delay=1.0 if progress is None else 0.0)

@@ -1,0 +1,233 @@
+"""Many recordings: their impacts, and their reports with a page that lists them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import partial
+from importlib import resources
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from .._atomic import atomic_path
+from ..errors import ImpactsigError, InvalidInput, UnwritableFile
+from ..studies.each import each
+
+if TYPE_CHECKING:
+    from ..impacts import Impacts
+
+INDEX = "index.html"
+READING = ("channel", "start", "stop", "rate", "scale", "offset", "unit", "sensor")
+
+
+@dataclass(frozen=True, eq=False)
+class Detected:
+    """The impacts of many recordings.
+
+    Attributes
+    ----------
+    impacts : dict of Path to Impacts
+        Of every file that could be read, in the order given.
+    errors : dict of Path to ImpactsigError
+        Why the others could not.
+    """
+
+    impacts: dict[Path, Impacts] = field(repr=False)
+    errors: dict[Path, ImpactsigError]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One recording of a batch.
+
+    Attributes
+    ----------
+    path : Path
+        The recording.
+    page : Path or None
+        Its report; None where there is none.
+    summary : str
+        The result in a sentence, or what went wrong.
+    figures : tuple of (str, str, str)
+        The key figures: what, how much, and a word on it.
+    """
+
+    path: Path
+    page: Path | None
+    summary: str
+    figures: tuple[tuple[str, str, str], ...] = field(default=(), repr=False)
+
+
+def detect_many(
+    files: Iterable[str | PathLike[str]],
+    *,
+    workers: int | None = None,
+    progress: bool | None = None,
+    **options: Any,
+) -> Detected:
+    """Find the impacts of many recordings, on several processes.
+
+    Parameters
+    ----------
+    files : iterable of path-like
+        The recordings. Those too long for memory are taken in blocks.
+    workers : int, optional
+        Processes; as many as there are cores by default. The result does not depend on it.
+    progress : bool, optional
+        Whether to show how far it is; by default where a terminal or notebook is watching.
+    **options
+        As for `read` (channel, start, stop, rate, scale, offset, unit, sensor) and for
+        `detect_impacts`, the same for all files.
+
+    Returns
+    -------
+    Detected
+        A file that cannot be read, or that takes its process down, is told in `errors`; the
+        others are done.
+
+    Raises
+    ------
+    InvalidInput
+        If there are no files, or a file is given twice.
+    """
+    paths = _paths(files)
+    found = each(partial(_detect, options=options), paths, workers=workers, progress=progress)
+    pairs = list(zip(paths, found, strict=True))
+    return Detected(
+        {path: one for path, one in pairs if not isinstance(one, ImpactsigError)},
+        {path: one for path, one in pairs if isinstance(one, ImpactsigError)},
+    )
+
+
+def write_reports(
+    files: Iterable[str | PathLike[str]],
+    directory: str | PathLike[str],
+    *,
+    workers: int | None = None,
+    progress: bool | None = None,
+    **options: Any,
+) -> tuple[Entry, ...]:
+    """Write a report of each of many recordings, and a page that lists them all.
+
+    Parameters
+    ----------
+    files : iterable of path-like
+        The recordings.
+    directory : path-like
+        Where the pages go, each named after its recording, and ``index.html``; made if need be.
+    workers, progress
+        As for `detect_many`.
+    **options
+        As for `write_report`, the same for all files.
+
+    Returns
+    -------
+    tuple of Entry
+        In the order of the files. One that cannot be analysed says why; the others are done.
+
+    Raises
+    ------
+    InvalidInput
+        If there are no files, or a file is given twice.
+    UnwritableFile
+        If the directory cannot be made, or the index not be written.
+    """
+    paths, folder = _paths(files), Path(directory)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UnwritableFile(folder, f"cannot be made ({error.strerror})") from None
+    pages = _pages(paths, folder)
+    found = each(
+        partial(_report, options=options),
+        list(zip(paths, pages, strict=True)),
+        workers=workers,
+        progress=progress,
+    )
+    entries = tuple(
+        Entry(path, None, str(one)) if isinstance(one, ImpactsigError) else one
+        for path, one in zip(paths, found, strict=True)
+    )
+    with atomic_path(folder / INDEX) as temporary:
+        temporary.write_text(_index(entries), encoding="utf-8")
+    return entries
+
+
+def _detect(path: Path, options: dict[str, Any]) -> Impacts:
+    from ..detect import detect_impacts
+    from ..io import info
+    from .analysis import open_recording
+
+    reading = {name: value for name, value in options.items() if name in READING}
+    detecting = {name: value for name, value in options.items() if name not in READING}
+    return detect_impacts(open_recording(info(path), **reading), **detecting)
+
+
+def _report(task: tuple[Path, Path], options: dict[str, Any]) -> Entry:
+    from .contents import tiles
+    from .page import analyse_to_page
+
+    path, page = task
+    analysis, page = analyse_to_page(path, page, **options)
+    return Entry(path, page, analysis.summary(), tuple(tiles(analysis)))
+
+
+def _paths(files: Iterable[str | PathLike[str]]) -> list[Path]:
+    if isinstance(files, (str, PathLike)):
+        raise InvalidInput("files", files, "several paths, in a list for example")
+    paths = [Path(fspath(file)) for file in files]
+    if not paths:
+        raise InvalidInput("files", paths, "one path or more")
+    twice = {str(path) for path in paths if paths.count(path) > 1}
+    if twice:
+        raise InvalidInput("files", ", ".join(sorted(twice)), "every file once")
+    return paths
+
+
+def _pages(paths: list[Path], folder: Path) -> list[Path]:
+    """A page for each, within the folder; files of one name are told apart by a number."""
+    taken, pages = {INDEX.casefold()}, []
+    for path in paths:
+        name, number = f"{path.name}.html", 1
+        while name.casefold() in taken:
+            number += 1
+            name = f"{path.name}-{number}.html"
+        taken.add(name.casefold())
+        pages.append(folder / name)
+    return pages
+
+
+def _index(entries: tuple[Entry, ...]) -> str:
+    """The page that lists them."""
+    from jinja2 import Environment, StrictUndefined
+
+    from .. import __version__
+    from .contents import printable
+
+    parts = resources.files("impactsig.report")
+    template = Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
+    ).from_string((parts / "index.html.j2").read_text(encoding="utf-8"))
+    heads = list(dict.fromkeys(name for entry in entries for name, _, _ in entry.figures))
+    return template.render(
+        policy="default-src 'none'; base-uri 'none'; form-action 'none'; style-src 'unsafe-inline'",
+        style=(parts / "page.css").read_text(encoding="utf-8"),
+        heads=heads,
+        rows=[
+            {
+                "name": printable(entry.path.name),
+                "link": quote(entry.page.name) if entry.page else None,
+                "summary": printable(re.sub(r"\s+", " ", entry.summary)),
+                "cells": [
+                    {name: value for name, value, _ in entry.figures}.get(head, "")
+                    for head in heads
+                ],
+            }
+            for entry in entries
+        ],
+        failed=sum(entry.page is None for entry in entries),
+        version=__version__,
+    )
