@@ -20,8 +20,8 @@ BLOCKS = 128
 """In a launch, at the least: numba warns of fewer. Those that have no cell end at once."""
 RESIDENT = 512
 """Cells to each multiprocessor below which a launch takes as long with fewer."""
-LARGEST = 2**22
-"""Cells to a tile, at the most; of faster functions the memory is the limit, not the time."""
+LARGEST = 2**20
+"""Cells to a tile, at the most: to keep them takes a quarter of a second, and memory."""
 RAISED = "raised an error on the GPU, which cannot tell what: call the function with these values"
 
 
@@ -98,9 +98,11 @@ class Gpu(Threads):
                 "directory: run the same sweep again; if memory was short, with a smaller tile"
             ) from error
         positions = np.flatnonzero(ended)
-        groups = [(positions, {name: array[positions] for name, array in found.items()})]
+        if len(positions) < len(ended):
+            found = {name: array[positions] for name, array in found.items()}
+        groups = [(positions, found)] if len(positions) else []
         errors = dict.fromkeys(task.cells[ended == 0].tolist(), RAISED)
-        return Outcome(groups if len(positions) else [], errors, time.perf_counter() - begin)
+        return Outcome(groups, errors, time.perf_counter() - begin)
 
     def _run(self, task: Task) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Which cells came to an end, and what all gave."""
