@@ -13,7 +13,7 @@ import numpy as np
 
 from .._arguments import Seed, streams, thread_count, whole
 from ..errors import ImpactsigWarning, InvalidInput
-from ._cells import Job, run_cells
+from ._cells import Job, Outcome, run_cells
 from ._fingerprint import code_of
 from ._gpu import Gpu, parts_of_device
 from ._grid import Grid, Tiling, grid_of, tile_shape
@@ -168,13 +168,17 @@ def sweep(
                 if len(store.done) == len(store.tiling):
                     return _told(stored(store))
         pool = stack.enter_context(_executor(job, grid, code, executor, workers, client))
+        first = None
         if store is None:
-            block = tile_shape(grid.shape, tile or _tile_of_a_second(pool, grid))
-            tiling = Tiling(grid, block)
+            if tile is None:
+                tile, first = _tile_of_a_second(pool, grid)
+            tiling = Tiling(grid, tile_shape(grid.shape, tile))
             store = Store.create(path, identity, tiling) if path else None
         else:
             tiling = store.tiling
         run = Results(tiling, store, attributes or {})
+        if first is not None:
+            run.learn(first)
         left = [n for n in range(len(tiling)) if n not in run.done]
         before = grid.size - sum(_cells(tiling, n) for n in left)
         advance = stack.enter_context(bar(grid.size, before, progress))
@@ -217,19 +221,21 @@ def _executor(
     return Serial(job) if kind == "serial" else Threads(partial(run_cells, job), threads)
 
 
-def _tile_of_a_second(pool: Any, grid: Grid) -> int:
+def _tile_of_a_second(pool: Any, grid: Grid) -> tuple[int, Outcome | None]:
     """How many cells to a tile, from trials of some that are spread over the grid.
 
-    The first call may compile, so it is not counted. Cells that fail are not counted either.
+    The first call may compile, so it is not counted; what it gave, of the first cell, is told.
+    Cells that fail are not counted either.
     """
     least = min(pool.least, grid.size)
     most = max(least, -(-grid.size // (TILES_PER_WORKER * pool.workers)))
     if most <= max(least, TILES_PER_WORKER):
-        return least
-    count, each = 1, TILE_SECONDS
+        return least, None
+    first, count, each = None, 1, TILE_SECONDS
     for trial in range(20):
         cells = np.unique(np.linspace(0, grid.size - 1, count).astype(int))
         ((_, _, outcome),) = pool.run([(None, grid.task(cells))])
+        first = first or outcome
         fair = max(1, len(cells) - len(outcome.errors))
         each = max(outcome.seconds, 1e-9) / fair
         if trial and (outcome.seconds >= TRIAL_SECONDS / 2 or count == grid.size):
@@ -239,7 +245,7 @@ def _tile_of_a_second(pool: Any, grid: Grid) -> int:
             count = min(int(count * growth), grid.size)
         else:
             count = least
-    return min(max(least, round(TILE_SECONDS / each)), most, pool.most)
+    return min(max(least, round(TILE_SECONDS / each)), most, pool.most), first
 
 
 def _cells(tiling: Tiling, number: int) -> int:
