@@ -262,7 +262,7 @@ def test_a_tile_fills_the_gpu(cells_, seconds, wanted):
 
 @pytest.fixture
 def assembly(monkeypatch):
-    """What a device of compute capability 8.0 would run for a function of a and b."""
+    """What a device of compute capability 8.0 would run for a function; it is not loaded there."""
     from numba import cuda
 
     try:
@@ -271,29 +271,22 @@ def assembly(monkeypatch):
         assert cuda.implementation == "NVIDIA"
         nvvm.NVVM()
     except Exception as error:
-        pytest.skip(f"needs impactsig[gpu], for its compiler ({type(error).__name__})")
-    from numba.cuda import dispatcher
+        pytest.skip(f"needs the compiler of impactsig[gpu] ({type(error).__name__})")
+    from numba.cuda import codegen, dispatcher
 
     from impactsig.studies import _gpu_kernel
 
-    here = types.SimpleNamespace(compute_capability=(8, 0))
-    monkeypatch.setattr(dispatcher, "get_current_device", lambda: here)
-
-    def assembled(signature, lto):
-        assert not lto
-        return lambda kernel: cuda.compile_ptx(kernel, signature, cc=(8, 0))[0]
+    device = types.SimpleNamespace(compute_capability=(8, 0), id=0)
+    context = types.SimpleNamespace(device=device)
+    monkeypatch.setattr(dispatcher, "get_current_device", lambda: device)
+    monkeypatch.setattr(codegen.devices, "get_context", lambda *number: context)
+    monkeypatch.setattr(dispatcher._Kernel, "bind", lambda kernel: None)
 
     def compiled(function, **kinds):
-        own = cuda.jit
-
-        def jit(what, **options):
-            return own(what, **options) if "device" in options else assembled(what, **options)
-
-        with monkeypatch.context() as patch:
-            patch.setattr(cuda, "jit", jit)
-            kinds = kinds or {"a": float, "b": float}
-            types_ = {name: np.dtype(kind) for name, kind in kinds.items()}
-            return _gpu_kernel.compiled(function, types_)[0]
+        kinds = kinds or {"a": float, "b": float}
+        types_ = {name: np.dtype(kind) for name, kind in kinds.items()}
+        (kernel,) = _gpu_kernel.compiled(function, types_)[0].overloads.values()
+        return kernel.library.get_asm_str()
 
     return compiled
 
