@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -46,8 +47,7 @@ def run_cells(job: Job, task: Task) -> Outcome:
     InvalidInput
         If a vectorized function returns something else than arrays with a value for each cell.
     """
-    if job.key is not None:
-        task = Task(task.cells, {**task.columns, "seed": seeds(job.key, task.cells)})
+    task = seeded(job, task)
     begin = time.perf_counter()
     groups: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []
     errors: dict[int, str] = {}
@@ -57,7 +57,11 @@ def run_cells(job: Job, task: Task) -> Outcome:
 
 def _run_each(function: Callable[..., Any], task: Task, groups: Any, errors: Any) -> None:
     alike: dict[Signature, tuple[list[int], list[dict[str, np.ndarray]]]] = {}
-    columns = {name: column.tolist() for name, column in task.columns.items()}
+    columns = {
+        # Of Python's whole numbers numba takes none that does not fit an int64; seeds do not.
+        name: column if is_compiled(function) and column.dtype == np.uint64 else column.tolist()
+        for name, column in task.columns.items()
+    }
     for position, cell in enumerate(task.cells.tolist()):
         try:
             found = observables(function(**{n: column[position] for n, column in columns.items()}))
@@ -140,6 +144,12 @@ def signature(found: dict[str, np.ndarray]) -> Signature:
     return tuple((name, array.dtype.str, array.shape) for name, array in found.items())
 
 
+def is_compiled(function: Any) -> bool:
+    """Whether numba has compiled it."""
+    inner = function.func if isinstance(function, functools.partial) else function
+    return hasattr(inner, "py_func")
+
+
 def brief(error: BaseException) -> str:
     """An error as one line."""
     text = " ".join(str(error).split())
@@ -149,6 +159,13 @@ def brief(error: BaseException) -> str:
 def name_of(function: Any) -> str:
     """What to call a function in a message."""
     return getattr(function, "__qualname__", None) or type(function).__name__
+
+
+def seeded(job: Job, task: Task) -> Task:
+    """The task with the seeds of its cells among the parameters, if the job has them."""
+    if job.key is None:
+        return task
+    return Task(task.cells, {**task.columns, "seed": seeds(job.key, task.cells)})
 
 
 def seeds(key: int, cells: np.ndarray) -> np.ndarray:

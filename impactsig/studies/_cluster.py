@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import threading
+import uuid
 from typing import Any
 
 from ..errors import ImpactsigError, InvalidInput, MissingExtra
@@ -37,6 +38,7 @@ class Cluster(Closing):
         except ImportError:
             raise MissingExtra("distributed", "studies", "A sweep on a dask cluster") from None
         self.payload = payload
+        self.sweep = uuid.uuid4().hex
         self.own = isinstance(client, str)
         if self.own:
             try:
@@ -87,7 +89,7 @@ class Cluster(Closing):
 
     def _give(self, label: Any, task: Task, left: int) -> Any:
         try:
-            future = self.client.submit(work, self.payload, task, pure=False)
+            future = self.client.submit(work, self.sweep, self.payload, task, pure=False)
         except Exception as error:
             raise _failed(error) from error
         self.waiting[future] = label, task, left
@@ -98,7 +100,7 @@ class Cluster(Closing):
         # If the cluster has gone, there is nothing to take back from.
         with contextlib.suppress(Exception):
             self.client.cancel(list(self.waiting))
-            self.client.run(release, self.payload, on_error="ignore")
+            self.client.run(release, self.sweep, on_error="ignore")
         if self.own:
             self.client.close()
 
@@ -128,20 +130,24 @@ def _result(future: Any) -> Outcome | None:
 
 # -- in a dask worker ------------------------------------------------------------------------------
 
-_children: dict[bytes, Children] = {}
+_children: dict[str, Children] = {}
+_over: set[str] = set()
 _lock = threading.Lock()
 
 
-def work(payload: bytes, task: Task) -> Outcome:
+def work(sweep: str, payload: bytes, task: Task) -> Outcome:
     """Have a task worked out, in a process of the thread's own."""
     with _lock:
-        children = _children.setdefault(payload, Children(payload))
+        if sweep in _over:  # the task came before word that it is not wanted
+            raise ImpactsigError("the sweep has been stopped")
+        children = _children.setdefault(sweep, Children(payload))
     return children.work(task)
 
 
-def release(payload: bytes) -> None:
-    """The study is over, or given up."""
+def release(sweep: str) -> None:
+    """The sweep is over, or given up."""
     with _lock:
-        children = _children.pop(payload, None)
+        _over.add(sweep)
+        children = _children.pop(sweep, None)
     if children is not None:
         children.kill()

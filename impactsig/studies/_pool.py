@@ -7,6 +7,7 @@ is, a task is worked out by `run_cells`.
 from __future__ import annotations
 
 import itertools
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from types import TracebackType
@@ -24,6 +25,8 @@ class Executor(Protocol):
     """What a sweep asks of an executor."""
 
     workers: int
+    least: int
+    most: int
 
     def run(self, tasks: Labelled[Label]) -> Ended[Label]:
         """Work out tasks, each with a label to know it by."""
@@ -36,6 +39,11 @@ class Executor(Protocol):
 
 class Closing:
     """Closes itself at the end of a with block."""
+
+    least = 1
+    """Cells to a tile below which it takes no less time."""
+    most = sys.maxsize
+    """Cells to a tile that fit memory."""
 
     def __enter__(self) -> Self:
         return self

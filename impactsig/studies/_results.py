@@ -27,6 +27,12 @@ class Results:
         self.errors: dict[int, str] = {}
         self.held: dict[int, tuple[Task, Outcome]] = {}
 
+    def learn(self, trial: Outcome) -> None:
+        """Learn from a trial of the first cell what cells give; if it succeeded, none is held."""
+        self.layout = Layout.of(trial, self.tiling.grid)
+        if self.layout is not None:
+            self._lay_out(self.layout)
+
     def take(self, number: int, task: Task, outcome: Outcome) -> None:
         """Keep what came of a tile.
 

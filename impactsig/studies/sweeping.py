@@ -7,14 +7,15 @@ import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
 from .._arguments import Seed, streams, thread_count, whole
 from ..errors import ImpactsigWarning, InvalidInput
-from ._cells import Job, run_cells
+from ._cells import Job, Outcome, run_cells
 from ._fingerprint import code_of
+from ._gpu import Gpu, parts_of_device
 from ._grid import Grid, Tiling, grid_of, tile_shape
 from ._identity import identity_of, refuse_other
 from ._payload import pack
@@ -35,7 +36,7 @@ TRIAL_SECONDS = 0.2
 TILES_PER_WORKER = 4
 """At the least, so that workers end at about the same time."""
 
-Local = Literal["serial", "threads", "processes"]
+Local = Literal["serial", "threads", "processes", "gpu"]
 
 
 def sweep(
@@ -55,8 +56,9 @@ def sweep(
     """Call a function on every combination of its parameters.
 
     The cells of the grid are worked out in tiles of about a second, in the caller's thread, on
-    threads, on processes or on a dask cluster. A cell depends on nothing but its parameters and
-    seed, so the results are the same, to the last bit, on all of them.
+    threads, on processes, on a dask cluster or on a GPU. A cell depends on nothing but its
+    parameters and seed, so the results are the same, to the last bit, on all but the GPU; there,
+    see the notes.
 
     With a directory each tile is on disk as soon as it is done. A study that is killed at any
     instant, or stopped by Ctrl-C, goes on when it is called again with the same arguments: tiles
@@ -77,9 +79,10 @@ def sweep(
         (cells,), and returns arrays of shape (cells, ...): it is called once a tile.
     directory : path-like, optional
         Where to keep the study; in memory only by default. Needs ``impactsig[studies]``.
-    executor : {"serial", "threads", "processes"}
+    executor : {"serial", "threads", "processes", "gpu"}
         Where cells are worked out. Threads are for functions that let go of the interpreter, such
-        as `impactsig.simulate` and kernels compiled with ``nogil=True``.
+        as `impactsig.simulate` and kernels compiled with ``nogil=True``. A GPU is for functions of
+        one cell that numba can compile; it needs one of NVIDIA's, and ``impactsig[gpu]``.
     workers : int, optional
         Threads or processes; as many as there are cores by default.
     client : distributed.Client or str, optional
@@ -90,8 +93,8 @@ def sweep(
         a study that is taken up again keeps its tiles.
     seed : int, SeedSequence or Generator, optional
         Makes a seed for every cell, a whole number of 64 bits that the function receives as
-        `seed` (an array of uint64 if `vectorized`): the same for the same cell, whatever the tiles
-        and the executor.
+        `seed` (a uint64 if numba has compiled it, an array of uint64 if `vectorized`): the same
+        for the same cell, whatever the tiles and the executor.
     attributes : mapping of str to mapping, optional
         What to say of axes and observables, such as ``{"frequency": {"units": "Hz"}}``; it goes
         into the store, into xarray and onto figures.
@@ -108,12 +111,12 @@ def sweep(
     InvalidInput
         If a parameter has no values, or some that are no finite numbers; if the directory holds a
         study of other parameters or other code (it says which differ) or something else, or
-        another sweep is at work in it; if the function cannot be sent to other processes; if there
-        is no cluster.
+        another sweep is at work in it; if the function cannot be sent to other processes, or
+        cannot run on a GPU (it says why); if there is no cluster, or no GPU.
     UnwritableFile
         If the directory cannot be written, or the disk is full. What is done is kept.
     MissingExtra
-        If a library of ``impactsig[studies]`` is needed and not there.
+        If a library of ``impactsig[studies]`` or ``impactsig[gpu]`` is needed and not there.
 
     Warns
     -----
@@ -125,6 +128,15 @@ def sweep(
     "Other code" is told by the bytecode and constants of the function and of what it calls, by the
     sources of this package, and by the versions of Python, NumPy and the packages that it refers
     to. What those refer to in turn is not followed, nor are files that a function reads.
+
+    On a GPU the function, plain or compiled by ``numba.njit``, runs from the same source, with a
+    thread for each cell. It takes numbers and returns a number, or a tuple or NamedTuple of numbers
+    or tuples of numbers, all of which become float64 or complex128. Arithmetic is in double
+    precision, each operation rounded by itself: sums, products, quotients and square roots have the
+    bits of a CPU. The functions of the mathematical library (sine, exponential, powers...) differ
+    by a few units in the last place, which chaos lets grow; so a GPU's study is another than a
+    CPU's, and they cannot share a directory. A cell that raises is missing with an error that
+    cannot say which; a division by zero does not raise but gives an infinity or NaN.
 
     Examples
     --------
@@ -141,6 +153,8 @@ def sweep(
     key = None if seed is None else int(streams(seed, 1)[0].integers(2**64, dtype=np.uint64))
     job = Job(function, bool(vectorized), key)
     code = code_of(function)
+    if executor == "gpu":
+        code |= parts_of_device()
     identity = identity_of(job, grid, code)
     with contextlib.ExitStack() as stack:
         store = None
@@ -153,14 +167,18 @@ def sweep(
                 refuse_other(store, identity, tile)
                 if len(store.done) == len(store.tiling):
                     return _told(stored(store))
-        pool = stack.enter_context(_executor(job, code, executor, workers, client))
+        pool = stack.enter_context(_executor(job, grid, code, executor, workers, client))
+        first = None
         if store is None:
-            block = tile_shape(grid.shape, tile or _tile_of_a_second(pool, grid))
-            tiling = Tiling(grid, block)
+            if tile is None:
+                tile, first = _tile_of_a_second(pool, grid)
+            tiling = Tiling(grid, tile_shape(grid.shape, tile))
             store = Store.create(path, identity, tiling) if path else None
         else:
             tiling = store.tiling
         run = Results(tiling, store, attributes or {})
+        if first is not None:
+            run.learn(first)
         left = [n for n in range(len(tiling)) if n not in run.done]
         before = grid.size - sum(_cells(tiling, n) for n in left)
         advance = stack.enter_context(bar(grid.size, before, progress))
@@ -171,9 +189,16 @@ def sweep(
     return _told(study)
 
 
-def _executor(job: Job, code: dict[str, str], kind: Local, workers: int | None, client: Any) -> Any:
-    if kind not in ("serial", "threads", "processes"):
-        raise InvalidInput("executor", kind, '"serial", "threads" or "processes"')
+def _executor(
+    job: Job,
+    grid: Grid,
+    code: dict[str, str],
+    kind: Local,
+    workers: int | None,
+    client: Any,
+) -> Any:
+    if kind not in get_args(Local):
+        raise InvalidInput("executor", kind, f"one of {', '.join(get_args(Local))}")
     threads = thread_count(workers)
     if client is not None:
         if workers is not None or kind != "serial":
@@ -183,23 +208,34 @@ def _executor(job: Job, code: dict[str, str], kind: Local, workers: int | None, 
         from ._cluster import Cluster
 
         return Cluster(client, pack(job, code))
+    if kind == "gpu":
+        if workers is not None:
+            raise InvalidInput("workers", workers, 'none with executor="gpu"', "It has its own")
+        if job.vectorized:
+            raise InvalidInput(
+                "vectorized", True, 'False with executor="gpu": it takes a function of one cell'
+            )
+        return Gpu(job, grid)
     if kind == "processes":
         return Processes(pack(job, code), threads)
     return Serial(job) if kind == "serial" else Threads(partial(run_cells, job), threads)
 
 
-def _tile_of_a_second(pool: Any, grid: Grid) -> int:
+def _tile_of_a_second(pool: Any, grid: Grid) -> tuple[int, Outcome | None]:
     """How many cells to a tile, from trials of some that are spread over the grid.
 
-    The first call may compile, so it is not counted. Cells that fail are not counted either.
+    The first call may compile, so it is not counted; what it gave, of the first cell, is told.
+    Cells that fail are not counted either.
     """
-    most = -(-grid.size // (TILES_PER_WORKER * pool.workers))
-    if most <= TILES_PER_WORKER:
-        return 1
-    count, each = 1, TILE_SECONDS
+    least = min(pool.least, grid.size)
+    most = max(least, -(-grid.size // (TILES_PER_WORKER * pool.workers)))
+    if most <= max(least, TILES_PER_WORKER):
+        return least, None
+    first, count, each = None, 1, TILE_SECONDS
     for trial in range(20):
         cells = np.unique(np.linspace(0, grid.size - 1, count).astype(int))
         ((_, _, outcome),) = pool.run([(None, grid.task(cells))])
+        first = first or outcome
         fair = max(1, len(cells) - len(outcome.errors))
         each = max(outcome.seconds, 1e-9) / fair
         if trial and (outcome.seconds >= TRIAL_SECONDS / 2 or count == grid.size):
@@ -207,7 +243,9 @@ def _tile_of_a_second(pool: Any, grid: Grid) -> int:
         if trial:
             growth = min(max(2.0, TRIAL_SECONDS / max(outcome.seconds, 1e-6)), 16.0)
             count = min(int(count * growth), grid.size)
-    return min(max(1, round(TILE_SECONDS / each)), most)
+        else:
+            count = least
+    return min(max(least, round(TILE_SECONDS / each)), most, pool.most), first
 
 
 def _cells(tiling: Tiling, number: int) -> int:

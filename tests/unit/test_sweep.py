@@ -196,7 +196,7 @@ def test_ranges_that_are_none(values):
         ({"parameters": {"a b": [1]}}, "parameters"),
         ({"parameters": {"seed": [1]}, "seed": 1}, "parameters"),
         ({"function": 3}, "function"),
-        ({"executor": "gpu"}, "executor"),
+        ({"executor": "cloud"}, "executor"),
         ({"executor": "threads", "workers": 0}, "workers"),
         ({"tile": 0}, "tile"),
         ({"tile": 2.5}, "tile"),

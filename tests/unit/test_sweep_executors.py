@@ -17,6 +17,7 @@ from impactsig import ImpactsigError, ImpactsigWarning, InvalidInput, MissingExt
 from impactsig.studies import _payload
 from impactsig.studies._cells import Job
 from impactsig.studies._fingerprint import code_of
+from impactsig.studies._grid import grid_of
 from impactsig.studies._payload import pack, unpack
 from tests.cells import killer, of_seed, poisoned, same, slow_waves, waves
 from tests.cells_compiled import logistic
@@ -151,6 +152,20 @@ def test_a_dask_worker_killed_twice(client, cluster):
     murderer.join()
     assert len(set(killed)) == 2
     assert same(study, sweep(waves, axes))
+
+
+def test_a_task_that_comes_after_its_sweep_starts_no_process(monkeypatch):
+    """Word that a sweep is over may overtake the word that its tasks are not wanted."""
+    pytest.importorskip("distributed")
+    from impactsig.studies import _cluster
+
+    _cluster.release("a sweep")
+    monkeypatch.setattr(subprocess, "Popen", None)
+    with pytest.raises(ImpactsigError, match="stopped"):
+        _cluster.work(
+            "a sweep", pack(Job(waves, False, None), {}), grid_of(AXES).task(np.arange(3))
+        )
+    assert not _cluster._children
 
 
 def test_a_pool_that_cannot_start_says_so(monkeypatch):

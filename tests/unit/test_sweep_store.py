@@ -7,6 +7,7 @@ import json
 import resource
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -132,6 +133,22 @@ def test_what_is_done_is_not_done_again(folder, tmp_path):
     (tmp_path / "log").unlink()
     assert same(sweep(function, AXES, directory=folder), whole)
     assert not (tmp_path / "log").exists()
+
+
+def test_tiles_are_kept_while_the_first_is_under_way(folder):
+    """What cells give is known from the trial."""
+    kept = []
+
+    def patient(a):
+        if a == 0 and (folder / "study.json").exists():  # the trial is over
+            until = time.monotonic() + 10
+            while not kept and time.monotonic() < until:
+                kept.extend((folder / "done").glob("[1-9]*.json"))
+        return a
+
+    study = sweep(patient, {"a": range(40)}, directory=folder, executor="threads", workers=2)
+    assert kept
+    assert study["value"].tolist() == list(range(40))
 
 
 def test_another_executor_goes_on(folder):

@@ -1,0 +1,128 @@
+"""A GPU as an executor: a launch a tile, of the very function that runs on CPUs."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from ..errors import ImpactsigError, InvalidInput, MissingExtra
+from ._cells import Job, Outcome, brief, seeded
+from ._fingerprint import digest
+from ._grid import Grid, Task
+from ._pool import Threads
+
+EXTRA = "gpu"
+THREADS = 64
+"""In a block."""
+BLOCKS = 128
+"""In a launch, at the least: numba warns of fewer. Those that have no cell end at once."""
+RESIDENT = 512
+"""Cells to each multiprocessor below which a launch takes as long with fewer."""
+LARGEST = 2**20
+"""Cells to a tile, at the most: to keep them takes a quarter of a second, and memory."""
+RAISED = "raised an error on the GPU, which cannot tell what: call the function with these values"
+
+
+def parts_of_device() -> dict[str, str]:
+    """What the bits may depend on beside the code, by name.
+
+    Raises
+    ------
+    MissingExtra
+        If numba-cuda is not installed.
+    InvalidInput
+        If there is no GPU that it can use.
+    """
+    try:
+        from numba import cuda
+    except ImportError:
+        raise MissingExtra("numba-cuda", EXTRA, "A sweep on a GPU") from None
+    if simulated():
+        return {"GPU": "simulated"}
+    if cuda.implementation != "NVIDIA":
+        raise MissingExtra("numba-cuda", EXTRA, "A sweep on a GPU")
+    try:
+        if cuda.is_available():
+            from numba.cuda.cudadrv import nvvm
+
+            major, minor = cuda.get_current_device().compute_capability
+            functions = digest(nvvm.LibDevice().get())
+            return {"GPU": f"compute capability {major}.{minor}", "libdevice": functions}
+        why = " ".join(str(cuda.cuda_error() or "NVVM, its compiler, is missing").split())
+    except Exception as error:
+        why = brief(error)
+    raise InvalidInput(
+        "executor", "gpu", "a machine with an NVIDIA GPU, its driver and impactsig[gpu]",
+        f'Here, {why.rstrip(".")}. Without one, take executor="processes"',
+    )  # fmt: skip
+
+
+def simulated() -> bool:
+    """Whether numba simulates a GPU, as it does where NUMBA_ENABLE_CUDASIM is 1."""
+    from numba import config
+
+    return bool(config.ENABLE_CUDASIM)
+
+
+class Gpu(Threads):
+    """The GPU that numba has chosen, served by one thread while the caller's keeps results."""
+
+    most = LARGEST
+
+    def __init__(self, job: Job, grid: Grid) -> None:
+        from ._gpu_kernel import compiled
+
+        names = [*grid.axes, *(() if job.key is None else ("seed",))]
+        self.job = job
+        self.kinds = {name: _kind(grid.axes.get(name)) for name in names}
+        self.kernel, self.fields = compiled(job.function, self.kinds)
+        if simulated():
+            self.blocks = 1
+        else:
+            from numba import cuda
+
+            self.blocks = BLOCKS
+            self.least = RESIDENT * cuda.get_current_device().MULTIPROCESSOR_COUNT
+        super().__init__(self._launch, 1)
+
+    def _launch(self, task: Task) -> Outcome:
+        """All cells of a task at once."""
+        begin = time.perf_counter()
+        try:
+            ended, found = self._run(seeded(self.job, task))
+        except Exception as error:
+            raise ImpactsigError(
+                f"the GPU has failed: {brief(error)}. Finished tiles are kept if there is a "
+                "directory: run the same sweep again; if memory was short, with a smaller tile"
+            ) from error
+        positions = np.flatnonzero(ended)
+        if len(positions) < len(ended):
+            found = {name: array[positions] for name, array in found.items()}
+        groups = [(positions, found)] if len(positions) else []
+        errors = dict.fromkeys(task.cells[ended == 0].tolist(), RAISED)
+        return Outcome(groups, errors, time.perf_counter() - begin)
+
+    def _run(self, task: Task) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Which cells came to an end, and what all gave."""
+        from numba import cuda
+
+        count = len(task.cells)
+        columns = [cuda.to_device(task.columns[n].astype(kind)) for n, kind in self.kinds.items()]
+        results = [cuda.device_array((count, *one.shape), one.dtype) for one in self.fields]
+        ended = cuda.to_device(np.zeros(count, np.int8))
+        blocks = max(self.blocks, -(-count // THREADS))
+        self.kernel[blocks, THREADS](ended, *columns, *results)
+        found = {
+            one.name: result.copy_to_host()
+            for one, result in zip(self.fields, results, strict=True)
+        }
+        return ended.copy_to_host(), found
+
+
+def _kind(values: np.ndarray | None) -> np.dtype[Any]:
+    """What compiled functions receive of these values on CPUs, or of seeds if there are none."""
+    if values is None or values.dtype == np.uint64:
+        return np.dtype(np.uint64)
+    return np.dtype(np.float64 if values.dtype.kind == "f" else np.int64)
