@@ -118,6 +118,9 @@ if TYPE_CHECKING:
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
     from .simulate.trajectories import Trajectory, trajectory
+    from .stochastic.averaging import AveragedDensity, averaged_density
+    from .stochastic.bifurcation import PBifurcation, p_bifurcation
+    from .stochastic.shapes import DensityShape
     from .studies.study import Study, open_study
     from .studies.sweeping import sweep
 
@@ -218,6 +221,9 @@ _HOME = {
     ),
     "dynamics.response": ("ResponseSpectrum", "response_spectrum"),
     "dynamics.matching": ("MatchRate", "match_rate", "strobe_distance"),
+    "stochastic.averaging": ("AveragedDensity", "averaged_density"),
+    "stochastic.bifurcation": ("PBifurcation", "p_bifurcation"),
+    "stochastic.shapes": ("DensityShape",),
     "studies.study": ("Study", "open_study"),
     "studies.sweeping": ("sweep",),
     "comparison": ("Comparison", "compare"),
@@ -227,6 +233,7 @@ _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
     "Attractor",
+    "AveragedDensity",
     "AveragedFalseNeighbors",
     "BaseMotion",
     "Basins",
@@ -237,6 +244,7 @@ __all__ = [
     "CorrelationDimension",
     "CorrelationSum",
     "DelayChoice",
+    "DensityShape",
     "EquivalenceError",
     "FalseNeighbors",
     "FixedStep",
@@ -262,6 +270,7 @@ __all__ = [
     "Noise",
     "OrbitPeriod",
     "Oscillator",
+    "PBifurcation",
     "PeriodicOrbit",
     "Periodicity",
     "PeriodicityChart",
@@ -286,6 +295,7 @@ __all__ = [
     "UnreadableFile",
     "UnwritableFile",
     "autocorrelation_delay",
+    "averaged_density",
     "averaged_false_neighbors",
     "basins_of_attraction",
     "bifurcation_diagram",
@@ -317,6 +327,7 @@ __all__ = [
     "mutual_information_delay",
     "open_study",
     "orbit_period",
+    "p_bifurcation",
     "periodicity_chart",
     "plot",
     "prediction_error",
