@@ -67,7 +67,9 @@ def averaged_density(
     ridges = shape.energy[shape.maximum & (shape.energy > 0)]
     for ridge in ridges:
         place = np.linspace(*result.reach(ridge), 4 * FINENESS)
-        speed = np.sqrt(np.maximum(2 * (ridge - result.potential(place)), 0) / result.oscillator.mass)
+        speed = np.sqrt(
+            np.maximum(2 * (ridge - result.potential(place)), 0) / result.oscillator.mass
+        )
         plane.plot(place, speed, color="white", linewidth=0.8, linestyle="--")
         plane.plot(place, -speed, color="white", linewidth=0.8, linestyle="--")
     for stop in result.oscillator.stops:
@@ -118,8 +120,8 @@ def p_bifurcation(result: PBifurcation, ax: Axes | None = None) -> Axes:
     low, high = float(result.values[0]), float(result.values[-1])
     at = [low, *(transition.value for transition in result.transitions), high]
     names = [transition.before for transition in result.transitions] + [result.classes[-1]]
-    for value in at[1:-1]:
-        ax.axvline(value, color=GREY, linewidth=0.8, linestyle=":")
+    for edge in at[1:-1]:
+        ax.axvline(edge, color=GREY, linewidth=0.8, linestyle=":")
     for start, end, name in zip(at[:-1], at[1:], names, strict=True):
         if end - start > 0.02 * (high - low):
             words = name.replace(" with", "\nwith")

@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from ..oscillators import Oscillator
-from ._averaging_cycles import cycles
+from ._averaging_cycles import Orbits, exchange, orbits
 from ._averaging_panels import (
-    NODES, POINTS, WEIGHTS, Panels, evaluate, fitted, integrated, mesh, panels, roots,
-)  # fmt: skip
-from ._averaging_well import Well
+    NODES,
+    POINTS,
+    WEIGHTS,
+    Panels,
+    evaluate,
+    fitted,
+    integrated,
+    mesh,
+    panels,
+    roots,
+)
+from ._averaging_well import Conservative, conservative, well
 
 FAR = 50.0  # exponent below its greatest, from where on the density is left out
 
@@ -34,14 +43,14 @@ class Curve:
     weight : numpy.ndarray
         Logarithm of dA/dH, by which p(H) differs from the joint density.
     turnover : numpy.ndarray
-        Logarithm of the share of its energy that a cycle exchanges.
-    accuracy : float
-        As of `AveragedDensity`.
+        Share of its energy that a cycle exchanges.
+    error : numpy.ndarray
+        Energies of orbits, and relative errors of the integrals over them.
     below, power : float
         Probability of energies below the panels, and the power of the energy that p(H) is there.
-    panel, low, high, ends, mass : numpy.ndarray
+    panel, low, high, ends, share : numpy.ndarray
         Pieces in which the exponent hardly varies: their panels, where they lie in them, their
-        energies (n, 2) and their probabilities.
+        energies (n, 2) and the probabilities of the points in them (n, 16).
     """
 
     grid: Panels
@@ -49,14 +58,14 @@ class Curve:
     balance: np.ndarray = field(repr=False)
     weight: np.ndarray = field(repr=False)
     turnover: np.ndarray = field(repr=False)
-    accuracy: float
+    error: np.ndarray = field(repr=False)
     below: float
     power: float
     panel: np.ndarray = field(repr=False)
     low: np.ndarray = field(repr=False)
     high: np.ndarray = field(repr=False)
     ends: np.ndarray = field(repr=False)
-    mass: np.ndarray = field(repr=False)
+    share: np.ndarray = field(repr=False)
 
     @property
     def greatest(self) -> float:
@@ -87,7 +96,7 @@ class Curve:
 
     def cumulative(self, energy: np.ndarray) -> np.ndarray:
         """Probability of an energy up to that one."""
-        before = self.below + np.concatenate([[0.0], np.cumsum(self.mass)])
+        before = self.below + np.concatenate([[0.0], np.cumsum(self.share.sum(axis=1))])
         piece = np.searchsorted(self.ends[:, 0], energy, side="right") - 1
         inside = np.clip(piece, 0, None)
         found, u = self.grid.locate(energy)
@@ -99,19 +108,17 @@ class Curve:
 
     def between(self, panel: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Probability from one place in a panel to another."""
-        u = (low + high)[:, None] / 2 + (high - low)[:, None] / 2 * POINTS
-        return (self._share(panel[:, None], u) @ WEIGHTS) * (high - low) / 2
+        return self.shares(panel, low, high).sum(axis=1)
 
     def mean(self, what: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> float:
         """Mean of a function of panel and place, over the energies in the panels."""
-        panel, low, high = self.panel[:, None], self.low[:, None], self.high[:, None]
-        u = (low + high) / 2 + (high - low) / 2 * POINTS
-        return float(((self._share(panel, u) * what(panel, u)) @ WEIGHTS @ (high - low)[:, 0]) / 2)
+        return float((self.share * what(self.panel[:, None], _places(self.low, self.high))).sum())
 
-    def _share(self, panel: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Density by place in the panel."""
-        logarithm = evaluate(self.exponent, panel, u) + evaluate(self.weight, panel, u)
-        return np.exp(logarithm) * self.grid.slope(panel, u)
+    def shares(self, panel: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Probabilities that go to the points of a quadrature between two places in a panel."""
+        u, own = _places(low, high), panel[:, None]
+        logarithm = evaluate(self.exponent, own, u) + evaluate(self.weight, own, u)
+        return np.exp(logarithm) * self.grid.slope(own, u) * WEIGHTS * (high - low)[:, None] / 2
 
     def extrema(self) -> tuple[np.ndarray, np.ndarray]:
         """Energies of the extrema of the joint density, 0 among them; whether each is a maximum."""
@@ -135,45 +142,52 @@ class Curve:
         return np.concatenate([[0.0], start[:-1], np.linspace(start[-1], self.greatest, count + 1)])
 
 
-def curve(
-    oscillator: Oscillator, well: Well, least: float, greatest: float, impact: str
-) -> Curve:
-    """The density of an oscillator in its well, with a whole of 1."""
+@lru_cache(maxsize=64)
+def _grid(part: Conservative, least: float, greatest: float) -> tuple[Panels, Orbits]:
+    """Panels, and the orbits at their nodes: the same for any damper, friction, loss and noise."""
+    starts = [side.top for side in well(part).sides if side.stop and side.top > 0]
+    grid = panels(least, greatest, starts)
+    return grid, orbits(part, grid.nodes.ravel())
+
+
+def curve(oscillator: Oscillator, least: float, greatest: float, impact: str) -> Curve:
+    """The density of an oscillator over these energies, with a whole of 1."""
     assert oscillator.noise is not None
     intensity, mass = oscillator.noise.intensity, oscillator.mass
-    starts = [side.top for side in well.sides if side.restitution and side.top > 0]
-    grid = panels(least, greatest, starts)
-    nodes = grid.nodes
-    every = cycles(oscillator, well, nodes.ravel(), impact)
+    part = conservative(oscillator)
+    grid, along = _grid(part, least, greatest)
 
     def over_nodes(values: np.ndarray) -> np.ndarray:
-        return values.reshape(nodes.shape)
+        return values.reshape(len(grid.start), -1)
 
-    index = np.arange(len(nodes))[:, None]
-    rate = over_nodes(every.balance) / intensity
+    gain, turnover = exchange(oscillator, along, impact)
+    index = np.arange(len(grid.start))[:, None]
+    rate = over_nodes(gain / along.area) / intensity
     # At the bottom area and balance are powers of the energy, so their integrals are known.
-    bottom = cycles(oscillator, well, np.array([least, 2 * least]), impact)
-    slopes = bottom.balance / intensity
+    bottom = orbits(part, np.array([least, 2 * least]))
+    slopes = exchange(oscillator, bottom, impact).gain / bottom.area / intensity
     power = math.log2(slopes[1] / slopes[0]) if slopes[0] * slopes[1] > 0 else 0.0
     start = float(slopes[0]) * least / max(1 + power, 0.1)
     exponent = integrated(fitted(rate * grid.slope(index, NODES)), start)
     highest = float(evaluate(exponent, index, np.linspace(-1, 1, 65)).max())
     exponent[:, 0] -= highest
     panel, low, high, ends = mesh(grid, lambda k, u: evaluate(exponent, k, u), -FAR)
-    weight = fitted(np.log(over_nodes(every.period / mass)))
+    weight = fitted(np.log(over_nodes(along.period / mass)))
 
-    def made(below: float, pieces: np.ndarray) -> Curve:
-        return Curve(
-            grid=grid, exponent=exponent, balance=fitted(rate), weight=weight,
-            turnover=fitted(np.log(over_nodes(every.turnover / every.energy))),
-            accuracy=every.error, below=below,
-            power=float(least * bottom.period[0] / (mass * bottom.area[0])) - 1,
-            panel=panel, low=low, high=high, ends=ends, mass=pieces,
-        )  # fmt: skip
-
-    draft = made(0.0, np.zeros(len(panel)))
-    pieces = draft.between(panel, low, high)
+    draft = Curve(
+        grid=grid, exponent=exponent, balance=fitted(rate), weight=weight,
+        turnover=fitted(over_nodes(turnover / along.energy)),
+        error=np.array([along.energy, along.error]), below=0.0,
+        power=float(least * bottom.period[0] / (mass * bottom.area[0])) - 1,
+        panel=panel, low=low, high=high, ends=ends, share=np.zeros(0),
+    )  # fmt: skip
+    share = draft.shares(panel, low, high)
     below = float(bottom.area[0]) * math.exp(float(draft.log_joint(np.array([least]))[0]))
-    total = float(pieces.sum()) + below
+    total = float(share.sum()) + below
     exponent[:, 0] -= math.log(total)
-    return made(below / total, pieces / total)
+    return replace(draft, below=below / total, share=share / total)
+
+
+def _places(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Points of a quadrature in each piece."""
+    return (low + high)[:, None] / 2 + (high - low)[:, None] / 2 * POINTS

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -75,13 +76,13 @@ def panels(least: float, greatest: float, breaks: list[float]) -> Panels:
     bounds = [*(at for at in sorted(set(breaks)) if least < at < greatest), greatest]
     count = max(1, int(np.ceil(np.log(bounds[0] / least) / DECADE)))
     z = np.linspace(np.log(least), np.log(bounds[0]), count + 1)
-    rows = [(0.0, a, b, True) for a, b in zip(z[:-1], z[1:], strict=True)]
-    for low, high in zip(bounds[:-1], bounds[1:], strict=True):
+    rows = [(0.0, a, b, True) for a, b in pairwise(z)]
+    for low, high in pairwise(bounds):
         widest = np.sqrt(high - low)
         first = min(np.sqrt(low) / 2, widest)
         doublings = int(np.ceil(np.log2(widest / first)))
         z = np.concatenate([[0.0], np.geomspace(first, widest, doublings + 1)])
-        rows += [(low, a, b, False) for a, b in zip(z[:-1], z[1:], strict=True)]
+        rows += [(low, a, b, False) for a, b in pairwise(z)]
     origin, start, end, logarithmic = (np.array(column) for column in zip(*rows, strict=True))
     made = Panels(origin, start, end, logarithmic, np.zeros(0))
     edges = np.append(made.energy(np.arange(len(start)), np.array(-1.0)), greatest)

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
+from typing import NoReturn
 
 import numpy as np
 
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
-from ._averaging_cycles import IMPACTS, cycles
-from ._averaging_well import Well, on_arrays
+from ._averaging_cycles import IMPACTS, Orbits, exchange, orbits
+from ._averaging_well import Conservative, Well, on_arrays, well
 
 FAR = 100.0  # exponent below its greatest, from where on energies are left out
 NOTHING = 1e-11  # change of the exponent in an e-fold of the energy, below which it is constant
 LEAST = 1e-18  # of the greatest energy, where panels begin at the latest
 SPACING = 0.4  # of the energies looked at first, in their logarithm
 HIGHEST = 1e60  # energy looked at where stops hold the mass on both sides
+FAR_OUT = 1e6  # displacement beyond which a well has no edge worth telling
 LATER = (0.731, 12.9)  # times at which a law must be what it is at 0
 
 
@@ -69,12 +72,23 @@ def check(oscillator: Oscillator, impact: str) -> None:
             )  # fmt: skip
 
 
-def highest(well: Well) -> float:
+def highest(inside: Well) -> float:
     """Energy that the well holds."""
-    return min((side.top for side in well.sides if side.restitution is None), default=math.inf)
+    return min((side.top for side in inside.sides if not side.stop), default=math.inf)
 
 
-def span(oscillator: Oscillator, well: Well, impact: str) -> tuple[float, float]:
+@lru_cache(maxsize=16)
+def ladder(part: Conservative) -> Orbits:
+    """Orbits of all energies that the well holds, roughly."""
+    inside = well(part)
+    first = max([1e-150, *(side.potential[1] for side in inside.sides if side.reach)])
+    last = min(highest(inside), HIGHEST)
+    count = max(2, math.ceil(math.log(last / first) / SPACING))
+    with np.errstate(all="ignore"):
+        return orbits(part, np.geomspace(first, last, count + 1)[:-1], coarse=True)
+
+
+def span(oscillator: Oscillator, part: Conservative, impact: str) -> tuple[float, float]:
     """Energies from where the density is that of the bottom to where it is none.
 
     Raises
@@ -83,35 +97,36 @@ def span(oscillator: Oscillator, well: Well, impact: str) -> tuple[float, float]
         If it does not fall off at the energies that the well holds.
     """
     assert oscillator.noise is not None
-    first = max(side.potential[1] for side in well.sides if side.reach)
-    first = max(first, 1e-150)
-    last = min(highest(well), HIGHEST)
-    count = max(2, math.ceil(math.log(last / first) / SPACING)) if last > first else 2
-    energy = np.geomspace(first, last, count + 1)[:-1]
+    rough = ladder(part)
+    energy = rough.energy
     with np.errstate(all="ignore"):
-        found = cycles(oscillator, well, energy, impact, coarse=True)
-        rate = energy * found.balance / oscillator.noise.intensity
+        gain = exchange(oscillator, rough, impact).gain
+        rate = energy * gain / (oscillator.noise.intensity * rough.area)
     known = np.isfinite(rate)
     if not known.all():
         energy, rate = energy[: np.argmin(known)], rate[: np.argmin(known)]
     changes = np.flatnonzero(np.abs(rate) > NOTHING)
-    exponent = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * SPACING)])
+    spacing = np.diff(np.log(energy))
+    exponent = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * spacing)])
     near = np.flatnonzero(exponent >= exponent.max() - FAR)
     if not changes.size or near[-1] == len(energy) - 1:
-        barrier = [side for side in well.sides if side.restitution is None and math.isfinite(side.top)]
-        where = well.bottom + barrier[0].sign * barrier[0].reach if barrier else math.inf
-        if barrier and abs(where) < 1e6:
-            raise InvalidInput(
-                "oscillator", f"a well that ends at {where:.6g}", "a well that holds the motion",
-                "The noise takes it over the edge: no density is stationary",
-            )  # fmt: skip
-        raise InvalidInput(
-            "oscillator", "a motion whose energy grows without end", "damping at great energies",
-            "It loses less than it gains: no density is stationary",
-        )  # fmt: skip
-    greatest = float(energy[near[-1] + 1])
+        _unconfined(well(part))
     # An extremum is an extremum however little the density differs there from that of the bottom.
     turns = np.flatnonzero(np.sign(rate[1:]) != np.sign(rate[:-1]))
-    first_needed = min([changes[0], *turns[:1]]) - 1
-    least = min(float(energy[max(first_needed, 0)]), LEAST * greatest)
-    return max(least, float(energy[0])), greatest
+    least = float(energy[max(min([changes[0], *turns[:1]]) - 1, 0)])
+    greatest = float(energy[near[-1] + 1])
+    return max(min(least, LEAST * greatest), float(energy[0])), greatest
+
+
+def _unconfined(inside: Well) -> NoReturn:
+    for side in inside.sides:
+        if not side.stop and side.reach < FAR_OUT:
+            edge = inside.bottom + side.sign * side.reach
+            raise InvalidInput(
+                "oscillator", f"a well that ends at {edge:.6g}", "a well that holds the motion",
+                "The noise takes it over the edge: no density is stationary",
+            )  # fmt: skip
+    raise InvalidInput(
+        "oscillator", "a motion whose energy grows without end", "damping at great energies",
+        "It loses less than it gains: no density is stationary",
+    )  # fmt: skip

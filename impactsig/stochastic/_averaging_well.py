@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..errors import InvalidInput
-from ..oscillators import Oscillator, Rigid
+from ..oscillators import Oscillator
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(16)
 POINTS, WEIGHTS = (POINTS + 1) / 2, WEIGHTS / 2
@@ -18,6 +20,17 @@ OCTAVES = 60  # in which distances from the bottom are tabled, below and above o
 SHORTEST = 1e-9  # of the bottom's displacement: where a distance still has half of its digits
 SCAN = np.geomspace(1e-12, 1e6, 541)  # where forces are looked at for equilibria
 NEWTON = 60
+
+
+class Conservative(NamedTuple):
+    """What the conservative motion of an oscillator depends on, and nothing else."""
+
+    mass: float
+    stiffness: float
+    load: float
+    law: Callable[[float, float, float], float] | None
+    lower: float
+    upper: float
 
 
 @dataclass(frozen=True)
@@ -30,15 +43,15 @@ class Side:
         Which way it lies.
     reach : float
         Distance of the stop, or of the barrier or the end of what could be tabled.
-    restitution : callable or None
-        Restitution coefficient over the approach velocity; None where no stop is.
+    stop : bool
+        Whether it ends at a stop.
     distance, potential : numpy.ndarray, shape (n,)
         The potential at octaves of the distance, from 0 on.
     """
 
     sign: int
     reach: float
-    restitution: Callable[[np.ndarray], np.ndarray] | None
+    stop: bool
     distance: np.ndarray = field(repr=False)
     potential: np.ndarray = field(repr=False)
 
@@ -65,8 +78,13 @@ class Well:
         cell, start, end = _cell(side.potential, side.distance, energy)
         base = side.potential[cell]
         low, high = start.copy(), end.copy()
-        where = np.sqrt(start * end)
-        where[start == 0] = end[start == 0] / 2
+        # Over an octave a potential is nearly a power of the distance.
+        over = np.clip(side.potential[np.minimum(cell + 1, len(side.potential) - 1)], 1e-300, None)
+        under = np.clip(base, 1e-300, None)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.log(np.clip(energy, 1e-300, None) / under) / np.log(over / under)
+            where = start * (end / start) ** np.clip(share, 0.0, 1.0)
+        where = np.where((start > 0) & np.isfinite(where), where, (start + end) / 2)
         for _ in range(NEWTON):
             short = base + self._work(side, start, where) - energy
             low, high = np.where(short < 0, where, low), np.where(short < 0, high, where)
@@ -74,7 +92,7 @@ class Well:
             with np.errstate(divide="ignore", invalid="ignore"):
                 new = where - short / slope
             new = np.where((new >= low) & (new <= high), new, (low + high) / 2)
-            done = np.all(np.abs(new - where) <= 1e-15 * where)
+            done = np.all(np.abs(new - where) <= 1e-14 * where)
             where = new
             if done:
                 break
@@ -109,55 +127,62 @@ def _cell(
     return cell, other[cell], other[np.minimum(cell + 1, len(along) - 1)]
 
 
-def well(oscillator: Oscillator) -> Well:
-    """The one well of an oscillator between rigid stops, or none.
+def conservative(oscillator: Oscillator) -> Conservative:
+    """That part of an oscillator; stops are infinitely far where there is none."""
+    upper, lower = oscillator.stops_on("upper"), oscillator.stops_on("lower")
+    law = oscillator.law
+    try:
+        hash(law)
+    except TypeError:
+        unhashable = law
+        law = lambda t, x, v: unhashable(t, x, v)  # type: ignore[misc]  # noqa: E731
+    return Conservative(
+        oscillator.mass,
+        oscillator.stiffness,
+        oscillator.load,
+        law,
+        lower[0].position if lower else -math.inf,
+        upper[0].position if upper else math.inf,
+    )
+
+
+@lru_cache(maxsize=16)
+def well(part: Conservative) -> Well:
+    """The one well of an oscillator between its stops.
 
     Raises
     ------
     InvalidInput
         If there is none, or more than one.
     """
-    push = conservative(oscillator)
-    upper, lower = oscillator.stops_on("upper"), oscillator.stops_on("lower")
-    high = upper[0].position if upper else math.inf
-    low = lower[0].position if lower else -math.inf
+    push = _push(part)
+    low, high = part.lower, part.upper
     bottom, before, beyond = _equilibrium(push, low, high)
     # Pressed against a stop, the mass feels a force there that no rounding can hide.
     shortest = 0.0 if bottom in (low, high) else SHORTEST * abs(bottom)
     sides = []
-    for sign, stops, barrier in ((-1, lower, before), (1, upper, beyond)):
-        rigid = stops[0].law if stops else None
-        restitution = None
-        if isinstance(rigid, Rigid):
-            barrier, restitution = stops[0].position, _restitution(rigid)
-        distance = _octaves(shortest, abs(barrier - bottom))
+    for sign, position, barrier in ((-1, low, before), (1, high, beyond)):
+        stop = math.isfinite(position)
+        distance = _octaves(shortest, abs((position if stop else barrier) - bottom))
         start = distance[:-1, None]
         at = start + np.diff(distance)[:, None] * POINTS
         with np.errstate(all="ignore"):
-            pull = -sign * push(bottom + sign * at)
-            steps = np.diff(distance) * (pull @ WEIGHTS)
+            steps = np.diff(distance) * (-sign * push(bottom + sign * at) @ WEIGHTS)
             potential = np.concatenate([[0.0], np.cumsum(steps)])
         known = np.isfinite(potential)
         count = len(known) if known.all() else int(np.argmin(known))
-        if count < len(known):
-            restitution = None
-        sides.append(
-            Side(sign, float(distance[count - 1]), restitution, distance[:count], potential[:count])
-        )
+        reach = float(distance[count - 1])
+        whole = count == len(known)
+        sides.append(Side(sign, reach, stop and whole, distance[:count], potential[:count]))
     return Well(bottom, (sides[0], sides[1]), push)
 
 
-def conservative(oscillator: Oscillator) -> Callable[[np.ndarray], np.ndarray]:
-    """The force of springs, load and law on a mass that stands, over arrays of displacements."""
-    stiffness, load = oscillator.stiffness, oscillator.load
-    if oscillator.law is None:
-        return lambda x: load - stiffness * x
-    law = on_arrays(oscillator.law)
-
-    def push(x: np.ndarray) -> np.ndarray:
-        return load - stiffness * x + law(0.0, x, np.zeros(x.shape))
-
-    return push
+def _push(part: Conservative) -> Callable[[np.ndarray], np.ndarray]:
+    """The force of spring, load and law on a mass that stands, over arrays of displacements."""
+    if part.law is None:
+        return lambda x: part.load - part.stiffness * x
+    law = on_arrays(part.law)
+    return lambda x: part.load - part.stiffness * x + law(0.0, x, np.zeros(x.shape))
 
 
 def on_arrays(law: Callable[..., Any]) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
@@ -187,13 +212,6 @@ def on_arrays(law: Callable[..., Any]) -> Callable[[float, np.ndarray, np.ndarra
         return np.broadcast_to(found, x.shape)
 
     return called
-
-
-def _restitution(law: Rigid) -> Callable[[np.ndarray], np.ndarray]:
-    given = law.restitution
-    if callable(given):
-        return np.vectorize(getattr(given, "py_func", given), otypes=[float])
-    return lambda speed: np.full(speed.shape, given)
 
 
 def _octaves(shortest: float, reach: float) -> np.ndarray:
@@ -233,7 +251,7 @@ def _equilibrium(
     if held.size:
         if math.isfinite(low) and sign[held[0]] < 0:
             stable.append(low)
-        for i, j in zip(held[:-1], held[1:], strict=True):
+        for i, j in pairwise(held):
             if sign[i] > sign[j]:
                 stable.append(_zero(push, x[i : j + 1], sign[i : j + 1]))
             elif sign[i] < sign[j]:
@@ -264,6 +282,4 @@ def _zero(push: Callable[[np.ndarray], np.ndarray], x: np.ndarray, sign: np.ndar
     if flat.size:
         return float((flat[0] + flat[-1]) / 2)
     tight = 4 * np.finfo(float).eps
-    return float(
-        brentq(lambda at: push(np.array([at]))[0], x[0], x[1], xtol=1e-300, rtol=tight)
-    )
+    return float(brentq(lambda at: push(np.array([at]))[0], x[0], x[1], xtol=1e-300, rtol=tight))

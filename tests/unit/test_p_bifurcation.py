@@ -99,7 +99,8 @@ def test_two_ridges():
     gains as (1 - a^2) (4 - a^2) (9 - a^2) v^2 would.
     """
     machine = Oscillator(
-        law=lambda t, x, v: 0.01 * (36 - 196 * x**2 + 112 * x**4 - 12.8 * x**6) * v, noise=Noise(0.05)
+        law=lambda t, x, v: 0.01 * (36 - 196 * x**2 + 112 * x**4 - 12.8 * x**6) * v,
+        noise=Noise(0.05),
     )
     found = averaged_density(machine).shape
     assert found.energy[1:] == pytest.approx([0.5, 2.0, 4.5], rel=1e-9)
