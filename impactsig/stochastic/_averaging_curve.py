@@ -46,8 +46,9 @@ class Curve:
         Share of its energy that a cycle exchanges.
     error : numpy.ndarray
         Energies of orbits, and relative errors of the integrals over them.
-    below, power : float
-        Probability of energies below the panels, and the power of the energy that p(H) is there.
+    below, power, rise, growth : float
+        Probability of energies below the panels; the power of the energy that p(H) is there; by how
+        much the exponent rises over them, and the power of the energy that this is.
     panel, low, high, ends, share : numpy.ndarray
         Pieces in which the exponent hardly varies: their panels, where they lie in them, their
         energies (n, 2) and the probabilities of the points in them (n, 16).
@@ -61,6 +62,8 @@ class Curve:
     error: np.ndarray = field(repr=False)
     below: float
     power: float
+    rise: float
+    growth: float
     panel: np.ndarray = field(repr=False)
     low: np.ndarray = field(repr=False)
     high: np.ndarray = field(repr=False)
@@ -74,7 +77,9 @@ class Curve:
 
     def log_joint(self, energy: np.ndarray) -> np.ndarray:
         """Logarithm of the joint density."""
-        return evaluate(self.exponent, *self.grid.locate(energy))
+        found = evaluate(self.exponent, *self.grid.locate(energy))
+        share = np.minimum(energy / self.grid.edges[0], 1.0)
+        return found + self.rise * (share**self.growth - 1)
 
     def joint(self, energy: np.ndarray) -> np.ndarray:
         """The joint density at points of that energy, which may be infinite."""
@@ -90,8 +95,9 @@ class Curve:
         low = (energy >= 0) & (energy < least)
         # At the bottom 1/T may be any power; that of a parabola is known but for rounding.
         power = 0.0 if abs(self.power) < 1e-6 else self.power
+        nearer = self.log_joint(energy[low]) - self.log_joint(least[None])
         with np.errstate(divide="ignore"):
-            found[low] *= (energy[low] / least) ** power
+            found[low] *= np.exp(nearer) * (energy[low] / least) ** power
         return np.where((energy < 0) | (energy > self.greatest), 0.0, found)
 
     def cumulative(self, energy: np.ndarray) -> np.ndarray:
@@ -166,9 +172,10 @@ def curve(oscillator: Oscillator, least: float, greatest: float, impact: str) ->
     # At the bottom area and balance are powers of the energy, so their integrals are known.
     bottom = orbits(part, np.array([least, 2 * least]))
     slopes = exchange(oscillator, bottom, impact).gain / bottom.area / intensity
-    power = math.log2(slopes[1] / slopes[0]) if slopes[0] * slopes[1] > 0 else 0.0
-    start = float(slopes[0]) * least / max(1 + power, 0.1)
-    exponent = integrated(fitted(rate * grid.slope(index, NODES)), start)
+    known = slopes[0] * slopes[1] > 0
+    growth = max(1 + math.log2(slopes[1] / slopes[0]), 0.25) if known else 1.0
+    rise = float(slopes[0]) * least / growth
+    exponent = integrated(fitted(rate * grid.slope(index, NODES)), rise)
     highest = float(evaluate(exponent, index, np.linspace(-1, 1, 65)).max())
     exponent[:, 0] -= highest
     panel, low, high, ends = mesh(grid, lambda k, u: evaluate(exponent, k, u), -FAR)
@@ -179,7 +186,7 @@ def curve(oscillator: Oscillator, least: float, greatest: float, impact: str) ->
         turnover=fitted(over_nodes(turnover / along.energy)),
         error=np.array([along.energy, along.error]), below=0.0,
         power=float(least * bottom.period[0] / (mass * bottom.area[0])) - 1,
-        panel=panel, low=low, high=high, ends=ends, share=np.zeros(0),
+        rise=rise, growth=growth, panel=panel, low=low, high=high, ends=ends, share=np.zeros(0),
     )  # fmt: skip
     share = draft.shares(panel, low, high)
     below = float(bottom.area[0]) * math.exp(float(draft.log_joint(np.array([least]))[0]))

@@ -20,6 +20,7 @@ _TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, DEGREE - 1))
 DECADE = 2.0  # width of a panel in the logarithm of the energy
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(16)
 STEP = 3.0  # of the exponent, over which its exponential is integrated by 16 points
+TINY = np.finfo(float).tiny
 FINEST = 4096  # pieces of a panel
 
 
@@ -66,7 +67,7 @@ class Panels:
         panel = np.clip(np.searchsorted(self.edges, energy, side="right") - 1, 0, len(self.end) - 1)
         above = np.maximum(energy - self.origin[panel], 0.0)
         logarithmic = self.logarithmic[panel]
-        z = np.where(logarithmic, np.log(np.where(above > 0, above, 1.0)), np.sqrt(above))
+        z = np.where(logarithmic, np.log(np.maximum(above, TINY)), np.sqrt(above))
         u = (z - (self.start[panel] + self.end[panel]) / 2) / self._half(panel)
         return panel, np.clip(u, -1.0, 1.0)
 

@@ -14,9 +14,10 @@ from ._averaging_cycles import IMPACTS, Orbits, exchange, orbits
 from ._averaging_well import Conservative, Well, on_arrays, well
 
 FAR = 100.0  # exponent below its greatest, from where on energies are left out
-NOTHING = 1e-11  # change of the exponent in an e-fold of the energy, below which it is constant
-LEAST = 1e-18  # of the greatest energy, where panels begin at the latest
+LITTLE = 1e-9  # change of the exponent in an e-fold of the energy, below which it is a power of it
+LEAST = 1e-14  # of the greatest energy, where panels begin at the latest
 SPACING = 0.4  # of the energies looked at first, in their logarithm
+BEFORE = 6  # energies before the first that matters, where panels begin
 HIGHEST = 1e60  # energy looked at where stops hold the mass on both sides
 FAR_OUT = 1e6  # displacement beyond which a well has no edge worth telling
 LATER = (0.731, 12.9)  # times at which a law must be what it is at 0
@@ -105,7 +106,7 @@ def span(oscillator: Oscillator, part: Conservative, impact: str) -> tuple[float
     known = np.isfinite(rate)
     if not known.all():
         energy, rate = energy[: np.argmin(known)], rate[: np.argmin(known)]
-    changes = np.flatnonzero(np.abs(rate) > NOTHING)
+    changes = np.flatnonzero(np.abs(rate) > LITTLE)
     spacing = np.diff(np.log(energy))
     exponent = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * spacing)])
     near = np.flatnonzero(exponent >= exponent.max() - FAR)
@@ -113,7 +114,7 @@ def span(oscillator: Oscillator, part: Conservative, impact: str) -> tuple[float
         _unconfined(well(part))
     # An extremum is an extremum however little the density differs there from that of the bottom.
     turns = np.flatnonzero(np.sign(rate[1:]) != np.sign(rate[:-1]))
-    least = float(energy[max(min([changes[0], *turns[:1]]) - 1, 0)])
+    least = float(energy[max(min([changes[0], *turns[:1]]) - BEFORE, 0)])
     greatest = float(energy[near[-1] + 1])
     return max(min(least, LEAST * greatest), float(energy[0])), greatest
 
