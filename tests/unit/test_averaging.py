@@ -155,8 +155,11 @@ def test_general_orbits_to_high_precision():
                 return mpmath.sqrt(2 * abs(left) / mpmath.mpf("1.5"))
 
             level = energy + height(bottom)
-            quartic = mpmath.polyroots([0.25, 0, 0.35, -0.1, -level], maxsteps=200, extraprec=100)
-            low, high = sorted(mpmath.re(x) for x in quartic if abs(mpmath.im(x)) < 1e-15)
+            rough = np.roots([0.25, 0, 0.35, -0.1, -float(level)])
+            low, high = (
+                mpmath.findroot(lambda x, level=level: height(x) - level, near)
+                for near in sorted(rough[np.abs(rough.imag) < 1e-9].real)
+            )
             top = mpmath.mpf("0.6")
             at_stop = max(level - height(top), 0) if high > top else mpmath.mpf(0)
             high = min(high, top)
@@ -244,6 +247,11 @@ def test_restitution_may_be_a_function():
         replace(NOISY, stops=(stop(0.2, lambda speed: 0.9 / (1 + 0.1 * speed)),))
     )
     assert falling.mean < number.mean
+    # Where the density does not reach it may be anything.
+    linear = replace(NOISY, stops=(stop(0.2, lambda speed: 0.9 - 0.01 * speed),))
+    assert averaged_density(linear).mean < number.mean
+    with pytest.raises(InvalidInput, match="density reaches"):
+        averaged_density(replace(NOISY, stops=(stop(0.2, lambda speed: 0.9 - speed),)))
 
 
 def test_units():
