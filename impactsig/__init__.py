@@ -119,6 +119,9 @@ if TYPE_CHECKING:
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
     from .simulate.trajectories import Trajectory, trajectory
+    from .stochastic.averaging import AveragedDensity, averaged_density
+    from .stochastic.bifurcation import PBifurcation, p_bifurcation
+    from .stochastic.shapes import DensityShape
     from .studies.study import Study, open_study
     from .studies.sweeping import sweep
 
@@ -219,6 +222,9 @@ _HOME = {
     ),
     "dynamics.response": ("ResponseSpectrum", "response_spectrum"),
     "dynamics.matching": ("MatchRate", "match_rate", "strobe_distance"),
+    "stochastic.averaging": ("AveragedDensity", "averaged_density"),
+    "stochastic.bifurcation": ("PBifurcation", "p_bifurcation"),
+    "stochastic.shapes": ("DensityShape",),
     "studies.study": ("Study", "open_study"),
     "studies.sweeping": ("sweep",),
     "comparison": ("Comparison", "compare"),
@@ -229,6 +235,7 @@ _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
     "Attractor",
+    "AveragedDensity",
     "AveragedFalseNeighbors",
     "BaseMotion",
     "Basins",
@@ -240,6 +247,7 @@ __all__ = [
     "CorrelationSum",
     "DelayChoice",
     "Detected",
+    "DensityShape",
     "EquivalenceError",
     "FalseNeighbors",
     "FixedStep",
@@ -266,6 +274,7 @@ __all__ = [
     "Noise",
     "OrbitPeriod",
     "Oscillator",
+    "PBifurcation",
     "PeriodicOrbit",
     "Periodicity",
     "PeriodicityChart",
@@ -290,6 +299,7 @@ __all__ = [
     "UnreadableFile",
     "UnwritableFile",
     "autocorrelation_delay",
+    "averaged_density",
     "averaged_false_neighbors",
     "basins_of_attraction",
     "bifurcation_diagram",
@@ -323,6 +333,7 @@ __all__ = [
     "mutual_information_delay",
     "open_study",
     "orbit_period",
+    "p_bifurcation",
     "periodicity_chart",
     "plot",
     "prediction_error",
