@@ -83,7 +83,7 @@ def estimate(
     ]
     totals = np.array([count.sum(axis=(0, 1)) for count in counts])
     correlation = CorrelationSum(radii * scale, totals, totals[:, -1], dimensions, delay, theiler)
-    noise, certain, doubt = _scaling.noise_level(totals, radii, dimensions)
+    noise, certain, doubt = _scaling.noise_level(counts, radii, dimensions)
     warnings = []
     floor = RESOLUTION_FLOOR * resolution / scale
     marked, unit = unit, known(unit)

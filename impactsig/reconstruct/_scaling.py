@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import erf
 
-from . import _bending
+from . import _bending, _bootstrap
 from ._estimators import takens_resampled
 
 TOLERANCE = 0.03
@@ -24,6 +25,9 @@ CHANCE = 9.0
 
 DEPARTS = 0.15
 """Relative departure of a local slope beyond what lacunarity does, at which a region ends."""
+
+MOST_DOUBT = np.log(1.4)
+"""Beyond it the noise level is as good as unknown, and the radii left out are a precaution."""
 
 LARGEST_SUM = 0.1
 """C(r) above which the extent of the attractor shows in every slope."""
@@ -43,7 +47,7 @@ class Noise(NamedTuple):
     certain : bool
         Whether only noise explains them, rather than a dimension that still rises with m.
     factor : float
-        By which the level may be wrong either way: levels that fit worse by less than three units.
+        By which the level may be wrong either way, a standard error, 1.4 at most.
     """
 
     level: float
@@ -68,7 +72,9 @@ def quantum(x: np.ndarray) -> float:
     return step if np.abs(whole - whole.round()).max() < 0.05 else 0.0
 
 
-def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ...]) -> Noise:
+def noise_level(
+    counts: Sequence[np.ndarray], radii: np.ndarray, dimensions: tuple[int, ...]
+) -> Noise:
     r"""Standard deviation of Gaussian noise on the series, 0 where none shows.
 
     Noise of standard deviation s parts two neighbours by another difference in every coordinate,
@@ -80,15 +86,32 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
     [Schreiber1993]_. The s that fits best is taken if it explains three tenths of the
     variation of the ratios, and three units of their weighted sum of squares. It is certain if
     no power law of r explains them to three units as well, with an exponent of 0.4 at most, which
-    is what a coordinate adds to the dimension while the attractor unfolds.
+    is what a coordinate adds to the dimension while the attractor unfolds. How far it may be wrong
+    is told by the levels without each block of time: the misfit does not, as ratios at neighbouring
+    radii, of the same pairs, err together.
 
     Parameters
     ----------
-    counts : ndarray, shape (dimensions, radii)
-        Pairs within each radius.
+    counts : sequence of ndarray of int, shape (blocks, blocks, radii)
+        Pairs within each radius by the blocks of both members, of each embedding dimension.
     radii : ndarray, shape (radii,)
     dimensions : tuple of int
     """
+    sums = np.stack([_bootstrap.pairs_without_each(one) for one in counts], axis=1)
+    level, gain, by_rise = _fitted_noise(sums[0], radii, dimensions)
+    if not gain > 0:
+        return Noise(0.0, False, 1.0)
+    left = [_fitted_noise(one, radii, dimensions)[0] for one in sums[1:]]
+    logs = np.log([one for one in left if one > 0] or [level])
+    # The level is told by few pairs, whose chance the jackknife takes in twice.
+    doubt = np.sqrt(max(len(logs) - 1, 0) / 2) * logs.std()
+    return Noise(level, by_rise > 3, float(np.exp(min(doubt, MOST_DOUBT))))
+
+
+def _fitted_noise(
+    counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ...]
+) -> tuple[float, float, float]:
+    """The level that fits best, what it gains (0 if too little), and how much more than a rise."""
     trial = np.append(0.0, np.geomspace(radii[0] / 2, radii[-1] / 4, 160))
     rises = np.linspace(0.0, SATURATED, 21)
     by_noise, by_rise = np.zeros(len(trial)), np.zeros(len(rises))
@@ -112,11 +135,13 @@ def noise_level(counts: np.ndarray, radii: np.ndarray, dimensions: tuple[int, ..
         by_rise += _misfit(ratio - steps * rises[:, None] * np.log(r), variance)
     best = int(np.argmin(by_noise))
     gain = by_noise[0] - by_noise[best]
-    if not (gain > 3 and gain > 0.3 * by_noise[0]):
-        return Noise(0.0, False, 1.0)
-    near = trial[(by_noise < by_noise[best] + 3) & (trial > 0)]
-    certain = bool(by_rise.min() - by_noise[best] > 3)
-    return Noise(float(trial[best]), certain, float(np.sqrt(near[-1] / near[0])))
+    level = float(trial[best])
+    if 1 < best < len(trial) - 1:
+        before, here, after = by_noise[best - 1 : best + 2]
+        place = (before - after) / (2 * (before - 2 * here + after))
+        level *= float(trial[-1] / trial[-2]) ** float(place)
+    enough = gain > 3 and gain > 0.3 * by_noise[0]
+    return level, float(gain) if enough else 0.0, float(by_rise.min() - by_noise[best])
 
 
 def _misfit(rest: np.ndarray, variance: np.ndarray) -> np.ndarray:
