@@ -26,7 +26,7 @@ CHANCE = 9.0
 DEPARTS = 0.15
 """Relative departure of a local slope beyond what lacunarity does, at which a region ends."""
 
-MOST_DOUBT = np.log(1.4)
+MOST_DOUBT = np.log(2)
 """Beyond it the noise level is as good as unknown, and the radii left out are a precaution."""
 
 LARGEST_SUM = 0.1
@@ -47,7 +47,7 @@ class Noise(NamedTuple):
     certain : bool
         Whether only noise explains them, rather than a dimension that still rises with m.
     factor : float
-        By which the level may be wrong either way, a standard error, 1.4 at most.
+        By which the level may be wrong either way, a standard error; 2 at most.
     """
 
     level: float
@@ -103,8 +103,7 @@ def noise_level(
         return Noise(0.0, False, 1.0)
     left = [_fitted_noise(one, radii, dimensions)[0] for one in sums[1:]]
     logs = np.log([one for one in left if one > 0] or [level])
-    # The level is told by few pairs, whose chance the jackknife takes in twice.
-    doubt = np.sqrt(max(len(logs) - 1, 0) / 2) * logs.std()
+    doubt = np.sqrt(max(len(logs) - 1, 0)) * logs.std()
     return Noise(level, by_rise > 3, float(np.exp(min(doubt, MOST_DOUBT))))
 
 
