@@ -57,6 +57,8 @@ def unfamiliar(count=1000) -> Iterator[Case]:
     maps = {"dimensions": 4, "theiler": 1}
     yield f"Hénon, N {count}", lambda s: series.henon(count, s), maps, 1.22
     yield f"Ikeda, N {count}", lambda s: series.ikeda(count, s), maps, 1.69
+    yield f"Lozi, N {count}", lambda s: series.lozi(count, s), maps, np.nan
+    yield f"tinkerbell, N {count}", lambda s: series.tinkerbell(count, s), maps, np.nan
     yield f"circle, N {count}", lambda s: series.torus(count, s, 1), maps, 1.0
     yield f"torus, N {count}", lambda s: series.torus(count, s, 2), maps, 2.0
     yield (
@@ -69,8 +71,8 @@ def unfamiliar(count=1000) -> Iterator[Case]:
 
 
 def beam(count: int, seed: int) -> np.ndarray:
-    """Intervals of the impacting beam, after an adjustment of another length for each seed."""
-    run = simulate(scenes.karpodinis(20.1), periods=3 * count + 200 + 137 * seed)
+    """Intervals of the impacting beam; those of no two seeds overlap."""
+    run = simulate(scenes.karpodinis(20.1), periods=3 * count * (seed + 1) + 200)
     return run.impacts.intervals()[-count:]
 
 

@@ -126,6 +126,28 @@ def ikeda(count: int, seed: int = 0) -> np.ndarray:
     return found
 
 
+def lozi(count: int, seed: int = 0) -> np.ndarray:
+    """x of Lozi's map, a = 1.7, b = 0.5."""
+    x, y = np.random.default_rng(seed).uniform(-0.1, 0.1, 2)
+    found = np.empty(count)
+    for i in range(-500, count):
+        x, y = 1 - 1.7 * abs(x) + y, 0.5 * x
+        if i >= 0:
+            found[i] = x
+    return found
+
+
+def tinkerbell(count: int, seed: int = 0) -> np.ndarray:
+    """x of the tinkerbell map, (a, b, c, d) = (0.9, -0.6013, 2, 0.5)."""
+    x, y = np.array([-0.72, -0.64]) + np.random.default_rng(seed).uniform(-0.01, 0.01, 2)
+    found = np.empty(count)
+    for i in range(-500, count):
+        x, y = x * x - y * y + 0.9 * x - 0.6013 * y, 2 * x * y + 2 * x + 0.5 * y
+        if i >= 0:
+            found[i] = x
+    return found
+
+
 def torus(count: int, seed: int = 0, frequencies: int = 2) -> np.ndarray:
     """Sum of cosines of incommensurable frequencies: a torus of that dimension."""
     phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, frequencies)

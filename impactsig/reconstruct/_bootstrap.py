@@ -34,8 +34,8 @@ def multipliers(blocks: int, seed: int) -> np.ndarray:
     return np.random.default_rng(seed).standard_normal((RESAMPLES, blocks))
 
 
-def sums_without_each(counts: np.ndarray) -> np.ndarray:
-    """C(r) of all and without each block, shape (1 + blocks, radii).
+def pairs_without_each(counts: np.ndarray) -> np.ndarray:
+    """Pairs within each radius, of all and without each block, shape (1 + blocks, radii).
 
     Parameters
     ----------
@@ -44,8 +44,13 @@ def sums_without_each(counts: np.ndarray) -> np.ndarray:
     """
     total = counts.sum(axis=(0, 1))
     own = np.diagonal(counts).T
-    left = total - counts.sum(axis=0) - counts.sum(axis=1) + own
-    sums = np.vstack([total, left]).astype(np.float64)
+    left: np.ndarray = total - counts.sum(axis=0) - counts.sum(axis=1) + own
+    return np.vstack([total, left])
+
+
+def sums_without_each(counts: np.ndarray) -> np.ndarray:
+    """C(r) of all and without each block, shape (1 + blocks, radii); see `pairs_without_each`."""
+    sums = pairs_without_each(counts).astype(np.float64)
     with np.errstate(invalid="ignore"):
         return sums / sums[:, -1:]
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
-from . import _bootstrap, _estimators, _scaling
+from . import _bending, _bootstrap, _estimators, _scaling
 from ._counting import pair_counts_by_block
 from ._series import known
 from .correlation import CorrelationSum
@@ -83,7 +83,7 @@ def estimate(
     ]
     totals = np.array([count.sum(axis=(0, 1)) for count in counts])
     correlation = CorrelationSum(radii * scale, totals, totals[:, -1], dimensions, delay, theiler)
-    noise, certain, doubt = _scaling.noise_level(totals, radii, dimensions)
+    noise, certain, doubt = _scaling.noise_level(counts, radii, dimensions)
     warnings = []
     floor = RESOLUTION_FLOOR * resolution / scale
     marked, unit = unit, known(unit)
@@ -107,23 +107,55 @@ def estimate(
     setting = _Setting(
         radii, scale, floor, doubt, delay, theiler, draws, region, seed
     )  # fmt: skip
-    read = tuple(
-        _read_one(m, marked, count, setting) for m, count in zip(dimensions, counts, strict=True)
-    )
+    looks = [_look(m, marked, count, setting) for m, count in zip(dimensions, counts, strict=True)]
+    # A single coordinate fills its range, and knows of no edges but its own.
+    bends = [one.scales.bend for one in looks if one.scales is not None and one.embedding > 1]
+    odds = _bending.odds(bends, vectors[-1]) if bends else np.zeros(1 + len(draws))
+    read = tuple(_read_one(look, odds, setting) for look in looks)
     noise *= certain
     return _verdict(
         read, correlation, noise * scale, resolution, floor * scale, region is not None, warnings
     )
 
 
-def _read_one(m: int, x: np.ndarray, counts: np.ndarray, given: _Setting) -> DimensionEstimate:
+class _Look(NamedTuple):
+    """What one embedding shows before all are known: its scales, by the rule or None."""
+
+    embedding: int
+    counts: np.ndarray
+    points: int
+    floor: float
+    slopes: tuple[np.ndarray, np.ndarray]
+    nearest: np.ndarray
+    scales: _scaling.Scales | None
+
+
+def _look(m: int, x: np.ndarray, counts: np.ndarray, given: _Setting) -> _Look:
+    radii, draws = given.radii, given.draws
+    points = len(x) - (m - 1) * given.delay
+    step = float(np.log(radii[1] / radii[0]))
+    slopes = _slopes(counts, step, draws)
+    nearest = np.full(1 + len(draws), np.nan)
+    if given.region is not None:
+        return _Look(m, counts, points, given.floor, slopes, nearest, None)
+    vectors = np.column_stack([x[k * given.delay : k * given.delay + points] for k in range(m)])
+    neighbours = _estimators.Neighbours(vectors, given.theiler, draws.shape[1], given.seed)
+    sums = counts.sum(axis=(0, 1))
+    sums = sums / sums[-1]
+    coarse = _estimators.takens(sums, step, 0)[_scaling.highest_scale(sums)]
+    floor = max(given.floor, neighbours.even_up_to(coarse))
+    nearest = neighbours.dimension(draws, floor)
+    scales = _scaling.scales(counts, points, radii, floor, nearest, draws)
+    return _Look(m, counts, points, floor, slopes, nearest, scales)
+
+
+def _read_one(look: _Look, odds: np.ndarray, given: _Setting) -> DimensionEstimate:
     """What one embedding tells."""
-    radii, scale = given.radii, given.scale
+    m, counts, radii, scale = look.embedding, look.counts, given.radii, given.scale
     within = counts.sum(axis=(0, 1))
-    slopes, slope_errors = _slopes(counts, float(np.log(radii[1] / radii[0])), given.draws)
-    nearest = np.full(1 + len(given.draws), np.nan)
+    slopes, slope_errors = look.slopes
     if given.region is None:
-        reading, nearest, error = _by_rule(m, x, counts, (slopes, slope_errors), given)
+        reading, error = _by_rule(look, odds, given)
     else:
         low, high = np.searchsorted(radii, np.array(given.region) / scale)
         low, high = min(int(low), len(radii) - 2), min(int(high), len(radii) - 1)
@@ -144,6 +176,7 @@ def _read_one(m: int, x: np.ndarray, counts: np.ndarray, given: _Setting) -> Dim
     first = max(reading.low, int(np.searchsorted(within, _scaling.LEAST_PAIRS)))
     step = float(np.log(radii[1] / radii[0]))
     whole = _estimators.slope(within / within[-1], step, first, reading.high)
+    nearest = float(look.nearest[0])
     return DimensionEstimate(
         m,
         value,
@@ -151,7 +184,7 @@ def _read_one(m: int, x: np.ndarray, counts: np.ndarray, given: _Setting) -> Dim
         (float(radii[reading.low] * scale), float(radii[reading.high] * scale)),
         float(reading.takens[0]),
         float(whole) if np.isfinite(whole) else None,
-        float(nearest[0]) if np.isfinite(nearest[0]) else None,
+        nearest if np.isfinite(nearest) else None,
         _extrapolated(radii, slopes, slope_errors, within / within[-1]),
         drawn,
         slopes,
@@ -167,32 +200,21 @@ def _slopes(counts: np.ndarray, step: float, draws: np.ndarray) -> tuple[np.ndar
 
 
 def _by_rule(
-    m: int,
-    x: np.ndarray,
-    counts: np.ndarray,
-    slopes: tuple[np.ndarray, np.ndarray],
-    given: _Setting,
-) -> tuple[_scaling.Reading | None, np.ndarray, float]:
-    """The reading, the nearest-neighbour estimates, and the error by the doubt about the floor."""
-    radii, draws = given.radii, given.draws
-    points = len(x) - (m - 1) * given.delay
-    vectors = np.column_stack([x[k * given.delay : k * given.delay + points] for k in range(m)])
-    neighbours = _estimators.Neighbours(vectors, given.theiler, draws.shape[1], given.seed)
-    sums = counts.sum(axis=(0, 1))
-    sums = sums / sums[-1]
-    step = float(np.log(radii[1] / radii[0]))
-    coarse = _estimators.takens(sums, step, 0)[_scaling.highest_scale(sums)]
-    floor = max(given.floor, neighbours.even_up_to(coarse))
-    nearest = neighbours.dimension(draws, floor)
-    reading = _scaling.read(counts, points, radii, floor, nearest, slopes, draws)
-    if reading is None or given.doubt == 1:
-        return reading, nearest, 0.0
-    either = [
-        _scaling.read(counts, points, radii, factor * floor, nearest, slopes, draws)
-        for factor in (1 / given.doubt, given.doubt)
-    ]
-    moved = [float(one.values[0] - reading.values[0]) for one in either if one is not None]
-    return reading, nearest, float(np.sqrt(np.mean(np.square(moved or [0.0]))))
+    look: _Look, odds: np.ndarray, given: _Setting
+) -> tuple[_scaling.Reading | None, float]:
+    """The reading, and the error by the doubt about the floor."""
+    if look.scales is None:
+        return None, 0.0
+    reading = _scaling.read(look.scales, odds, look.slopes)
+    moved = []
+    for factor in (1 / given.doubt, given.doubt) if given.doubt > 1 else ():
+        other = _scaling.scales(
+            look.counts, look.points, given.radii, factor * look.floor, look.nearest, given.draws
+        )
+        if other is not None:
+            found = _scaling.read(other, odds, look.slopes)
+            moved.append(float(found.values[0] - reading.values[0]))
+    return reading, float(np.sqrt(np.mean(np.square(moved or [0.0]))))
 
 
 def _extrapolated(

@@ -48,6 +48,18 @@ def test_three_hundred_intervals_tell_the_dimension(series, truth, noise, bias):
     assert abs(values.mean() - truth) <= bias + 2 * values.std() / np.sqrt(len(values))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("series", [roessler_intervals, lorenz_intervals])
+def test_three_hundred_intervals_scatter_little_and_know_it(series):
+    found = [correlation_dimension(series(300, seed), **INTERVALS) for seed in range(1000, 1200)]
+    values = np.array([one.value for one in found if one.value is not None])
+    assert len(values) >= 198
+    # Of 200 the scatter itself is known to 5 %.
+    assert values.std() <= 0.15 * 1.1
+    low, high = np.array([one.interval for one in found if one.interval is not None]).T
+    assert 0.88 <= np.mean((low <= values.mean()) & (values.mean() <= high)) <= 0.995
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_fills_every_dimension(seed):
     found = correlation_dimension(np.random.default_rng(seed).normal(size=2000), range(2, 6))

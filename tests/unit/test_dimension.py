@@ -7,7 +7,8 @@ import pytest
 
 import impactsig
 from impactsig import Impacts, InvalidInput, correlation_dimension
-from impactsig.reconstruct import _bootstrap, _estimators, _periodic, _scaling
+from impactsig.reconstruct import _bending, _bootstrap, _estimators, _periodic, _scaling
+from impactsig.reconstruct._counting import pair_counts_by_block
 from impactsig.reconstruct._nearest import log_distances_by_block
 
 from ..series import henon, lorenz_intervals, noisy, torus
@@ -408,3 +409,68 @@ def test_nothing_is_extrapolated_downwards(most):
     found = correlation_dimension(train, most)
     assert found.verdict == "dimension"
     assert found.extrapolated is None or found.extrapolated >= found.interval[0]
+
+
+PAIRS = np.geomspace(50, 5000, 20)
+CHANCE = _bending.RUNS / np.maximum.outer(PAIRS, PAIRS)
+
+
+def estimates(count, dimension=2.0, seed=0):
+    """Takens' estimates as `bend` takes them to err: what each adds to the one before is apart."""
+    rng = np.random.default_rng(seed)
+    return dimension * (1 + rng.multivariate_normal(np.zeros(len(PAIRS)), CHANCE, count))
+
+
+def test_a_power_law_does_not_bend():
+    drawn = estimates(200)
+    drawn[0] = 2.0
+    assert _bending.bend(drawn, PAIRS, STEP, 0.03)[0] == pytest.approx(0, abs=1e-20)
+
+
+def test_chance_bends_by_one_standard_error_squared():
+    drawn = estimates(4000)
+    found = _bending.bend(drawn, PAIRS, STEP, 0.0)
+    assert found.mean() == pytest.approx(1, rel=0.1)
+    assert np.mean(found > 3.84) == pytest.approx(0.05, abs=0.015)
+
+
+@pytest.mark.parametrize("fall", [-0.3, 0.3])
+def test_a_bend_is_told_in_its_standard_errors(fall):
+    """By the closed form of generalised least squares with covariance known."""
+    places = STEP * np.arange(len(PAIRS))
+    drawn = estimates(4000)
+    design = np.column_stack([np.ones(len(PAIRS)), places])
+    error = 2.0 * np.sqrt(np.linalg.inv(design.T @ np.linalg.inv(CHANCE) @ design)[1, 1])
+    drawn[0] = 2.0 - fall * (places - places[-1])
+    found = _bending.bend(drawn, PAIRS, STEP, 0.0)[0]
+    assert found == pytest.approx((fall / error) ** 2, rel=0.1)
+
+
+def test_too_few_scales_and_unknown_estimates_tell_of_no_bend():
+    drawn = estimates(50)
+    assert not _bending.bend(drawn[:, :3], PAIRS[:3], STEP, 0.03).any()
+    drawn[3, 0] = np.nan
+    assert not _bending.bend(drawn, PAIRS, STEP, 0.03).any()
+
+
+def test_odds_are_even_where_the_gain_pays_for_the_parameter():
+    even = np.full(3, np.log(500))
+    assert _bending.odds([even], 500) == pytest.approx(1)
+    assert _bending.odds([even - 1, even + 3], 500) == pytest.approx(np.exp(0.5))
+
+
+def test_the_doubt_about_the_noise_is_its_scatter_over_realisations():
+    """The jackknife takes the chance of single pairs in twice: up to sqrt(2) too much."""
+    radii = 2.0 ** (np.arange(-96, 1) / 8)
+    levels, doubts = [], []
+    for seed in range(30):
+        x = noisy(lorenz_intervals(600, seed), 0.05, seed)
+        x /= np.ptp(x)
+        counts = [pair_counts_by_block(x, m, 1, 12, radii, 11, 1) for m in (2, 3)]
+        found = _scaling.noise_level(counts, radii, (2, 3))
+        levels.append(found.level / x.std())
+        doubts.append(np.log(found.factor))
+    assert np.median(levels) == pytest.approx(0.05, rel=0.4)
+    told, seen = np.median(doubts), np.log(levels).std()
+    # Of 30 the scatter is known to 13 %.
+    assert 0.75 * seen < told < 1.25 * np.sqrt(2) * seen
