@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from typing import Any, Literal
 
 from ..errors import InvalidInput
+from .cantilever import Cantilever
 from .oscillator import Oscillator
 from .parts import BaseMotion, Force, Friction, KelvinVoigt, Noise, Rigid, Stop, numbers
 
@@ -271,6 +272,88 @@ def _van_der_pol_duffing(gain: float, loss: float) -> Callable[[float, float, fl
         return (gain - loss * x * x) * v - x * x * x
 
     return law
+
+
+def cantilever(
+    length: float,
+    width: float,
+    thickness: float,
+    modulus: float,
+    density: float,
+    stop: float,
+    *,
+    forcing: Force | BaseMotion | None = None,
+    damping_ratio: float = 0.03,
+    law: Rigid | KelvinVoigt = Rigid(0.2),  # noqa: B008 - immutable
+    natural_frequency: float | None = None,
+) -> Oscillator:
+    """A uniform cantilever before a stop at its tip, in its first mode, from its drawings.
+
+    ``m x'' + 2 damping_ratio m omega_n x' + m omega_n^2 x = F`` in SI units, x the deflection of
+    the tip, m a quarter of the beam's mass, omega_n as `Cantilever` has it [Rao2017]_.
+
+    Parameters
+    ----------
+    length, width, thickness, modulus, density
+        The beam [m, m, m, Pa, kg/m^3], as for `Cantilever`.
+    stop : float
+        Where the stop stands [m], from the tip of the beam at rest: the gap.
+    forcing : Force or BaseMotion, optional
+        A force at the tip [N], or a motion of the clamp [m], with its angular frequency [rad/s]. A
+        base drives the mode by 1.566 times its own motion. With ``stops=True`` it carries the
+        stop, and x is the deflection relative to it; else the stop stands on the ground, and x is
+        the place of the tip there.
+    damping_ratio : float
+        Damping as a share of the critical, as `identify_resonance` measures it. Our choice
+        otherwise, as for `karpodinis`.
+    law : Rigid or KelvinVoigt
+        The contact law of the stop; by default the thesis' restitution coefficient
+        [Karpodinis]_, which is that of the whole beam: `apparent_restitution` tells how one comes
+        by it.
+    natural_frequency : float, optional
+        What was measured [Hz], instead of what follows from the drawings; the mass stays.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of its range, or the base holds spring or damper only.
+
+    Examples
+    --------
+    >>> shaken = BaseMotion(0.2e-3, 2 * math.pi * 20, stops=True)
+    >>> beam = cantilever(0.2, 0.025, 1e-3, 210e9, 7850, stop=1e-3, forcing=shaken)
+    """
+    beam = Cantilever(length, width, thickness, modulus, density)
+    if natural_frequency is not None:
+        _require(above=0.0, natural_frequency=natural_frequency)
+        beam = beam.tuned(natural_frequency)
+    _require(above=0.0, stop=stop)
+    _require(least=0.0, damping_ratio=damping_ratio)
+    mass, stiffness = beam.modal_mass, float(beam.modal_stiffness(1)[0])
+    forces, base = (), None
+    if isinstance(forcing, Force):
+        forces = (forcing,)
+    elif isinstance(forcing, BaseMotion):
+        if not (forcing.spring and forcing.damper):
+            raise InvalidInput("forcing", forcing, "a base that both spring and damper hang on")
+        share = float(beam.participation(1)[0])
+        if forcing.stops:
+            push = share  # relative to the base its inertia is a force
+        else:
+            push, base = share - 1, forcing  # what a lumped mass would not feel
+        force = push * mass * forcing.frequency**2 * forcing.amplitude
+        forces = (Force(force, forcing.frequency, forcing.phase),)
+    elif forcing is not None:
+        raise InvalidInput("forcing", forcing, "Force(...) at the tip, BaseMotion(...) or None")
+    return Oscillator(
+        mass=mass,
+        damping=2 * damping_ratio * math.sqrt(mass * stiffness),
+        stiffness=stiffness,
+        forces=forces,
+        base=base,
+        stops=(Stop(stop, law),),
+        name=f"cantilever of {beam.frequencies(1)[0]:.4g} Hz",
+    )
 
 
 def _both(sigma: Any) -> tuple[float, float]:
