@@ -330,7 +330,8 @@ def cantilever(
     _require(above=0.0, stop=stop)
     _require(least=0.0, damping_ratio=damping_ratio)
     mass, stiffness = beam.modal_mass, float(beam.modal_stiffness(1)[0])
-    forces, base = (), None
+    forces: tuple[Force, ...] = ()
+    base = None
     if isinstance(forcing, Force):
         forces = (forcing,)
     elif isinstance(forcing, BaseMotion):

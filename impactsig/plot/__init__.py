@@ -1,5 +1,6 @@
 """Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes."""
 
+from .beams import apparent_restitution, mode_shapes, restitution_over_modes, tip_history
 from .branches import branch
 from .comparison import comparison
 from .correlation import correlation_sum
@@ -11,6 +12,7 @@ from .exponents import stretch_curve
 from .lyapunov import lyapunov_convergence
 from .motions import phase_portrait, power_spectrum, time_history
 from .recurrence import recurrence_plot
+from .resonances import decay, resonance
 from .sections import section
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
@@ -20,6 +22,7 @@ from .trains import interval_densities, return_maps
 from .waveforms import pulse, waveform
 
 __all__ = [
+    "apparent_restitution",
     "averaged_false_neighbors",
     "basins",
     "bifurcation_diagram",
@@ -27,6 +30,7 @@ __all__ = [
     "comparison",
     "contact_against_interval",
     "correlation_sum",
+    "decay",
     "delay_choice",
     "dimension",
     "false_neighbors",
@@ -35,6 +39,7 @@ __all__ = [
     "interval_sequence",
     "lyapunov_convergence",
     "match_rate",
+    "mode_shapes",
     "parameter_study",
     "peak_against_time",
     "periodicity_chart",
@@ -43,7 +48,9 @@ __all__ = [
     "prediction_error",
     "pulse",
     "recurrence_plot",
+    "resonance",
     "response_spectrum",
+    "restitution_over_modes",
     "return_map",
     "return_maps",
     "section",
@@ -51,5 +58,6 @@ __all__ = [
     "stretch_curve",
     "surrogate_test",
     "time_history",
+    "tip_history",
     "waveform",
 ]

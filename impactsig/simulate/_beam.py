@@ -43,7 +43,7 @@ class Beam(NamedTuple):
     """A beam and its stop in the unit of time of the reference; a row a regime."""
 
     modes: int
-    count: np.ndarray  # of eigenvalues, shape (2,)
+    sizes: np.ndarray  # numbers of eigenvalues, shape (2,)
     rates: np.ndarray  # the eigenvalues lambda, shape (2, k)
     vectors: np.ndarray  # shape (2, 2 modes, k)
     inverse: np.ndarray  # shape (2, k, 2 modes)
@@ -74,7 +74,7 @@ def amplitude(beam, i, k, state, turn):
 def begin(beam, i, state, clock):
     """Write the leg's sum of exponentials to scratch; the number of terms, and g at its start."""
     turn = turned(clock[1] + clock[2])
-    count = beam.count[i]
+    count = beam.sizes[i]
     value = beam.offset[i] + (beam.wave[i] * turn).real
     for n in range(2 * beam.modes):
         value += beam.signal[i, n] * state[n]
@@ -94,7 +94,7 @@ def turned(phase):
 
 @inlined
 def evaluate(terms, count, tau):
-    """g less its start, its three derivatives, and bounds of the last two from tau on."""
+    """Signal less its start, its three derivatives, and bounds of the last two from tau on."""
     d = g1 = g2 = g3 = most = third = 0.0
     for k in range(count):
         c, rate = terms[k, 0], terms[k, 1]
@@ -201,7 +201,7 @@ def advance(beam, i, state, phase, tau, after):
     later = turn * turned(tau)
     for n in range(2 * beam.modes):
         after[n] = beam.rest[i, n] + (beam.forced[i, n] * later).real
-    for k in range(beam.count[i]):
+    for k in range(beam.sizes[i]):
         rate = beam.rates[i, k]
         grown = amplitude(beam, i, k, state, turn)
         grown *= math.exp(rate.real * tau) * turned(rate.imag * tau)

@@ -79,7 +79,9 @@ def regimes(
         k = law.stiffness / (modal_mass * omega**2)
         c = law.damping / (modal_mass * omega)
         pressed = _first_order(np.diag(stiff) + k, np.diag(drag) + c)
-        found.append(_regime(pressed, push - (k + 1j * c) * base, k * position * ones, np.eye(2 * m)))
+        found.append(
+            _regime(pressed, push - (k + 1j * c) * base, k * position * ones, np.eye(2 * m))
+        )
         signals.append((-gap, -side * position, side * base))
     else:
         # q = (position - b) / m + N u, the columns of N orthonormal and orthogonal to (1, ..., 1).
@@ -138,7 +140,9 @@ def _free(stiff: np.ndarray, ratios: np.ndarray, push: np.ndarray) -> dict[str, 
     """The modes themselves, written down: `eig` would give the slow ones the fast ones' error."""
     size = len(stiff)
     rates = np.sqrt(stiff) * (-ratios + 1j * np.sqrt((1 - ratios) * (1 + ratios)))
-    forced = push / (stiff - 1 + 2j * ratios * np.sqrt(stiff))
+    forced = np.zeros(size, complex)
+    driven = push != 0  # without forcing the reference may be a mode's own frequency
+    np.divide(push, stiff - 1 + 2j * ratios * np.sqrt(stiff), out=forced, where=driven)
     half = 0.5 + 0.5j * rates.real / rates.imag
     return {
         "rates": rates,

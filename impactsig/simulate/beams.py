@@ -14,10 +14,12 @@ from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts
 from ..oscillators import BaseMotion, Cantilever, Force, KelvinVoigt, Rigid, Stop
-from ._events import DONE, FULL, IMPACT, PART, RELEASE, STATUS, STICK, TOUCH
+from ._events import FULL, IMPACT, PART, RELEASE, STATUS, STICK, TOUCH
 from .motion import TURN
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from ._beam import Beam
 
 CHUNK = 8192  # events that are held at a time
@@ -128,7 +130,7 @@ class BeamMotion:
             If a time is outside the span.
         """
         q, v = self.modal(time)
-        turns, phase = self._angle(np.asarray(time, float))
+        _turns, phase = self._angle(np.asarray(time, float))
         wave = self._base * np.exp(1j * phase)
         return q.sum(axis=-1) + wave.real, v.sum(axis=-1) - self._omega * wave.imag
 
@@ -165,6 +167,16 @@ class BeamMotion:
         assert speed is not None
         jump = self._regimes.side * (1 + self._regimes.restitution) * speed / m
         return q, after + jump[:, None], after
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the way of the tip; see `impactsig.plot.tip_history`."""
+        from .. import plot
+
+        return plot.tip_history(self, ax, **options)
+
+    def _seconds(self, rows: np.ndarray) -> np.ndarray:
+        """Times of events [s]."""
+        return (rows[:, 0] * TURN + (rows[:, 1] - self._phase)) / self._omega
 
     def _angle(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         passed = time * self._omega
@@ -298,7 +310,9 @@ def simulate_beam(
     if status == "complete":
         status, rows = run.move((transient + length) * per_turn, keep=True)
     rows = np.concatenate([head, rows.reshape(-1, head.shape[1])])
-    return _assemble(beam, stop, rates, ratios, forcing, base, omega, phase, run, rows, first, status)
+    return _assemble(
+        beam, stop, rates, ratios, forcing, base, omega, phase, run, rows, first, status
+    )
 
 
 class _Run:
@@ -381,9 +395,7 @@ def _assemble(
         begin = np.append(start, begin)
     if len(release) < len(begin):
         release = np.append(release, end)
-    impacts = Impacts(
-        start=start, duration=end - start, source=f"cantilever in {m} modes", **known
-    )
+    impacts = Impacts(start=start, duration=end - start, source=f"cantilever in {m} modes", **known)
     rows.flags.writeable = False
     return BeamMotion(
         beam, stop, rates / TURN, ratios,
