@@ -36,7 +36,10 @@ FREE, CONTACT = 0, 1
 APART, TOUCHING, AT_REST, AT_BALANCE = range(4)
 """What is known of a leg's start: its signal is not 0; is 0; so is its rate; so is that's rate."""
 HEAD = 6
-"""A row of an event: turns, phase, kind, regime, what is known, approach velocity; the state."""
+"""A row of an event: turns, phase, kind, regime, what is known, approach velocity; the state.
+
+A stick has the time that its chatter lasts on instead of a velocity.
+"""
 
 
 class Beam(NamedTuple):
@@ -261,6 +264,7 @@ def rest_on(beam, state, clock):
 def hit(beam, state, clock, count, totals, events):
     """Impact on the rigid stop; where it leads: the regime, and what is known of its start."""
     speed = -gap_rate(beam, state, clock)
+    left = 0.0
     if speed > 1e-13 * fastest(beam, state):
         rebound = beam.restitution * speed
         totals[0] = max(totals[0], speed)
@@ -273,13 +277,15 @@ def hit(beam, state, clock, count, totals, events):
                 return FREE, TOUCHING
             terms, _value = begin(beam, FREE, state, clock)
             _d, _g1, g2, _g3, _most, third = evaluate(beam.scratch, terms, 0.0)
-            # All further rebounds take 2 rebound / (-g2 (1 - r)); the force must not change in it.
-            if g2 >= 0 or 200 * third * rebound > g2 * g2 * (1 - beam.restitution):
+            # All further rebounds together take so long; the force must not change much in it.
+            left = 2 * rebound / (1 - beam.restitution)
+            if g2 >= 0 or 100 * third * left > g2 * g2:
                 return FREE, TOUCHING
+            left /= -g2
             totals[1] += rebound * rebound / (2 * beam.modes)
     if rest_on(beam, state, clock):
         count[1] += 1
-        note(events, count, clock, STICK, CONTACT, APART, 0.0, beam, state)
+        note(events, count, clock, STICK, CONTACT, APART, left, beam, state)
         return CONTACT, APART
     return FREE, AT_REST
 

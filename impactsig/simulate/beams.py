@@ -390,7 +390,8 @@ def _assemble(
         over = over[np.searchsorted(over, which)]
         known["contact_time"] = np.append(time, end)[over] - time[which]
         known["flags"] = np.where(over == len(rows), OPEN_END, 0)
-    begin, release = time[kind == STICK], time[kind == RELEASE]
+    held, release = kind == STICK, time[kind == RELEASE]
+    begin = np.minimum(time[held] + rows[held, 5] / omega, end)
     if rows[0, 3] == 1 and isinstance(law, Rigid):  # held from the start on
         begin = np.append(start, begin)
     if len(release) < len(begin):
