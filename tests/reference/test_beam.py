@@ -305,7 +305,7 @@ def test_apparent_restitution_tells_contacts_from_impacts():
         transient=20,
     )  # fmt: skip
     result = apparent_restitution(motion)
-    first, size = motion.impacts.bursts(result.within)
+    first, _size = motion.impacts.bursts(result.within)
     assert result.impacts.sum() <= len(motion.impacts)
     assert len(result.each) + result.left_out == len(first)
     assert set(result.time) <= set(motion.impacts.time[first])

@@ -32,7 +32,7 @@ def shape(b, xi):
 
 def test_first_four_frequencies():
     with mpmath.workdps(40):
-        length, width, thickness, modulus, density = (mpmath.mpf(value) for value in DRAWING)
+        length, _width, thickness, modulus, density = (mpmath.mpf(value) for value in DRAWING)
         speed = mpmath.sqrt(modulus * thickness**2 / (12 * density)) / length**2
         expected = [float(root(n) ** 2 * speed / (2 * mpmath.pi)) for n in range(1, 5)]
     assert BEAM.frequencies() == pytest.approx(expected, rel=1e-14)
