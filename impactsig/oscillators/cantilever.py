@@ -52,7 +52,7 @@ class Cantilever:
     Examples
     --------
     >>> Cantilever(0.2, 0.025, 0.001, 210e9, 7850).frequencies(2).round(2)
-    array([ 20.88, 130.88])
+    array([ 20.89, 130.9 ])
     """
 
     length: float

@@ -38,7 +38,7 @@ def resonance(result: Resonance, ax: Axes | None = None) -> Axes:
     ax.set_xlim(result.frequency[0], result.frequency[-1])
     ax.set_xlabel("frequency [Hz]")
     ax.set_ylabel(with_unit("power density", f"{result.unit}^2/Hz" if result.unit else "1/Hz"))
-    ax.legend(frameon=False, loc="upper right")
+    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
     return ax
 
 
@@ -62,10 +62,10 @@ def decay(result: Resonance, ax: Axes | None = None) -> Axes:
     rate = 2 * np.pi * result.natural_frequency * result.damping_ratio
     first = min(2, len(size) - 1)
     line = size[first] * np.exp(-rate * (time - time[first]))
-    shown = line > 0.3 * size.min()
+    shown = line > size.min()
     label = f"damping ratio {result.damping_ratio:.3g}"
     ax.semilogy(time[shown], line[shown], color=VERMILLION, linewidth=1.2, label=label)
     seconds(ax.xaxis, "time", time)
     ax.set_ylabel(with_unit("swing", result.unit))
-    ax.legend(frameon=False, loc="upper right")
+    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
     return ax
