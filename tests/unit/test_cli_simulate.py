@@ -169,7 +169,8 @@ def test_help_tells_every_parameter_of_a_scene(name, capsys, monkeypatch):
         if parameter.kind is parameter.VAR_KEYWORD:
             continue
         option = f"--{parameter.name.replace('_', '-')} "
-        (line,) = (line for line in lines if line.strip().startswith(option))
+        (at,) = (k for k, line in enumerate(lines) if line.strip().startswith(option))
+        line = lines[at] if "(" in lines[at] else lines[at] + lines[at + 1]  # long options wrap
         required = parameter.default is parameter.empty
         assert ("(required)" in line) is required
         assert ("(default: " in line) is not required
