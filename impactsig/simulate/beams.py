@@ -258,7 +258,8 @@ def simulate_beam(
     Returns
     -------
     BeamMotion
-        With a status: "complete"; "work limit" after 100 000 legs and 20 000 a period; "diverged"
+        With a status: "complete"; "work limit" after 100 000 legs and 20 000 a period, as where a
+        tip without any loss, r = 1, is pressed on its stop and bounces without end; "diverged"
         where a number overflowed.
 
     Raises
