@@ -61,6 +61,7 @@ def test_one_mode_is_the_exact_oscillator(law, loading, frequency, amplitude):
     assert motion.impacts.approach_velocity == pytest.approx(speeds, abs=1e-12)
     if isinstance(law, KelvinVoigt):
         assert motion.impacts.contact_time == pytest.approx(one.impacts.contact_time, abs=1e-12)
+        assert motion.impacts.peak == pytest.approx(one.impacts.peak, rel=1e-7)
         assert motion.energy_lost is None
     else:
         assert motion.energy_lost == pytest.approx(one.energy_lost, rel=1e-11)
@@ -235,6 +236,18 @@ def test_without_a_stop_each_mode_rings_by_itself():
     shape = sum(a * BEAM.mode_shape(n + 1, [0.1, 0.2]) for n, a in enumerate([1e-3, 2e-3, -1e-3]))
     assert motion.deflection(0.0, [0.1, 0.2]) == pytest.approx(shape, abs=1e-15)
     assert len(motion.impacts) == 0
+
+
+def test_peaks_of_soft_contacts():
+    soft = KelvinVoigt(3e4, 0.4)
+    motion = simulate_beam(BEAM, Stop(-2e-4, soft, "lower"), modes=6, forcing=base(21), periods=6)
+    impacts = motion.impacts
+    assert len(impacts) > 5
+    for begin, lasts, peak in zip(impacts.time, impacts.contact_time, impacts.peak, strict=True):
+        x, v = motion.sample(begin + lasts * np.linspace(0, 1, 20_001)[1:-1])
+        force = -(soft.stiffness * (x + 2e-4) + soft.damping * v)
+        assert force.max() == pytest.approx(peak, rel=1e-3)  # it may be at the touch itself
+        assert force.max() <= peak * (1 + 1e-9)
 
 
 def test_velocities_before_and_after_impacts():
