@@ -254,7 +254,7 @@ def assemble(
 def _peaks(
     setting: Setting, rows: np.ndarray, which: np.ndarray, contact_time: np.ndarray
 ) -> np.ndarray:
-    """Greatest force of soft contacts [N]: of 16 instants in the fastest period, then finer ones."""
+    """Greatest force of soft contacts [N], of 16 instants in the fastest period and finer ones."""
     from ._beam_flow import sample
 
     stop, table, omega = setting.stop, setting.table, setting.omega

@@ -380,10 +380,20 @@ def test_motions_refuse_too():
     assert repr(motion) == "BeamMotion(2 modes, 0 impacts in 0.1 s)"
 
 
-def test_an_elastic_tip_may_chatter_without_end():
+def test_an_elastic_tip_that_is_pressed_bounces_without_end():
     motion = simulate_beam(
-        BEAM, Stop(0.0, Rigid(1.0)), modes=7, forcing=base(20, rides=True), damping_ratio=0.03,
-        duration=10 * PERIOD,
+        BEAM, Stop(1e-4, Rigid(1.0)), modes=10, damping_ratio=0.3, forcing=Force(0.15, 60.0),
+        duration=PERIOD,
     )  # fmt: skip
-    assert motion.status in ("complete", "work limit")
-    assert len(motion.impacts) > 0
+    assert motion.status == "work limit"
+    assert repr(motion).endswith("; work limit)")
+    assert 0 < motion.duration < PERIOD
+    assert len(motion.impacts) > 1000
+    assert motion.sample(motion.duration)[0] <= 1e-4 * (1 + 1e-12)
+    # A tip with any loss comes to an end of it.
+    soon = simulate_beam(
+        BEAM, Stop(1e-4, Rigid(0.99)), modes=10, damping_ratio=0.3, forcing=Force(0.15, 60.0),
+        duration=PERIOD,
+    )  # fmt: skip
+    assert soon.status == "complete"
+    assert len(soon.sticks) > 0
