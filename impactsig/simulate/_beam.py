@@ -64,6 +64,16 @@ def part_with(beam, state, clock, rate):
 
 
 @inner
+def put_on(beam, state, clock):
+    """Put the tip where the stop is: what rounding leaves there would add up over the impacts."""
+    gap = beam.offset[FREE] + (beam.wave[FREE] * turned(clock[1] + clock[2])).real
+    for n in range(beam.modes):
+        gap += beam.signal[FREE, n] * state[n]
+    for n in range(beam.modes):
+        state[n] += beam.side * gap / beam.modes
+
+
+@inner
 def fastest(beam, state):
     """The modes' velocities, to tell by what is but rounding."""
     total = 0.0
@@ -172,6 +182,7 @@ def run(beam, clock, state, after, where, count, totals, events, end_turns, end_
             note(events, count, clock, RELEASE, FREE, AT_BALANCE, 0.0, beam, state)
             where[0], where[1] = FREE, AT_BALANCE
         elif beam.restitution >= 0:
+            put_on(beam, state, clock)
             where[0], where[1] = hit(beam, state, clock, count, totals, events)
         else:
             where[0], where[1] = meet(beam, state, clock, count, totals, events)
