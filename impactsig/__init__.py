@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         UnreadableFile,
         UnwritableFile,
     )
+    from .identify import Resonance, identify_resonance
     from .impacts import Impacts
     from .intervals import (
         IntervalHistogram,
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from .matching import Matching, match_impacts
     from .oscillators import (
         BaseMotion,
+        Cantilever,
         Force,
         Friction,
         Hertz,
@@ -114,8 +116,10 @@ if TYPE_CHECKING:
         simulate_blocks,
         simulate_many,
     )
+    from .simulate.beams import BeamMotion, simulate_beam
     from .simulate.firing import integrate_and_fire, threshold_crossings
     from .simulate.measuring import Measured, measure
+    from .simulate.restitution import ApparentRestitution, apparent_restitution
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
     from .simulate.trajectories import Trajectory, trajectory
@@ -138,6 +142,7 @@ _HOME = {
     "impacts": ("Impacts",),
     "io": ("info", "read", "read_blocks", "read_many"),
     "detect": ("detect_impacts",),
+    "identify": ("Resonance", "identify_resonance"),
     "dynamics": (),
     "dynamics.branches": ("Branch",),
     "dynamics.continuation": ("continue_orbit",),
@@ -162,6 +167,7 @@ _HOME = {
     ),
     "oscillators": (
         "BaseMotion",
+        "Cantilever",
         "Force",
         "Friction",
         "Hertz",
@@ -204,6 +210,9 @@ _HOME = {
     "reconstruct.surrogate_testing": ("SurrogateTest", "surrogate_test"),
     "reconstruct.surrogates": ("Surrogates", "surrogates"),
     "report": ("Detected", "detect_many", "write_report", "write_reports"),
+    "report": ("write_report",),
+    "simulate.beams": ("BeamMotion", "simulate_beam"),
+    "simulate.restitution": ("ApparentRestitution", "apparent_restitution"),
     "simulate.firing": ("integrate_and_fire", "threshold_crossings"),
     "simulate": ("FixedStep", "Motion", "RungeKutta", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
@@ -234,13 +243,16 @@ _HOME = {
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "ApparentRestitution",
     "Attractor",
     "AveragedDensity",
     "AveragedFalseNeighbors",
     "BaseMotion",
     "Basins",
+    "BeamMotion",
     "BifurcationDiagram",
     "Branch",
+    "Cantilever",
     "Comparison",
     "ContactSamples",
     "CorrelationDimension",
@@ -283,6 +295,7 @@ __all__ = [
     "RecurrencePlot",
     "RecurrenceQuantification",
     "Repair",
+    "Resonance",
     "ResponseSpectrum",
     "ReturnMapDeterminism",
     "Rigid",
@@ -298,6 +311,7 @@ __all__ = [
     "Trajectory",
     "UnreadableFile",
     "UnwritableFile",
+    "apparent_restitution",
     "autocorrelation_delay",
     "averaged_density",
     "averaged_false_neighbors",
@@ -320,6 +334,7 @@ __all__ = [
     "fit_soft_stop",
     "flows",
     "identify_period",
+    "identify_resonance",
     "impact_map",
     "info",
     "integrate_and_fire",
@@ -348,6 +363,7 @@ __all__ = [
     "return_map_determinism",
     "scenes",
     "simulate",
+    "simulate_beam",
     "simulate_blocks",
     "simulate_many",
     "stop_damping",

@@ -1,6 +1,7 @@
 """Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes."""
 
 from .averaging import averaged_density, p_bifurcation
+from .beams import apparent_restitution, mode_shapes, restitution_over_modes, tip_history
 from .branches import branch
 from .comparison import comparison
 from .correlation import correlation_sum
@@ -12,6 +13,7 @@ from .exponents import stretch_curve
 from .lyapunov import lyapunov_convergence
 from .motions import phase_portrait, power_spectrum, time_history
 from .recurrence import recurrence_plot
+from .resonances import decay, resonance
 from .sections import section
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
@@ -22,6 +24,7 @@ from .waveforms import pulse, waveform
 
 __all__ = [
     "averaged_density",
+    "apparent_restitution",
     "averaged_false_neighbors",
     "basins",
     "bifurcation_diagram",
@@ -29,6 +32,7 @@ __all__ = [
     "comparison",
     "contact_against_interval",
     "correlation_sum",
+    "decay",
     "delay_choice",
     "dimension",
     "false_neighbors",
@@ -38,6 +42,7 @@ __all__ = [
     "lyapunov_convergence",
     "match_rate",
     "p_bifurcation",
+    "mode_shapes",
     "parameter_study",
     "peak_against_time",
     "periodicity_chart",
@@ -46,7 +51,9 @@ __all__ = [
     "prediction_error",
     "pulse",
     "recurrence_plot",
+    "resonance",
     "response_spectrum",
+    "restitution_over_modes",
     "return_map",
     "return_maps",
     "section",
@@ -54,5 +61,6 @@ __all__ = [
     "stretch_curve",
     "surrogate_test",
     "time_history",
+    "tip_history",
     "waveform",
 ]
