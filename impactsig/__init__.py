@@ -210,7 +210,6 @@ _HOME = {
     "reconstruct.surrogate_testing": ("SurrogateTest", "surrogate_test"),
     "reconstruct.surrogates": ("Surrogates", "surrogates"),
     "report": ("Detected", "detect_many", "write_report", "write_reports"),
-    "report": ("write_report",),
     "simulate.beams": ("BeamMotion", "simulate_beam"),
     "simulate.restitution": ("ApparentRestitution", "apparent_restitution"),
     "simulate.firing": ("integrate_and_fire", "threshold_crossings"),

@@ -23,8 +23,8 @@ from .trains import interval_densities, return_maps
 from .waveforms import pulse, waveform
 
 __all__ = [
-    "averaged_density",
     "apparent_restitution",
+    "averaged_density",
     "averaged_false_neighbors",
     "basins",
     "bifurcation_diagram",
@@ -41,8 +41,8 @@ __all__ = [
     "interval_sequence",
     "lyapunov_convergence",
     "match_rate",
-    "p_bifurcation",
     "mode_shapes",
+    "p_bifurcation",
     "parameter_study",
     "peak_against_time",
     "periodicity_chart",
