@@ -1,0 +1,274 @@
+"""An oscillator under delayed feedback: what drives the kernels, and what looks into the line."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..oscillators import Oscillator
+from ..simulate._events import COLUMNS, FULL, START, STATUS
+from ..simulate._run import CHUNK, LEGS_AT_LEAST, LEGS_PER_PERIOD, _after, _start
+from ..simulate._tableau import DEGREE
+from ..simulate.motion import TURN, Motion, assemble
+from ..simulate.runge_kutta import RungeKutta, SteppingEngine
+from .feedback import DelayedFeedback, Phase
+
+if TYPE_CHECKING:
+    from ._line import Line
+    from ._step import Feedback, Room
+
+SIGNALS = ("displacement", "velocity")
+ROWS = 4096  # of the delay line, to begin with
+ORDER = 8  # of the method: what is smoother than that it takes no notice of
+
+
+class DelayedRun:
+    """A run from t = 0, one phase of the schedule after the other.
+
+    Parameters
+    ----------
+    oscillator, initial, phase, method, chatter
+        As for `simulate`.
+    keep : bool
+        Keep the whole line; or only what is fed back still.
+    """
+
+    def __init__(
+        self,
+        oscillator: Oscillator,
+        initial: Any,
+        phase: float,
+        method: RungeKutta,
+        chatter: float,
+        keep: bool = True,
+    ) -> None:
+        from ._run import COUNTS
+
+        self.oscillator = oscillator
+        self.phase = phase
+        self.keep = keep
+        self.engine = SteppingEngine(oscillator, method, chatter)
+        q, v = _start(oscillator, initial, phase, self.engine.omega)
+        self.state, count = self.engine.begin(q, v, phase)
+        self.count = np.zeros(COUNTS, np.int64)
+        self.count[: len(count)] = count
+        self.clock = np.array([0.0, phase, 0.0])
+        self.first = [0.0, phase, START, -1, count[0], self.state[0], self.state[1], 0.0]
+        self.line = _line(ROWS)
+        self.rows: list[np.ndarray] = []
+        self.status = "complete"
+        self._buffer = np.empty((CHUNK, COLUMNS))
+        self._longest = 0.0
+
+    def to(self, until: float, feedback: DelayedFeedback | None) -> None:
+        """Move to `until` forcing periods under that feedback, from its beginning."""
+        from ._line import locate
+        from ._run import AT, EDGE, FIRST, LAPS, LONG, run
+        from ._run import ROWS as NUMBER
+
+        if self.status != "complete":
+            return
+        fb, laps = self.feedback(feedback)
+        self._longest = max(self._longest, fb.delay)
+        count, clock = self.count, self.clock
+        count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
+        count[FIRST] = count[NUMBER]
+        count[AT] = locate(self.line, count[NUMBER], clock[0] - fb.turns, clock[1] - fb.phase)
+        end = _after(self.phase, until)
+        legs = LEGS_AT_LEAST + int(min(LEGS_PER_PERIOD * max(end[0] - clock[0], 0), 2**62))
+        engine = self.engine
+        count[6] = 0
+        while True:
+            found = run(
+                engine._problem, engine._tableau, engine._functions, engine._scratch, fb,
+                self.line, _room(), laps, clock, self.state, count, self._buffer, *end,
+                legs - int(count[6]),
+            )  # fmt: skip
+            self.rows.append(self._buffer[: count[5]].copy())
+            if found == LONG:
+                self._more_line()
+            elif found != FULL:
+                self.status = STATUS[found]
+                return
+
+    def feedback(self, feedback: DelayedFeedback | None) -> tuple[Feedback, np.ndarray]:
+        """The feedback in the engine's units; and for how many delays events show in it."""
+        from ._step import Feedback
+
+        if feedback is None:
+            return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, 0, 0.0), np.ones(2, np.int64)
+        if feedback.signal not in SIGNALS:
+            raise InvalidInput("signal", feedback.signal, '"velocity" or "displacement"')
+        signal = SIGNALS.index(feedback.signal)
+        omega, mass = self.engine.omega, self.oscillator.mass
+        turns = math.floor(feedback.delay)
+        phase = TURN * (feedback.delay - turns)
+        inertia = mass * omega**2
+        fed = Feedback(
+            on=feedback.gain != 0.0,
+            gain=feedback.gain / (mass * omega if signal else inertia),
+            turns=float(turns),
+            phase=phase,
+            delay=TURN * turns + phase,
+            limit=math.inf if feedback.limit is None else feedback.limit / inertia,
+            signal=signal,
+            memory=feedback.memory,
+        )
+        # A jump of the velocity is one of the force a delay later, so of the acceleration; then of
+        # that's first derivative ... The limit bends the force. Of displacements all this comes
+        # one order later, and two with each delay.
+        laps = np.array([ORDER + 1, ORDER - 1] if signal else [ORDER // 2, ORDER // 2 - 1])
+        if feedback.memory > 0:  # which keeps jumps as jumps, but shrinks them
+            laps += math.ceil(math.log(1e-16) / math.log(feedback.memory))
+        return fed, laps
+
+    def _more_line(self) -> None:
+        """Make room for more rows, or forget those that are fed back no more."""
+        from ._line import locate
+        from ._run import AT, FIRST
+        from ._run import ROWS as NUMBER
+
+        line, count = self.line, self.count
+        number, forget = int(count[NUMBER]), 0
+        if not self.keep:
+            whole = math.floor(self._longest / TURN)
+            rest = self._longest - TURN * whole
+            forget = locate(line, number, self.clock[0] - whole, self.clock[1] - rest)
+            forget = min(forget, int(count[AT]))
+        left = number - forget
+        self.line = new = _line(len(line.laps) if left < len(line.laps) // 2 else 2 * left)
+        for old, own in zip(line, new, strict=True):
+            own[:left] = old[forget:number]
+        count[NUMBER] = left
+        count[AT] -= forget
+        count[FIRST] = max(count[FIRST] - forget, 0)
+
+    def motion(self) -> tuple[Motion, DelayLine]:
+        """The motion from t = 0 to here, and the line it was taken from."""
+        number = self.number
+        line = DelayLine(self.engine, type(self.line)(*(part[:number] for part in self.line)))
+        rows = np.concatenate([[self.first], *self.rows])
+        return assemble(
+            self.oscillator, line, self.phase, self.first, rows, self.clock, self.state,
+            self.count, self.status,
+        ), line  # fmt: skip
+
+    @property
+    def number(self) -> int:
+        """Rows of the line."""
+        from ._run import ROWS as NUMBER
+
+        return int(self.count[NUMBER])
+
+
+def run_delayed(
+    oscillator: Oscillator, phases: tuple[Phase, ...], length: float, **options: Any
+) -> tuple[Motion, DelayLine]:
+    """The motion of an oscillator under a schedule of feedbacks."""
+    going = DelayedRun(oscillator, **options)
+    ends = [start for start, _ in phases[1:]] + [length]
+    if phases[0][0] > 0:
+        going.to(phases[0][0], None)
+    for (_, feedback), end in zip(phases, ends, strict=True):
+        going.to(end, feedback)
+    return going.motion()
+
+
+class DelayLine:
+    """What a motion did, step by step; fulfils `simulate._events.Engine` and `Effort`."""
+
+    def __init__(self, engine: SteppingEngine, line: Line) -> None:
+        self.engine = engine
+        self.line = line
+        self.omega = engine.omega
+        self._inertia = engine._problem.inertia
+
+    def place(self, mode: Any, q: Any) -> Any:
+        """As of the engine that made it."""
+        return self.engine.place(mode, q)
+
+    def course(self, which: int, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """A course at instants, in the engine's units."""
+        from ._line import sample
+
+        out = np.empty(len(turns))
+        if len(self.line.laps) == 0:
+            return np.zeros(len(turns))
+        sample(
+            self.line, len(self.line.laps), np.ascontiguousarray(turns, float),
+            np.ascontiguousarray(phase, float), which, out,
+        )  # fmt: skip
+        return out
+
+    def sample(
+        self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Position and velocity at instants."""
+        from ._line import DISPLACEMENT, VELOCITY
+
+        return self.course(DISPLACEMENT, turns, phase), self.course(VELOCITY, turns, phase)
+
+    def force(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """Control force at instants."""
+        from ._line import FORCE
+
+        return self.course(FORCE, turns, phase) * self._inertia
+
+    def squared(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """Integral of the square of the control force from the beginning to instants."""
+        from ._line import FORCE, locate, since
+
+        line = self.line
+        number = len(line.laps)
+        nodes, weights = np.polynomial.legendre.leggauss(DEGREE + 1)
+        nodes, weights = (nodes + 1) / 2, weights / 2
+        values = line.course[:, FORCE] @ basis(nodes).T
+        whole = np.concatenate([[0.0], np.cumsum(values**2 @ weights * line.when[:, 2])])
+        out = np.empty(len(turns))
+        for n, (turn, angle) in enumerate(zip(turns, phase, strict=True)):
+            j = locate(line, number, turn, angle)
+            h = min(max(since(line, j, turn, angle), 0.0), line.when[j, 2])
+            part = basis(nodes * (h / line.when[j, 2])) @ line.course[j, FORCE]
+            out[n] = whole[j] + part**2 @ weights * h
+        return out * self._inertia**2
+
+    def peaks(
+        self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
+    ) -> np.ndarray:
+        """Greatest force of contacts, from the TOUCH in row `first` to row `last` or the end."""
+        raise NotImplementedError
+
+
+def basis(share: np.ndarray) -> np.ndarray:
+    """Bernstein's polynomials of degree 7 at shares of a step, shape (n, 8)."""
+    k = np.arange(DEGREE + 1)
+    binomial = np.array([math.comb(DEGREE, n) for n in k], float)
+    share = np.asarray(share, float)[:, None]
+    return binomial * share**k * (1 - share) ** (DEGREE - k)
+
+
+def _line(rows: int) -> Line:
+    from ._line import Line
+
+    return Line(
+        np.zeros((rows, 3)), np.zeros((rows, 4, DEGREE + 1)), np.zeros(rows, np.int64)
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=1)
+def _room() -> Room:
+    """Room for a step; shared, so a run is not to be made in two threads at once."""
+    from ._step import Room
+
+    nodes = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
+    return Room(
+        late=np.zeros(16),
+        nodes=nodes,
+        fit=np.ascontiguousarray(np.linalg.inv(basis(nodes))),
+        values=np.zeros(DEGREE + 1),
+        gap=np.zeros(DEGREE + 1),
+    )
