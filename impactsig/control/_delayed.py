@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -219,7 +220,7 @@ class DelayLine:
         return self.course(FORCE, turns, phase) * self._inertia
 
     def squared(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
-        """Integral of the square of the control force from the beginning to instants."""
+        """Integrals of the square of the control force between instants, over the phase."""
         from ._line import FORCE, locate, since
 
         line = self.line
@@ -227,20 +228,71 @@ class DelayLine:
         nodes, weights = np.polynomial.legendre.leggauss(DEGREE + 1)
         nodes, weights = (nodes + 1) / 2, weights / 2
         values = line.course[:, FORCE] @ basis(nodes).T
-        whole = np.concatenate([[0.0], np.cumsum(values**2 @ weights * line.when[:, 2])])
-        out = np.empty(len(turns))
-        for n, (turn, angle) in enumerate(zip(turns, phase, strict=True)):
-            j = locate(line, number, turn, angle)
-            h = min(max(since(line, j, turn, angle), 0.0), line.when[j, 2])
-            part = basis(nodes * (h / line.when[j, 2])) @ line.course[j, FORCE]
-            out[n] = whole[j] + part**2 @ weights * h
+        whole = values**2 @ weights * line.when[:, 2]
+
+        def share(j: int, turn: float, angle: float) -> float:
+            return min(max(since(line, j, turn, angle) / line.when[j, 2], 0.0), 1.0)
+
+        def part(j: int, low: float, high: float) -> float:
+            values = basis(low + nodes * (high - low)) @ line.course[j, FORCE]
+            return float(values**2 @ weights * line.when[j, 2] * (high - low))
+
+        # Window by window, as the difference of long integrals would be noise.
+        edges = list(zip(turns, phase, strict=True))
+        rows = [locate(line, number, *edge) for edge in edges]
+        shares = [share(j, *edge) for j, edge in zip(rows, edges, strict=True)]
+        out = np.empty(len(edges) - 1)
+        for n, ((a, low), (b, high)) in enumerate(pairwise(zip(rows, shares, strict=True))):
+            if a == b:
+                out[n] = part(a, low, high)
+            else:
+                out[n] = part(a, low, 1.0) + whole[a + 1 : b].sum() + part(b, 0.0, high)
         return out * self._inertia**2
 
     def peaks(
         self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
     ) -> np.ndarray:
         """Greatest force of contacts, from the TOUCH in row `first` to row `last` or the end."""
-        raise NotImplementedError
+        from ._line import DISPLACEMENT, VELOCITY, locate
+
+        problem = self.engine._problem
+        shares = np.linspace(0.0, 1.0, 65)
+        at = basis(shares)
+        ends = np.concatenate([rows[:, :2], [end]])
+        out = np.empty(len(first))
+        approach = np.zeros(len(problem.stops))
+        for n, (a, b) in enumerate(zip(first, last, strict=True)):
+            k = int(rows[a, 3])
+            approach[k] = rows[a, 7]
+            low, high = (locate(self.line, len(self.line.laps), *ends[i]) for i in (a, b))
+            course = self.line.course[low : high + 1]
+            x, v = course[:, DISPLACEMENT] @ at.T, course[:, VELOCITY] @ at.T
+            out[n] = _greatest(_push(problem, k, approach[k], x, v))
+        return out * self._inertia
+
+
+def _push(problem: Any, k: int, approach: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Force per mass of a soft stop; none where it is not reached."""
+    from ..simulate._rates import HERTZ
+
+    place, side, law, stiffness, loss, exponent, restitution, _ = problem.stops[k]
+    depth, inward = np.maximum(side * (x - place), 0.0), side * v
+    if law != HERTZ:
+        return np.where(depth > 0, stiffness * depth + loss * inward, 0.0)
+    if restitution >= 0:
+        loss = 0.75 * (1 - restitution**2) / approach if approach > 0 else 0.0
+    return stiffness * depth**exponent * (1 + loss * inward)
+
+
+def _greatest(values: np.ndarray) -> float:
+    """Greatest value, between looks by the parabola through three."""
+    row, i = np.unravel_index(int(values.argmax()), values.shape)
+    top = float(values[row, i])
+    if 0 < i < values.shape[1] - 1:
+        left, right = values[row, i - 1], values[row, i + 1]
+        bend = left - 2 * top + right
+        return float(top - (right - left) ** 2 / (8 * bend)) if bend < 0 else top
+    return top
 
 
 def basis(share: np.ndarray) -> np.ndarray:

@@ -67,7 +67,7 @@ def force(fb, region, late, y, v):
     return fb.gain * (late - (v if fb.signal == VELOCITY else y))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def stages(tab, law, leg, s, fb, region, late, first, last, h, y, v):
     """Work out some stages from those before them."""
     kq, kv = s.kq, s.kv

@@ -23,7 +23,7 @@ class Effort(Protocol):
         """Control force."""
 
     def squared(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
-        """Integral of its square from the beginning, over the phase [rad]."""
+        """Integrals of its square between successive instants, over the phase [rad]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,8 +87,8 @@ class ControlledMotion(Motion):
                 "periods", periods, f"no more than the motion has, {self.duration / period:.6g}"
             )
         edges = self.start + np.arange(count + 1) * periods * period
-        squared = np.diff(self._control.squared(*self._instants(np.minimum(edges, self.stop))))
-        return edges[1:], np.sqrt(np.maximum(squared, 0.0) / (periods * TURN))
+        squared = self._control.squared(*self._instants(np.minimum(edges, self.stop)))
+        return edges[1:], np.sqrt(squared / (periods * TURN))
 
     def _instants(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Turns and phases of the reference at times."""
