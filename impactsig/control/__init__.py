@@ -11,8 +11,9 @@ from typing import Any
 from .controlled import ControlledMotion
 from .controlling import control
 from .feedback import DelayedFeedback
+from .ogy import OGY
 
-__all__ = ["ControlledMotion", "DelayedFeedback", "control"]
+__all__ = ["OGY", "ControlledMotion", "DelayedFeedback", "control"]
 
 
 class _Callable(ModuleType):

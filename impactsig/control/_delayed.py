@@ -16,7 +16,8 @@ from ..simulate._run import CHUNK, LEGS_AT_LEAST, LEGS_PER_PERIOD, _after, _star
 from ..simulate._tableau import DEGREE
 from ..simulate.motion import TURN, Motion, assemble
 from ..simulate.runge_kutta import RungeKutta, SteppingEngine
-from .feedback import DelayedFeedback, Phase
+from .feedback import DelayedFeedback
+from .schedule import Phase
 
 if TYPE_CHECKING:
     from ._line import Line

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
 
 from .._arguments import number
 from ..errors import InvalidInput
@@ -60,53 +58,3 @@ class DelayedFeedback:
         if memory == 1.0:
             raise InvalidInput("memory", self.memory, "0 <= memory < 1")
         object.__setattr__(self, "memory", memory)
-
-
-Phase: TypeAlias = tuple[float, "DelayedFeedback | None"]
-
-
-def schedule(
-    feedback: DelayedFeedback | Sequence[Phase], start: float | None, length: float
-) -> tuple[Phase, ...]:
-    """When which feedback begins: pairs of a start and a feedback, None where it is switched off.
-
-    Raises
-    ------
-    InvalidInput
-        If phases are not in the order of time, or one begins before its delay has passed.
-    """
-    if isinstance(feedback, DelayedFeedback):
-        since = feedback.delay if start is None else number("start", start, least=0.0)
-        phases: tuple[Phase, ...] = ((since, feedback),)
-        name = "start"
-    else:
-        if start is not None:
-            raise InvalidInput("start", start, "None, where each feedback has its own start")
-        phases, name = _pairs(feedback), "feedback"
-    before = -1.0
-    for since, own in phases:
-        if since <= before:
-            raise InvalidInput(
-                name, f"a start at {since:g} after one at {before:g}",
-                "phases in the order of time, no two at once", "Each lasts until the next begins",
-            )  # fmt: skip
-        before = since
-        if own is not None and since < own.delay * (1 - 1e-12):
-            raise InvalidInput(
-                name, since, f"a start at {own.delay:g} or later",
-                "Before one delay has passed there is nothing to feed back",
-            )  # fmt: skip
-        if since >= length:
-            raise InvalidInput(name, since, f"a start before the end, {length:g}")
-    return phases
-
-
-def _pairs(given: Any) -> tuple[Phase, ...]:
-    required = "a DelayedFeedback, or pairs (start, DelayedFeedback or None)"
-    try:
-        pairs = [(since, own) for since, own in given]
-    except (TypeError, ValueError):
-        raise InvalidInput("feedback", given, required) from None
-    if not pairs or not all(own is None or isinstance(own, DelayedFeedback) for _, own in pairs):
-        raise InvalidInput("feedback", given, required)
-    return tuple((number("feedback", since, least=0.0), own) for since, own in pairs)
