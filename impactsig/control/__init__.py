@@ -11,9 +11,10 @@ from typing import Any
 from .controlled import ControlledMotion
 from .controlling import control
 from .feedback import DelayedFeedback
+from .flow import ControlledTrajectory
 from .ogy import OGY
 
-__all__ = ["OGY", "ControlledMotion", "DelayedFeedback", "control"]
+__all__ = ["OGY", "ControlledMotion", "ControlledTrajectory", "DelayedFeedback", "control"]
 
 
 class _Callable(ModuleType):

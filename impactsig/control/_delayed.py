@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -60,7 +59,8 @@ class DelayedRun:
         self.count[: len(count)] = count
         self.clock = np.array([0.0, phase, 0.0])
         self.first = [0.0, phase, START, -1, count[0], self.state[0], self.state[1], 0.0]
-        self.line = _line(ROWS)
+        self.line = new_line(ROWS, 2)
+        self._room = new_room()
         self.rows: list[np.ndarray] = []
         self.status = "complete"
         self._buffer = np.empty((CHUNK, COLUMNS))
@@ -87,7 +87,7 @@ class DelayedRun:
         while True:
             found = run(
                 engine._problem, engine._tableau, engine._functions, engine._scratch, fb,
-                self.line, _room(), laps, clock, self.state, count, self._buffer, *end,
+                self.line, self._room, laps, clock, self.state, count, self._buffer, *end,
                 legs - int(count[6]),
             )  # fmt: skip
             self.rows.append(self._buffer[: count[5]].copy())
@@ -99,34 +99,34 @@ class DelayedRun:
 
     def feedback(self, feedback: DelayedFeedback | None) -> tuple[Feedback, np.ndarray]:
         """The feedback in the engine's units; and for how many delays events show in it."""
+        from ._line import DISPLACEMENT, VELOCITY
         from ._step import Feedback
 
         if feedback is None:
-            return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, 0, 0.0), np.ones(2, np.int64)
+            nothing = Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, DISPLACEMENT, 0.0)
+            return nothing, np.ones(2, np.int64)
         if feedback.signal not in SIGNALS:
             raise InvalidInput("signal", feedback.signal, '"velocity" or "displacement"')
-        signal = SIGNALS.index(feedback.signal)
+        of_velocity = feedback.signal == "velocity"
         omega, mass = self.engine.omega, self.oscillator.mass
         turns = math.floor(feedback.delay)
         phase = TURN * (feedback.delay - turns)
         inertia = mass * omega**2
         fed = Feedback(
             on=feedback.gain != 0.0,
-            gain=feedback.gain / (mass * omega if signal else inertia),
+            gain=feedback.gain / (mass * omega if of_velocity else inertia),
             turns=float(turns),
             phase=phase,
             delay=TURN * turns + phase,
             limit=math.inf if feedback.limit is None else feedback.limit / inertia,
-            signal=signal,
+            signal=VELOCITY if of_velocity else DISPLACEMENT,
             memory=feedback.memory,
         )
         # A jump of the velocity is one of the force a delay later, so of the acceleration; then of
         # that's first derivative ... The limit bends the force. Of displacements all this comes
         # one order later, and two with each delay.
-        laps = np.array([ORDER + 1, ORDER - 1] if signal else [ORDER // 2, ORDER // 2 - 1])
-        if feedback.memory > 0:  # which keeps jumps as jumps, but shrinks them
-            laps += math.ceil(math.log(1e-16) / math.log(feedback.memory))
-        return fed, laps
+        laps = np.array([ORDER + 1, ORDER - 1] if of_velocity else [ORDER // 2, ORDER // 2 - 1])
+        return fed, laps + memory_laps(feedback.memory)
 
     def _more_line(self) -> None:
         """Make room for more rows, or forget those that are fed back no more."""
@@ -142,7 +142,8 @@ class DelayedRun:
             forget = locate(line, number, self.clock[0] - whole, self.clock[1] - rest)
             forget = min(forget, int(count[AT]))
         left = number - forget
-        self.line = new = _line(len(line.laps) if left < len(line.laps) // 2 else 2 * left)
+        rows = len(line.laps) if left < len(line.laps) // 2 else 2 * left
+        self.line = new = new_line(rows, 2)
         for old, own in zip(line, new, strict=True):
             own[:left] = old[forget:number]
         count[NUMBER] = left
@@ -272,6 +273,11 @@ class DelayLine:
         return out * self._inertia
 
 
+def memory_laps(memory: float) -> int:
+    """For how many delays more a jump shows: a memory keeps it as a jump, but shrinks it."""
+    return math.ceil(math.log(1e-16) / math.log(memory)) if memory > 0 else 0
+
+
 def _push(problem: Any, k: int, approach: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Force per mass of a soft stop; none where it is not reached."""
     from ..simulate._rates import HERTZ
@@ -304,17 +310,19 @@ def basis(share: np.ndarray) -> np.ndarray:
     return binomial * share**k * (1 - share) ** (DEGREE - k)
 
 
-def _line(rows: int) -> Line:
+def new_line(rows: int, coordinates: int) -> Line:
+    """Room for a delay line."""
     from ._line import Line
 
     return Line(
-        np.zeros((rows, 3)), np.zeros((rows, 4, DEGREE + 1)), np.zeros(rows, np.int64)
-    )  # fmt: skip
+        np.zeros((rows, 3)),
+        np.zeros((rows, 2 + coordinates, DEGREE + 1)),
+        np.zeros(rows, np.int64),
+    )
 
 
-@lru_cache(maxsize=1)
-def _room() -> Room:
-    """Room for a step; shared, so a run is not to be made in two threads at once."""
+def new_room() -> Room:
+    """Room for a step."""
     from ._step import Room
 
     nodes = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2

@@ -1,8 +1,8 @@
 """Kernels: the delay line, what a motion did step by step, as polynomials.
 
-A step is a row: when it began and how long it was, four polynomials of degree 7 in Bernstein form
-(displacement, velocity, what is fed back, control force), and for how many delays to come the
-beginning of the step is a place where what is fed back is not smooth. Steps end at such places, one
+A step is a row: when it began and how long it was, polynomials of degree 7 in Bernstein form (what
+is fed back, control force, then displacement and velocity, or the coordinates of a flow), and for
+how many delays to come the beginning of the step is a place where what is fed back is not smooth. Steps end at such places, one
 delay later again, so that no polynomial ever reaches across one.
 """
 
@@ -16,14 +16,14 @@ from numba import njit
 from ..simulate._flow import TURN
 from ..simulate._tableau import DEGREE
 
-DISPLACEMENT, VELOCITY, SIGNAL, FORCE = range(4)
+SIGNAL, FORCE, DISPLACEMENT, VELOCITY = range(4)
 
 
 class Line(NamedTuple):
     """Rows of steps, in the order of time; times as turns and phase of the reference."""
 
     when: np.ndarray  # (rows, 3): turns, phase, length
-    course: np.ndarray  # (rows, 4, DEGREE + 1)
+    course: np.ndarray  # (rows, 2 + coordinates, DEGREE + 1)
     laps: np.ndarray  # (rows,) of int
 
 

@@ -227,8 +227,8 @@ def run(
             else:
                 state[STEP] = wish
             if h < step:
-                for m in range(4):
-                    cut(course[m], h / step)
+                for own in course:
+                    cut(own, h / step)
                 line.when[count[ROWS] - 1, 2] = h
             state[0], state[1] = y + dq, v + dv
             if touched(p, count[0]) == 0:  # else it is among what the contact loses

@@ -18,7 +18,7 @@ from ..simulate._rates import accelerate
 from ..simulate._roots import first_root
 from ..simulate._step import error, first_step
 from ..simulate._tableau import DEGREE
-from ._line import DISPLACEMENT, SIGNAL, VELOCITY, read
+from ._line import DISPLACEMENT, FORCE, SIGNAL, VELOCITY, read
 
 NONE = 2.0  # a share of a step at which nothing happens
 
@@ -32,7 +32,7 @@ class Feedback(NamedTuple):
     phase: float
     delay: float
     limit: float
-    signal: int
+    signal: int  # its course in the line
     memory: float
 
 
@@ -169,7 +169,7 @@ def feed(fb, line, past, room, region, h, course):
     What is fed back is the signal and, where there is a memory, the share of it of what was fed
     back one delay before, which is fitted by a polynomial.
     """
-    own, signal, push = course[fb.signal], course[SIGNAL], course[SIGNAL + 1]
+    own, signal, push = course[fb.signal], course[SIGNAL], course[FORCE]
     if not fb.on:
         for n in range(DEGREE + 1):
             signal[n], push[n] = own[n], 0.0
