@@ -13,6 +13,16 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from . import plot
     from .comparison import Comparison, compare
+    from .control import (
+        OGY,
+        ControlledMotion,
+        ControlledStability,
+        ControlledTrajectory,
+        DelayedFeedback,
+        control,
+        orbit_stability,
+        stability_chart,
+    )
     from .detect import detect_impacts
     from .dynamics.basins import Attractor, Basins, basins_of_attraction
     from .dynamics.branches import Branch
@@ -133,6 +143,15 @@ _HOME = {
     "recording": ("Recording",),
     "impacts": ("Impacts",),
     "io": ("info", "read", "read_blocks"),
+    "control": (
+        "OGY",
+        "ControlledMotion",
+        "ControlledStability",
+        "ControlledTrajectory",
+        "DelayedFeedback",
+        "orbit_stability",
+        "stability_chart",
+    ),
     "detect": ("detect_impacts",),
     "dynamics": (),
     "dynamics.branches": ("Branch",),
@@ -234,9 +253,13 @@ __all__ = [
     "Branch",
     "Comparison",
     "ContactSamples",
+    "ControlledMotion",
+    "ControlledStability",
+    "ControlledTrajectory",
     "CorrelationDimension",
     "CorrelationSum",
     "DelayChoice",
+    "DelayedFeedback",
     "EquivalenceError",
     "FalseNeighbors",
     "FixedStep",
@@ -260,6 +283,7 @@ __all__ = [
     "MissingExtra",
     "Motion",
     "Noise",
+    "OGY",
     "OrbitPeriod",
     "Oscillator",
     "PeriodicOrbit",
@@ -292,6 +316,7 @@ __all__ = [
     "coefficient_of_variation",
     "compare",
     "continue_orbit",
+    "control",
     "correlation_dimension",
     "correlation_sum",
     "cv2",
@@ -317,6 +342,7 @@ __all__ = [
     "mutual_information_delay",
     "open_study",
     "orbit_period",
+    "orbit_stability",
     "periodicity_chart",
     "plot",
     "prediction_error",
@@ -332,6 +358,7 @@ __all__ = [
     "simulate",
     "simulate_blocks",
     "simulate_many",
+    "stability_chart",
     "stop_damping",
     "stop_restitution",
     "stop_stiffness",

@@ -13,8 +13,18 @@ from .controlling import control
 from .feedback import DelayedFeedback
 from .flow import ControlledTrajectory
 from .ogy import OGY
+from .stability import ControlledStability, orbit_stability, stability_chart
 
-__all__ = ["OGY", "ControlledMotion", "ControlledTrajectory", "DelayedFeedback", "control"]
+__all__ = [
+    "OGY",
+    "ControlledMotion",
+    "ControlledStability",
+    "ControlledTrajectory",
+    "DelayedFeedback",
+    "control",
+    "orbit_stability",
+    "stability_chart",
+]
 
 
 class _Callable(ModuleType):

@@ -2,6 +2,14 @@
 
 from .branches import branch
 from .comparison import comparison
+from .control import (
+    control_effort,
+    control_force,
+    control_intervals,
+    control_strobe,
+    controlled_flow,
+    stability_chart,
+)
 from .correlation import correlation_sum
 from .diagrams import basins, bifurcation_diagram, periodicity_chart, response_spectrum
 from .dimension import dimension
@@ -26,6 +34,11 @@ __all__ = [
     "branch",
     "comparison",
     "contact_against_interval",
+    "control_effort",
+    "control_force",
+    "control_intervals",
+    "control_strobe",
+    "controlled_flow",
     "correlation_sum",
     "delay_choice",
     "dimension",
@@ -48,6 +61,7 @@ __all__ = [
     "return_maps",
     "section",
     "spike_train",
+    "stability_chart",
     "stretch_curve",
     "surrogate_test",
     "time_history",
