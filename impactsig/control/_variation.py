@@ -256,18 +256,12 @@ class Variation:
         self, piece: Piece, own: np.ndarray, others: np.ndarray, shares: np.ndarray
     ) -> np.ndarray:
         """What the velocity after an impact gains from the force between it and the delayed."""
-        out = np.empty(len(own))
-        for i, at in enumerate(own):
-            edges = np.sort(np.append(others[:, i], at))
-            total = 0.0
-            for low, high in zip(edges[:-1], edges[1:], strict=True):
-                if high > low:
-                    middle = (low + high) / 2
-                    ahead = shares[others[:, i] > middle].sum() - (middle < at)
-                    force = np.clip(self.gain * piece.height * ahead, -self.limit, self.limit)
-                    total += force * (high - low) * (piece.kept if middle < at else 1.0)
-            out[i] = total
-        return out
+        edges = np.sort(np.concatenate([others, own[None]]), axis=0)
+        middle = (edges[1:] + edges[:-1]) / 2
+        early = middle < own  # than the impact itself
+        ahead = np.einsum("m,mei->ei", shares, others[:, None] > middle) - early
+        force = np.clip(self.gain * piece.height * ahead, -self.limit, self.limit)
+        return np.sum(force * np.diff(edges, axis=0) * np.where(early, piece.kept, 1.0), axis=0)
 
 
 @dataclass(frozen=True)
