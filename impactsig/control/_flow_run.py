@@ -143,7 +143,8 @@ def run(
             if wish < 1e-14:
                 return DIVERGED
         pace[0] = wish
-        course = begin_row(line, count, clock, step)
+        begin_row(line, count, clock, step)
+        course = line.course[count[ROWS] - 1]
         stages(tab, rates, p, fb, line, past, region, s, 13, 16, t, step, y)
         interpolate(tab, s, step, y, size, course)
         feed(fb, line, past, room, region, step, course)

@@ -11,9 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-
-from ..simulate._flow import TURN
+from ..simulate._flow import TURN, inner, kernel
 from ..simulate._tableau import DEGREE
 
 SIGNAL, FORCE, DISPLACEMENT, VELOCITY = range(4)
@@ -27,7 +25,7 @@ class Line(NamedTuple):
     laps: np.ndarray  # (rows,) of int
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def bernstein(c, share):
     """Polynomial in Bernstein form at a share of its step."""
     other = 1.0 - share
@@ -40,7 +38,7 @@ def bernstein(c, share):
     return value + power * share * c[DEGREE]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def cut(c, share):
     """Make the polynomial that of the first share of its step."""
     for n in range(1, DEGREE + 1):
@@ -48,13 +46,13 @@ def cut(c, share):
             c[i] = c[i - 1] + share * (c[i] - c[i - 1])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def since(line, j, turns, phase):
     """Time from the beginning of step j to an instant."""
     return (turns - line.when[j, 0]) * TURN + (phase - line.when[j, 1])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def read(line, j, last, first, signal, tau):
     """What is fed back, tau after the beginning of step j, in a step no later than `last`.
 
@@ -67,7 +65,7 @@ def read(line, j, last, first, signal, tau):
     return bernstein(line.course[j, SIGNAL if j >= first else signal], share)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def locate(line, number, turns, phase):
     """The last of so many steps that begins at an instant or before it, or 0."""
     low, high = 0, number
@@ -80,7 +78,7 @@ def locate(line, number, turns, phase):
     return low
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def sample(line, number, turns, phase, which, out):
     """A course at instants, in any order, within the steps."""
     for n in range(len(turns)):

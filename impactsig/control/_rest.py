@@ -7,11 +7,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ..simulate._contact import SPEED, hold, note, restitution_at, slide, touched
 from ..simulate._events import IMPACT, REVERSE
-from ..simulate._flow import TURN
+from ..simulate._flow import TURN, inner
 from ..simulate._passing import CALM
 from ..simulate._rates import PLACE, RESTITUTION, SIDE, jerk, open_leg, pull
 from ..simulate._rest import holding, rigid_at
@@ -20,7 +18,7 @@ from ._line import VELOCITY, read
 LOOKS = 64  # at the forces on a mass at rest, in the period of the fastest forcing
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def force_at(fb, line, past, tau, y, v):
     """Control force per mass, tau after the beginning of the step; y is the displacement."""
     if not fb.on:
@@ -30,7 +28,7 @@ def force_at(fb, line, past, tau, y, v):
     return min(max(push, -fb.limit), fb.limit)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def departure(p, f, leg, s, fb, line, past, y, k):
     """Where a mass at rest goes: 1 up, -1 down, 0 stays, 2 no number; and if from a balance."""
     low, high = holding(p, k)
@@ -52,7 +50,7 @@ def departure(p, f, leg, s, fb, line, past, y, k):
     return 1 if push > high else -1, False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def unstick(p, f, leg, s, fb, line, past, y, low, high, end):
     """Time until the forces on a mass that rests leave [low, high], or `end` if that is sooner.
 
@@ -82,7 +80,7 @@ def unstick(p, f, leg, s, fb, line, past, y, low, high, end):
         tau = min(tau + TURN / LOOKS / p.fastest, end)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def rest_or_turn(p, f, s, fb, line, past, clock, state, count, events):
     """A sliding mass comes to rest: it turns, unless it is held (which the next pass finds)."""
     state[1] = 0.0
@@ -95,7 +93,7 @@ def rest_or_turn(p, f, s, fb, line, past, clock, state, count, events):
         note(events, count, clock, state, REVERSE, -1, 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def rebound(p, f, s, fb, line, past, clock, state, count, events, k, calm):
     """Reset the velocity at a rigid stop.
 

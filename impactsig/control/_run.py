@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ..simulate._contact import (
     BEGUN,
     HOLDER,
@@ -31,7 +29,7 @@ from ..simulate._crossing import (
     zeros_at_start,
 )
 from ..simulate._events import BROKEN, DIVERGED, DONE, EXHAUSTED, FULL, RELEASE
-from ..simulate._flow import TURN
+from ..simulate._flow import TURN, inner, kernel
 from ..simulate._passing import pass_time
 from ..simulate._rates import LAW, PLACE, RIGID, SIDE, open_leg, pull
 from ..simulate._rest import holding, rigid_at
@@ -51,7 +49,7 @@ ROOM = 4  # rows that one pass may write
 REACHED = 1e-14  # of the phase: rounding
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def recall(fb, line, count, clock):
     """Where what is fed back is found now, and the time for which it is smooth."""
     number = count[ROWS]
@@ -77,21 +75,21 @@ def recall(fb, line, count, clock):
     return Past(j, last, count[FIRST], max(since(line, j, turns, phase) + clock[2], 0.0)), smooth
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def begin_row(line, count, clock, h):
-    """A row for a step of h from now; its courses."""
+    """A row for a step of h from now; its courses are `line.course[count[ROWS] - 1]`."""
     j = count[ROWS]
     line.when[j, 0], line.when[j, 1], line.when[j, 2] = clock[0], clock[1] + clock[2], h
     line.laps[j] = count[LAPS]
     count[LAPS] = 0
     count[ROWS] = j + 1
-    return line.course[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def rest_row(fb, line, past, room, count, clock, h, x):
     """A row in which the mass rests."""
-    course = begin_row(line, count, clock, h)
+    begin_row(line, count, clock, h)
+    course = line.course[count[ROWS] - 1]
     for n in range(DEGREE + 1):
         course[DISPLACEMENT, n], course[VELOCITY, n] = x, 0.0
     feed(fb, line, past, room, 0, h, course)
@@ -99,7 +97,7 @@ def rest_row(fb, line, past, room, count, clock, h, x):
         course[FORCE, n] = min(max(course[FORCE, n], -fb.limit), fb.limit)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def run(
     p, tab, f, s, fb, line, room, laps, clock, state, count, events, end_turns, end_phase, most
 ):
@@ -200,7 +198,8 @@ def run(
             count[6] += tries - 1
             if step == 0.0:
                 return BROKEN if p.forced else DIVERGED
-            course = begin_row(line, count, clock, step)
+            begin_row(line, count, clock, step)
+            course = line.course[count[ROWS] - 1]
             interpolate(
                 tab, f, leg, s, fb, line, past, room, region, step, y, v, dq, dv, course
             )  # fmt: skip
@@ -269,7 +268,7 @@ def run(
             change_contact(p, clock, state, count, events, kind, k)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def polish(tab, f, leg, s, fb, line, past, room, region, row, h, most, y, v, a):
     """The step that ends at an event, from its instant on the interpolant.
 

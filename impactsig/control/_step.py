@@ -12,8 +12,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-
+from ..simulate._flow import inlined, inner
 from ..simulate._rates import accelerate
 from ..simulate._roots import first_root
 from ..simulate._step import error, first_step
@@ -55,7 +54,7 @@ class Room(NamedTuple):
     gap: np.ndarray  # (DEGREE + 1,) of the control force to its limit
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def force(fb, region, late, y, v):
     """Control force per mass; y is the displacement.
 
@@ -67,7 +66,7 @@ def force(fb, region, late, y, v):
     return fb.gain * (late - (v if fb.signal == VELOCITY else y))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def stages(tab, law, leg, s, fb, region, late, first, last, h, y, v):
     """Work out some stages from those before them."""
     kq, kv = s.kq, s.kv
@@ -82,7 +81,7 @@ def stages(tab, law, leg, s, fb, region, late, first, last, h, y, v):
             kv[i] += force(fb, region, late[i], y + h * x + leg.origin, kq[i])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def take(tab, f, leg, s, fb, line, past, room, region, h, y, v, a):
     """What position and velocity gain in a step of h; all of its first 13 stages."""
     s.kq[0], s.kv[0] = v, a
@@ -104,7 +103,7 @@ def take(tab, f, leg, s, fb, line, past, room, region, h, y, v, a):
     return dq, dv
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def stride(p, tab, f, leg, s, fb, line, past, room, region, wish, end, y, v, a, speed):
     """A step within the tolerance, no longer than `end`; as `simulate._step.stride`."""
     h = wish if wish > 0 else first_step(p, leg, y)
@@ -128,7 +127,7 @@ def stride(p, tab, f, leg, s, fb, line, past, room, region, wish, end, y, v, a, 
         grow = 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def interpolate(tab, f, leg, s, fb, line, past, room, region, h, y, v, dq, dv, course):
     """Write the courses of the step just taken; `s.q`, `s.v` hold what they gain."""
     if fb.on:
@@ -162,7 +161,7 @@ def interpolate(tab, f, leg, s, fb, line, past, room, region, h, y, v, dq, dv, c
     feed(fb, line, past, room, region, h, course)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def feed(fb, line, past, room, region, h, course):
     """Write what is fed back from the step, and the control force in it.
 
@@ -187,7 +186,7 @@ def feed(fb, line, past, room, region, h, course):
         push[n] = region * fb.limit if region != 0 else room.gap[n]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def bound(fb, room, s, region, edge):
     """Where in the step the force reaches its limit, or comes back from it; and which limit.
 
