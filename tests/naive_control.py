@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import mpmath as mp
 
-ORDER = 36
-LONGEST = mp.mpf("0.3")  # of a piece
+ORDER = 30
+LONGEST = mp.mpf("0.4")  # of a piece
 
 
 @dataclass
@@ -27,7 +27,10 @@ class Piece:
 
 
 def value(c, t):
-    return mp.polyval(c[::-1], t)
+    total = mp.mpf(0)
+    for own in reversed(c):
+        total = total * t + own
+    return total
 
 
 def shifted(c, t):
@@ -41,7 +44,7 @@ def shifted(c, t):
 
 def root(c, length):
     """First root in (0, length) of a series that is positive at first, by a fine look; or None."""
-    looks = 60
+    looks = 24
     before = mp.mpf(0)
     for i in range(1, looks + 1):
         t = length * i / looks
