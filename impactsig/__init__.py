@@ -245,6 +245,7 @@ _HOME = {
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "OGY",
     "Attractor",
     "AveragedFalseNeighbors",
     "BaseMotion",
@@ -283,7 +284,6 @@ __all__ = [
     "MissingExtra",
     "Motion",
     "Noise",
-    "OGY",
     "OrbitPeriod",
     "Oscillator",
     "PeriodicOrbit",

@@ -121,7 +121,7 @@ def controlled(
                     length, due, edge = at, "limit", way
         force = [mp.mpf(0)] * (ORDER + 1)
         if on:
-            force = gap if fixed is None else [fixed] + force[1:]
+            force = gap if fixed is None else [fixed, *force[1:]]
         fed = [(1 - memory) * a + memory * b for a, b in zip(own, late, strict=True)]
         pieces.append(Piece(t, length, xs, vs, fed, force))
         t, x, v = t + length, value(xs, length), value(vs, length)

@@ -34,8 +34,6 @@ class DelayedRun:
     ----------
     oscillator, initial, phase, method, chatter
         As for `simulate`.
-    keep : bool
-        Keep the whole line; or only what is fed back still.
     """
 
     def __init__(
@@ -45,13 +43,11 @@ class DelayedRun:
         phase: float,
         method: RungeKutta,
         chatter: float,
-        keep: bool = True,
     ) -> None:
         from ._run import COUNTS
 
         self.oscillator = oscillator
         self.phase = phase
-        self.keep = keep
         self.engine = SteppingEngine(oscillator, method, chatter)
         q, v = _start(oscillator, initial, phase, self.engine.omega)
         self.state, count = self.engine.begin(q, v, phase)
@@ -64,9 +60,8 @@ class DelayedRun:
         self.rows: list[np.ndarray] = []
         self.status = "complete"
         self._buffer = np.empty((CHUNK, COLUMNS))
-        self._longest = 0.0
 
-    def to(self, until: float, feedback: DelayedFeedback | None) -> None:
+    def to(self, until: float, feedback: Any) -> None:
         """Move to `until` forcing periods under that feedback, from its beginning."""
         from ._line import locate
         from ._run import AT, EDGE, FIRST, LAPS, LONG, run
@@ -75,7 +70,6 @@ class DelayedRun:
         if self.status != "complete":
             return
         fb, laps = self.feedback(feedback)
-        self._longest = max(self._longest, fb.delay)
         count, clock = self.count, self.clock
         count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
         count[FIRST] = count[NUMBER]
@@ -129,31 +123,16 @@ class DelayedRun:
         return fed, laps + memory_laps(feedback.memory)
 
     def _more_line(self) -> None:
-        """Make room for more rows, or forget those that are fed back no more."""
-        from ._line import locate
-        from ._run import AT, FIRST
-        from ._run import ROWS as NUMBER
-
-        line, count = self.line, self.count
-        number, forget = int(count[NUMBER]), 0
-        if not self.keep:
-            whole = math.floor(self._longest / TURN)
-            rest = self._longest - TURN * whole
-            forget = locate(line, number, self.clock[0] - whole, self.clock[1] - rest)
-            forget = min(forget, int(count[AT]))
-        left = number - forget
-        rows = len(line.laps) if left < len(line.laps) // 2 else 2 * left
-        self.line = new = new_line(rows, 2)
-        for old, own in zip(line, new, strict=True):
-            own[:left] = old[forget:number]
-        count[NUMBER] = left
-        count[AT] -= forget
-        count[FIRST] = max(count[FIRST] - forget, 0)
+        """Make room for twice as many rows."""
+        number, old = self.number, self.line
+        self.line = new_line(2 * number, 2)
+        for rows, new in zip(old, self.line, strict=True):
+            new[:number] = rows[:number]
 
     def motion(self) -> tuple[Motion, DelayLine]:
         """The motion from t = 0 to here, and the line it was taken from."""
         number = self.number
-        line = DelayLine(self.engine, type(self.line)(*(part[:number] for part in self.line)))
+        line: Any = DelayLine(self.engine, type(self.line)(*(part[:number] for part in self.line)))
         rows = np.concatenate([[self.first], *self.rows])
         return assemble(
             self.oscillator, line, self.phase, self.first, rows, self.clock, self.state,

@@ -2,8 +2,8 @@
 
 A step is a row: when it began and how long it was, polynomials of degree 7 in Bernstein form (what
 is fed back, control force, then displacement and velocity, or the coordinates of a flow), and for
-how many delays to come the beginning of the step is a place where what is fed back is not smooth. Steps end at such places, one
-delay later again, so that no polynomial ever reaches across one.
+how many delays to come the beginning of the step is a place where what is fed back is not smooth.
+Steps end at such places, one delay later again, so that no polynomial ever reaches across one.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+
 from ..simulate._flow import TURN, inner, kernel
 from ..simulate._tableau import DEGREE
 

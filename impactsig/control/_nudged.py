@@ -16,8 +16,6 @@ from ..simulate.motion import TURN, Motion, assemble
 from ..simulate.runge_kutta import SteppingEngine
 from .ogy import OGY
 
-Phases = tuple[tuple[float, OGY | None], ...]
-
 
 class Nudged:
     """Engines of one oscillator with its parameter moved; fulfils `Engine` and `Effort`.
@@ -123,9 +121,15 @@ class Nudged:
 
 
 def run_nudged(
-    oscillator: Oscillator, phases: Phases, length: float, *, initial: Any, phase: float,
-    method: Any, chatter: float,
-) -> tuple[Motion, Nudged]:  # fmt: skip
+    oscillator: Oscillator,
+    phases: tuple[tuple[float, Any], ...],
+    length: float,
+    *,
+    initial: Any,
+    phase: float,
+    method: Any,
+    chatter: float,
+) -> tuple[Motion, Nudged]:
     """The motion of an oscillator whose parameter is moved once in a period."""
     going = Nudged(oscillator, method, chatter, phase)
     q, v = _start(oscillator, initial, phase, going.omega)
@@ -156,9 +160,11 @@ def run_nudged(
                 break
         if found != DONE:
             break
+    engine_of_all: Any = going
     motion = assemble(
-        oscillator, going, phase, first, np.concatenate(rows), clock, state, count, STATUS[found]
-    )
+        oscillator, engine_of_all, phase, first, np.concatenate(rows), clock, state, count,
+        STATUS[found],
+    )  # fmt: skip
     return motion, going
 
 

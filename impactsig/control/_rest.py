@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from ..simulate._contact import SPEED, hold, note, restitution_at, slide, touched
+from ..simulate._contact import SPEED, note, restitution_at, slide, touched
 from ..simulate._events import IMPACT, REVERSE
 from ..simulate._flow import TURN, inner
 from ..simulate._passing import CALM
@@ -38,7 +38,7 @@ def departure(p, f, leg, s, fb, line, past, y, k):
     if not math.isfinite(push):
         return 2, False
     even = p.static == p.kinetic
-    if push == low or push == high:
+    if push in (low, high):
         h = 1e-6
         rate = jerk(p, f, leg, s, y) + (force_at(fb, line, past, h, at, 0.0) - control) / h
         if push == low and rate < 0:

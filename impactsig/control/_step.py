@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+
 from ..simulate._flow import inlined, inner
 from ..simulate._rates import accelerate
 from ..simulate._roots import first_root

@@ -141,9 +141,8 @@ class Variation:
         if own.law is not None:
             at, moving = base_motion(own, (own.base.frequency / omega if own.base else 1.0) * angle)
             law_of = getattr(own.law, "py_func", own.law)
-            rows = zip(
-                *np.broadcast_arrays(angle / omega, q + at, v * omega + moving), strict=True
-            )
+            seen = np.broadcast_arrays(angle / omega, q + at, v * omega + moving)
+            rows = zip(*seen, strict=True)
             a = a + np.array([law_of(*row) for row in rows]) / inertia
         return a
 
@@ -195,18 +194,12 @@ class Variation:
         lag = np.array([-1 / v, 0.0])
 
         def pull(q: float, v: float, pressed: Any) -> float:
-            one = (np.array([value]) for value in (angle, q, v))
-            return float(self.acceleration(*one, pressed)[0])
+            here = (np.array([angle]), np.array([q]), np.array([v]))
+            return float(self.acceleration(here[0], here[1], here[2], pressed)[0])
 
         before = pull(q, v, pressed)
         if row[2] == IMPACT:
-            r = stop.law.restitution  # type: ignore[union-attr]
-            after, slope = -r * v if not callable(r) else 0.0, -r if not callable(r) else 0.0
-            if callable(r):
-                law = getattr(r, "py_func", r)
-                speed, h = abs(v) * self.omega, 1e-6 * abs(v) * self.omega
-                after = -law(speed) * v
-                slope = -(law(speed) + speed * (law(speed + h) - law(speed - h)) / (2 * h))
+            after, slope = self._returned(stop.law, v)
             gained = pull(q, after, pressed)
             jump = np.array([[after / v, 0.0], [(gained - slope * before) / v, slope]])
             return jump, lag, v - after if self.of_velocity else 0.0, slope
@@ -215,6 +208,16 @@ class Variation:
         gained = pull(q, row[6], then)
         jump = np.array([[1.0, 0.0], [(gained - before) / v, 1.0]])
         return jump, lag, *none
+
+    def _returned(self, law: Any, v: float) -> tuple[float, float]:
+        """Velocity after an impact, and its derivative by that before."""
+        r = law.restitution
+        if not callable(r):
+            return -r * v, -r
+        r = getattr(r, "py_func", r)
+        speed, h = abs(v) * self.omega, 1e-6 * abs(v) * self.omega
+        slope = r(speed) + speed * (r(speed + h) - r(speed - h)) / (2 * h)
+        return -r(speed) * v, -slope
 
     # -- going round ---------------------------------------------------------------------------
 

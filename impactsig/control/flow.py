@@ -144,7 +144,13 @@ class _Going:
         self.line = new_line(ROWS, flow.dimension)
         self.room = new_room()
         self.scratch = Scratch(
-            np.zeros((16, d)), *(np.zeros(d) for _ in range(5)), np.zeros((64, DEGREE + 3))
+            k=np.zeros((16, d)),
+            state=np.zeros(d),
+            rate=np.zeros(d),
+            error3=np.zeros(d),
+            error5=np.zeros(d),
+            new=np.zeros(d),
+            stack=np.zeros((64, DEGREE + 3)),
         )
         self.status = "complete"
 

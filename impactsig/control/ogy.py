@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -111,7 +112,7 @@ class OGY:
         if oscillator == self.orbit.oscillator:
             return
         points = np.concatenate([self.points, self.points[:1]])
-        for here, there in zip(points[:-1], points[1:], strict=True):
+        for here, there in pairwise(points):
             end = self._image(oscillator, here)
             if not np.abs(end - there).max() <= RETURNS * np.abs(points).max():
                 raise InvalidInput(

@@ -171,7 +171,7 @@ def stability_chart(
     """
     from ..studies.sweeping import sweep
 
-    gains = parameter_values("gains", gains)
+    values = parameter_values("gains", gains)
     multiples = parameter_values("delays", (1, 2, 3) if delays is None else delays)
     proto = DelayedFeedback(0.0, orbit.periods, limit, signal, memory)
     orbit_stability(orbit, proto, laps=laps)  # what is wrong is said here, not by every cell
@@ -180,7 +180,7 @@ def stability_chart(
         own = replace(proto, gain=float(gain), delay=float(delay))
         return {"growth": orbit_stability(orbit, own, laps=laps).growth}
 
-    grid = {"gain": gains, "delay": multiples * orbit.periods}
+    grid = {"gain": values, "delay": multiples * orbit.periods}
     return sweep(growth, grid, **options)
 
 

@@ -1,4 +1,4 @@
-"""Control of chaos: the motion, its impacts and the force over time, and where control is stable."""
+"""Control of chaos: motion, impacts and force over time, and where control is stable."""
 
 from __future__ import annotations
 
@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 FLOOR = 1e-18  # below which a force is drawn as none
 
 
-def control_strobe(
-    motion: ControlledMotion, ax: Axes | None = None, *, phase: float = 0.0
-) -> Axes:
+def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: float = 0.0) -> Axes:
     """Draw the displacement once every forcing period over time, and when control was changed.
 
     Parameters
@@ -192,9 +190,7 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _phases(
-    ax: Axes, motion: ControlledMotion, span: tuple[float, float] | None = None
-) -> None:
+def _phases(ax: Axes, motion: ControlledMotion, span: tuple[float, float] | None = None) -> None:
     """Mark when which control began."""
     period = motion.oscillator.forcing_period
     assert period is not None

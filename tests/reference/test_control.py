@@ -71,15 +71,15 @@ KINDS = {
 @pytest.mark.parametrize("kind", KINDS)
 def test_motion_force_and_impacts_are_those_of_the_method_of_steps(kind):
     naive, given = KINDS[kind]
-    pieces, hits, period = in_many_digits(6, **naive)
-    motion = control(BEAM, DelayedFeedback(0.15, 1, **given), periods=6, start=2, initial=START)
-    shares = np.linspace(0.013, 5.987, 61)
+    pieces, hits, period = in_many_digits(5, **naive)
+    motion = control(BEAM, DelayedFeedback(0.15, 1, **given), periods=5, start=2, initial=START)
+    shares = np.linspace(0.013, 4.987, 61)
     exact = np.array(
         [[float(c) for c in naive_control.state(pieces, own * period)] for own in shares]
     )
     time = shares * BEAM.forcing_period
     x, v = motion.sample(time)
-    assert len(motion.impacts) == len(hits) >= 3
+    assert len(motion.impacts) == len(hits) >= 2
     np.testing.assert_allclose(motion.impacts.time / BEAM.time_unit, hits, rtol=0, atol=2e-11)
     for mine, own in zip((x, v, motion.force(time)), exact.T, strict=True):
         np.testing.assert_allclose(mine, own, rtol=0, atol=2e-11)
@@ -88,8 +88,8 @@ def test_motion_force_and_impacts_are_those_of_the_method_of_steps(kind):
 
 def test_the_order_is_that_of_the_method():
     """Steps of one length between the places where the delay is not smooth: error ~ h^8."""
-    pieces, _, period = in_many_digits(6, limit=mpmath.mpf(LIMIT))
-    x, v, _ = (float(c) for c in naive_control.state(pieces, 6 * period))
+    pieces, _, period = in_many_digits(5, limit=mpmath.mpf(LIMIT))
+    x, v, _ = (float(c) for c in naive_control.state(pieces, 5 * period))
     errors = []
     lengths = (0.8, 0.4)
     for length in lengths:
@@ -97,7 +97,7 @@ def test_the_order_is_that_of_the_method():
         # No error is too great, so that every step is as long as it may be.
         going.engine._problem = going.engine._problem._replace(longest=length, tolerance=1e6)
         going.to(2, None)
-        going.to(6, DelayedFeedback(0.15, 1, LIMIT))
+        going.to(5, DelayedFeedback(0.15, 1, LIMIT))
         motion, _ = going.motion()
         errors.append(math.hypot(motion.final[0] - x, motion.final[1] - v))
     assert errors[0] < 1e-4
@@ -214,9 +214,9 @@ def test_multipliers_where_no_pulse_is_left(first, stop, gain, signal):
 
 
 def test_chart_agrees_with_single_orbits_and_the_rule_of_odd_numbers(first):
-    """At twice the delay the (1, 1) orbit stays unstable: its multiplier squared is above 1.
+    """At twice the delay (1, 1) stays unstable: over the delay it has one multiplier above 1.
 
-    An odd number of real multipliers above 1 over the delay cannot be stabilised [Nakajima1997].
+    Nakajima's rule: orbits with an odd number of them cannot be stabilised.
     """
     chart = stability_chart(first, [0.0, 0.05, 0.15], [1, 2], limit=LIMIT, laps=200)
     assert chart.complete
@@ -234,9 +234,7 @@ def test_chart_agrees_with_single_orbits_and_the_rule_of_odd_numbers(first):
 
 @pytest.mark.parametrize(("parameter", "limit"), [("amplitude", 0.03), ("load", 0.1)])
 @pytest.mark.parametrize("periods", [1, 2])
-def test_ogy_stabilises_orbits_with_an_effort_that_decays(
-    first, second, periods, parameter, limit
-):
+def test_ogy_stabilises_orbits_with_an_effort_that_decays(first, second, periods, parameter, limit):
     orbit = first if periods == 1 else second
     how = OGY(orbit, limit=limit, parameter=parameter)
     motion = control(BEAM, how, periods=800, start=100, initial=START)
