@@ -228,7 +228,6 @@ class Variation:
             rng.standard_normal((2, count)),
             [rng.standard_normal((size, NODES, count)) for _ in range(self.laps)],
             [np.zeros((size, 1, count)) for _ in range(self.laps)],
-            np.ones(1),
         )
 
     def lap(self, state: State) -> State:
@@ -245,20 +244,20 @@ class Variation:
             lags[j, 0] = piece.lag @ before
             z = piece.jump @ before
             if piece.height and self.gain:
-                z[1] += self._pulse(piece, lags[j, 0], came[j], state.shares)
-        shares, kept = state.shares, lags
+                z[1] += self._pulse(piece, lags[j, 0], came[j])
+        kept = lags
         if self.memory > 0:
-            kept = np.concatenate([lags, came], axis=1)
             room = 1 + int(np.ceil(np.log(FAINT) / np.log(self.memory)))
-            kept = kept[:, :room]
-            shares = (1 - self.memory) * self.memory ** np.arange(kept.shape[1])
-            shares[-1] = self.memory ** (kept.shape[1] - 1)
-        return State(z, [*state.late[1:], fed], [*state.came[1:], kept], shares)
+            kept = np.concatenate([lags, came], axis=1)[:, :room]
+        return State(z, [*state.late[1:], fed], [*state.came[1:], kept])
 
-    def _pulse(
-        self, piece: Piece, own: np.ndarray, others: np.ndarray, shares: np.ndarray
-    ) -> np.ndarray:
-        """What the velocity after an impact gains from the force between it and the delayed."""
+    def _pulse(self, piece: Piece, own: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """What the velocity after an impact gains from the force between it and the delayed.
+
+        `others` are how late the delayed impacts were, a row for each delay.
+        """
+        shares = (1 - self.memory) * self.memory ** np.arange(len(others))
+        shares[-1] = self.memory ** (len(others) - 1)
         edges = np.sort(np.concatenate([others, own[None]]), axis=0)
         middle = (edges[1:] + edges[:-1]) / 2
         early = middle < own  # than the impact itself
@@ -274,7 +273,6 @@ class State:
     now: np.ndarray  # (2, count)
     late: list[np.ndarray]  # for each lap of the delay: (pieces, nodes, count)
     came: list[np.ndarray]  # how late its impacts were: (pieces, remembered, count)
-    shares: np.ndarray  # of what is remembered
 
     def size(self) -> np.ndarray:
         """Of the differences, shape (count,)."""
@@ -285,7 +283,7 @@ class State:
     def divided(self, by: np.ndarray) -> State:
         """All of it divided."""
         late, came = [own / by for own in self.late], [own / by for own in self.came]
-        return State(self.now / by, late, came, self.shares)
+        return State(self.now / by, late, came)
 
 
 def chebyshev(n: int) -> tuple[np.ndarray, np.ndarray]:

@@ -170,10 +170,18 @@ class _Going:
             phase=own.delay - turns * TURN,
             delay=own.delay,
             limit=math.inf if own.limit is None else own.limit,
-            signal=COORDINATES + coordinate_of(self.flow, own.signal),
+            signal=COORDINATES + self._coordinate(own.signal),
             memory=own.memory,
         )
         return fed, np.array([ORDER, ORDER - 1]) + memory_laps(own.memory)
+
+    def _coordinate(self, signal: str | int) -> int:
+        """Number of the coordinate that is fed back."""
+        try:
+            return coordinate_of(self.flow, signal)
+        except InvalidInput:
+            names = ", ".join(self.flow.coordinates)
+            raise InvalidInput("signal", signal, f"a coordinate of the flow: {names}") from None
 
     def to(self, until: float, fb: Feedback, laps: np.ndarray) -> None:
         """Move to that time under that feedback, from its beginning."""

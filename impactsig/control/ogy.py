@@ -25,10 +25,11 @@ class OGY:
 
     [OttGrebogiYorke1990]_. Once in a forcing period, at the phase of the orbit's section, the
     state s is compared with the nearest point s_k of the orbit; for the period that follows the
-    parameter is moved by ``p = -gain_k . (s - s_k)``, such that to first order ``f . (s' - s') =
-    0`` with f the left eigenvector of the unstable multiplier at the next point: what is left of
-    the difference the stable multiplier takes. Where abs(p) is above the limit the motion is left
-    alone: chaos brings it near sooner or later.
+    parameter is moved by ``p = -gain_k . (s - s_k)``, such that to first order ``f . (s' -
+    s_(k+1)) = 0`` for the next state s', f being the left eigenvector of the unstable multiplier
+    there: the stable multiplier takes what is left. Where abs(p) is above the limit the motion is
+    left alone, as chaos brings it near sooner or later; if its bands leave the orbit out, a greater
+    limit is needed.
 
     Parameters
     ----------

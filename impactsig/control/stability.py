@@ -173,6 +173,8 @@ def stability_chart(
 
     values = parameter_values("gains", gains)
     multiples = parameter_values("delays", (1, 2, 3) if delays is None else delays)
+    if not ((multiples >= 1) & (multiples == np.round(multiples))).all():
+        raise InvalidInput("delays", delays, "whole numbers, 1 or greater: periods of the orbit")
     proto = DelayedFeedback(0.0, orbit.periods, limit, signal, memory)
     orbit_stability(orbit, proto, laps=laps)  # what is wrong is said here, not by every cell
 
@@ -206,7 +208,7 @@ def _multipliers(variation: Variation) -> np.ndarray:
 
     def lap(vector: np.ndarray) -> np.ndarray:
         late = vector[2:].reshape(variation.laps, *shape, 1)
-        after = variation.lap(State(vector[:2, None], list(late), none, np.ones(1)))
+        after = variation.lap(State(vector[:2, None], list(late), none))
         return np.concatenate([after.now.ravel(), *(own.ravel() for own in after.late)])
 
     operator = LinearOperator((size, size), matvec=lap, dtype=float)

@@ -360,6 +360,7 @@ def test_bad_input_to_stability(orbit):
         (lambda: orbit_stability(orbit, LOCK, laps=3), "laps"),
         (lambda: stability_chart(orbit, []), "gains"),
         (lambda: stability_chart(orbit, [0.1], [math.nan]), "delays"),
+        (lambda: stability_chart(orbit, [0.1], [1.5]), "delays"),
     ]
     for make, argument in cases:
         with pytest.raises(InvalidInput) as error:
