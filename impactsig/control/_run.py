@@ -35,7 +35,7 @@ from ..simulate._rates import LAW, PLACE, RIGID, SIDE, open_leg, pull
 from ..simulate._rest import holding, rigid_at
 from ..simulate._stepping import inside
 from ..simulate._tableau import DEGREE
-from ._line import DISPLACEMENT, FORCE, VELOCITY, cut, read, since
+from ._line import DISPLACEMENT, VELOCITY, cut, read, since
 from ._rest import departure, rebound, rest_or_turn, unstick
 from ._step import NONE, Past, bound, feed, force, interpolate, stride, take
 
@@ -86,15 +86,47 @@ def begin_row(line, count, clock, h):
 
 
 @inner
-def rest_row(fb, line, past, room, count, clock, h, x):
-    """A row in which the mass rests."""
+def rest_row(fb, line, past, room, s, laps, count, clock, h, x):
+    """A row in which the mass rests, to h or to where the force reaches its limit; its length."""
+    region, edge = side_of_limit(fb, line, past, count, x, 0.0)
     begin_row(line, count, clock, h)
     course = line.course[count[ROWS] - 1]
     for n in range(DEGREE + 1):
         course[DISPLACEMENT, n], course[VELOCITY, n] = x, 0.0
-    feed(fb, line, past, room, 0, h, course)
-    for n in range(DEGREE + 1):
-        course[FORCE, n] = min(max(course[FORCE, n], -fb.limit), fb.limit)
+    feed(fb, line, past, room, region, h, course)
+    if fb.on:
+        share, side = bound(fb, room, s, region, edge)
+        if share < 1.0 and side != 0:
+            h *= share
+            cross_limit(line, laps, count, course, share, region, side)
+    return h
+
+
+@inner
+def side_of_limit(fb, line, past, count, y, v):
+    """The limit that the force is beyond, or 0; and the limit that it is just at, or 0."""
+    region, edge = 0, 0
+    if fb.on:
+        late = read(line, past.step, past.last, past.first, fb.signal, past.offset)
+        control = force(fb, 0, late, y, v)
+        edge = count[EDGE]
+        if edge != 0:
+            region = count[REGION]
+        elif abs(control) > fb.limit:
+            region = 1 if control > 0 else -1
+        count[EDGE] = 0
+    return region, edge
+
+
+@inner
+def cross_limit(line, laps, count, course, share, region, side):
+    """End the row where the force reaches a limit, or comes back from it."""
+    for m in range(len(course)):
+        cut(course[m], share)
+    line.when[count[ROWS] - 1, 2] *= share
+    count[EDGE] = side
+    count[REGION] = side if region == 0 else 0
+    count[LAPS] = laps[1]
 
 
 @kernel
@@ -136,12 +168,19 @@ def run(
             if count[1] != 0:
                 low, high = holding(p, count[HOLDER])
                 ahead = min(ahead, TURN)
+                if fb.on:
+                    # Within a row of what is fed back, so that no polynomial is fitted to several.
+                    ahead = min(ahead, max(line.when[past.step, 2] - past.offset, REACHED))
                 tau, way = unstick(p, f, leg, s, fb, line, past, y, low, high, ahead)
                 if way == 2:
                     return BROKEN
                 if tau > 0:
-                    rest_row(fb, line, past, room, count, clock, tau, y + leg.origin)
-                    pass_time(clock, tau)
+                    h = rest_row(
+                        fb, line, past, room, s, laps, count, clock, tau, y + leg.origin
+                    )  # fmt: skip
+                    pass_time(clock, h)
+                    if h < tau:
+                        continue
                 if way == 0:
                     continue
                 count[1] = 0
@@ -169,17 +208,10 @@ def run(
 
         leg = open_leg(p, s, clock[0], clock[1], clock[2], count[0], approach, y, v)
         a = pull(f, leg, s, 0.0, y, v)
-        region, edge = 0, 0
+        region, edge = side_of_limit(fb, line, past, count, y + leg.origin, v)
         if fb.on:
             late = read(line, past.step, past.last, past.first, fb.signal, past.offset)
-            control = force(fb, 0, late, y + leg.origin, v)
-            edge = count[EDGE]
-            if edge != 0:
-                region = count[REGION]
-            elif abs(control) > fb.limit:
-                region = 1 if control > 0 else -1
-            count[REGION], count[EDGE] = region, 0
-            a += control if region == 0 else region * fb.limit
+            a += force(fb, region, late, y + leg.origin, v)
         if not math.isfinite(a):
             return BROKEN if p.forced else DIVERGED
         number = list_events(p, s, leg, count[0], y, v)
@@ -220,14 +252,12 @@ def run(
             elif share < 1.0 and side != 0:
                 h = share * step
                 dq, dv = take(tab, f, leg, s, fb, line, past, room, region, h, y, v, a)
-                count[EDGE] = side
-                count[REGION] = side if region == 0 else 0
-                count[LAPS] = laps[1]
+                cross_limit(line, laps, count, course, share, region, side)
             else:
                 state[STEP] = wish
-            if h < step:
-                for own in course:
-                    cut(own, h / step)
+            if due >= 0 and h < step:
+                for m in range(len(course)):
+                    cut(course[m], h / step)
                 line.when[count[ROWS] - 1, 2] = h
             state[0], state[1] = y + dq, v + dv
             if touched(p, count[0]) == 0:  # else it is among what the contact loses
@@ -260,7 +290,9 @@ def run(
             if left < 0:
                 return BROKEN
             if left > 0:
-                rest_row(fb, line, past, room, count, clock, left, p.stops[k, PLACE])
+                # What is left of a limit that is crossed within is not worth another row.
+                rest_row(fb, line, past, room, s, laps, count, clock, left, p.stops[k, PLACE])
+                line.when[count[ROWS] - 1, 2] = left
                 pass_time(clock, left)
                 count[LAPS] = laps[0]
                 hold(p, clock, state, count, events, k)
