@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -34,11 +35,14 @@ class DelayedRun:
     ----------
     oscillator, initial, phase, method, chatter
         As for `simulate`.
+    feedbacks : sequence of DelayedFeedback or None
+        All that will be on: what happens before one is on is fed back as well.
     """
 
     def __init__(
         self,
         oscillator: Oscillator,
+        feedbacks: Sequence[Any],
         initial: Any,
         phase: float,
         method: RungeKutta,
@@ -54,6 +58,7 @@ class DelayedRun:
         self.count = np.zeros(COUNTS, np.int64)
         self.count[: len(count)] = count
         self.clock = np.array([0.0, phase, 0.0])
+        self._laps = np.max([laps_of(own) for own in feedbacks], axis=0)
         self.first = [0.0, phase, START, -1, count[0], self.state[0], self.state[1], 0.0]
         self.line = new_line(ROWS, 2)
         self._room = new_room()
@@ -69,7 +74,7 @@ class DelayedRun:
 
         if self.status != "complete":
             return
-        fb, laps = self.feedback(feedback)
+        fb, laps = self.feedback(feedback), self._laps
         count, clock = self.count, self.clock
         count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
         count[FIRST] = count[NUMBER]
@@ -91,14 +96,13 @@ class DelayedRun:
                 self.status = STATUS[found]
                 return
 
-    def feedback(self, feedback: DelayedFeedback | None) -> tuple[Feedback, np.ndarray]:
-        """The feedback in the engine's units; and for how many delays events show in it."""
+    def feedback(self, feedback: DelayedFeedback | None) -> Feedback:
+        """The feedback in the engine's units."""
         from ._line import DISPLACEMENT, VELOCITY
         from ._step import Feedback
 
         if feedback is None:
-            nothing = Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, DISPLACEMENT, 0.0)
-            return nothing, np.ones(2, np.int64)
+            return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, DISPLACEMENT, 0.0)
         if feedback.signal not in SIGNALS:
             raise InvalidInput("signal", feedback.signal, '"velocity" or "displacement"')
         of_velocity = feedback.signal == "velocity"
@@ -106,7 +110,7 @@ class DelayedRun:
         turns = math.floor(feedback.delay)
         phase = TURN * (feedback.delay - turns)
         inertia = mass * omega**2
-        fed = Feedback(
+        return Feedback(
             on=feedback.gain != 0.0,
             gain=feedback.gain / (mass * omega if of_velocity else inertia),
             turns=float(turns),
@@ -116,11 +120,6 @@ class DelayedRun:
             signal=VELOCITY if of_velocity else DISPLACEMENT,
             memory=feedback.memory,
         )
-        # A jump of the velocity is one of the force a delay later, so of the acceleration; then of
-        # that's first derivative ... The limit bends the force. Of displacements all this comes
-        # one order later, and two with each delay.
-        laps = np.array([ORDER + 1, ORDER - 1] if of_velocity else [ORDER // 2, ORDER // 2 - 1])
-        return fed, laps + memory_laps(feedback.memory)
 
     def _more_line(self) -> None:
         """Make room for twice as many rows."""
@@ -151,7 +150,7 @@ def run_delayed(
     oscillator: Oscillator, phases: tuple[Phase, ...], length: float, **options: Any
 ) -> tuple[Motion, DelayLine]:
     """The motion of an oscillator under a schedule of feedbacks."""
-    going = DelayedRun(oscillator, **options)
+    going = DelayedRun(oscillator, [own for _, own in phases], **options)
     ends = [start for start, _ in phases[1:]] + [length]
     if phases[0][0] > 0:
         going.to(phases[0][0], None)
@@ -252,9 +251,19 @@ class DelayLine:
         return out * self._inertia
 
 
-def memory_laps(memory: float) -> int:
-    """For how many delays more a jump shows: a memory keeps it as a jump, but shrinks it."""
-    return math.ceil(math.log(1e-16) / math.log(memory)) if memory > 0 else 0
+def laps_of(feedback: DelayedFeedback | None) -> np.ndarray:
+    """For how many delays an event, and the reaching of the limit, is no smooth place of the force.
+
+    A jump of the velocity is one of the force a delay later, so of the acceleration, then of the
+    first derivative of that ... The limit bends the force. Of displacements all this comes one
+    order later, and two with each delay. A memory keeps a jump as a jump, but shrinks it.
+    """
+    if feedback is None:
+        return np.ones(2, np.int64)
+    twice = feedback.signal == "displacement"
+    laps = np.array([ORDER // 2, ORDER // 2 - 1] if twice else [ORDER + 1, ORDER - 1])
+    memory = feedback.memory
+    return laps + (math.ceil(math.log(1e-16) / math.log(memory)) if memory > 0 else 0)
 
 
 def _push(problem: Any, k: int, approach: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:

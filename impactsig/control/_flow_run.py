@@ -17,8 +17,19 @@ from ..simulate._flow import TURN
 from ..simulate._flow_steps import error_of, weigh
 from ..simulate._passing import pass_time
 from ..simulate._tableau import DEGREE
-from ._line import DISPLACEMENT, cut, read
-from ._run import EDGE, LAPS, LONG, REACHED, REGION, ROWS, begin_row, recall
+from ._line import DISPLACEMENT, read
+from ._run import (
+    EDGE,
+    LAPS,
+    LONG,
+    REACHED,
+    REGION,
+    ROWS,
+    begin_row,
+    cross_limit,
+    recall,
+    side_of_limit,
+)
 from ._step import bound, feed
 
 COORDINATES = DISPLACEMENT  # the first of their courses
@@ -100,6 +111,7 @@ def run(
 
     `pace` holds the next step, and the greatest coordinate that there was without control.
     """
+    turned = False
     for _ in range(most):
         if count[ROWS] + 1 > len(line.laps):
             return LONG
@@ -109,16 +121,10 @@ def run(
             return DONE
         past, smooth = recall(fb, line, count, clock)
         ahead = min(end, smooth)
-        edge, region = 0, 0
+        region, edge = 0, 0
         if fb.on and fb.limit < math.inf:
-            late = read(line, past.step, past.last, past.first, fb.signal, past.offset)
-            control = fb.gain * (late - y[fb.signal - COORDINATES])
-            edge = count[EDGE]
-            if edge != 0:
-                region = count[REGION]
-            elif abs(control) > fb.limit:
-                region = 1 if control > 0 else -1
-            count[REGION], count[EDGE] = region, 0
+            own = y[fb.signal - COORDINATES]
+            region, edge = side_of_limit(fb, line, past, count, own, own)
         t = clock[0] * TURN + clock[1] + clock[2]
         rates_at(rates, p, fb, line, past, region, t, 0.0, y, s.rate)
         s.k[0] = s.rate
@@ -150,16 +156,19 @@ def run(
         feed(fb, line, past, room, region, step, course)
         h = step
         if fb.on:
-            share, side = bound(fb, room, s, region, edge)
+            share, side, wrong = bound(fb, room, s, region, edge)
+            if wrong and not turned:
+                # At the limit the force turned back: the step is taken again on that side of it.
+                count[ROWS] -= 1
+                count[LAPS] = line.laps[count[ROWS]]
+                count[REGION], count[EDGE] = edge if region == 0 else 0, edge
+                turned = True
+                continue
+            turned = False
             if share < 1.0 and side != 0:
                 h = share * step
                 take(tab, rates, p, fb, line, past, region, s, t, h, y)
-                count[EDGE] = side
-                count[REGION] = side if region == 0 else 0
-                count[LAPS] = laps[1]
-                for own in course:
-                    cut(own, share)
-                line.when[count[ROWS] - 1, 2] = h
+                cross_limit(line, laps, count, course, share, region, side)
         for n in range(size):
             y[n] = s.new[n]
             if not fb.on:

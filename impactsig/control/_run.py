@@ -95,7 +95,11 @@ def rest_row(fb, line, past, room, s, laps, count, clock, h, x):
         course[DISPLACEMENT, n], course[VELOCITY, n] = x, 0.0
     feed(fb, line, past, room, region, h, course)
     if fb.on:
-        share, side = bound(fb, room, s, region, edge)
+        share, side, wrong = bound(fb, room, s, region, edge)
+        if wrong:
+            region = edge if region == 0 else 0
+            feed(fb, line, past, room, region, h, course)
+            share, side, wrong = bound(fb, room, s, region, edge)
         if share < 1.0 and side != 0:
             h *= share
             cross_limit(line, laps, count, course, share, region, side)
@@ -140,6 +144,7 @@ def run(
     """
     spent = 0
     count[5] = 0
+    turned = False
     approach = state[SPEED + 1 :]
     while True:
         if count[5] + ROOM > len(events):
@@ -235,9 +240,17 @@ def run(
             interpolate(
                 tab, f, leg, s, fb, line, past, room, region, step, y, v, dq, dv, course
             )  # fmt: skip
-            share, side = NONE, 0
+            share, side, wrong = NONE, 0, False
             if fb.on:
-                share, side = bound(fb, room, s, region, edge)
+                share, side, wrong = bound(fb, room, s, region, edge)
+            if wrong and not turned:
+                # At the limit the force turned back: the step is taken again on that side of it.
+                count[ROWS] -= 1
+                count[LAPS] = line.laps[count[ROWS]]
+                count[REGION], count[EDGE] = edge if region == 0 else 0, edge
+                turned = True
+                continue
+            turned = False
             for i in range(number):
                 x = event_root(s, s.events[i], int(s.events[i, 5]))
                 if x < min(share, 1.5):

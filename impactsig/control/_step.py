@@ -191,11 +191,12 @@ def feed(fb, line, past, room, region, h, course):
 def bound(fb, room, s, region, edge):
     """Where in the step the force reaches its limit, or comes back from it; and which limit.
 
-    `edge` is the limit at which the step began, which its first root is not.
+    `edge` is the limit at which the step began, which its first root is not. Last it tells whether
+    the force goes from there to the other side than the region is.
     """
-    at, which = NONE, 0
+    at, which, wrong = NONE, 0, False
     if not fb.limit < math.inf:
-        return at, which
+        return at, which, wrong
     for side in (-1, 1):
         if region == -side:
             continue
@@ -210,8 +211,9 @@ def bound(fb, room, s, region, edge):
                 c[n] = (c[n + 1] - start) * degree / (n + 1)
             degree -= 1
         if not c[0] > 0:
+            wrong = wrong or edge == side
             continue
         share = first_root(s.stack, degree)
         if share < at:
             at, which = share, side
-    return at, which
+    return at, which, wrong

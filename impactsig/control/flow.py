@@ -15,7 +15,7 @@ from ..simulate._course import _check_rates, coordinate_of, state_of
 from ..simulate._events import STATUS
 from ..simulate._tableau import DEGREE, tableau
 from ..simulate.motion import TURN
-from ._delayed import ORDER, ROWS, memory_laps, new_line, new_room
+from ._delayed import ROWS, laps_of, new_line, new_room
 from .feedback import DelayedFeedback
 
 if TYPE_CHECKING:
@@ -116,11 +116,12 @@ def control_flow(
 
     going = _Going(flow, initial, COUNTS)
     fed = [going.feedback(own) for _, own in phases]
+    laps = np.max([laps_of(own) for _, own in phases], axis=0)
     ends = [start for start, _ in phases[1:]] + [length]
     if phases[0][0] > 0:
-        going.to(phases[0][0], *going.feedback(None))
+        going.to(phases[0][0], going.feedback(None), laps)
     for own, end in zip(fed, ends, strict=True):
-        going.to(end, *own)
+        going.to(end, own, laps)
     return going.trajectory(phases)
 
 
@@ -154,16 +155,15 @@ class _Going:
         )
         self.status = "complete"
 
-    def feedback(self, own: DelayedFeedback | None) -> tuple[Feedback, np.ndarray]:
-        """In the kernel's terms, and for how many delays a kink shows."""
+    def feedback(self, own: DelayedFeedback | None) -> Feedback:
+        """In the kernel's terms."""
         from ._flow_run import COORDINATES
         from ._step import Feedback
 
         if own is None:
-            nothing = Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, COORDINATES, 0.0)
-            return nothing, np.ones(2, np.int64)
+            return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, COORDINATES, 0.0)
         turns = math.floor(own.delay / TURN)
-        fed = Feedback(
+        return Feedback(
             on=own.gain != 0.0,
             gain=own.gain,
             turns=float(turns),
@@ -173,7 +173,6 @@ class _Going:
             signal=COORDINATES + self._coordinate(own.signal),
             memory=own.memory,
         )
-        return fed, np.array([ORDER, ORDER - 1]) + memory_laps(own.memory)
 
     def _coordinate(self, signal: str | int) -> int:
         """Number of the coordinate that is fed back."""

@@ -93,11 +93,12 @@ def test_the_order_is_that_of_the_method():
     errors = []
     lengths = (0.8, 0.4)
     for length in lengths:
-        going = DelayedRun(BEAM, START, 0.0, RungeKutta(), 1e-6)
+        feedback = DelayedFeedback(0.15, 1, LIMIT)
+        going = DelayedRun(BEAM, [feedback], START, 0.0, RungeKutta(), 1e-6)
         # No error is too great, so that every step is as long as it may be.
         going.engine._problem = going.engine._problem._replace(longest=length, tolerance=1e6)
         going.to(2, None)
-        going.to(5, DelayedFeedback(0.15, 1, LIMIT))
+        going.to(5, feedback)
         motion, _ = going.motion()
         errors.append(math.hypot(motion.final[0] - x, motion.final[1] - v))
     assert errors[0] < 1e-4

@@ -32,7 +32,6 @@ from impactsig import (
     simulate,
     stability_chart,
 )
-from impactsig.control._delayed import DelayedRun
 from impactsig.control._line import bernstein, cut
 from impactsig.control._variation import chebyshev
 from impactsig.oscillators import BaseMotion, Force
@@ -410,8 +409,6 @@ def test_bernstein_polynomials_and_their_first_shares():
     binomial = np.array([math.comb(7, k) for k in range(8)])
     k = np.arange(8)
     naive = [(binomial * c * s**k * (1 - s) ** (7 - k)).sum() for s in shares]
-    held = DelayedRun(BEAM, (0.0, 0.0), 0.0, RungeKutta(), 1e-6)
-    assert held.number == 0
     np.testing.assert_allclose([bernstein.py_func(c, s) for s in shares], naive, atol=1e-14)
     part = c.copy()
     cut.py_func(part, 0.4)
