@@ -171,7 +171,7 @@ def _flow(
     given = {"periods": periods, "phase": phase, "method": method}
     for name, value in given.items():
         if value is not None:
-            raise InvalidInput(name, value, "None: a flow is told duration= alone")
+            raise InvalidInput(name, value, f"no {name} for a flow: it is told duration= alone")
     length = number("duration", duration, positive=True)
     phases = schedule(controller, start, length)
     if any(isinstance(own, OGY) for _, own in phases):
