@@ -13,6 +13,16 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from . import plot
     from .comparison import Comparison, compare
+    from .control import (
+        OGY,
+        ControlledMotion,
+        ControlledStability,
+        ControlledTrajectory,
+        DelayedFeedback,
+        control,
+        orbit_stability,
+        stability_chart,
+    )
     from .detect import detect_impacts
     from .dynamics.basins import Attractor, Basins, basins_of_attraction
     from .dynamics.branches import Branch
@@ -141,6 +151,16 @@ _HOME = {
     "recording": ("Recording",),
     "impacts": ("Impacts",),
     "io": ("info", "read", "read_blocks", "read_many"),
+    "io": ("info", "read", "read_blocks"),
+    "control": (
+        "OGY",
+        "ControlledMotion",
+        "ControlledStability",
+        "ControlledTrajectory",
+        "DelayedFeedback",
+        "orbit_stability",
+        "stability_chart",
+    ),
     "detect": ("detect_impacts",),
     "identify": ("Resonance", "identify_resonance"),
     "dynamics": (),
@@ -243,6 +263,7 @@ _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
     "ApparentRestitution",
+    "OGY",
     "Attractor",
     "AveragedDensity",
     "AveragedFalseNeighbors",
@@ -254,11 +275,15 @@ __all__ = [
     "Cantilever",
     "Comparison",
     "ContactSamples",
+    "ControlledMotion",
+    "ControlledStability",
+    "ControlledTrajectory",
     "CorrelationDimension",
     "CorrelationSum",
     "DelayChoice",
     "DensityShape",
     "Detected",
+    "DelayedFeedback",
     "EquivalenceError",
     "FalseNeighbors",
     "FixedStep",
@@ -319,6 +344,7 @@ __all__ = [
     "coefficient_of_variation",
     "compare",
     "continue_orbit",
+    "control",
     "correlation_dimension",
     "correlation_sum",
     "cv2",
@@ -348,6 +374,7 @@ __all__ = [
     "open_study",
     "orbit_period",
     "p_bifurcation",
+    "orbit_stability",
     "periodicity_chart",
     "plot",
     "prediction_error",
@@ -365,6 +392,7 @@ __all__ = [
     "simulate_beam",
     "simulate_blocks",
     "simulate_many",
+    "stability_chart",
     "stop_damping",
     "stop_restitution",
     "stop_stiffness",

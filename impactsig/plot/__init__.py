@@ -4,6 +4,14 @@ from .averaging import averaged_density, p_bifurcation
 from .beams import apparent_restitution, mode_shapes, restitution_over_modes, tip_history
 from .branches import branch
 from .comparison import comparison
+from .control import (
+    control_effort,
+    control_force,
+    control_intervals,
+    control_strobe,
+    controlled_flow,
+    stability_chart,
+)
 from .correlation import correlation_sum
 from .diagrams import basins, bifurcation_diagram, periodicity_chart, response_spectrum
 from .dimension import dimension
@@ -31,6 +39,11 @@ __all__ = [
     "branch",
     "comparison",
     "contact_against_interval",
+    "control_effort",
+    "control_force",
+    "control_intervals",
+    "control_strobe",
+    "controlled_flow",
     "correlation_sum",
     "decay",
     "delay_choice",
@@ -58,6 +71,7 @@ __all__ = [
     "return_maps",
     "section",
     "spike_train",
+    "stability_chart",
     "stretch_curve",
     "surrogate_test",
     "time_history",

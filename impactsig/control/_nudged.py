@@ -1,0 +1,185 @@
+"""An oscillator under the method of Ott, Grebogi and Yorke: period by period by its engine."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..oscillators import Oscillator
+from ..simulate._events import COLUMNS, DONE, FULL, MARK, RELEASE, START, STATUS, STICK, Engine
+from ..simulate._frame import base_motion
+from ..simulate._run import CHUNK, LEGS_PER_PERIOD, _after, _engine, _start
+from ..simulate.motion import TURN, Motion, assemble
+from ..simulate.runge_kutta import SteppingEngine
+from .ogy import OGY
+
+
+class Nudged:
+    """Engines of one oscillator with its parameter moved; fulfils `Engine` and `Effort`.
+
+    Parameters
+    ----------
+    oscillator, method, chatter, phase
+        As for `simulate`.
+    """
+
+    def __init__(self, oscillator: Oscillator, method: Any, chatter: float, phase: float) -> None:
+        self.oscillator = oscillator
+        self.phase = phase
+        self._options = (method, chatter, True)
+        self.engine = self._made(oscillator)
+        self.omega = self.engine.omega
+        self.begins: list[tuple[float, float]] = []  # turns and phase at which each period began
+        self.by: list[float] = []  # how far the parameter was moved in it
+        self.how: list[OGY | None] = []
+
+    def _made(self, oscillator: Oscillator) -> Engine:
+        engine = _engine(oscillator, *self._options)
+        if isinstance(engine, SteppingEngine):
+            engine._problem = engine._problem._replace(start=float(self.phase))
+        return engine
+
+    def period(self, turns: float, phase: float, how: OGY | None, by: float) -> Engine:
+        """Begin a period with the parameter moved; the engine for it."""
+        self.begins.append((turns, phase))
+        self.by.append(by)
+        self.how.append(how)
+        return self._of(len(self.by) - 1)
+
+    def _of(self, n: int) -> Engine:
+        how = self.how[n]
+        if how is None or self.by[n] == 0.0:
+            return self.engine
+        return self._made(how.nudged(self.oscillator, self.by[n]))
+
+    def _which(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """The period that instants are in; all but the last are a turn long."""
+        first = self.begins[0]
+        passed = turns - first[0] + (phase >= first[1]) - 1
+        return np.clip(passed, 0, len(self.by) - 1).astype(int)
+
+    def place(self, mode: Any, q: Any) -> Any:
+        """As of the engine: places do not depend on the parameter."""
+        return self.engine.place(mode, q)
+
+    def sample(
+        self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Position and velocity at instants, each by the engine of its period."""
+        own = self._which(*rows[where, :2].T)
+        own = np.where(np.array(self.by)[own] == 0.0, -1, own)
+        q, v = np.empty(len(turns)), np.empty(len(turns))
+        for n in np.unique(own):
+            engine = self.engine if n < 0 else self._of(n)
+            k = np.flatnonzero(own == n)
+            q[k], v[k] = engine.sample(rows, where[k], turns[k], phase[k])
+        return q, v
+
+    def peaks(
+        self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
+    ) -> np.ndarray:
+        """Greatest force of contacts, each by the engine of the period in which it began."""
+        out = np.full(len(first), -np.inf)
+        for n, (a, b) in enumerate(zip(first, last, strict=True)):
+            out[n] = self._of(int(self._which(*rows[a : a + 1, :2].T)[0])).peaks(
+                rows, np.array([a]), np.array([b]), end
+            )[0]
+        return out
+
+    def force(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """Control force at instants."""
+        own = self._which(turns, phase)
+        by = np.array(self.by)[own]
+        waves = np.array([how is not None and how.parameter == "amplitude" for how in self.how])
+        return by * np.where(waves[own], np.cos(phase + self._angle), 1.0)
+
+    @property
+    def _angle(self) -> float:
+        return self.oscillator.forces[0].phase if self.oscillator.forces else 0.0
+
+    def squared(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """Integrals of the square of the control force between instants, over the phase."""
+        begins = np.array([turn * TURN + angle for turn, angle in self.begins])
+        edges = turns * TURN + phase
+        out = np.zeros(len(edges) - 1)
+        for m, (low, high) in enumerate(pairwise(edges)):
+            first = max(int(np.searchsorted(begins, low + 1e-9, "right")) - 1, 0)
+            for n in range(first, len(begins)):
+                a = max(low, begins[n])
+                b = min(high, begins[n + 1]) if n + 1 < len(begins) else high
+                if a >= high:
+                    break
+                how, part = self.how[n], b - a
+                if how is not None and how.parameter == "amplitude":
+                    a, b = a % TURN + self._angle, a % TURN + self._angle + part
+                    part = part / 2 + (math.sin(2 * b) - math.sin(2 * a)) / 4
+                out[m] += self.by[n] ** 2 * part
+        return out
+
+
+def run_nudged(
+    oscillator: Oscillator,
+    phases: tuple[tuple[float, Any], ...],
+    length: float,
+    *,
+    initial: Any,
+    phase: float,
+    method: Any,
+    chatter: float,
+) -> tuple[Motion, Nudged]:
+    """The motion of an oscillator whose parameter is moved once in a period."""
+    going = Nudged(oscillator, method, chatter, phase)
+    q, v = _start(oscillator, initial, phase, going.omega)
+    state, count = going.engine.begin(q, v, phase)
+    clock = np.array([0.0, phase, 0.0])
+    first = [0.0, phase, START, -1, count[0], state[0], state[1], 0.0]
+    rows, buffer, found = [np.array([first])], np.empty((CHUNK, COLUMNS)), DONE
+    starts = np.array([start for start, _ in phases])
+    base = oscillator.base
+    pace = base.frequency / going.omega if base else 1.0
+    for n in range(math.ceil(length - 1e-12)):
+        k = int(np.searchsorted(starts, n, "right")) - 1
+        how = phases[k][1] if k >= 0 else None
+        by = 0.0
+        if how is not None:
+            at, moving = base_motion(oscillator, pace * (TURN * n + phase))
+            x = float(going.place(count[0], state[0]) + at)
+            by = _nudge(how, np.array([x, float(state[1] * going.omega + moving)]))
+        engine = going.period(clock[0], clock[1], how, by)
+        if n > 0:
+            rows += _marks(clock, state, count)
+        end = _after(phase, min(n + 1.0, length))
+        count[6] = 0
+        while True:
+            found = engine.run(clock, state, count, buffer, *end, LEGS_PER_PERIOD)
+            rows.append(buffer[: count[5]].copy())
+            if found != FULL:
+                break
+        if found != DONE:
+            break
+    engine_of_all: Any = going
+    motion = assemble(
+        oscillator, engine_of_all, phase, first, np.concatenate(rows), clock, state, count,
+        STATUS[found],
+    )  # fmt: skip
+    return motion, going
+
+
+def _nudge(how: OGY, state: np.ndarray) -> float:
+    """How far to move the parameter for a state at the section."""
+    scale = np.array([1.0, 1 / how.orbit.oscillator.forcing_frequency])  # type: ignore[operator]
+    k = int(np.argmin(np.hypot(*((how.points - state) * scale).T)))
+    by = -float(how.gain[k] @ (state - how.points[k]))
+    return by if abs(by) <= how.limit else 0.0
+
+
+def _marks(clock: np.ndarray, state: np.ndarray, count: np.ndarray) -> list[np.ndarray]:
+    """Rows from which a period is sampled; one that begins at rest ends a stick and begins one."""
+    kinds = (RELEASE, STICK) if count[1] else (MARK,)
+    return [
+        np.array([[clock[0], clock[1], kind, -1, count[0], state[0], state[1], 0.0]])
+        for kind in kinds
+    ]

@@ -1,0 +1,112 @@
+"""A motion under control: a `Motion`, with the force that controls it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from .._arguments import number
+from ..errors import InvalidInput
+from ..simulate.motion import TURN, Motion
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class Effort(Protocol):
+    """What controls a motion, in the oscillator's units; instants are turns and phases."""
+
+    def force(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """Control force."""
+
+    def squared(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """Integrals of its square between successive instants, over the phase [rad]."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ControlledMotion(Motion):
+    """What an oscillator did under control; whatever takes a `Motion` takes it.
+
+    Attributes
+    ----------
+    schedule : tuple of (float, controller or None)
+        When which control began [forcing periods].
+
+    See Also
+    --------
+    impactsig.Motion : all else it holds.
+    """
+
+    schedule: tuple[tuple[float, Any], ...] = ()
+    _control: Effort = field(repr=False, default=None)  # type: ignore[assignment]
+
+    def force(self, time: Any) -> np.ndarray:
+        """Control force at any times of the span, shape of `time`, in the oscillator's units.
+
+        Parameters
+        ----------
+        time : array_like
+            Times [s].
+
+        Raises
+        ------
+        InvalidInput
+            If a time is outside the span.
+        """
+        time = np.asarray(time, float)
+        slack = 1e-12 * max(abs(self.start), abs(self.stop))
+        if not ((time >= self.start - slack) & (time <= self.stop + slack)).all():
+            raise InvalidInput(
+                "time", time, f"times in the span, {self.start:.9g} to {self.stop:.9g} s"
+            )
+        turns, phase = self._instants(time.ravel())
+        return self._control.force(turns, phase).reshape(time.shape)
+
+    def effort(self, periods: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """Root mean square of the control force in windows of so many forcing periods.
+
+        Returns
+        -------
+        time, rms : ndarray, shape (n,)
+            End of each window [s], and the force in it, in the oscillator's units.
+
+        Raises
+        ------
+        InvalidInput
+            If the windows are not positive, or longer than the motion.
+        """
+        periods = number("periods", periods, positive=True)
+        period = self.oscillator.forcing_period
+        assert period is not None
+        count = math.floor(self.duration / (periods * period) * (1 + 1e-12))
+        if count < 1:
+            raise InvalidInput(
+                "periods", periods, f"no more than the motion has, {self.duration / period:.6g}"
+            )
+        edges = self.start + np.arange(count + 1) * periods * period
+        squared = self._control.squared(*self._instants(np.minimum(edges, self.stop)))
+        return edges[1:], np.sqrt(squared / (periods * TURN))
+
+    def _instants(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Turns and phases of the reference at times."""
+        passed = time * (self._engine.omega / self.oscillator.time_unit)
+        turns = np.floor((passed + self._phase) / TURN)
+        return turns, (passed - TURN * turns) + self._phase
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw its stroboscopic points over time; see `impactsig.plot.control_strobe`."""
+        from .. import plot
+
+        return plot.control_strobe(self, ax, **options)
+
+    def __repr__(self) -> str:
+        return "Controlled" + super().__repr__()
+
+
+def under_control(motion: Motion, schedule: Any, effort: Effort) -> ControlledMotion:
+    """The motion with what controlled it."""
+    known = {own.name: getattr(motion, own.name) for own in fields(Motion)}
+    return ControlledMotion(**known, schedule=schedule, _control=effort)

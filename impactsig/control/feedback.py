@@ -1,0 +1,60 @@
+"""Delayed feedback as data, and when which is on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .._arguments import number
+from ..errors import InvalidInput
+
+
+@dataclass(frozen=True)
+class DelayedFeedback:
+    """A force that vanishes on orbits of one period, and pushes others towards them.
+
+    ``F = gain * (w(t) - y(t))``, with what was seen before, ``w = (1 - memory) y(t - delay) +
+    memory w(t - delay)``, and no more than ``limit`` either way [Pyragas1992]_. With a memory it is
+    extended to all earlier delays, ``w = (1 - memory) sum of memory^(n - 1) y(t - n delay)``
+    (ETDAS, [Socolar1994]_), which stabilises what one delay cannot.
+
+    Parameters
+    ----------
+    gain : float
+        K, force by signal, in the oscillator's units; of a flow, rate by signal.
+    delay : float
+        Forcing periods of an oscillator: 1 for orbits that close after one. Units of time of a
+        flow.
+    limit : float, optional
+        F0, the greatest force; none unless given.
+    signal : str or int
+        y: "velocity" or "displacement" of an oscillator, against what carries the stops; the name
+        or number of a coordinate of a flow, whose rate the feedback is added to.
+    memory : float
+        R, from 0 up to but without 1. The memory begins empty with the feedback: the first delay
+        is fed back as it was.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of its range.
+
+    Examples
+    --------
+    >>> control(scenes.karpodinis(20.3355), DelayedFeedback(0.15, 1, limit=0.1), periods=600)
+    """
+
+    gain: float
+    delay: float = 1.0
+    limit: float | None = None
+    signal: str | int = "velocity"
+    memory: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gain", number("gain", self.gain))
+        object.__setattr__(self, "delay", number("delay", self.delay, positive=True))
+        if self.limit is not None:
+            object.__setattr__(self, "limit", number("limit", self.limit, positive=True))
+        memory = number("memory", self.memory, least=0.0, most=1.0)
+        if memory == 1.0:
+            raise InvalidInput("memory", self.memory, "0 <= memory < 1")
+        object.__setattr__(self, "memory", memory)

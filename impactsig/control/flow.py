@@ -1,0 +1,229 @@
+"""A flow under delayed feedback."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..oscillators.flows import Flow
+from ..simulate._course import _check_rates, coordinate_of, state_of
+from ..simulate._events import STATUS
+from ..simulate._tableau import DEGREE, tableau
+from ..simulate.motion import TURN
+from ._delayed import ROWS, laps_of, new_line, new_room
+from .feedback import DelayedFeedback
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ._line import Line
+    from ._step import Feedback
+
+STEPS = 50_000  # in a call of the kernel, so that a run can be interrupted
+AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ControlledTrajectory:
+    """What a flow did under control.
+
+    Attributes
+    ----------
+    flow : Flow
+        What flows.
+    duration : float
+        How far it came, from t = 0.
+    schedule : tuple of (float, DelayedFeedback or None)
+        When which control began.
+    final : ndarray, shape (d,)
+        State at the end.
+    status : str
+        "complete"; "diverged" where a coordinate became a million times what it was without
+        control, as under a gain that blows up; "work limit".
+    """
+
+    flow: Flow
+    duration: float
+    schedule: tuple[tuple[float, DelayedFeedback | None], ...]
+    final: np.ndarray
+    status: str
+    _line: Line = field(repr=False)
+
+    def sample(self, time: Any) -> np.ndarray:
+        """States at any times of the span, shape of `time` and (d,).
+
+        Raises
+        ------
+        InvalidInput
+            If a time is outside the span.
+        """
+        from ._flow_run import COORDINATES
+
+        return np.stack(
+            [self._course(COORDINATES + k, time) for k in range(self.flow.dimension)], axis=-1
+        )
+
+    def force(self, time: Any) -> np.ndarray:
+        """What is added to the rate of the coordinate that is fed back, shape of `time`.
+
+        Raises
+        ------
+        InvalidInput
+            If a time is outside the span.
+        """
+        from ._line import FORCE
+
+        return self._course(FORCE, time)
+
+    def _course(self, which: int, time: Any) -> np.ndarray:
+        from ._line import sample
+
+        time = np.asarray(time, float)
+        if not ((time >= 0) & (time <= self.duration * (1 + 1e-12))).all():
+            raise InvalidInput("time", time, f"times in the span, 0 to {self.duration:.9g}")
+        turns = np.floor(time / TURN)
+        out = np.empty(time.size)
+        sample(
+            self._line, len(self._line.laps), turns.ravel(), (time - TURN * turns).ravel(),
+            which, out,
+        )  # fmt: skip
+        return out.reshape(time.shape)
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the fed-back coordinate over time; see `impactsig.plot.controlled_flow`."""
+        from .. import plot
+
+        return plot.controlled_flow(self, ax, **options)
+
+    def __repr__(self) -> str:
+        told = "" if self.status == "complete" else f"; {self.status}"
+        return f"ControlledTrajectory({self.flow!r}, t = 0 to {self.duration:g}{told})"
+
+
+def control_flow(
+    flow: Flow,
+    phases: tuple[tuple[float, Any], ...],
+    length: float,
+    initial: Sequence[float] | None,
+) -> ControlledTrajectory:
+    """The course of a flow under a schedule of feedbacks."""
+    from ._run import COUNTS
+
+    going = _Going(flow, initial, COUNTS)
+    fed = [going.feedback(own) for _, own in phases]
+    laps = np.max([laps_of(own) for _, own in phases], axis=0)
+    ends = [start for start, _ in phases[1:]] + [length]
+    if phases[0][0] > 0:
+        going.to(phases[0][0], going.feedback(None), laps)
+    for own, end in zip(fed, ends, strict=True):
+        going.to(end, own, laps)
+    return going.trajectory(phases)
+
+
+class _Going:
+    """A flow under way."""
+
+    def __init__(self, flow: Flow, initial: Sequence[float] | None, counters: int) -> None:
+        from ..simulate._fields import rates_of
+        from ._flow_run import Scratch
+
+        self.flow = flow
+        start = state_of(flow, initial)
+        self.parameters = np.array(flow.parameters, float)
+        self.rates = rates_of(flow.function, flow.dimension, len(self.parameters))
+        _check_rates(flow, start)
+        d = -(-flow.dimension // 4) * 4
+        self.state = np.zeros(d)
+        self.state[: flow.dimension] = start
+        self.clock, self.pace = np.zeros(3), np.zeros(2)
+        self.count = np.zeros(counters, np.int64)
+        self.line = new_line(ROWS, flow.dimension)
+        self.room = new_room()
+        self.scratch = Scratch(
+            k=np.zeros((16, d)),
+            state=np.zeros(d),
+            rate=np.zeros(d),
+            error3=np.zeros(d),
+            error5=np.zeros(d),
+            new=np.zeros(d),
+            stack=np.zeros((64, DEGREE + 3)),
+        )
+        self.status = "complete"
+
+    def feedback(self, own: DelayedFeedback | None) -> Feedback:
+        """In the kernel's terms."""
+        from ._flow_run import COORDINATES
+        from ._step import Feedback
+
+        if own is None:
+            return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, COORDINATES, 0.0)
+        turns = math.floor(own.delay / TURN)
+        return Feedback(
+            on=own.gain != 0.0,
+            gain=own.gain,
+            turns=float(turns),
+            phase=own.delay - turns * TURN,
+            delay=own.delay,
+            limit=math.inf if own.limit is None else own.limit,
+            signal=COORDINATES + self._coordinate(own.signal),
+            memory=own.memory,
+        )
+
+    def _coordinate(self, signal: str | int) -> int:
+        """Number of the coordinate that is fed back."""
+        try:
+            return coordinate_of(self.flow, signal)
+        except InvalidInput:
+            names = ", ".join(self.flow.coordinates)
+            raise InvalidInput("signal", signal, f"a coordinate of the flow: {names}") from None
+
+    def to(self, until: float, fb: Feedback, laps: np.ndarray) -> None:
+        """Move to that time under that feedback, from its beginning."""
+        from ._flow_run import run
+        from ._line import locate
+        from ._run import AT, EDGE, FIRST, LAPS, LONG
+        from ._run import ROWS as NUMBER
+
+        if self.status != "complete":
+            return
+        count, clock = self.count, self.clock
+        count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
+        count[FIRST] = count[NUMBER]
+        count[AT] = locate(self.line, count[NUMBER], clock[0] - fb.turns, clock[1] - fb.phase)
+        turns = math.floor(until / TURN)
+        most = AT_LEAST + PER_TIME * until
+        for _ in range(1 + int(most / STEPS)):
+            found = run(
+                self.rates, self.parameters, self.flow.dimension, tableau(), fb, self.line,
+                self.room, self.scratch, laps, clock, self.state, self.pace, count,
+                float(turns), until - turns * TURN, STEPS,
+            )  # fmt: skip
+            status = "" if found == LONG else STATUS[found]
+            if found == LONG:
+                number, old = int(count[NUMBER]), self.line
+                self.line = new_line(2 * number, self.flow.dimension)
+                for own, new in zip(old, self.line, strict=True):
+                    new[:number] = own[:number]
+            elif status != "work limit":
+                self.status = status
+                return
+        self.status = "work limit"
+
+    def trajectory(self, phases: Any) -> ControlledTrajectory:
+        """What there is."""
+        from ._run import ROWS as NUMBER
+
+        number = int(self.count[NUMBER])
+        return ControlledTrajectory(
+            self.flow,
+            float(self.clock[0] * TURN + self.clock[1]),
+            phases,
+            self.state[: self.flow.dimension].copy(),
+            self.status,
+            type(self.line)(*(part[:number] for part in self.line)),
+        )

@@ -1,0 +1,180 @@
+"""The method of Ott, Grebogi and Yorke: a parameter is nudged once in a forcing period."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from .._arguments import number
+from ..dynamics.orbits import PeriodicOrbit
+from ..dynamics.tangent import tangent_map
+from ..errors import InvalidInput
+from ..oscillators import Oscillator
+from ..simulate import simulate
+
+NUDGE = 1e-4  # share of the size of a parameter, for the difference quotient
+RETURNS = 1e-6  # relative: an orbit returns to within this
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OGY:
+    """Nudges a parameter so that the motion falls on the stable direction of an unstable orbit.
+
+    [OttGrebogiYorke1990]_. Once in a forcing period, at the phase of the orbit's section, the
+    state s is compared with the nearest point s_k of the orbit; for the period that follows the
+    parameter is moved by ``p = -gain_k . (s - s_k)``, such that to first order ``f . (s' -
+    s_(k+1)) = 0`` for the next state s', f being the left eigenvector of the unstable multiplier
+    there: the stable multiplier takes what is left. Where abs(p) is above the limit the motion is
+    left alone, as chaos brings it near sooner or later; if its bands leave the orbit out, a greater
+    limit is needed.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit
+        A saddle, as `find_periodic_orbit` finds in a chaotic attractor.
+    limit : float
+        Greatest change of the parameter, in the oscillator's unit of force.
+    parameter : {"amplitude", "load"}
+        Amplitude of the first of the oscillator's forces, or a constant force.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, 2)
+        Displacement and velocity of the orbit at its n sections.
+    gain : ndarray, shape (n, 2)
+        gain_k at each.
+    multipliers : ndarray, shape (2,)
+        Of the controlled orbit, over its n periods, the greater in modulus first; the unstable one
+        has become 0 but for rounding.
+
+    Raises
+    ------
+    InvalidInput
+        If what is given is not an orbit, or no saddle; the limit is not positive; or the parameter
+        does not move the unstable direction.
+
+    Examples
+    --------
+    >>> beam = scenes.karpodinis(20.3355)
+    >>> control(beam, OGY(find_periodic_orbit(beam, 1, impacts=1), limit=0.02), periods=2000)
+    """
+
+    orbit: PeriodicOrbit
+    limit: float
+    parameter: Literal["amplitude", "load"] = "amplitude"
+    points: np.ndarray = field(init=False)
+    gain: np.ndarray = field(init=False)
+    multipliers: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        orbit = self.orbit
+        if not isinstance(orbit, PeriodicOrbit):
+            raise InvalidInput("orbit", orbit, "a PeriodicOrbit, as find_periodic_orbit finds")
+        if not orbit.found:
+            raise InvalidInput(
+                "orbit", orbit, "an orbit that was found",
+                "It may not exist at these parameters, or a better guess= may lead to it",
+            )  # fmt: skip
+        large, small = orbit.multipliers
+        if np.iscomplex(orbit.multipliers).any() or not abs(large) > 1 > abs(small):
+            raise InvalidInput(
+                "orbit", orbit, "a saddle: multipliers on either side of the unit circle",
+                "A stable orbit needs no control" if orbit.stable else "",
+            )  # fmt: skip
+        object.__setattr__(self, "limit", number("limit", self.limit, positive=True))
+        if self.parameter not in ("amplitude", "load"):
+            raise InvalidInput("parameter", self.parameter, '"amplitude" or "load"')
+        if self.parameter == "amplitude" and not orbit.oscillator.forces:
+            raise InvalidInput(
+                "parameter", "amplitude", '"load", where it is the base that forces',
+            )  # fmt: skip
+        for name, value in zip(("points", "gain", "multipliers"), self._linear(), strict=True):
+            object.__setattr__(self, name, value)
+
+    def nudged(self, oscillator: Oscillator, by: float) -> Oscillator:
+        """The oscillator with the parameter moved."""
+        if self.parameter == "load":
+            return replace(oscillator, load=oscillator.load + by)
+        first = oscillator.forces[0]
+        moved = replace(first, amplitude=first.amplitude + by)
+        return replace(oscillator, forces=(moved, *oscillator.forces[1:]))
+
+    def check(self, oscillator: Oscillator) -> None:
+        """Refuse an oscillator that the orbit is none of.
+
+        Raises
+        ------
+        InvalidInput
+            If the orbit does not return.
+        """
+        if oscillator == self.orbit.oscillator:
+            return
+        points = np.concatenate([self.points, self.points[:1]])
+        for here, there in pairwise(points):
+            end = self._image(oscillator, here)
+            if not np.abs(end - there).max() <= RETURNS * np.abs(points).max():
+                raise InvalidInput(
+                    "orbit", self.orbit, f"an orbit of {oscillator.name or 'this oscillator'}",
+                    "It does not return there; find one at these parameters",
+                )  # fmt: skip
+
+    def _image(self, oscillator: Oscillator, state: np.ndarray) -> np.ndarray:
+        start = (float(state[0]), float(state[1]))
+        motion = simulate(
+            oscillator, periods=1, initial=start, phase=self.orbit.phase, keep="counts"
+        )
+        return np.array(motion.final[:2])
+
+    def _linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points, gains and the multipliers that these make."""
+        orbit, n = self.orbit, self.orbit.periods
+        oscillator = orbit.oscillator
+        points, slopes, shifts = [orbit.state], [], []
+        largest = max([abs(force.amplitude) for force in oscillator.forces], default=0.0)
+        h = NUDGE * max(largest, self.limit)
+        for k in range(n):
+            start = (float(points[k][0]), float(points[k][1]))
+            here = tangent_map(oscillator, periods=1, initial=start, phase=orbit.phase)
+            slopes.append(here.matrix)
+            points.append(np.array(here.final[:2]))
+
+            def quotient(h: float, state: np.ndarray = points[k]) -> np.ndarray:
+                up = self._image(self.nudged(oscillator, h), state)
+                return (up - self._image(self.nudged(oscillator, -h), state)) / (2 * h)
+
+            shifts.append((4 * quotient(h / 2) - quotient(h)) / 3)
+        whole = np.eye(2)
+        for slope in slopes:
+            whole = slope @ whole
+        unstable = orbit.multipliers[0]
+        values, vectors = np.linalg.eig(whole.T)
+        left = np.real(vectors[:, int(np.argmin(np.abs(values - unstable)))])
+        gains = np.empty((n, 2))
+        rows = [left]  # left eigenvectors, from the last section back to the first
+        for slope in reversed(slopes):
+            row = rows[-1] @ slope
+            rows.append(row / np.hypot(*row))
+        rows.reverse()
+        closed = np.eye(2)
+        for k in range(n):
+            moved = rows[k + 1] @ shifts[k]
+            if not abs(moved) > 1e-9 * np.hypot(*shifts[k]):
+                raise InvalidInput(
+                    "parameter", self.parameter, "one that moves the unstable direction",
+                    "Take another, or an orbit found at another phase=",
+                )  # fmt: skip
+            gains[k] = rows[k + 1] @ slopes[k] / moved
+            closed = (slopes[k] - np.outer(shifts[k], gains[k])) @ closed
+        multipliers = np.linalg.eigvals(closed)
+        multipliers = multipliers[np.argsort(-np.abs(multipliers))]
+        return np.array(points[:n]), gains, np.real(multipliers)
+
+    def __repr__(self) -> str:
+        orbit = self.orbit
+        return (
+            f"OGY(period({orbit.impacts}, {orbit.periods}), limit={self.limit:g}, "
+            f"parameter={self.parameter!r})"
+        )

@@ -1,0 +1,69 @@
+"""When which control is on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+from .._arguments import number
+from ..errors import InvalidInput
+from .feedback import DelayedFeedback
+from .ogy import OGY
+
+Controller: TypeAlias = "DelayedFeedback | OGY"
+Phase: TypeAlias = "tuple[float, DelayedFeedback | OGY | None]"
+
+
+def schedule(
+    controller: Controller | Sequence[Phase], start: float | None, length: float
+) -> tuple[Phase, ...]:
+    """When which control begins: pairs of a start and a controller, None where it is switched off.
+
+    Raises
+    ------
+    InvalidInput
+        If phases are not in the order of time, of two kinds, or one begins before its delay has
+        passed.
+    """
+    if isinstance(controller, (DelayedFeedback, OGY)):
+        since = controller.delay if isinstance(controller, DelayedFeedback) else 0.0
+        since = since if start is None else number("start", start, least=0.0)
+        phases: tuple[Phase, ...] = ((since, controller),)
+        name = "start"
+    else:
+        if start is not None:
+            raise InvalidInput("start", start, "None, where each phase has its own start")
+        phases, name = _pairs(controller), "controller"
+    before = -1.0
+    for since, own in phases:
+        if since <= before:
+            raise InvalidInput(
+                name, f"a start at {since:g} after one at {before:g}",
+                "phases in the order of time, no two at once", "Each lasts until the next begins",
+            )  # fmt: skip
+        before = since
+        if isinstance(own, DelayedFeedback) and since < own.delay * (1 - 1e-12):
+            raise InvalidInput(
+                name, since, f"a start at {own.delay:g} or later",
+                "Before one delay has passed there is nothing to feed back",
+            )  # fmt: skip
+        if since >= length:
+            raise InvalidInput(name, since, f"a start before the end, {length:g}")
+    kinds = {type(own) for _, own in phases if own is not None}
+    if len(kinds) > 1:
+        raise InvalidInput(
+            name, controller, "phases of one kind", "Go on with the other from motion.final"
+        )
+    return phases
+
+
+def _pairs(given: Any) -> tuple[Phase, ...]:
+    required = "a DelayedFeedback, an OGY, or pairs (start, one of them or None)"
+    try:
+        pairs = [(since, own) for since, own in given]
+    except (TypeError, ValueError):
+        raise InvalidInput("controller", given, required) from None
+    right = all(own is None or isinstance(own, (DelayedFeedback, OGY)) for _, own in pairs)
+    if not pairs or not right:
+        raise InvalidInput("controller", given, required)
+    return tuple((number("controller", since, least=0.0), own) for since, own in pairs)

@@ -1,0 +1,217 @@
+"""Whether an orbit under delayed feedback is stable, and how fast it is come to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arguments import whole
+from ..dynamics._arguments import parameter_values
+from ..dynamics._batch import batch_error
+from ..dynamics.orbits import PeriodicOrbit
+from ..errors import InvalidInput
+from ._variation import State, Variation
+from .feedback import DelayedFeedback
+
+if TYPE_CHECKING:
+    from ..studies.study import Study
+
+SETTLE = 0.25  # share of the laps that are left out
+STARTS = 4  # differences that are followed
+MULTIPLIERS = 6  # that are worked out
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ControlledStability:
+    """How differences from an orbit grow under delayed feedback.
+
+    Attributes
+    ----------
+    orbit : PeriodicOrbit
+        The orbit, on which the control force vanishes.
+    feedback : DelayedFeedback
+        What controls it.
+    growth : float
+        Factor by which differences grow in one period of the orbit; below 1 it is stable. The
+        modulus of the greatest multiplier, where there is one.
+    error : float
+        Standard error of its logarithm; 0 where it is that of a multiplier.
+    multipliers : ndarray of complex
+        The greatest Floquet multipliers over the orbit's period, the greatest in modulus first.
+        None of them where the map of differences is not linear: see `orbit_stability`.
+    """
+
+    orbit: PeriodicOrbit
+    feedback: DelayedFeedback
+    growth: float
+    error: float
+    multipliers: np.ndarray = field(repr=False)
+
+    @property
+    def stable(self) -> bool:
+        """Whether differences shrink."""
+        return self.growth < 1
+
+    @property
+    def exponent(self) -> float:
+        """Greatest Lyapunov exponent, per unit of the oscillator's time."""
+        frequency = self.orbit.oscillator.forcing_frequency
+        assert frequency is not None
+        return math.log(self.growth) * frequency / (self.orbit.periods * 2 * math.pi)
+
+    def __repr__(self) -> str:
+        kind = "stable" if self.stable else "unstable"
+        orbit = self.orbit
+        return (
+            f"ControlledStability(period({orbit.impacts}, {orbit.periods}), {self.feedback}: "
+            f"{kind}; growth {self.growth:.6g} a period of the orbit)"
+        )
+
+
+def orbit_stability(
+    orbit: PeriodicOrbit, feedback: DelayedFeedback, *, laps: int = 1200
+) -> ControlledStability:
+    """How fast differences from an orbit shrink, or grow, under delayed feedback.
+
+    The motion with its delay is linearised about the orbit, with saltation at the events, and
+    solved piece by piece by Chebyshev collocation [Trefethen2000]_. Where displacements are fed
+    back, or stops are soft, the map over a period is linear, and its multipliers are worked out.
+
+    Where velocities are fed back and a stop is rigid, it is not, however small the differences
+    are: an impact that comes ds later than the delayed one leaves for that time a control force of
+    finite height, gain times the jump of the velocity, or the limit. Its impulse is proportional
+    to ds, but has the same sign before and after the impact, which returns only the restitution's
+    share of it. So differences of opposite sign do not grow alike, there are no multipliers, and
+    the limit matters to stability; `growth` is then the mean over many periods.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit
+        Stable or not; without friction or rest.
+    feedback : DelayedFeedback
+        Its delay a multiple of the orbit's period.
+    laps : int
+        Periods of the orbit over which the mean is taken.
+
+    Returns
+    -------
+    ControlledStability
+
+    Raises
+    ------
+    InvalidInput
+        If the orbit was not found, rests or rubs, or the delay is no multiple of its period.
+
+    Examples
+    --------
+    >>> orbit = find_periodic_orbit(scenes.karpodinis(20.3355), 1, impacts=1)
+    >>> orbit_stability(orbit, DelayedFeedback(0.15, 1, limit=0.1)).growth
+    """
+    if not isinstance(orbit, PeriodicOrbit):
+        raise InvalidInput("orbit", orbit, "a PeriodicOrbit, as find_periodic_orbit finds")
+    if not orbit.found:
+        raise InvalidInput("orbit", orbit, "an orbit that was found")
+    if not isinstance(feedback, DelayedFeedback):
+        raise InvalidInput("feedback", feedback, "a DelayedFeedback")
+    laps = whole("laps", laps, 40)
+    variation = Variation(orbit, feedback)
+    if variation.linear:
+        multipliers = _multipliers(variation)
+        growth = float(np.abs(multipliers[0]))
+        return ControlledStability(orbit, feedback, growth, 0.0, multipliers)
+    logs = _logs(variation, laps)
+    best = int(logs.mean(axis=0).argmax())
+    error = float(batch_error(logs)[best])
+    growth = math.exp(logs[:, best].mean())
+    return ControlledStability(orbit, feedback, growth, error, np.empty(0, complex))
+
+
+def stability_chart(
+    orbit: PeriodicOrbit,
+    gains: Sequence[float],
+    delays: Sequence[int] | None = None,
+    *,
+    limit: float | None = None,
+    signal: str = "velocity",
+    memory: float = 0.0,
+    laps: int = 400,
+    **options: Any,
+) -> Study:
+    """Growth of differences from an orbit over the gain and the delay, by `sweep`.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit
+        As for `orbit_stability`.
+    gains : sequence of float
+        Gains.
+    delays : sequence of int, optional
+        Delays in periods of the orbit; 1, 2 and 3 unless given.
+    limit, signal, memory
+        As of `DelayedFeedback`.
+    laps : int
+        As of `orbit_stability`.
+    **options
+        As of `sweep`: executor, workers, store.
+
+    Returns
+    -------
+    Study
+        Of "growth", with the parameters "gain" and "delay" [forcing periods]; see
+        `impactsig.plot.stability_chart`.
+
+    Raises
+    ------
+    InvalidInput
+        As `orbit_stability` and `sweep` do.
+    """
+    from ..studies.sweeping import sweep
+
+    values = parameter_values("gains", gains)
+    multiples = parameter_values("delays", (1, 2, 3) if delays is None else delays)
+    if not ((multiples >= 1) & (multiples == np.round(multiples))).all():
+        raise InvalidInput("delays", delays, "whole numbers, 1 or greater: periods of the orbit")
+    proto = DelayedFeedback(0.0, orbit.periods, limit, signal, memory)
+    orbit_stability(orbit, proto, laps=laps)  # what is wrong is said here, not by every cell
+
+    def growth(gain: float, delay: float) -> dict[str, float]:
+        own = replace(proto, gain=float(gain), delay=float(delay))
+        return {"growth": orbit_stability(orbit, own, laps=laps).growth}
+
+    grid = {"gain": values, "delay": multiples * orbit.periods}
+    return sweep(growth, grid, **options)
+
+
+def _logs(variation: Variation, laps: int) -> np.ndarray:
+    """Logarithm of the growth in each lap after the first quarter, shape (laps', STARTS)."""
+    state = variation.start(np.random.default_rng(0), STARTS)
+    logs = np.empty((laps, STARTS))
+    for k in range(laps):
+        state = variation.lap(state)
+        size = state.size()
+        logs[k] = np.log(size)
+        state = state.divided(size)
+    return logs[int(SETTLE * laps) :]
+
+
+def _multipliers(variation: Variation) -> np.ndarray:
+    """The greatest eigenvalues of the map of a lap."""
+    from scipy.sparse.linalg import LinearOperator, eigs
+
+    shape = (len(variation.pieces), len(variation.pieces[0].echo))
+    size = 2 + variation.laps * shape[0] * shape[1]
+    none = [np.zeros((shape[0], 1, 1))] * variation.laps
+
+    def lap(vector: np.ndarray) -> np.ndarray:
+        late = vector[2:].reshape(variation.laps, *shape, 1)
+        after = variation.lap(State(vector[:2, None], list(late), none))
+        return np.concatenate([after.now.ravel(), *(own.ravel() for own in after.late)])
+
+    operator = LinearOperator((size, size), matvec=lap, dtype=float)
+    start = np.random.default_rng(0).standard_normal(size)
+    values = eigs(operator, k=min(MULTIPLIERS, size - 2), v0=start, return_eigenvectors=False)
+    return values[np.argsort(-np.abs(values))]

@@ -1,0 +1,219 @@
+"""Control of chaos: motion, impacts and force over time, and where control is stable."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._axes import BLUE, CHANNEL_COLOURS, GREY, VERMILLION, axes, explain, level, points, seconds
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..control import ControlledMotion, ControlledTrajectory
+    from ..studies.study import Study
+
+FLOOR = 1e-18  # below which a force is drawn as none
+
+
+def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: float = 0.0) -> Axes:
+    """Draw the displacement once every forcing period over time, and when control was changed.
+
+    Parameters
+    ----------
+    motion : ControlledMotion
+        Of `control`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    phase : float
+        Phase of the strobe [rad].
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax)
+    x, _ = motion.stroboscopic(phase)
+    period = motion.oscillator.forcing_period
+    if not len(x) or period is None:
+        return explain(ax, "no forcing period has passed")
+    points(ax, motion.start + np.arange(len(x)) * period, x, markersize=2.5)
+    _phases(ax, motion)
+    seconds(ax.xaxis, "time", [motion.stop])
+    ax.set_ylabel("displacement, strobed")
+    return ax
+
+
+def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
+    """Draw each interspike interval over its end: how control regulates the impacts.
+
+    Parameters
+    ----------
+    motion : ControlledMotion
+        Of `control`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax)
+    impacts = motion.impacts
+    if impacts is None or len(impacts) < 2:
+        return explain(ax, "fewer than two impacts: no interval")
+    points(ax, impacts.time[1:], np.diff(impacts.time), markersize=2.5)
+    _phases(ax, motion)
+    seconds(ax.xaxis, "time", [motion.stop])
+    seconds(ax.yaxis, "interspike interval", np.diff(impacts.time))
+    return ax
+
+
+def control_effort(
+    motion: ControlledMotion, ax: Axes | None = None, *, periods: float = 1.0
+) -> Axes:
+    """Draw the root mean square of the control force over time, on a logarithmic scale.
+
+    Parameters
+    ----------
+    motion : ControlledMotion
+        Of `control`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    periods : float
+        Length of the windows in which it is taken [forcing periods].
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax)
+    time, rms = motion.effort(periods)
+    if not (rms > FLOOR).any():
+        return explain(ax, "no control force")
+    ax.plot(time, np.where(rms > FLOOR, rms, np.nan), color=BLUE, linewidth=0.9)
+    ax.set_yscale("log")
+    _phases(ax, motion)
+    seconds(ax.xaxis, "time", [motion.stop])
+    ax.set_ylabel("RMS control force")
+    return ax
+
+
+def control_force(
+    motion: ControlledMotion, ax: Axes | None = None, *, span: tuple[float, float] | None = None
+) -> Axes:
+    """Draw the control force over time.
+
+    Parameters
+    ----------
+    motion : ControlledMotion
+        Of `control`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    span : (float, float), optional
+        From when to when [s]; all of it by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax)
+    begin, end = (motion.start, motion.stop) if span is None else span
+    time = np.linspace(max(begin, motion.start), min(end, motion.stop), 20_000)
+    ax.plot(time, motion.force(time), color=BLUE, linewidth=0.7)
+    _phases(ax, motion, (begin, end))
+    seconds(ax.xaxis, "time", [end])
+    ax.set_ylabel("control force")
+    return ax
+
+
+def controlled_flow(
+    course: ControlledTrajectory, ax: Axes | None = None, *, coordinate: str | int = 0
+) -> Axes:
+    """Draw a coordinate of a controlled flow over time, and when control was changed.
+
+    Parameters
+    ----------
+    course : ControlledTrajectory
+        Of `control`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    coordinate : str or int
+        Which; by default the first.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    from ..simulate._course import coordinate_of
+
+    k = coordinate_of(course.flow, coordinate)
+    ax = axes(ax)
+    time = np.linspace(0.0, course.duration, 8000)
+    ax.plot(time, course.sample(time)[:, k], color=BLUE, linewidth=0.7)
+    for start, own in course.schedule:
+        ax.axvline(start, color=VERMILLION, linewidth=0.9)
+        _label(ax, start, "off" if own is None else f"K {own.gain:g}, delay {own.delay:g}")
+    ax.set_xlim(0.0, course.duration)
+    ax.set_xlabel("time")
+    ax.set_ylabel(course.flow.coordinates[k])
+    return ax
+
+
+def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
+    """Draw how differences from an orbit grow over the gain, a curve for each delay.
+
+    Parameters
+    ----------
+    chart : Study
+        Of `impactsig.stability_chart`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax, width=6.4, height=3.8)
+    gain, growth = chart.parameters["gain"], chart["growth"]
+    for k, delay in enumerate(chart.parameters["delay"]):
+        colour = CHANNEL_COLOURS[k % len(CHANNEL_COLOURS)]
+        ax.plot(gain, growth[:, k], color=colour, linewidth=1.2, label=f"delay {delay:g}")
+    level(ax, 1.0)
+    ax.fill_between(gain, 0.0, 1.0, color=GREY, alpha=0.08, linewidth=0)
+    ax.set_xlim(gain[0], gain[-1])
+    ax.set_ylim(0.0, min(1.05 * np.nanmax(growth), 2.5))
+    ax.set_xlabel("gain K")
+    ax.set_ylabel("growth in one period of the orbit")
+    ax.legend(frameon=False, fontsize="small", title="forcing periods")
+    return ax
+
+
+def _phases(ax: Axes, motion: ControlledMotion, span: tuple[float, float] | None = None) -> None:
+    """Mark when which control began."""
+    period = motion.oscillator.forcing_period
+    assert period is not None
+    low, high = span or (motion.start, motion.stop)
+    for start, own in motion.schedule:
+        at = start * period
+        if low <= at <= high:
+            ax.axvline(at, color=VERMILLION, linewidth=0.9)
+            _label(ax, at, _told(own))
+    ax.set_xlim(low, high)
+
+
+def _told(own: Any) -> str:
+    if own is None:
+        return "off"
+    if hasattr(own, "orbit"):
+        return f"OGY ({own.orbit.impacts}, {own.orbit.periods})"
+    return f"K {own.gain:g}, delay {own.delay:g}"
+
+
+def _label(ax: Axes, at: float, text: str) -> None:
+    """Words above the axes, where something began."""
+    ax.annotate(
+        text, (at, 1.0), xycoords=("data", "axes fraction"), xytext=(2, 2),
+        textcoords="offset points", color=VERMILLION, fontsize="small", annotation_clip=False,
+    )  # fmt: skip
