@@ -151,7 +151,6 @@ _HOME = {
     "recording": ("Recording",),
     "impacts": ("Impacts",),
     "io": ("info", "read", "read_blocks", "read_many"),
-    "io": ("info", "read", "read_blocks"),
     "control": (
         "OGY",
         "ControlledMotion",
