@@ -261,8 +261,8 @@ _HOME = {
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
-    "ApparentRestitution",
     "OGY",
+    "ApparentRestitution",
     "Attractor",
     "AveragedDensity",
     "AveragedFalseNeighbors",
@@ -280,9 +280,9 @@ __all__ = [
     "CorrelationDimension",
     "CorrelationSum",
     "DelayChoice",
+    "DelayedFeedback",
     "DensityShape",
     "Detected",
-    "DelayedFeedback",
     "EquivalenceError",
     "FalseNeighbors",
     "FixedStep",
@@ -372,8 +372,8 @@ __all__ = [
     "mutual_information_delay",
     "open_study",
     "orbit_period",
-    "p_bifurcation",
     "orbit_stability",
+    "p_bifurcation",
     "periodicity_chart",
     "plot",
     "prediction_error",
