@@ -11,7 +11,8 @@ import numpy as np
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate._events import COLUMNS, FULL, START, STATUS
-from ..simulate._run import CHUNK, LEGS_AT_LEAST, LEGS_PER_PERIOD, _after, _start
+from ..simulate._frame import first_place
+from ..simulate._run import CHUNK, LEGS_AT_LEAST, LEGS_PER_PERIOD, _after
 from ..simulate._tableau import DEGREE
 from ..simulate.motion import TURN, Motion, assemble
 from ..simulate.runge_kutta import RungeKutta, SteppingEngine
@@ -53,7 +54,7 @@ class DelayedRun:
         self.oscillator = oscillator
         self.phase = phase
         self.engine = SteppingEngine(oscillator, method, chatter)
-        q, v = _start(oscillator, initial, phase, self.engine.omega)
+        q, v = first_place(oscillator, initial, phase)
         self.state, count = self.engine.begin(q, v, phase)
         self.count = np.zeros(COUNTS, np.int64)
         self.count[: len(count)] = count

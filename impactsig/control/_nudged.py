@@ -10,8 +10,8 @@ import numpy as np
 
 from ..oscillators import Oscillator
 from ..simulate._events import COLUMNS, DONE, FULL, MARK, RELEASE, START, STATUS, STICK, Engine
-from ..simulate._frame import base_motion
-from ..simulate._run import CHUNK, LEGS_PER_PERIOD, _after, _engine, _start
+from ..simulate._frame import base_motion, first_place, pace
+from ..simulate._run import CHUNK, LEGS_PER_PERIOD, _after, _engine
 from ..simulate.motion import TURN, Motion, assemble
 from ..simulate.runge_kutta import SteppingEngine
 from .ogy import OGY
@@ -132,20 +132,19 @@ def run_nudged(
 ) -> tuple[Motion, Nudged]:
     """The motion of an oscillator whose parameter is moved once in a period."""
     going = Nudged(oscillator, method, chatter, phase)
-    q, v = _start(oscillator, initial, phase, going.omega)
+    q, v = first_place(oscillator, initial, phase)
     state, count = going.engine.begin(q, v, phase)
     clock = np.array([0.0, phase, 0.0])
     first = [0.0, phase, START, -1, count[0], state[0], state[1], 0.0]
     rows, buffer, found = [np.array([first])], np.empty((CHUNK, COLUMNS)), DONE
     starts = np.array([start for start, _ in phases])
-    base = oscillator.base
-    pace = base.frequency / going.omega if base else 1.0
+    swing = pace(oscillator)
     for n in range(math.ceil(length - 1e-12)):
         k = int(np.searchsorted(starts, n, "right")) - 1
         how = phases[k][1] if k >= 0 else None
         by = 0.0
         if how is not None:
-            at, moving = base_motion(oscillator, pace * (TURN * n + phase))
+            at, moving = base_motion(oscillator, swing * (TURN * n + phase))
             x = float(going.place(count[0], state[0]) + at)
             by = _nudge(how, np.array([x, float(state[1] * going.omega + moving)]))
         engine = going.period(clock[0], clock[1], how, by)

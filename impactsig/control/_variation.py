@@ -21,7 +21,7 @@ from ..dynamics.orbits import PeriodicOrbit
 from ..errors import InvalidInput
 from ..oscillators import Hertz, KelvinVoigt, Rigid
 from ..simulate._events import IMPACT, PART, TOUCH
-from ..simulate._frame import base_motion, forcing
+from ..simulate._frame import base_motion, forcing, pace
 from ..simulate.motion import TURN
 from .feedback import DelayedFeedback
 
@@ -81,7 +81,7 @@ class Variation:
         self.gain = feedback.gain / (oscillator.mass * omega if self.of_velocity else inertia)
         self.limit = np.inf if feedback.limit is None else feedback.limit / inertia
         self.omega = omega
-        self.ratio, self.force = forcing(oscillator)
+        self.waves = forcing(oscillator)
         self.pieces = self._pieces(motion)
         self.linear = not (
             self.gain and self.of_velocity and any(piece.height for piece in self.pieces)
@@ -116,9 +116,7 @@ class Variation:
         """Position and velocity of the orbit against the stops, in the engine's units."""
         turns = np.floor(angle / TURN)
         x, v = motion._at(turns, angle - TURN * turns)
-        base = self.oscillator.base
-        pace = base.frequency / self.omega if base else 1.0
-        at, moving = base_motion(self.oscillator, pace * angle)
+        at, moving = base_motion(self.oscillator, pace(self.oscillator) * angle)
         return x - at, (v - moving) / self.omega
 
     def acceleration(self, angle: Any, q: Any, v: Any, pressed: Any) -> Any:
@@ -126,7 +124,7 @@ class Variation:
         own, omega = self.oscillator, self.omega
         inertia = own.mass * omega**2
         a = (own.load - own.stiffness * q) / inertia - own.damping / (own.mass * omega) * v
-        for ratio, force in zip(self.ratio, self.force, strict=True):
+        for ratio, force in self.waves:
             a = a + (force * np.exp(1j * ratio * angle)).real
         for stop in pressed:
             side, law = (1 if stop.side == "upper" else -1), stop.law
@@ -139,7 +137,7 @@ class Variation:
                 push = push * (1 + law.damping * inward)
             a = a - side * push / inertia
         if own.law is not None:
-            at, moving = base_motion(own, (own.base.frequency / omega if own.base else 1.0) * angle)
+            at, moving = base_motion(own, pace(own) * angle)
             law_of = getattr(own.law, "py_func", own.law)
             seen = np.broadcast_arrays(angle / omega, q + at, v * omega + moving)
             rows = zip(*seen, strict=True)
