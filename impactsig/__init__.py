@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         UnreadableFile,
         UnwritableFile,
     )
+    from .fitting import OscillatorFit, fit_oscillator
     from .impacts import Impacts
     from .intervals import (
         IntervalHistogram,
@@ -221,6 +222,7 @@ _HOME = {
     "studies.study": ("Study", "open_study"),
     "studies.sweeping": ("sweep",),
     "comparison": ("Comparison", "compare"),
+    "fitting": ("OscillatorFit", "fit_oscillator"),
     "plot": (),
 }
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
@@ -262,6 +264,7 @@ __all__ = [
     "Noise",
     "OrbitPeriod",
     "Oscillator",
+    "OscillatorFit",
     "PeriodicOrbit",
     "Periodicity",
     "PeriodicityChart",
@@ -302,6 +305,7 @@ __all__ = [
     "false_nearest_neighbors",
     "find_periodic_orbit",
     "find_periodic_orbits",
+    "fit_oscillator",
     "fit_soft_stop",
     "flows",
     "identify_period",

@@ -7,8 +7,8 @@ reads
 
     (1 + r) S_1 S_0 p'_1 + S_0 y_2 - [C_1 S_0 - r (C_0 - 2 zeta S_0) S_1] y_1 - r E_0 S_1 y_0 = 0,
 
-E = exp(-2 zeta h), with 0 and 1 for the legs before and after. Divided by the length of its gradient
-by the three instants this is how far they must be moved to fulfil it.
+E = exp(-2 zeta h), with 0 and 1 for the legs before and after. Divided by the length of its
+gradient by the three instants this is how far they must be moved to fulfil it.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def imbalance(values: Values, course: np.ndarray) -> tuple[np.ndarray, np.ndarra
     s = e * np.sin(root * leg) / root
     c = e * np.cos(root * leg) + zeta * s
     ds, e = c - 2 * zeta * s, e * e
-    s0, c0, e0, ds0 = s[:, :-1], c[:, :-1], e[:, :-1], ds[:, :-1]
+    s0, e0, ds0 = s[:, :-1], e[:, :-1], ds[:, :-1]
     s1, c1, ds1 = s[:, 1:], c[:, 1:], ds[:, 1:]
     y0, y1, y2 = y[:, :-2], y[:, 1:-1], y[:, 2:]
     v0, v1, v2 = p1[:, :-2], p1[:, 1:-1], p1[:, 2:]
@@ -106,7 +106,7 @@ def imbalance(values: Values, course: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def badness(values: Values, course: Courses) -> float:
-    """Mean square of how far instants and strengths are off; more where a stop would have to pull."""
+    """Mean square of how far instants and strengths are off; more where the stop would pull."""
     distance, approach = imbalance(values, course.instant)
     off = np.where(approach < 0, np.abs(distance) + FAR, np.abs(distance))
     off = np.minimum(np.nan_to_num(off, nan=FAR), 2 * FAR) ** 2

@@ -147,21 +147,23 @@ def simulated(
     machine = oscillator(values, forcing_frequency)
     which = rng.integers(len(beginnings.phase))
     away = -values["restitution"] * beginnings.approach[which]
-    motion = simulate(
+    truth = simulate(
         machine,
         periods=periods,
         transient=float(SETTLING + rng.integers(SETTLING)),
         initial=(1.0, min(away, 0.0)),
         phase=float(beginnings.phase[which]),
-    )
+    ).impacts
+    assert truth is not None
     seen = measure(
-        motion.impacts,
+        truth,
         jitter=values["jitter"] / forcing_frequency,
         missed=values["missed"],
         spurious=values["spurious"],
         seed=rng,
     ).impacts
     noise = 1 + values["strength_noise"] * rng.standard_normal(len(seen))
+    assert seen.approach_velocity is not None
     return replace(seen, approach_velocity=seen.approach_velocity * noise)
 
 

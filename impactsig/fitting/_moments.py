@@ -5,10 +5,10 @@ mean of all,
 
     P(w),  E[1_w (phi - m_w)],  E[1_w (s - n_w)],  E[1_c a b]
 
-where m_w and n_w are the measured means and a, b run over phi_k, phi_{k+1}, s_k, s_{k+1} about their
-means over the intervals of class c: the intervals' distribution, their return map and the strengths
-beside it. To these come the shares of what is in no word, which tell of missed and of spurious
-impacts.
+where m_w and n_w are the measured means and a, b run over phi_k, phi_{k+1}, s_k, s_{k+1} about
+their means over the intervals of class c: the intervals' distribution, their return map and the
+strengths beside it. To these come the shares of what is in no word, which tell of missed and of
+spurious impacts, and the impacts per period.
 """
 
 from __future__ import annotations

@@ -8,9 +8,9 @@ the directions that tell the parameters apart, as many as there are parameters [
 and fresh trains tell how the projections depend on the parameters and how they scatter: of the
 moments' distribution nothing is assumed but that their projections are nearly normal [Wood2010]_.
 
-What this is careful about: slopes have errors, and a sum of squared slopes is too large by these, so
-that a cloud would take its own noise for information, shrink, and have more of it. The errors are
-taken out, and the last cloud is fresh.
+What this is careful about: slopes have errors, and a sum of squared slopes is too large by these,
+so that a cloud would take its own noise for information, shrink, and have more of it. The errors
+are taken out, and the last cloud is fresh.
 """
 
 from __future__ import annotations
@@ -41,9 +41,7 @@ class Cloud(NamedTuple):
     def of(cls, centre: np.ndarray, covariance: np.ndarray, problem: Problem) -> Cloud:
         """With a covariance, but no narrower than trains can tell."""
         finest = np.array([problem.kind(name).finest for name in problem.names])
-        return cls(
-            centre, np.linalg.cholesky(covariance + np.diag(finest**2)), len(problem.free)
-        )
+        return cls(centre, np.linalg.cholesky(covariance + np.diag(finest**2)), len(problem.free))
 
     @property
     def reach(self) -> float:
@@ -76,7 +74,7 @@ class Regression(NamedTuple):
     coefficients: np.ndarray  # shape (terms, moments)
     covariance: np.ndarray  # of the moments of a train
     errors: np.ndarray  # covariance of the coefficients of a moment of variance 1
-    count: int
+    trains: int
 
     @classmethod
     def of(cls, cloud: Cloud, psi: np.ndarray, y: np.ndarray) -> Regression:
@@ -139,8 +137,10 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
     distance = np.mean(np.nan_to_num(y, nan=1e3) ** 2, axis=1)
     nearest = np.argsort(distance)[:NEAREST]
     cloud = Cloud.of(psi[nearest].mean(0), np.cov(psi[nearest].T), problem)
+    settled = False
     for _ in range(ROUNDS):
-        fresh = cloud.draw(CLOUD, problem)
+        # The last round decides on the directions, and is worth more trains.
+        fresh = cloud.draw(2 * CLOUD if settled else CLOUD, problem)
         psi, y = np.vstack((psi, fresh[0])), np.vstack((y, fresh[1]))
         inside = np.linalg.norm(cloud.place(psi), axis=1) < cloud.reach
         regression = Regression.of(cloud, psi[inside], y[inside])
@@ -148,13 +148,14 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
         z = regression.solve(white, problem)
         width, directions = _uncertainty(regression, white)
         project = (white @ regression.slopes).T @ white
-        settled = np.all(width > 0.4) and np.abs(z).max() < 0.6 * REACH
         # Wider than it was only where the solution lies at its edge.
         most = 1.3 if np.abs(z).max() > 0.95 * REACH else 1.0
         shape = cloud.shape @ directions * np.clip(WIDE * width, NARROWEST, most)
-        cloud = Cloud.of(np.clip(cloud.centre + cloud.shape @ z, *problem.box), shape @ shape.T, problem)
+        centre = np.clip(cloud.centre + cloud.shape @ z, *problem.box)
+        cloud = Cloud.of(centre, shape @ shape.T, problem)
         if settled:
             break
+        settled = bool(np.all(width > 0.4) and np.abs(z).max() < 0.6 * REACH)
     psi, y = cloud.draw(LAST_CLOUD, problem)
     regression = Regression.of(cloud, psi, y @ project.T)
     white = whitening(regression.covariance, 1e-10)
@@ -164,7 +165,7 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
     size, directions = np.linalg.eigh(information)
     # What the trains do not tell is left as wide as can be.
     spread = cloud.shape @ directions / np.sqrt(np.maximum(size, 1e-6))
-    expected = 1 + len(regression.coefficients) / regression.count
+    expected = 1 + len(regression.coefficients) / regression.trains
     return Estimate(
         np.clip(cloud.centre + cloud.shape @ z, *problem.box),
         spread @ spread.T * (expected * problem.share),
@@ -172,7 +173,7 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
 
 
 def whitening(covariance: np.ndarray, tolerance: float = 1e-3) -> np.ndarray:
-    """Directions in which moments are independent, of variance 1; what hardly varies is left out."""
+    """Directions in which moments are independent, of variance 1, but for what hardly varies."""
     scale = np.sqrt(np.diag(covariance))
     scale = np.where(scale > 0, scale, np.inf)
     size, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
@@ -184,7 +185,7 @@ def whitening(covariance: np.ndarray, tolerance: float = 1e-3) -> np.ndarray:
 def _uncertainty(regression: Regression, white: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Standard deviations of z in the directions in which they are independent."""
     slopes = white @ regression.slopes
-    freedom = regression.count - len(regression.coefficients)
+    freedom = regression.trains - len(regression.coefficients)
     # The inverse of an estimated covariance is too large by this [Wood2010]_.
     shrunk = max((freedom - len(white) - 1) / max(freedom, 1), 0.1)
     information = shrunk * (slopes.T @ slopes - len(white) * regression.slope_errors)

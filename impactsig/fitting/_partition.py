@@ -1,9 +1,9 @@
 """A train as words: which phases and which intervals it is told by.
 
-An impact of chaos comes at few phases of the forcing, and its intervals gather in classes, say about
-one period and about two. Jitter moves every instant, but not an interval into another class: the
+The impacts of chaos come at few phases of the forcing, and their intervals gather in classes, say
+about one period and about two. Jitter moves every instant, but no interval into another class: the
 sequence of classes, cut into words, is what the measuring chain leaves of the orbit, and the mean
-over all impacts with the same neighbourhood is free of jitter.
+over all impacts with the same words around them is free of jitter.
 """
 
 from __future__ import annotations

@@ -32,7 +32,9 @@ class Problem:
 
     def __post_init__(self) -> None:
         self.moments = Moments.of(self.train)
-        self.measured = self.moments(self.train)
+        measured = self.moments(self.train)
+        assert measured is not None  # the words are its own
+        self.measured = measured
         self.names = self.free + tuple(CHAIN)[: 3 if self.train.strength is None else 4]
         self.share = min(1.0, LONGEST / len(self.train.x))
         whole = np.diff(self.train.x)[self.train.joined].sum()

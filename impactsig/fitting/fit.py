@@ -272,9 +272,7 @@ def _fit(
         distance,
         p_value,
         shares,
-        compare(
-            impacts, simulated, forcing_period=1 / frequency, names=("measured", "simulated")
-        ),
+        compare(impacts, simulated, forcing_period=1 / frequency, names=("measured", "simulated")),
         problem.evaluations,
         tuple(warnings),
     )
@@ -306,9 +304,7 @@ def _known(
                 name, None, "a positive number [Hz]", "Give it, or a scene that has it"
             )
         if name not in names and name not in known:
-            raise InvalidInput(
-                "free", names, f"{name} among them, or a scene that says what it is"
-            )
+            raise InvalidInput("free", names, f"{name} among them, or a scene that says what it is")
     return {
         name: value
         for name, value in known.items()
@@ -411,9 +407,10 @@ def _settles(machine: Oscillator) -> bool:
     from ..simulate import simulate
 
     impacts = simulate(machine, periods=400, transient=600).impacts
+    assert impacts is not None
+    assert machine.forcing_period is not None
     if len(impacts) < 20:
         return True
-    assert machine.forcing_period is not None
     return identify_period(impacts, machine.forcing_period).kind == "periodic"
 
 

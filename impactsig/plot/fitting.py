@@ -53,10 +53,8 @@ def oscillator_fit(result: OscillatorFit, figure: Figure | SubFigure | None = No
 
 def _maps(ax: Axes, values: list[np.ndarray]) -> None:
     both = np.concatenate(values)
-    for one, colour, label in zip(
-        values, (BLUE, VERMILLION), ("measured", "simulated"), strict=True
-    ):
-        points(ax, one[:-1], one[1:], color=colour, markersize=2.5, label=label)
+    for one, colour, size in zip(values, (BLUE, VERMILLION), (4, 1.5), strict=True):
+        points(ax, one[:-1], one[1:], color=colour, markersize=size)
     span = span_of(np.quantile(both, [0.001, 0.999]))
     ax.set(xlim=span, ylim=span, aspect="equal")
     seconds(ax.xaxis, "interval $I_k$", both)
