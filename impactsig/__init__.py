@@ -42,6 +42,7 @@ if TYPE_CHECKING:
         UnwritableFile,
     )
     from .fitting import OscillatorFit, fit_oscillator
+    from .identify import Resonance, identify_resonance
     from .impacts import Impacts
     from .intervals import (
         IntervalHistogram,
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from .io import info, read, read_blocks
     from .oscillators import (
         BaseMotion,
+        Cantilever,
         Force,
         Friction,
         Hertz,
@@ -114,8 +116,10 @@ if TYPE_CHECKING:
         simulate_blocks,
         simulate_many,
     )
+    from .simulate.beams import BeamMotion, simulate_beam
     from .simulate.firing import integrate_and_fire, threshold_crossings
     from .simulate.measuring import Measured, measure
+    from .simulate.restitution import ApparentRestitution, apparent_restitution
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
     from .simulate.trajectories import Trajectory, trajectory
@@ -135,6 +139,7 @@ _HOME = {
     "impacts": ("Impacts",),
     "io": ("info", "read", "read_blocks"),
     "detect": ("detect_impacts",),
+    "identify": ("Resonance", "identify_resonance"),
     "dynamics": (),
     "dynamics.branches": ("Branch",),
     "dynamics.continuation": ("continue_orbit",),
@@ -159,6 +164,7 @@ _HOME = {
     ),
     "oscillators": (
         "BaseMotion",
+        "Cantilever",
         "Force",
         "Friction",
         "Hertz",
@@ -201,6 +207,8 @@ _HOME = {
     "reconstruct.surrogate_testing": ("SurrogateTest", "surrogate_test"),
     "reconstruct.surrogates": ("Surrogates", "surrogates"),
     "report": ("write_report",),
+    "simulate.beams": ("BeamMotion", "simulate_beam"),
+    "simulate.restitution": ("ApparentRestitution", "apparent_restitution"),
     "simulate.firing": ("integrate_and_fire", "threshold_crossings"),
     "simulate": ("FixedStep", "Motion", "RungeKutta", "simulate_blocks", "simulate_many"),
     "simulate.measuring": ("Measured", "measure"),
@@ -228,12 +236,15 @@ _HOME = {
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
+    "ApparentRestitution",
     "Attractor",
     "AveragedFalseNeighbors",
     "BaseMotion",
     "Basins",
+    "BeamMotion",
     "BifurcationDiagram",
     "Branch",
+    "Cantilever",
     "Comparison",
     "ContactSamples",
     "CorrelationDimension",
@@ -273,6 +284,7 @@ __all__ = [
     "RecurrencePlot",
     "RecurrenceQuantification",
     "Repair",
+    "Resonance",
     "ResponseSpectrum",
     "ReturnMapDeterminism",
     "Rigid",
@@ -288,6 +300,7 @@ __all__ = [
     "Trajectory",
     "UnreadableFile",
     "UnwritableFile",
+    "apparent_restitution",
     "autocorrelation_delay",
     "averaged_false_neighbors",
     "basins_of_attraction",
@@ -309,6 +322,7 @@ __all__ = [
     "fit_soft_stop",
     "flows",
     "identify_period",
+    "identify_resonance",
     "impact_map",
     "info",
     "integrate_and_fire",
@@ -334,6 +348,7 @@ __all__ = [
     "return_map_determinism",
     "scenes",
     "simulate",
+    "simulate_beam",
     "simulate_blocks",
     "simulate_many",
     "stop_damping",

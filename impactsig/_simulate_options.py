@@ -160,6 +160,8 @@ def _add_parameter(
     required: bool,
 ) -> None:
     kind = get_type_hints(scene)[parameter.name]
+    if get_args(kind) == (float, types.NoneType):
+        kind = float
     needed = parameter.default is inspect.Parameter.empty
     ending = "required" if needed else f"default: {_brief(parameter.default)}"
     words: dict[str, Any] = {

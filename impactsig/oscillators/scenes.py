@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from typing import Any, Literal
 
 from ..errors import InvalidInput
+from .cantilever import Cantilever
 from .oscillator import Oscillator
 from .parts import BaseMotion, Force, Friction, KelvinVoigt, Noise, Rigid, Stop, numbers
 
@@ -271,6 +272,98 @@ def _van_der_pol_duffing(gain: float, loss: float) -> Callable[[float, float, fl
         return (gain - loss * x * x) * v - x * x * x
 
     return law
+
+
+def cantilever(
+    length: float,
+    width: float,
+    thickness: float,
+    modulus: float,
+    density: float,
+    stop: float,
+    frequency: float,
+    amplitude: float,
+    loading: Literal["base", "clamp", "tip"] = "base",
+    *,
+    damping_ratio: float = 0.03,
+    restitution: float = 0.2,
+    natural_frequency: float | None = None,
+    **changes: Any,
+) -> Oscillator:
+    """A uniform cantilever before a stop at its tip, in its first mode, from its drawings.
+
+    ``m x'' + 2 damping_ratio m omega_n x' + m omega_n^2 x = F cos(omega t)`` in SI units, m a
+    quarter of the beam's mass, omega_n as `Cantilever` has it [Rao2017]_. x is the deflection of
+    the tip; before a stop on the ground ("clamp") it is the place of the tip there.
+
+    Parameters
+    ----------
+    length : float
+        Free length of the beam [m].
+    width : float
+        Its width [m].
+    thickness : float
+        Its thickness [m], in the plane in which it vibrates.
+    modulus : float
+        Young's modulus [Pa].
+    density : float
+        Density of its material [kg/m^3].
+    stop : float
+        Where the stop stands [m], from the tip of the beam at rest: the gap.
+    frequency : float
+        Forcing frequency [Hz].
+    amplitude : float
+        Amplitude of the forcing: of the base or the clamp [m], or of the force at the tip [N].
+    loading : {"base", "clamp", "tip"}
+        What moves: a base that carries clamp and stop alike, the clamp alone, before a stop on the
+        ground, or neither, but a force is at the tip. A base or clamp drives the first mode by
+        1.566 times its own motion.
+    damping_ratio : float
+        Damping as a share of the critical, as `identify_resonance` measures it. Our choice
+        otherwise, as for `karpodinis`.
+    restitution : float
+        Restitution coefficient of the beam as a whole, which `apparent_restitution` tells from
+        that of its tip; by default the thesis' [Karpodinis]_.
+    natural_frequency : float, optional
+        What was measured [Hz], instead of what follows from the drawings; the mass stays.
+    **changes
+        Other parameters of `Oscillator`, such as a soft stop.
+
+    Raises
+    ------
+    InvalidInput
+        If a parameter is out of its range.
+
+    Examples
+    --------
+    >>> beam = cantilever(0.2, 0.025, 1e-3, 210e9, 7850, stop=1e-3, frequency=20, amplitude=2e-4)
+    """
+    if loading not in ("base", "clamp", "tip"):
+        raise InvalidInput("loading", loading, '"base", "clamp" or "tip"')
+    beam = Cantilever(length, width, thickness, modulus, density)
+    if natural_frequency is not None:
+        _require(above=0.0, natural_frequency=natural_frequency)
+        beam = beam.tuned(natural_frequency)
+    _require(above=0.0, stop=stop, frequency=frequency)
+    _require(least=0.0, damping_ratio=damping_ratio)
+    _require(amplitude=amplitude)
+    mass, stiffness = beam.modal_mass, float(beam.modal_stiffness(1)[0])
+    omega, force = 2 * math.pi * frequency, amplitude
+    if loading != "tip":
+        # Relative to what it is clamped in, inertia is a force; but a lumped mass that hangs on a
+        # moving spring feels its own share of that already.
+        share = float(beam.participation(1)[0]) - (loading == "clamp")
+        force = share * mass * omega**2 * amplitude
+    known: dict[str, Any] = {
+        "mass": mass,
+        "damping": 2 * damping_ratio * math.sqrt(mass * stiffness),
+        "stiffness": stiffness,
+        "forces": (Force(force, omega),),
+        "base": BaseMotion(amplitude, omega) if loading == "clamp" else None,
+        "stops": (Stop(stop, Rigid(restitution)),),
+        "name": f"cantilever of {beam.frequencies(1)[0]:.4g} Hz",
+    }
+    return Oscillator(**(known | changes))
 
 
 def _both(sigma: Any) -> tuple[float, float]:

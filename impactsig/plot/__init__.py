@@ -1,5 +1,6 @@
 """Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes."""
 
+from .beams import apparent_restitution, mode_shapes, restitution_over_modes, tip_history
 from .branches import branch
 from .comparison import comparison
 from .correlation import correlation_sum
@@ -12,6 +13,7 @@ from .fitting import oscillator_fit
 from .lyapunov import lyapunov_convergence
 from .motions import phase_portrait, power_spectrum, time_history
 from .recurrence import recurrence_plot
+from .resonances import decay, resonance
 from .sections import section
 from .sequences import histogram, return_map
 from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
@@ -21,6 +23,7 @@ from .trains import interval_densities, return_maps
 from .waveforms import pulse, waveform
 
 __all__ = [
+    "apparent_restitution",
     "averaged_false_neighbors",
     "basins",
     "bifurcation_diagram",
@@ -28,6 +31,7 @@ __all__ = [
     "comparison",
     "contact_against_interval",
     "correlation_sum",
+    "decay",
     "delay_choice",
     "dimension",
     "false_neighbors",
@@ -37,6 +41,7 @@ __all__ = [
     "lyapunov_convergence",
     "match_rate",
     "oscillator_fit",
+    "mode_shapes",
     "parameter_study",
     "peak_against_time",
     "periodicity_chart",
@@ -45,7 +50,9 @@ __all__ = [
     "prediction_error",
     "pulse",
     "recurrence_plot",
+    "resonance",
     "response_spectrum",
+    "restitution_over_modes",
     "return_map",
     "return_maps",
     "section",
@@ -53,5 +60,6 @@ __all__ = [
     "stretch_curve",
     "surrogate_test",
     "time_history",
+    "tip_history",
     "waveform",
 ]

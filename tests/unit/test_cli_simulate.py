@@ -12,7 +12,7 @@ from impactsig import Impacts, Oscillator, cli, scenes, simulate
 from impactsig import _simulate_options as options
 from impactsig._options import with_negative_numbers
 
-SCENES = ["karpodinis", "okolewski", "tian", "begley_virgin"]
+SCENES = ["karpodinis", "okolewski", "tian", "begley_virgin", "van_der_pol_duffing", "cantilever"]
 
 
 def run(*words):
@@ -37,6 +37,23 @@ def run(*words):
             scenes.okolewski(3, 0.6, "soft", stop_stiffness=2e3),
         ),
         (["tian", "--omega=0.8", "--amplitude=0.8"], scenes.tian(0.8, 0.8)),
+        (
+            [
+                "cantilever",
+                "--length=0.2",
+                "--width=0.025",
+                "--thickness=1e-3",
+                "--modulus=210e9",
+                "--density=7850",
+                "--stop=1e-3",
+                "--frequency=21",
+                "--amplitude=2e-4",
+                "--natural-frequency=22.2",
+            ],
+            scenes.cantilever(
+                0.2, 0.025, 1e-3, 210e9, 7850, 1e-3, 21, 2e-4, natural_frequency=22.2
+            ),
+        ),
         (
             ["begley_virgin", "--gamma=0.88", "--sigma=1.6", "--friction=0.06"],
             scenes.begley_virgin(0.88, 1.6, 0.06),
@@ -152,7 +169,8 @@ def test_help_tells_every_parameter_of_a_scene(name, capsys, monkeypatch):
         if parameter.kind is parameter.VAR_KEYWORD:
             continue
         option = f"--{parameter.name.replace('_', '-')} "
-        (line,) = (line for line in lines if line.strip().startswith(option))
+        (at,) = (k for k, line in enumerate(lines) if line.strip().startswith(option))
+        line = lines[at] if "(" in lines[at] else lines[at] + lines[at + 1]  # long options wrap
         required = parameter.default is parameter.empty
         assert ("(required)" in line) is required
         assert ("(default: " in line) is not required

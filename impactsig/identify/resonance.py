@@ -1,0 +1,306 @@
+"""Natural frequency and damping from a free decay, or from a record under noise."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+from .._arguments import Seed, number, streams
+from ..errors import InvalidInput
+from ..recording import Recording
+from ._band import Band, band_of, log_decrement, padded, peak_and_width, smooth
+from ._decay import Fit, fit_decay
+from ._noise import QUANTITIES, fit_noise
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+REPLICAS = 100
+EVIDENCE = 10.0
+"""Logarithm of the likelihood ratio below which a resonance is not believed."""
+FEWEST = 16
+
+
+class Estimate(NamedTuple):
+    """A value and its standard error."""
+
+    value: float
+    error: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Resonance:
+    """Natural frequency and damping of a machine.
+
+    Attributes
+    ----------
+    natural_frequency, natural_frequency_error : float
+        Undamped natural frequency and its standard error [Hz].
+    damping_ratio, damping_ratio_error : float
+        Damping as a share of the critical, and its standard error.
+    peak : Estimate
+        Frequency of the greatest power density [Hz], interpolated.
+    half_power : Estimate
+        Damping ratio by the width at half the greatest power, ``(f2 - f1) / (2 f0)`` [Rao2017]_.
+    log_decrement : Estimate or None
+        Damping ratio by the logarithmic decrement delta of the swings, ``delta / sqrt(4 pi^2 +
+        delta^2)``; of a decay only.
+    kind : {"decay", "noise"}
+        What was recorded.
+    signal_to_noise : float
+        Power of the resonance by that of the instrument's noise, over the span and up to half the
+        rate [dB]; nan where the band does not tell the latter from the flanks of the peak.
+    start, duration : float
+        The span that was used [s].
+    frequency, density : ndarray, shape (n,)
+        The band [Hz] and the power spectral density in it [unit^2/Hz].
+    model : ndarray, shape (n,)
+        The density that was fitted.
+    envelope_time, envelope : ndarray, shape (k,)
+        Size of the part of the signal in the band [unit], about once a swing.
+    unit, source : str
+        Of the recording.
+
+    Notes
+    -----
+    `natural_frequency` and `damping_ratio` are maximum-likelihood estimates with the errors that
+    the curvature of the likelihood gives; `peak`, `half_power` and `log_decrement` are what
+    textbooks read from the same band, with errors from records made with the fitted values. A
+    reading that the band does not allow is nan.
+    """
+
+    natural_frequency: float
+    natural_frequency_error: float
+    damping_ratio: float
+    damping_ratio_error: float
+    peak: Estimate
+    half_power: Estimate
+    log_decrement: Estimate | None
+    kind: Literal["decay", "noise"]
+    signal_to_noise: float
+    start: float
+    duration: float
+    frequency: np.ndarray
+    density: np.ndarray
+    model: np.ndarray
+    envelope_time: np.ndarray
+    envelope: np.ndarray
+    unit: str
+    source: str
+
+    @property
+    def quality_factor(self) -> float:
+        """1 / (2 damping ratio)."""
+        return 0.5 / self.damping_ratio
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the spectrum with the fit; see `impactsig.plot.resonance`."""
+        from .. import plot
+
+        return plot.resonance(self, ax)
+
+    def __repr__(self) -> str:
+        return (
+            f"Resonance({self.natural_frequency:.6g} ± {self.natural_frequency_error:.1g} Hz; "
+            f"damping ratio {self.damping_ratio:.4g} ± {self.damping_ratio_error:.1g}; "
+            f"from a {self.kind} of {self.duration:.4g} s)"
+        )
+
+
+def identify_resonance(
+    recording: Recording,
+    kind: Literal["decay", "noise"],
+    *,
+    band: tuple[float, float] | None = None,
+    quantity: Literal["displacement", "velocity", "acceleration"] = "displacement",
+    seed: Seed = 0,
+) -> Resonance:
+    """Natural frequency and damping ratio of one mode, with their errors.
+
+    A free decay, as after a tap, tells far more than a record of the same length under noise: the
+    latter's relative errors are no less than ``sqrt(zeta / (omega T))`` in frequency and
+    ``1 / sqrt(zeta omega T)`` in damping, however little noise the instrument has, because chance
+    drives what is measured.
+
+    Parameters
+    ----------
+    recording : Recording
+        One channel. A decay that begins after the record does is taken from one swing after its
+        greatest.
+    kind : {"decay", "noise"}
+        Whether the machine was left to itself, or kept moving by something like white noise.
+    band : (float, float), optional
+        Lowest and highest frequency [Hz] to fit. By default from half to one and a half of that of
+        the greatest peak; give it where another mode is stronger, or near.
+    quantity : {"displacement", "velocity", "acceleration"}
+        What was recorded, under noise: the flanks of the peak depend on it. Strain and the force
+        of a load cell are displacements.
+    seed : int, SeedSequence or Generator
+        For the records that tell the errors of the textbooks' estimates.
+
+    Returns
+    -------
+    Resonance
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of its range, the record has missing samples or several channels, the
+        band holds too few frequencies, or no resonance stands out in it.
+
+    Examples
+    --------
+    >>> time = np.arange(10_000) / 1000
+    >>> swings = np.exp(-0.7 * time) * np.cos(140 * time)
+    >>> noise = 0.02 * np.random.default_rng(1).standard_normal(10_000)
+    >>> identify_resonance(Recording(swings + noise, 1000), "decay")
+    Resonance(22.282 ± 0.0002 Hz; damping ratio 0.005004 ± 1e-05; from a decay of 10 s)
+    """
+    if kind not in ("decay", "noise"):
+        raise InvalidInput("kind", kind, '"decay" or "noise"')
+    if quantity not in QUANTITIES:
+        raise InvalidInput("quantity", quantity, '"displacement", "velocity" or "acceleration"')
+    samples = _samples(recording)
+    rate = recording.rate
+    if band is None:
+        peak = _greatest(samples, rate)
+        low, high = peak / 2, min(1.5 * peak, 0.499 * rate)
+    else:
+        low, high = _limits(band, rate)
+    found = _checked(band_of(samples, rate, low, high), recording)
+    begin = 0
+    if kind == "decay":
+        time, size = found.envelope()
+        first = int(np.argmax(size[:-1]))  # the last wraps round to the beginning
+        if first > 3:  # what begins with the record is greatest within three swings
+            begin = round((time[first] + time[1]) * rate)
+            found = _checked(band_of(samples[begin:], rate, low, high), recording)
+    power = np.abs(found.values) ** 2
+    middle = float(found.frequency[np.argmax(smooth(power, 5))])
+    fit = fit_decay(found, middle) if kind == "decay" else fit_noise(found, middle, quantity)
+    if not fit.evidence > EVIDENCE:
+        raise InvalidInput(
+            "recording", repr(recording), f"a resonance from {low:.4g} to {high:.4g} Hz",
+            "None stands out of the noise there; give band=, or a longer record",
+        )  # fmt: skip
+    natural = math.hypot(fit.alpha, fit.omega)
+    ratio = fit.alpha / natural
+    cosine = fit.omega / natural
+    along = np.array([ratio, cosine])  # of the natural frequency by alpha and omega
+    across = np.array([cosine**2, -ratio * cosine]) / natural
+    errors = [math.sqrt(max(row @ fit.covariance @ row, 0.0)) for row in (along, across)]
+    readings = _textbook(found, fit, kind, seed)
+    scale = 2 / (found.rate * found.count)
+    model = np.abs(fit.model) ** 2 if kind == "decay" else fit.model
+    if kind == "decay":
+        model = model + fit.noise**2 * found.count
+    envelope_time, envelope = found.envelope()
+    start = recording.start + begin / rate
+    return Resonance(
+        natural / (2 * math.pi),
+        errors[0] / (2 * math.pi),
+        ratio,
+        errors[1],
+        readings[0],
+        readings[1],
+        readings[2] if kind == "decay" else None,
+        kind,
+        10 * math.log10(fit.ratio),
+        start,
+        found.duration,
+        found.frequency,
+        power * scale,
+        model * scale,
+        start + envelope_time,
+        envelope,
+        recording.unit,
+        recording.source,
+    )
+
+
+def _textbook(band: Band, fit: Fit, kind: str, seed: Seed) -> list[Estimate]:
+    """Peak, half-power damping and log decrement; and their scatter over records like this one."""
+    values = _readings(band, band.values, fit, kind)
+    rng = streams(seed, 1)[0]
+    found = np.empty((REPLICAS, 3))
+    noise = fit.noise * math.sqrt(band.count / 2)
+    for k in range(REPLICAS):
+        normal = rng.standard_normal((2, len(band.values)))
+        drawn = normal[0] + 1j * normal[1]
+        drawn *= noise if kind == "decay" else np.sqrt(fit.model / 2)
+        like = fit.model + drawn if kind == "decay" else drawn
+        found[k] = _readings(band, like, fit, kind)
+    counted = np.isfinite(found).sum(axis=0)
+    spread = np.full(3, math.nan)
+    told = (counted > REPLICAS / 2) & np.isfinite(values)
+    spread[told] = np.nanstd(found[:, told], axis=0)
+    return [Estimate(float(v), float(error)) for v, error in zip(values, spread, strict=True)]
+
+
+def _readings(band: Band, values: np.ndarray, fit: Fit, kind: str) -> np.ndarray:
+    like = Band(values, band.first, band.count, band.rate)
+    rate = math.nan
+    if kind == "decay":
+        frequency, power = padded(like)
+        time, size = like.envelope()
+        # The noise of a sample, by the share of the frequencies that Hann's window lets by.
+        left = fit.noise * math.sqrt(1.5 * len(values) / band.count)
+        rate = log_decrement(time, size, left)
+    else:
+        width = fit.alpha / math.pi  # at half power [Hz]
+        power = smooth(np.abs(values) ** 2, max(1, round(0.3 * width / band.step)) | 1)
+        frequency = band.frequency
+    peak, width = peak_and_width(frequency, power)
+    return np.array([peak, width / (2 * peak), rate / math.hypot(rate, 2 * math.pi * peak)])
+
+
+def _samples(recording: Recording) -> np.ndarray:
+    if not isinstance(recording, Recording):
+        raise InvalidInput("recording", recording, "a Recording", "Recording(samples, rate)")
+    samples = recording.samples
+    if samples.ndim == 2 and samples.shape[1] > 1:
+        raise InvalidInput(
+            "recording", f"{samples.shape[1]} channels", "one", "Choose with recording.channel(...)"
+        )
+    samples = np.asarray(samples, float).reshape(-1)
+    if len(samples) < 64:
+        raise InvalidInput("recording", f"{len(samples)} samples", "at least 64")
+    if not np.isfinite(samples).all():
+        raise InvalidInput(
+            "recording", "missing samples", "none", "Choose a whole span with recording.between()"
+        )
+    if np.ptp(samples) == 0:
+        raise InvalidInput("recording", "samples that are all the same", "a motion")
+    return samples
+
+
+def _greatest(samples: np.ndarray, rate: float) -> float:
+    """Frequency of the greatest peak [Hz], drifts left aside."""
+    power = np.abs(np.fft.rfft(samples - samples.mean())) ** 2
+    power = smooth(power, 5)
+    power[:4] = 0.0
+    return float(np.argmax(power) * rate / len(samples))
+
+
+def _limits(band: tuple[float, float], rate: float) -> tuple[float, float]:
+    try:
+        low, high = band
+    except (TypeError, ValueError):
+        raise InvalidInput("band", band, "two frequencies [Hz]") from None
+    low, high = number("band", low, least=0.0), number("band", high, most=rate / 2)
+    if not low < high:
+        raise InvalidInput("band", band, "the lower frequency first")
+    return low, high
+
+
+def _checked(band: Band, recording: Recording) -> Band:
+    if len(band.values) < FEWEST:
+        raise InvalidInput(
+            "recording", f"{band.duration:.4g} s", f"{FEWEST} frequencies in the band",
+            f"It holds {len(band.values)}, {band.step:.3g} Hz apart; record for longer, or widen "
+            "the band",
+        )  # fmt: skip
+    return band

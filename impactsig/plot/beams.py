@@ -1,0 +1,185 @@
+"""Beams: the shapes of their modes, and the restitution coefficient they appear to have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._arguments import number, whole
+from ..errors import InvalidInput
+from ._axes import BLUE, CHANNEL_COLOURS, GREY, ORANGE, VERMILLION, axes, level, points, seconds
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..oscillators import Cantilever
+    from ..simulate.beams import BeamMotion
+    from ..simulate.restitution import ApparentRestitution
+
+
+def mode_shapes(beam: Cantilever, ax: Axes | None = None, *, modes: int = 4) -> Axes:
+    """Draw the first mode shapes of a cantilever, 1 at the tip, with their frequencies.
+
+    Parameters
+    ----------
+    beam : Cantilever
+        The beam.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    modes : int
+        How many.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    modes = whole("modes", modes, 1)
+    ax = axes(ax, width=6.4, height=3.2)
+    x = np.linspace(0.0, beam.length, 50 * modes + 101)
+    for k, frequency in enumerate(beam.frequencies(modes)):
+        colour = CHANNEL_COLOURS[k % len(CHANNEL_COLOURS)]
+        style = "-" if k < len(CHANNEL_COLOURS) else "--"
+        label = f"{k + 1}: {frequency:.4g} Hz"
+        ax.plot(x, beam.mode_shape(k + 1, x), style, color=colour, linewidth=1.2, label=label)
+    ax.axhline(0.0, color=GREY, linewidth=0.8, linestyle=":")
+    ax.set_xlim(0.0, beam.length)
+    ax.set_xlabel("distance from the clamp [m]")
+    ax.set_ylabel("mode shape")
+    ax.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return ax
+
+
+def tip_history(
+    motion: BeamMotion,
+    ax: Axes | None = None,
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+) -> Axes:
+    """Draw where the tip is over time, beside the first mode's part of it, with every impact.
+
+    The stop is drawn as a line; spans in which it holds the tip are shaded.
+
+    Parameters
+    ----------
+    motion : BeamMotion
+        What moved.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    start, stop : float, optional
+        Span to draw [s]; by default the last five periods of the first mode.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        If the span is not in the motion.
+    """
+    end = motion.start + motion.duration
+    last = end if stop is None else number("stop", stop, most=end)
+    first = max(motion.start, last - 5 / motion.frequencies[0])
+    first = first if start is None else number("start", start, least=motion.start)
+    if not first < last:
+        raise InvalidInput("start, stop", f"{start}, {stop}", "a span inside the motion")
+    fine = max(1000, min(20_000, int(20 * (last - first) * motion.frequencies[-1])))
+    hits = motion.impacts.time[(motion.impacts.time >= first) & (motion.impacts.time <= last)]
+    time = np.union1d(np.linspace(first, last, fine), hits)
+    ax = axes(ax, width=8.0)
+    ax.plot(time, motion.sample(time)[0], color=BLUE, linewidth=1.0, label="tip")
+    slow = motion.modal(time)[0][:, 0]
+    ax.plot(time, slow, color=GREY, linewidth=1.0, linestyle="--", label="first mode")
+    if len(hits):
+        label = f"{len(hits)} impact{'s' * (len(hits) > 1)}"
+        points(ax, hits, motion.sample(hits)[0], color=VERMILLION, label=label, zorder=3)
+    label = "held"
+    for begin, over in np.clip(motion.sticks, first, last):
+        if begin < over:
+            ax.axvspan(begin, over, color=ORANGE, alpha=0.25, linewidth=0, label=label)
+            label = ""
+    if motion.stop is not None:
+        ax.axhline(motion.stop.position, color=GREY, linewidth=0.8)
+    ax.margins(x=0)
+    seconds(ax.xaxis, "time", [last])
+    ax.set_ylabel("deflection [m]")
+    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=4, borderaxespad=0.2)
+    return ax
+
+
+def apparent_restitution(result: ApparentRestitution, ax: Axes | None = None) -> Axes:
+    """Draw how fast the first mode comes back from each contact over how fast it came.
+
+    Parameters
+    ----------
+    result : ApparentRestitution
+        Of `apparent_restitution`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax, width=4.8, height=3.6)
+    label = f"{len(result.each)} contact{'s' * (len(result.each) > 1)}"
+    points(ax, result.approach, -result.departure, label=label)
+    fastest = 1.05 * float(result.approach.max())
+    ax.plot([0, fastest], [0, result.value * fastest], color=VERMILLION, linewidth=1.2,
+            label=f"r = {result.value:.3g}")  # fmt: skip
+    ax.axhline(0.0, color=GREY, linewidth=0.8, linestyle=":")
+    ax.set_xlim(0.0, fastest)
+    ax.set_xlabel("first mode before the contact [m/s]")
+    ax.set_ylabel("and after, away from the stop [m/s]")
+    ax.legend(frameon=False, loc="best")
+    return ax
+
+
+def restitution_over_modes(
+    results: Sequence[ApparentRestitution], ax: Axes | None = None, *, label: str = ""
+) -> Axes:
+    """Draw apparent restitution coefficients over the number of modes, with their spread.
+
+    The bars reach from the 5th to the 95th percentile of the contacts.
+
+    Parameters
+    ----------
+    results : sequence of ApparentRestitution
+        Of motions in different numbers of modes.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default. Another call with the same axes adds a curve.
+    label : str
+        What the legend calls them.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        If there are none.
+    """
+    if not len(results):
+        raise InvalidInput("results", results, "one result or more")
+    results = sorted(results, key=lambda result: result.modes)
+    ax = axes(ax, width=6.0, height=3.6)
+    modes = np.array([result.modes for result in results])
+    value = np.array([result.value for result in results])
+    ends = np.array([np.percentile(result.each, [5, 95]) for result in results])
+    colour = CHANNEL_COLOURS[len(ax.containers) % len(CHANNEL_COLOURS)]
+    reach = np.maximum([value - ends[:, 0], ends[:, 1] - value], 0.0)
+    ax.errorbar(modes, value, reach, color=colour, marker="o", markersize=4, linewidth=1.2,
+                elinewidth=0.8, capsize=2, label=label or None)  # fmt: skip
+    if len(ax.containers) == 1:
+        level(ax, 0.0)
+        ax.set_xscale("log", base=2)
+        ax.xaxis.set_major_formatter(lambda x, _position: f"{x:g}")
+    ax.set_xlabel("modes")
+    ax.set_ylabel("apparent restitution coefficient")
+    if label:
+        ax.legend(frameon=False)
+    return ax
