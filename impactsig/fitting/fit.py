@@ -28,6 +28,10 @@ LOCKED = 25.0
 """Squared vector strength times the number of impacts from which the phases tell the frequency."""
 JUDGED = 40
 """Trains simulated at the optimum, which tell whether the measured one is of their kind."""
+LEAST_P = 1 / (JUDGED + 1)
+"""Where all of these are nearer, the search has gone astray, or no oscillator of this kind fits."""
+TRIES = 3
+"""Searches before it is the latter that is believed."""
 UNTOLD = {"restitution": 0.5}
 """Half-width of an interval that tells nothing; of parameters sought by their logarithm, log 5."""
 
@@ -231,27 +235,25 @@ def _fit(
     strength = None if used is None else getattr(impacts, used)
     train = as_train(impacts, frequency, strength)
     problem = Problem(names, known, limits, frequency, train, rng)
-    estimate = narrow(problem, *descend(problem, begin(problem)))
+    tries = []
+    for _ in range(TRIES):
+        estimate = narrow(problem, *descend(problem, begin(problem)))
+        look = np.array([problem.look(estimate.psi) for _ in range(JUDGED)])
+        tries.append((*_judged(problem, look), estimate))
+        if tries[-1][1] > LEAST_P:
+            break
+    distance, p_value, shares, estimate = min(tries, key=lambda one: one[0])
     values = problem.values(estimate.psi)
     count = len(names)
-    warnings: list[str] = []
     told = _intervals(problem, estimate.psi, estimate.covariance)
     machine = oscillator(values, frequency)
+    warnings = _warnings(names, told, p_value)
     if _settles(machine):
-        warnings.append(
-            "the oscillator found moves periodically: one period cannot tell its parameters, "
-            "and no interval is given"
-        )
         told |= dict.fromkeys(names, (-math.inf, math.inf))
-    for name in names:
-        if not math.isfinite(told[name][0]) and len(warnings) == 0:
-            warnings.append(f"these impacts do not tell the {name.replace('_', ' ')}")
-    look = np.array([problem.look(estimate.psi) for _ in range(JUDGED)])
-    distance, p_value, shares = _judged(problem, look)
-    if p_value <= 1 / (JUDGED + 1):
-        warnings.append(
-            "no simulated train is as far from the others as the measured one: the oscillator "
-            "found does not explain it"
+        warnings = (
+            "the oscillator found moves periodically: one period cannot tell its parameters, "
+            "and no interval is given",
+            *warnings,
         )
     simulated = problem.simulate(estimate.psi)
     chain = {name: values[name] for name in problem.names[count:]}
@@ -274,7 +276,7 @@ def _fit(
         shares,
         compare(impacts, simulated, forcing_period=1 / frequency, names=("measured", "simulated")),
         problem.evaluations,
-        tuple(warnings),
+        warnings,
     )
 
 
@@ -400,6 +402,19 @@ def _intervals(
             low, high = max(low, 0.0), min(high, 1.0)
         told[name] = (low, high)
     return told
+
+
+def _warnings(
+    names: tuple[str, ...], told: dict[str, tuple[float, float]], p_value: float
+) -> tuple[str, ...]:
+    untold = [name.replace("_", " ") for name in names if not math.isfinite(told[name][0])]
+    found = [f"these impacts do not tell the {name}" for name in untold]
+    if p_value <= LEAST_P:
+        found.append(
+            "the measured train is farther from the simulated ones than they are from each other: "
+            "the oscillator found does not explain it"
+        )
+    return tuple(found)
 
 
 def _settles(machine: Oscillator) -> bool:
