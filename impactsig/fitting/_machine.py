@@ -59,7 +59,7 @@ CHAIN = {
     "jitter": Parameter(1e-4, 0.1, True, 0.7, 0.01),  # forcing periods
     "missed": Parameter(0.0, 0.5, False, 0.02, 5e-4),
     "spurious": Parameter(0.0, 0.5, False, 0.01, 5e-4),
-    "strength_noise": Parameter(3e-3, 1.0, True, 1.0, 0.02),
+    "strength_noise": Parameter(0.0, 1.0, False, 0.04, 2e-3),
 }
 
 

@@ -27,6 +27,7 @@ NEAREST = 100  # trains of the search that shape the first cloud
 WIDE = 1.5  # standard deviations of the parameters in one of the cloud
 NARROWEST = 0.2  # of its width before, in one round
 OTHERWISE = 2.2  # times the median misfit: a train of another kind of motion
+WIDEST = 3.0  # widths of the cloud: what the trains do not tell is taken to be as uncertain
 REACH = 2.0  # standard deviations of the cloud that a solution may lie from its centre
 
 
@@ -163,8 +164,7 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
     slopes = white @ regression.slopes
     information = slopes.T @ slopes - len(white) * regression.slope_errors
     size, directions = np.linalg.eigh(information)
-    # What the trains do not tell is left as wide as can be.
-    spread = cloud.shape @ directions / np.sqrt(np.maximum(size, 1e-6))
+    spread = cloud.shape @ directions / np.sqrt(np.maximum(size, WIDEST**-2))
     expected = 1 + len(regression.coefficients) / regression.trains
     return Estimate(
         np.clip(cloud.centre + cloud.shape @ z, *problem.box),

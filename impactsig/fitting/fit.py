@@ -442,7 +442,7 @@ def _judged(problem: Any, look: np.ndarray) -> tuple[float, float, np.ndarray]:
 
     among, own = off(whole), float(off(np.zeros(len(centre))))
     p_value = (1 + int(np.sum(among >= own))) / (1 + len(whole))
-    words = len(problem.moments.phase)
+    words = problem.moments.shares
     measured, scale = problem.measured[:words], problem.scale[:words]
     scale = np.where(np.isfinite(scale), scale, 0.0)
     shares = np.array([measured, measured + scale * centre[:words], scale * scatter[:words]])
