@@ -97,7 +97,7 @@ def test_the_balance_tells_the_truth_from_others():
 # -- words and moments -------------------------------------------------------------------------
 
 
-def symbolic(symbols, phase=None, seed=0):
+def symbolic(symbols, seed=0):
     """A train whose intervals are whole periods but for a little jitter, at phase 0.3."""
     rng = np.random.default_rng(seed)
     x = (
@@ -152,13 +152,28 @@ def test_no_word_reaches_across_a_gap():
 def test_moments_move_with_strengths_and_phases():
     symbols = np.random.default_rng(4).integers(1, 3, 2000)
     train = symbolic(symbols)
-    strength = 1 + 0.1 * (np.append(symbols, 1) == 2)
+    strength = 1 + 0.1 * np.random.default_rng(5).random(2001)
     moments = Moments.of(train._replace(strength=strength))
     own = moments(train._replace(strength=strength))
     scaled = moments(train._replace(strength=7 * strength))
     np.testing.assert_allclose(scaled, own, atol=1e-12)  # relative to their mean
     assert np.abs(moments(train._replace(strength=strength**2)) - own).max() > 0.002
     assert moments(Train(train.x[:3], strength[:3], train.joined[:2])) is None
+
+
+def test_strengths_are_cut_into_fifths_of_each_class():
+    symbols = np.random.default_rng(4).integers(1, 3, 2000)
+    strength = np.random.default_rng(5).random(2001) + (np.append(symbols, 1) == 2)
+    train = symbolic(symbols)._replace(strength=strength)
+    moments = Moments.of(train)
+    shares = moments(train)[48:58]  # after shares, phases and strengths of 16 words
+    for symbol in (1, 2):
+        own = shares[5 * (symbol - 1) : 5 * symbol]
+        np.testing.assert_allclose(own, np.mean(symbols == symbol) / 5, atol=1.01 / 2000)
+    first = strength[:-1][symbols == 1]
+    third = (first > np.quantile(first, 0.4)) & (first <= np.quantile(first, 0.6))
+    later = (strength[1:][symbols == 1])[third] / strength.mean()
+    assert moments.steps[2, 2] == pytest.approx(later.mean())
 
 
 def test_mean_courses_keep_the_beat_and_lose_the_jitter():
