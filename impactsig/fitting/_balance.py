@@ -49,9 +49,10 @@ def courses(train: Train, partition: Partition) -> Courses:
     words = partition.words(sifted)
     x = sifted.cycle + sifted.phase
     groups = []
+    fewest = min(FEWEST, int(np.bincount(words.code).max()))
     for code in np.unique(words.code):
         steps = words.first[words.code == code][:, None] + np.arange(partition.length + 1)
-        groups += _alike(steps, sifted.phase[steps[:, 0]])
+        groups += _alike(steps, sifted.phase[steps[:, 0]], fewest)
     instant = [(x[steps] - sifted.cycle[steps[:, :1]]).mean(0) for steps in groups]
     strength = sifted.strength
     known = None if strength is None else np.array([strength[steps].mean(0) for steps in groups])
@@ -60,14 +61,14 @@ def courses(train: Train, partition: Partition) -> Courses:
     return Courses(np.array(instant).reshape(shape), known, count / count.sum())
 
 
-def _alike(steps: np.ndarray, phase: np.ndarray) -> list[np.ndarray]:
+def _alike(steps: np.ndarray, phase: np.ndarray, fewest: int) -> list[np.ndarray]:
     """Parts whose first phases are close."""
-    if len(steps) < FEWEST:
+    if len(steps) < fewest:
         return []
-    if phase.std() < ALIKE or len(steps) < 2 * FEWEST:
+    if phase.std() < ALIKE or len(steps) < 2 * fewest:
         return [steps]
     late = phase > np.median(phase)
-    return _alike(steps[late], phase[late]) + _alike(steps[~late], phase[~late])
+    return _alike(steps[late], phase[late], fewest) + _alike(steps[~late], phase[~late], fewest)
 
 
 def imbalance(values: Values, course: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

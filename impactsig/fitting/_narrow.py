@@ -165,10 +165,11 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
     information = slopes.T @ slopes - len(white) * regression.slope_errors
     size, directions = np.linalg.eigh(information)
     spread = cloud.shape @ directions / np.sqrt(np.maximum(size, WIDEST**-2))
-    expected = 1 + len(regression.coefficients) / regression.trains
+    # The measured train scatters as its length has it, the regression as its trains do.
+    scatter = problem.share + len(regression.coefficients) / regression.trains
     return Estimate(
         np.clip(cloud.centre + cloud.shape @ z, *problem.box),
-        spread @ spread.T * (expected * problem.share),
+        spread @ spread.T * scatter,
     )
 
 

@@ -16,7 +16,7 @@ PHASES = 64  # bins of a turn
 THIN = 0.02  # of the fullest bin: phases that are rarer only false impacts come at
 STEP = 0.05  # of a forcing period: the bins in which classes of intervals stand apart
 RARE = 0.03  # share of the intervals in a class of their own
-MOST_WORDS = 27
+MOST_CLASSES, MOST_WORDS = 5, 27  # so that a word has two intervals or more
 LONGEST = 4  # intervals in a word
 
 
@@ -113,16 +113,20 @@ def _classes(interval: np.ndarray) -> np.ndarray:
     counts = np.bincount(number)
     filled = np.flatnonzero(counts > max(1.0, 0.03 * RARE * len(interval)))
     runs = np.split(filled, np.flatnonzero(np.diff(filled) > 1) + 1)
-    share = [counts[run[0] : run[-1] + 1].sum() / len(interval) for run in runs]
+    share = [counts[run].sum() / len(interval) for run in runs]
+    largest = np.sort(share)[-MOST_CLASSES:][0]
     own = [
         (run[0] * STEP, (run[-1] + 1) * STEP)
         for run, part in zip(runs, share, strict=True)
-        if part > RARE
+        if part > RARE and part >= largest
     ]
+    if not own:
+        own = [(0.0, float(interval.max()))]
     edges = []
     for low, high in own:
         inside = interval[(interval > low) & (interval <= high)]
-        if len(own) == 1 or (high - low > 0.5 and len(inside) > len(interval) / 2):
+        wide = high - low > 0.5 and len(inside) > len(interval) / 2
+        if len(own) == 1 or (wide and len(own) < MOST_CLASSES):
             middle = float(np.median(inside))
             edges += [(low, middle), (middle, high)]
         else:

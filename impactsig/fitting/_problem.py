@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InvalidInput
 from ._balance import Courses, courses
 from ._machine import CHAIN, PARAMETERS, Beginnings, Parameter, as_train, simulated
 from ._moments import Moments
 from ._partition import Train
 
 LONGEST = 5000  # impacts in a simulated train; of a longer measured one the scatter is scaled
-BLOCKS = 20  # of the measured train, for a first scale of its moments
+BLOCKS = 20  # of the measured train, of 50 impacts or more, for a first scale of its moments
 FAR = 12.0  # of these scales; what is farther counts hardly more
 
 
@@ -33,7 +34,12 @@ class Problem:
     def __post_init__(self) -> None:
         self.moments = Moments.of(self.train)
         measured = self.moments(self.train)
-        assert measured is not None  # the words are its own
+        if measured is None:
+            raise InvalidInput(
+                "impacts",
+                f"{len(self.train.x)} impacts",
+                "some that follow each other without a gap, five at a time",
+            )
         self.measured = measured
         self.names = self.free + tuple(CHAIN)[: 3 if self.train.strength is None else 4]
         self.share = min(1.0, LONGEST / len(self.train.x))
@@ -84,14 +90,15 @@ class Problem:
 
     def _scale(self) -> np.ndarray:
         """Scatter of the measured moments, roughly: from blocks of the train."""
-        size = len(self.train.x) // BLOCKS
+        blocks = min(BLOCKS, len(self.train.x) // 50)
+        size = len(self.train.x) // blocks
         parts = []
-        for start in range(0, BLOCKS * size, size):
+        for start in range(0, blocks * size, size):
             own = slice(start, start + size)
             strength = None if self.train.strength is None else self.train.strength[own]
             joined = self.train.joined[start : start + size - 1]
             part = self.moments(Train(self.train.x[own], strength, joined))
             if part is not None:
                 parts.append(part)
-        scatter = np.std(parts, axis=0) / np.sqrt(BLOCKS)
+        scatter = np.std(parts, axis=0) / np.sqrt(blocks)
         return np.where(scatter > 0, scatter, np.inf)

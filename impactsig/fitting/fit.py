@@ -208,9 +208,10 @@ def fit_oscillator(
     rng = streams(seed, 1)[0]
     used = _strengths(impacts, strengths)
     impacts = impacts[(impacts.flags & INFERRED) == 0]
-    if len(impacts) < FEWEST:
+    count = min(len(impacts), len(impacts.intervals()) + 1)
+    if count < FEWEST:
         raise InvalidInput(
-            "impacts", f"{len(impacts)} impacts", f"{FEWEST} or more to fit",
+            "impacts", f"{count} impacts", f"{FEWEST} or more to fit, not cut apart by gaps",
             "2000 make the errors a third",
         )  # fmt: skip
     frequency = _refined(impacts, frequency)
@@ -434,13 +435,10 @@ def _judged(problem: Any, look: np.ndarray) -> tuple[float, float, np.ndarray]:
     whole = look[np.isfinite(look).all(1)]
     centre, scatter = whole.mean(0), whole.std(0)
     varied = scatter > 1e-9
-    spread = scatter[varied] / math.sqrt(problem.share)
-
-    def off(y: np.ndarray) -> np.ndarray:
-        size: np.ndarray = np.mean(((y - centre)[..., varied] / spread) ** 2, axis=-1)
-        return size
-
-    among, own = off(whole), float(off(np.zeros(len(centre))))
+    among = np.mean(((whole - centre)[:, varied] / scatter[varied]) ** 2, axis=1)
+    # A longer train scatters less, but for the error of the mean that it is compared with.
+    share = problem.share + 1 / len(whole)
+    own = float(np.mean((centre[varied] / scatter[varied]) ** 2)) / share
     p_value = (1 + int(np.sum(among >= own))) / (1 + len(whole))
     words = problem.moments.shares
     measured, scale = problem.measured[:words], problem.scale[:words]
