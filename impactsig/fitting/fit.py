@@ -4,28 +4,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from .._arguments import Seed, number, streams
-from ..comparison import Comparison, compare
+from ..comparison import compare
 from ..errors import InvalidInput
 from ..impacts import INFERRED, Impacts
 from ..intervals import identify_period
 from ..oscillators import Oscillator
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from ..simulate import simulate
+from ._asked import (
+    free_parameters,
+    known_parameters,
+    limits_of,
+    refined,
+    refuse_periodic,
+    strengths_used,
+)
+from ._machine import as_train, oscillator
+from ._narrow import narrow
+from ._problem import Problem
+from ._search import begin, descend
+from .result import OscillatorFit
 
 FEWEST = 200
 """Impacts below which no fit is tried: words of four intervals come too seldom."""
 CONFIDENCE = 0.95
-CLOCK_ERROR = 2e-3
-"""Share by which the forcing frequency is refined on the impacts' phases."""
-LOCKED = 25.0
-"""Squared vector strength times the number of impacts from which the phases tell the frequency."""
 JUDGED = 40
 """Trains simulated at the optimum, which tell whether the measured one is of their kind."""
 LEAST_P = 1 / (JUDGED + 1)
@@ -36,101 +42,6 @@ UNTOLD = {"restitution": 0.5}
 """Half-width of an interval that tells nothing; of parameters sought by their logarithm, log 5."""
 
 Strengths = Literal["auto", "impulse", "peak", "approach_velocity"]
-
-
-@dataclass(frozen=True, eq=False)
-class OscillatorFit:
-    """The oscillator found, how well it is told, and what that rests on.
-
-    Attributes
-    ----------
-    values : dict of str to float
-        Every parameter: "restitution", "damping" (as a share of the critical), "amplitude" (of the
-        forcing: the deflection in gaps that it would have as a constant force),
-        "natural_frequency" [Hz].
-    intervals : dict of str to (float, float)
-        95 % intervals of the free ones; (-inf, inf) where the impacts do not tell.
-    free : tuple of str
-        Which were free.
-    covariance : ndarray, shape (free, free)
-        On the scale of `logarithmic`.
-    logarithmic : tuple of bool
-        Of which free parameters the covariance is that of the logarithm.
-    chain : dict of str to float
-        What the measuring chain did: "jitter", standard deviation of the instants [s]; "missed"
-        and "spurious", shares of the impacts; "strength_noise", standard deviation of the
-        strengths as a share of each, where strengths were used.
-    chain_intervals : dict of str to (float, float)
-        95 % intervals of these.
-    forcing_frequency : float
-        As given, refined within 0.2 % on the impacts' phases [Hz].
-    oscillator : Oscillator
-        What to simulate: dimensionless, in units of the gap.
-    strengths : str or None
-        What was used as strength of the impacts.
-    distance : float
-        Mean squared distance of the measured moments from those of trains simulated at the
-        optimum, by the median of what single ones of these have: about 1 where the oscillator
-        explains the train.
-    p_value : float
-        Share of the simulated trains that are as far from their mean as the measured one.
-    word_shares : ndarray, shape (3, words)
-        How often each word of intervals comes: measured; mean and standard deviation of the
-        simulated trains.
-    comparison : Comparison
-        The measured train, and one simulated at the optimum and measured alike.
-    evaluations : int
-        Trains simulated.
-    warnings : tuple of str
-        What to know before the numbers are used.
-    """
-
-    values: Mapping[str, float]
-    intervals: Mapping[str, tuple[float, float]]
-    free: tuple[str, ...]
-    covariance: np.ndarray = field(repr=False)
-    logarithmic: tuple[bool, ...] = field(repr=False)
-    chain: Mapping[str, float]
-    chain_intervals: Mapping[str, tuple[float, float]] = field(repr=False)
-    forcing_frequency: float
-    oscillator: Oscillator = field(repr=False)
-    strengths: str | None
-    distance: float
-    p_value: float
-    word_shares: np.ndarray = field(repr=False)
-    comparison: Comparison = field(repr=False)
-    evaluations: int
-    warnings: tuple[str, ...]
-
-    def describe(self) -> str:
-        """The numbers in a few lines of words."""
-        lines = []
-        for name in self.free:
-            low, high = self.intervals[name]
-            told = f"95 % interval {low:.4g} to {high:.4g}"
-            if not math.isfinite(low):
-                told = "not told by these impacts"
-            lines.append(f"{name.replace('_', ' ')} {self.values[name]:.4g} ({told})")
-        chain = self.chain
-        noise = f"jitter {1e3 * chain['jitter']:.3g} ms, missed {chain['missed']:.1%}, "
-        noise += f"spurious {chain['spurious']:.1%}"
-        if self.strengths is not None:
-            noise += f", noise of the strengths {chain['strength_noise']:.1%}"
-        lines.append(noise)
-        lines.append(
-            f"distance {self.distance:.2f} of what simulated trains have among themselves "
-            f"(p {self.p_value:.2g}); {self.evaluations} trains simulated"
-        )
-        return "\n".join((*lines, *self.warnings))
-
-    def plot(self, figure: Figure | None = None) -> Any:
-        """Draw it; see `impactsig.plot.oscillator_fit`."""
-        from .. import plot
-
-        return plot.oscillator_fit(self, figure)
-
-    def __str__(self) -> str:
-        return self.describe()
 
 
 def fit_oscillator(
@@ -200,13 +111,11 @@ def fit_oscillator(
     if not isinstance(impacts, Impacts):
         raise InvalidInput("impacts", impacts, "Impacts", "Of instants make them by from_times")
     frequency = number("forcing_frequency", forcing_frequency, positive=True)
-    from ._machine import PARAMETERS
-
-    names = _free(free, tuple(PARAMETERS))
-    known = _known(names, natural_frequency, scene)
-    limits = _bounds(names, known, bounds)
+    names = free_parameters(free)
+    known = known_parameters(names, natural_frequency, scene)
+    limits = limits_of(names, known, bounds)
     rng = streams(seed, 1)[0]
-    used = _strengths(impacts, strengths)
+    used = strengths_used(impacts, strengths)
     impacts = impacts[(impacts.flags & INFERRED) == 0]
     count = min(len(impacts), len(impacts.intervals()) + 1)
     if count < FEWEST:
@@ -214,8 +123,8 @@ def fit_oscillator(
             "impacts", f"{count} impacts", f"{FEWEST} or more to fit, not cut apart by gaps",
             "2000 make the errors a third",
         )  # fmt: skip
-    frequency = _refined(impacts, frequency)
-    _refuse_periodic(impacts, frequency)
+    frequency = refined(impacts, frequency)
+    refuse_periodic(impacts, frequency)
     return _fit(impacts, frequency, names, known, limits, used, rng)
 
 
@@ -228,11 +137,6 @@ def _fit(
     used: str | None,
     rng: np.random.Generator,
 ) -> OscillatorFit:
-    from ._machine import as_train, oscillator
-    from ._narrow import narrow
-    from ._problem import Problem
-    from ._search import begin, descend
-
     strength = None if used is None else getattr(impacts, used)
     train = as_train(impacts, frequency, strength)
     problem = Problem(names, known, limits, frequency, train, rng)
@@ -281,111 +185,6 @@ def _fit(
     )
 
 
-def _free(free: Sequence[str], known: tuple[str, ...]) -> tuple[str, ...]:
-    names = (free,) if isinstance(free, str) else tuple(free)
-    if not names or len(set(names)) < len(names) or not set(names) <= set(known):
-        raise InvalidInput("free", free, f"some of {', '.join(known)}, each once")
-    return tuple(name for name in known if name in names)
-
-
-def _known(
-    names: tuple[str, ...], natural_frequency: float | None, scene: Oscillator | None
-) -> dict[str, float]:
-    """Parameters that stay as they are; the natural frequency always."""
-    from ._machine import PARAMETERS, parameters_of
-
-    known: dict[str, float] = {}
-    if scene is not None:
-        if not isinstance(scene, Oscillator):
-            raise InvalidInput("scene", scene, "an Oscillator, as of impactsig.scenes")
-        known = parameters_of(scene)
-    if natural_frequency is not None:
-        known["natural_frequency"] = number("natural_frequency", natural_frequency, positive=True)
-    for name in PARAMETERS:
-        if name == "natural_frequency" and name not in known:
-            raise InvalidInput(
-                name, None, "a positive number [Hz]", "Give it, or a scene that has it"
-            )
-        if name not in names and name not in known:
-            raise InvalidInput("free", names, f"{name} among them, or a scene that says what it is")
-    return {
-        name: value
-        for name, value in known.items()
-        if name not in names or name == "natural_frequency"
-    }
-
-
-def _bounds(
-    names: tuple[str, ...],
-    known: dict[str, float],
-    bounds: Mapping[str, tuple[float, float]] | None,
-) -> dict[str, tuple[float, float]]:
-    from ._machine import PARAMETERS
-
-    about = known["natural_frequency"]
-    limits = {name: (PARAMETERS[name].low, PARAMETERS[name].high) for name in names}
-    if "natural_frequency" in limits:
-        limits["natural_frequency"] = (0.9 * about, 1.1 * about)
-    for name, pair in (bounds or {}).items():
-        if name not in names:
-            raise InvalidInput("bounds", name, f"free parameters only: {', '.join(names)}")
-        try:
-            low, high = (number("bounds", one) for one in pair)
-        except (TypeError, ValueError):
-            low = high = math.nan
-        least = 0.0 if name == "restitution" else 5e-324
-        most = 1.0 if name in ("restitution", "damping") else math.inf
-        if not least <= low < high <= most:
-            kind = f"from {'0' if least == 0 else 'above 0'} to {most:g}"
-            raise InvalidInput("bounds", f"{name}: {pair}", f"two numbers {kind}, the lesser first")
-        limits[name] = (low, high)
-    return limits
-
-
-def _strengths(impacts: Impacts, strengths: Any) -> str | None:
-    kinds = ("impulse", "peak", "approach_velocity")
-    if strengths is None:
-        return None
-    if strengths == "auto":
-        return next((kind for kind in kinds if getattr(impacts, kind) is not None), None)
-    if strengths not in kinds:
-        raise InvalidInput("strengths", strengths, f'"auto", None or one of {", ".join(kinds)}')
-    if getattr(impacts, strengths) is None:
-        raise InvalidInput("strengths", strengths, f"impacts with a measured {strengths}")
-    return str(strengths)
-
-
-def _refined(impacts: Impacts, frequency: float) -> float:
-    """The frequency within 0.2 % at which the phases gather most, where they do."""
-    from scipy.optimize import minimize_scalar
-
-    time = impacts.time - impacts.time[0]
-    step = 0.2 / time[-1]
-
-    def gathered(trial: float) -> float:
-        return float(np.abs(np.exp(2j * np.pi * trial * time).mean()) ** 2)
-
-    reach = min(CLOCK_ERROR * frequency, 2000 * step)
-    trials = np.arange(frequency - reach, frequency + reach, step)
-    best = trials[np.argmax([gathered(trial) for trial in trials])]
-    found = minimize_scalar(
-        lambda trial: -gathered(trial), bounds=(best - step, best + step), method="bounded",
-        options={"xatol": 1e-4 * step},
-    )  # fmt: skip
-    return float(found.x) if -found.fun * len(time) > LOCKED else frequency
-
-
-def _refuse_periodic(impacts: Impacts, frequency: float) -> None:
-    period = identify_period(impacts, 1 / frequency)
-    if period.kind in ("periodic", "unlocked"):
-        raise InvalidInput(
-            "impacts",
-            period.describe(),
-            "impacts that do not recur",
-            "Intervals that recur are too few numbers; measure where the motion is chaotic",
-        )
-
-
 def _intervals(
     problem: Any, psi: np.ndarray, covariance: np.ndarray
 ) -> dict[str, tuple[float, float]]:
@@ -420,8 +219,6 @@ def _warnings(
 
 def _settles(machine: Oscillator) -> bool:
     """Whether the oscillator's impacts recur, without any measuring chain."""
-    from ..simulate import simulate
-
     impacts = simulate(machine, periods=400, transient=600).impacts
     assert impacts is not None
     assert machine.forcing_period is not None

@@ -26,7 +26,7 @@ from impactsig import (
     scenes,
     simulate,
 )
-from impactsig.fitting import fit
+from impactsig.fitting import _asked, fit
 from impactsig.fitting._balance import Courses, Values, badness, courses, imbalance
 from impactsig.fitting._machine import as_train, parameters_of
 from impactsig.fitting._moments import Moments
@@ -334,10 +334,10 @@ def test_a_periodic_optimum_is_known_for_one():
 
 def test_the_frequency_is_refined_on_the_phases():
     train = chaos()
-    assert fit._refined(train, 20.1 * 1.0015) == pytest.approx(20.1, rel=2e-6)
+    assert _asked.refined(train, 20.1 * 1.0015) == pytest.approx(20.1, rel=2e-6)
     rng = np.random.default_rng(0)
     noise = Impacts.from_times(np.cumsum(rng.exponential(0.08, 500)))
-    assert fit._refined(noise, 20.1) == 20.1
+    assert _asked.refined(noise, 20.1) == 20.1
 
 
 @pytest.mark.parametrize("side", ["upper", "lower"])
