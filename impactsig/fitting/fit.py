@@ -152,14 +152,10 @@ def _fit(
     count = len(names)
     told = _intervals(problem, estimate.psi, estimate.covariance)
     machine = oscillator(values, frequency)
-    warnings = _warnings(names, told, p_value)
-    if _settles(machine):
+    settles = _settles(machine)
+    if settles:
         told |= dict.fromkeys(names, (-math.inf, math.inf))
-        warnings = (
-            "the oscillator found moves periodically: one period cannot tell its parameters, "
-            "and no interval is given",
-            *warnings,
-        )
+    warnings = _warnings(names, told, settles, p_value)
     simulated = problem.simulate(estimate.psi)
     chain = {name: values[name] for name in problem.names[count:]}
     chain["jitter"] /= frequency
@@ -205,10 +201,18 @@ def _intervals(
 
 
 def _warnings(
-    names: tuple[str, ...], told: dict[str, tuple[float, float]], p_value: float
+    names: tuple[str, ...],
+    told: dict[str, tuple[float, float]],
+    settles: bool,
+    p_value: float,
 ) -> tuple[str, ...]:
     untold = [name.replace("_", " ") for name in names if not math.isfinite(told[name][0])]
     found = [f"these impacts do not tell the {name}" for name in untold]
+    if settles:
+        found = [
+            "the oscillator found moves periodically: one period cannot tell its parameters, "
+            "and no interval is given"
+        ]
     if p_value <= LEAST_P:
         found.append(
             "the measured train is farther from the simulated ones than they are from each other: "

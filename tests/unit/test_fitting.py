@@ -38,7 +38,7 @@ TRUTH = {"restitution": 0.2, "damping": 0.03, "amplitude": 0.25}
 
 
 @cache
-def chaos(frequency=20.1, count=1000):
+def chaos(frequency=20.1, count=800):
     impacts = simulate(scenes.karpodinis(frequency), periods=2 * count, transient=300).impacts
     impacts = impacts[:count]
     return replace(impacts, duration=float(impacts.time[-1] - impacts.start))
@@ -226,7 +226,7 @@ class Linear:
 
 def test_estimates_scatter_as_they_say():
     scaled, sizes = [], []
-    for seed in range(16):
+    for seed in range(12):
         problem = Linear(seed)
         psi = problem.truth + problem.rng.normal(0, [0.1, 0.5, 0.03], (200, 3))
         found = narrow(problem, psi, np.array([problem.look(one) for one in psi]))
@@ -298,17 +298,25 @@ def test_a_fit_can_be_simulated_described_and_drawn(fitted):
 
 
 def test_one_parameter_is_found_from_instants_alone():
-    train = replace(measured(chaos(count=600), 2), impulse=None)
+    train = replace(measured(chaos(count=400), 2), impulse=None)
     scene = scenes.karpodinis(20.1)
     found = fit_oscillator(train, 20.1, ("restitution",), scene=scene, seed=2)
     low, high = found.intervals["restitution"]
     assert abs(found.values["restitution"] - 0.2) < 1.5 * (high - low)
-    assert high - low < 0.08
+    assert high - low < 0.12
     assert found.values["damping"] == pytest.approx(0.03)
     assert found.strengths is None
     assert "strength_noise" not in found.chain
     assert found.plot()[1, 1].get_xlabel() == "restitution"
     pyplot.close("all")
+
+
+@pytest.mark.slow
+def test_jitter_that_hides_a_period_does_not_make_it_a_measurement():
+    truth = simulate(scenes.karpodinis(20.1, restitution=0.4), periods=2500, transient=300).impacts
+    found = fit_oscillator(measured(truth, 1), 20.1, natural_frequency=NATURAL)
+    assert found.warnings
+    assert not any(math.isfinite(low) for low, _ in found.intervals.values())
 
 
 # -- what cannot be fitted ---------------------------------------------------------------------
@@ -325,6 +333,15 @@ def test_what_a_motion_cannot_tell_has_no_interval():
     low, high = told["damping"]
     assert (low * high) ** 0.5 == pytest.approx(0.03)
     assert math.log(high / low) == pytest.approx(2 * 1.959964 * 0.02)
+
+
+def test_warnings_say_what_is_not_told():
+    told = {"restitution": (0.1, 0.3), "damping": (-math.inf, math.inf)}
+    assert fit._warnings(tuple(told), told, False, 0.5) == (
+        "these impacts do not tell the damping",
+    )
+    assert "moves periodically" in fit._warnings(tuple(told), told, True, 0.5)[0]
+    assert "does not explain" in fit._warnings(tuple(told), told, False, 0.01)[-1]
 
 
 def test_a_periodic_optimum_is_known_for_one():
