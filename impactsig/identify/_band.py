@@ -46,15 +46,19 @@ class Band:
         """Length of the record [s]."""
         return self.count / self.rate
 
+    @property
+    def window(self) -> np.ndarray:
+        """Hann's window over the band, 1 at its greatest value."""
+        window = np.hanning(len(self.values) + 2)[1:-1]
+        return window / window[np.argmax(np.abs(self.values))]
+
     def envelope(self) -> tuple[np.ndarray, np.ndarray]:
         """Times [s] and size of the part of the signal in the band, as often as it has values.
 
-        The band is cut off smoothly (by Hann's window), so that what begins abruptly rings for two
-        swings only.
+        The band is cut off smoothly, so that what begins abruptly rings for two values only.
         """
         count = len(self.values)
-        window = np.hanning(count + 2)[1:-1]
-        size = np.abs(np.fft.ifft(window * self.values)) * (2 * count / self.count)
+        size = np.abs(np.fft.ifft(self.window * self.values)) * (2 * count / self.count)
         return np.arange(count) * (self.duration / count), size
 
 

@@ -60,7 +60,7 @@ class Resonance:
     model : ndarray, shape (n,)
         The density that was fitted.
     envelope_time, envelope : ndarray, shape (k,)
-        Size of the part of the signal in the band [unit], about once a swing.
+        Size of the part of the signal in the band [unit], once or twice a swing.
     unit, source : str
         Of the recording.
 
@@ -133,8 +133,8 @@ def identify_resonance(
     kind : {"decay", "noise"}
         Whether the machine was left to itself, or kept moving by something like white noise.
     band : (float, float), optional
-        Lowest and highest frequency [Hz] to fit. By default from half to one and a half of that of
-        the greatest peak; give it where another mode is stronger, or near.
+        Lowest and highest frequency [Hz] to fit. By default from a third to twice that of the
+        greatest peak; give it where another mode, or hum, is stronger or near.
     quantity : {"displacement", "velocity", "acceleration"}
         What was recorded, under noise: the flanks of the peak depend on it. Strain and the force
         of a load cell are displacements.
@@ -157,7 +157,7 @@ def identify_resonance(
     >>> swings = np.exp(-0.7 * time) * np.cos(140 * time)
     >>> noise = 0.02 * np.random.default_rng(1).standard_normal(10_000)
     >>> identify_resonance(Recording(swings + noise, 1000), "decay")
-    Resonance(22.282 ± 0.0002 Hz; damping ratio 0.005004 ± 1e-05; from a decay of 10 s)
+    Resonance(22.282 ± 0.0002 Hz; damping ratio 0.005003 ± 1e-05; from a decay of 10 s)
     """
     if kind not in ("decay", "noise"):
         raise InvalidInput("kind", kind, '"decay" or "noise"')
@@ -167,7 +167,7 @@ def identify_resonance(
     rate = recording.rate
     if band is None:
         peak = _greatest(samples, rate)
-        low, high = peak / 2, min(1.5 * peak, 0.499 * rate)
+        low, high = peak / 3, min(2 * peak, 0.499 * rate)
     else:
         low, high = _limits(band, rate)
     found = _checked(band_of(samples, rate, low, high), recording)
@@ -175,7 +175,7 @@ def identify_resonance(
     if kind == "decay":
         time, size = found.envelope()
         first = int(np.argmax(size[:-1]))  # the last wraps round to the beginning
-        if first > 3:  # what begins with the record is greatest within three swings
+        if first > 3:  # what begins with the record is greatest within three values
             begin = round((time[first] + time[1]) * rate)
             found = _checked(band_of(samples[begin:], rate, low, high), recording)
     power = np.abs(found.values) ** 2
@@ -246,8 +246,8 @@ def _readings(band: Band, values: np.ndarray, fit: Fit, kind: str) -> np.ndarray
     if kind == "decay":
         frequency, power = padded(like)
         time, size = like.envelope()
-        # The noise of a sample, by the share of the frequencies that Hann's window lets by.
-        left = fit.noise * math.sqrt(1.5 * len(values) / band.count)
+        # The noise of a sample, by the share of it that the window lets by.
+        left = fit.noise * math.sqrt(4 * float((like.window**2).sum()) / band.count)
         rate = log_decrement(time, size, left)
     else:
         width = fit.alpha / math.pi  # at half power [Hz]

@@ -6,13 +6,12 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from .._arguments import number, whole
 from ..errors import InvalidInput
 from .parts import numbers
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # the command's help needs no arrays
+    import numpy as np
     from matplotlib.axes import Axes
 
 
@@ -96,7 +95,9 @@ class Cantilever:
 
     def wavenumbers(self, count: int = 4) -> np.ndarray:
         """beta_n L of the first modes, shape (count,)."""
-        return _roots(whole("count", count, 1))[0]
+        from ._cantilever_modes import roots
+
+        return roots(whole("count", count, 1))[0]
 
     def frequencies(self, count: int = 4) -> np.ndarray:
         """Natural frequencies of the first modes, undamped [Hz], shape (count,)."""
@@ -114,9 +115,10 @@ class Cantilever:
         ``q_n'' + omega_n^2 q_n = -participation_n b''``. 1.566 for the first mode; their sum over
         all modes is 1.
         """
-        roots, above = _roots(whole("count", count, 1))
-        sign = _signs(len(roots))
-        return 4 * sign * _sigma(roots, above) / roots
+        from ._cantilever_modes import roots, sigma_of, signs
+
+        b, above = roots(whole("count", count, 1))
+        return 4 * signs(len(b)) * sigma_of(b, above) / b
 
     def mode_shape(self, mode: int, x: Any) -> np.ndarray:
         """Shape of a mode, 1 at the tip.
@@ -138,6 +140,10 @@ class Cantilever:
         InvalidInput
             If there is no such mode, or a place is not on the beam.
         """
+        import numpy as np
+
+        from ._cantilever_modes import roots, shape
+
         mode = whole("mode", mode, 1)
         try:
             x = np.asarray(x, float)
@@ -145,8 +151,8 @@ class Cantilever:
             raise InvalidInput("x", x, "distances from the clamp [m]") from None
         if not ((x >= 0) & (x <= self.length * (1 + 1e-12))).all():
             raise InvalidInput("x", x, f"places on the beam, 0 to {self.length:g} m")
-        roots, above = _roots(mode)
-        return _shape(roots[-1], above[-1], (-1.0) ** (mode - 1), x / self.length)
+        b, above = roots(mode)
+        return shape(b[-1], above[-1], (-1.0) ** (mode - 1), x / self.length)
 
     def tuned(self, frequency: float) -> Cantilever:
         """The beam with the modulus that gives its first mode a measured frequency [Hz].
@@ -167,53 +173,3 @@ class Cantilever:
         from .. import plot
 
         return plot.mode_shapes(self, ax, **options)
-
-
-def _signs(count: int) -> np.ndarray:
-    return (-1.0) ** np.arange(count)
-
-
-def _roots(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Roots b of cos b cosh b = -1, and how far they are above (n - 1/2) pi.
-
-    With b = (n - 1/2) pi + d the equation is sin d = (-1)^(n - 1) / cosh b, in which nothing
-    overflows or cancels; d falls as exp(-b).
-    """
-    middle = (np.arange(count) + 0.5) * math.pi
-    sign = _signs(count)
-    above = sign * np.exp(-middle)
-    for _ in range(8):  # Newton's method doubles the digits; from three it needs four rounds
-        b = middle + above
-        small = np.exp(-b)
-        secant = 2 * small / (1 + small * small)
-        tangent = (1 - small * small) / (1 + small * small)
-        off = np.sin(above) - sign * secant
-        above = above - off / (np.cos(above) + sign * secant * tangent)
-    return middle + above, above
-
-
-def _sigma(b: np.ndarray, above: np.ndarray) -> np.ndarray:
-    """(cosh b + cos b) / (sinh b + sin b), divided through by cosh b; sin b = +-cos(above)."""
-    small = np.exp(-b)
-    secant = 2 * small / (1 + small * small)
-    tangent = (1 - small * small) / (1 + small * small)
-    cosine = -_signs(len(b)) * np.sin(above)
-    sine = _signs(len(b)) * np.cos(above)
-    return (1 + cosine * secant) / (tangent + sine * secant)
-
-
-def _shape(b: float, above: float, sign: float, xi: np.ndarray) -> np.ndarray:
-    """phi(xi) / phi(1) with phi(1) = 2 sign, of growing and falling exponentials apart."""
-    cosine, sine = -sign * math.sin(above), sign * math.cos(above)
-    small = math.exp(-b)
-    # 1 - sigma, times exp(b): what multiplies the growing half.
-    grows = 2 * (sine - cosine - small) / (1 - small * small + 2 * small * sine)
-    sigma = 1 - grows * small
-    y = b * xi
-    far = grows * np.exp(y - b) / 2 + (1 + sigma) / 2 * np.exp(-y)
-    far += sigma * np.sin(y) - np.cos(y)
-    # Near the clamp all of it is y^2: there by the differences, of which none cancels.
-    near = np.minimum(y, 1.0)
-    even = 2 * (np.sinh(near / 2) ** 2 + np.sin(near / 2) ** 2)
-    odd = near**3 / 3 * (1 + near**4 / 840 * (1 + near**4 / 7920 * (1 + near**4 / 32760)))
-    return np.where(y < 1, even - sigma * odd, far) / (2 * sign)

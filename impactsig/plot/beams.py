@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..oscillators import Cantilever
-    from ..simulate.beams import BeamMotion
+    from ..simulate.beam_motion import BeamMotion
     from ..simulate.restitution import ApparentRestitution
 
 

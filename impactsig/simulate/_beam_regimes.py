@@ -27,7 +27,7 @@ from ..errors import InvalidInput
 from ..oscillators import KelvinVoigt, Rigid, Stop
 
 if TYPE_CHECKING:
-    from ._beam import Beam
+    from ._beam_flow import Beam
 
 
 def regimes(
@@ -61,7 +61,7 @@ def regimes(
     chatter : float
         As for `simulate_beam`.
     """
-    from ._beam import Beam
+    from ._beam_flow import Beam
 
     m = len(frequencies)
     stiff = (frequencies / omega) ** 2

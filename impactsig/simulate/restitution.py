@@ -10,7 +10,7 @@ import numpy as np
 from .._arguments import number
 from ..errors import InvalidInput
 from ._events import IMPACT, PART, RELEASE, STICK, TOUCH
-from .beams import BeamMotion
+from .beam_motion import BeamMotion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

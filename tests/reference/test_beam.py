@@ -61,6 +61,7 @@ def test_one_mode_is_the_exact_oscillator(law, loading, frequency, amplitude):
     assert motion.impacts.approach_velocity == pytest.approx(speeds, abs=1e-12)
     if isinstance(law, KelvinVoigt):
         assert motion.impacts.contact_time == pytest.approx(one.impacts.contact_time, abs=1e-12)
+        assert motion.impacts.peak == pytest.approx(one.impacts.peak, rel=1e-7)
         assert motion.energy_lost is None
     else:
         assert motion.energy_lost == pytest.approx(one.energy_lost, rel=1e-11)
@@ -237,6 +238,18 @@ def test_without_a_stop_each_mode_rings_by_itself():
     assert len(motion.impacts) == 0
 
 
+def test_peaks_of_soft_contacts():
+    soft = KelvinVoigt(3e4, 0.4)
+    motion = simulate_beam(BEAM, Stop(-2e-4, soft, "lower"), modes=6, forcing=base(21), periods=6)
+    impacts = motion.impacts
+    assert len(impacts) > 5
+    for begin, lasts, peak in zip(impacts.time, impacts.contact_time, impacts.peak, strict=True):
+        x, v = motion.sample(begin + lasts * np.linspace(0, 1, 20_001)[1:-1])
+        force = -(soft.stiffness * (x + 2e-4) + soft.damping * v)
+        assert force.max() == pytest.approx(peak, rel=1e-3)  # it may be at the touch itself
+        assert force.max() <= peak * (1 + 1e-9)
+
+
 def test_velocities_before_and_after_impacts():
     motion = simulate_beam(BEAM, Stop(1e-3, Rigid(0.6)), modes=3, forcing=base(21), periods=30)
     q, before, after = motion.modal_at_impacts()
@@ -367,10 +380,20 @@ def test_motions_refuse_too():
     assert repr(motion) == "BeamMotion(2 modes, 0 impacts in 0.1 s)"
 
 
-def test_an_elastic_tip_may_chatter_without_end():
+def test_an_elastic_tip_that_is_pressed_bounces_without_end():
     motion = simulate_beam(
-        BEAM, Stop(0.0, Rigid(1.0)), modes=7, forcing=base(20, rides=True), damping_ratio=0.03,
-        duration=10 * PERIOD,
+        BEAM, Stop(1e-4, Rigid(1.0)), modes=10, damping_ratio=0.3, forcing=Force(0.15, 60.0),
+        duration=PERIOD,
     )  # fmt: skip
-    assert motion.status in ("complete", "work limit")
-    assert len(motion.impacts) > 0
+    assert motion.status == "work limit"
+    assert repr(motion).endswith("; work limit)")
+    assert 0 < motion.duration < PERIOD
+    assert len(motion.impacts) > 1000
+    assert motion.sample(motion.duration)[0] <= 1e-4 * (1 + 1e-12)
+    # A tip with any loss comes to an end of it.
+    soon = simulate_beam(
+        BEAM, Stop(1e-4, Rigid(0.99)), modes=10, damping_ratio=0.3, forcing=Force(0.15, 60.0),
+        duration=PERIOD,
+    )  # fmt: skip
+    assert soon.status == "complete"
+    assert len(soon.sticks) > 0

@@ -7,44 +7,11 @@ import math
 import numpy as np
 import pytest
 from matplotlib import pyplot
-from scipy.linalg import expm
-from scipy.signal import lfilter
 
+from benchmarks.resonances import decay, shaken
 from impactsig import InvalidInput, Recording, identify_resonance, plot
 from impactsig.identify._band import Band, peak_and_width
 from impactsig.identify._noise import _shape
-
-
-def decay(frequency, ratio, rate, seed, *, noise=0.0, duration=10.0, second=0.0, before=0.0):
-    """Swings of size 1 that begin at any phase; `second`: of a mode where a beam has its second."""
-    rng = np.random.default_rng(seed)
-    omega = 2 * math.pi * frequency
-    time = np.arange(round(duration * rate)) / rate - before
-    damped = omega * math.sqrt(1 - ratio**2)
-    ring = np.exp(-ratio * omega * time) * np.cos(damped * time + rng.uniform(0, 2 * math.pi))
-    ring += second * np.exp(-6.27 * ratio * omega * time) * np.cos(6.27 * omega * time + 1)
-    return Recording(np.where(time >= 0, ring, 0.0) + noise * rng.standard_normal(len(time)), rate)
-
-
-def shaken(frequency, ratio, rate, seed, *, duration=10.0, noise=0.1, quantity="displacement"):
-    """An oscillator under white noise, exactly, of variance 1, with noise of the instrument."""
-    rng = np.random.default_rng(seed)
-    omega, h, count = 2 * math.pi * frequency, 1 / rate, round(duration * rate)
-    matrix = np.array([[0, omega], [-omega, -2 * ratio * omega]])  # x, and x' by omega
-    flow = expm(matrix * h)
-    kick = np.linalg.cholesky(np.eye(2) - flow @ flow.T) @ rng.standard_normal((2, count))
-    start = rng.standard_normal(2)
-    # x_n = flow x_(n-1) + kick_n, written as a recursion of either coordinate alone.
-    kick[:, 0] = start
-    trace, det = flow.trace(), np.linalg.det(flow)
-    other = [[-flow[1, 1], flow[0, 1]], [flow[1, 0], -flow[0, 0]]]
-    late = np.pad(kick, ((0, 0), (1, 0)))[:, :-1]
-    which = ("displacement", "velocity").index(quantity)
-    drive = kick[which] + np.array(other)[which] @ late
-    return Recording(
-        lfilter([1.0], [1.0, -trace, det], drive) + noise * rng.standard_normal(count), rate
-    )
-
 
 # -- free decay ------------------------------------------------------------------------------------
 
