@@ -67,8 +67,8 @@ def fit_oscillator(
 
     Of 2000 impacts of chaotic motion, each moved by 1 % of the mean interval, 2 % missed and 1 %
     spurious, the standard errors of restitution coefficient, damping and amplitude are about 0.02,
-    2 % and 0.4 % where strengths are known to 2 %; 0.025, 3 % and 0.6 % at 5 %; and 0.05, 12 % and
-    2 % from instants alone, which hardly tell the damping. A fit takes a quarter of a minute.
+    2.5 % and 0.6 % where strengths are known to 2 %; 0.025, 3.5 % and 0.8 % at 5 %; and 0.05, 15 %
+    and 2 % from instants alone, which hardly tell the damping. A fit takes a quarter of a minute.
 
     Parameters
     ----------
