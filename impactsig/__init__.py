@@ -51,6 +51,7 @@ if TYPE_CHECKING:
         UnreadableFile,
         UnwritableFile,
     )
+    from .fitting import OscillatorFit, fit_oscillator
     from .identify import Resonance, identify_resonance
     from .impacts import Impacts
     from .intervals import (
@@ -256,6 +257,7 @@ _HOME = {
     "studies.sweeping": ("sweep",),
     "comparison": ("Comparison", "compare"),
     "matching": ("Matching", "match_impacts"),
+    "fitting": ("OscillatorFit", "fit_oscillator"),
     "plot": (),
 }
 _WHERE = {name: module for module, names in _HOME.items() for name in names}
@@ -310,6 +312,7 @@ __all__ = [
     "OrbitPeriod",
     "Oscillator",
     "PBifurcation",
+    "OscillatorFit",
     "PeriodicOrbit",
     "Periodicity",
     "PeriodicityChart",
@@ -355,6 +358,7 @@ __all__ = [
     "false_nearest_neighbors",
     "find_periodic_orbit",
     "find_periodic_orbits",
+    "fit_oscillator",
     "fit_soft_stop",
     "flows",
     "identify_period",

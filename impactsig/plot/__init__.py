@@ -18,6 +18,7 @@ from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
 from .equivalence import match_rate
 from .exponents import stretch_curve
+from .fitting import oscillator_fit
 from .lyapunov import lyapunov_convergence
 from .motions import phase_portrait, power_spectrum, time_history
 from .recurrence import recurrence_plot
@@ -56,6 +57,7 @@ __all__ = [
     "match_rate",
     "mode_shapes",
     "p_bifurcation",
+    "oscillator_fit",
     "parameter_study",
     "peak_against_time",
     "periodicity_chart",

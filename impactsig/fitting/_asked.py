@@ -1,0 +1,126 @@
+"""What is asked of a fit: which parameters, what is known, what was measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .._arguments import number
+from ..errors import InvalidInput
+from ..impacts import Impacts
+from ..intervals import identify_period
+from ..oscillators import Oscillator
+from ._machine import PARAMETERS, parameters_of
+
+CLOCK_ERROR = 2e-3
+"""Share by which the forcing frequency is refined on the impacts' phases."""
+LOCKED = 25.0
+"""Squared vector strength times the number of impacts from which the phases tell the frequency."""
+
+
+def free_parameters(free: Sequence[str]) -> tuple[str, ...]:
+    """Those named, in the order that they are sought in."""
+    names = (free,) if isinstance(free, str) else tuple(free)
+    if not names or len(set(names)) < len(names) or not set(names) <= set(PARAMETERS):
+        raise InvalidInput("free", free, f"some of {', '.join(PARAMETERS)}, each once")
+    return tuple(name for name in PARAMETERS if name in names)
+
+
+def known_parameters(
+    names: tuple[str, ...], natural_frequency: float | None, scene: Oscillator | None
+) -> dict[str, float]:
+    """Parameters that stay as they are; the natural frequency always."""
+    known: dict[str, float] = {}
+    if scene is not None:
+        if not isinstance(scene, Oscillator):
+            raise InvalidInput("scene", scene, "an Oscillator, as of impactsig.scenes")
+        known = parameters_of(scene)
+    if natural_frequency is not None:
+        known["natural_frequency"] = number("natural_frequency", natural_frequency, positive=True)
+    for name in PARAMETERS:
+        if name == "natural_frequency" and name not in known:
+            raise InvalidInput(
+                name, None, "a positive number [Hz]", "Give it, or a scene that has it"
+            )
+        if name not in names and name not in known:
+            raise InvalidInput("free", names, f"{name} among them, or a scene that says what it is")
+    return {
+        name: value
+        for name, value in known.items()
+        if name not in names or name == "natural_frequency"
+    }
+
+
+def limits_of(
+    names: tuple[str, ...],
+    known: dict[str, float],
+    bounds: Mapping[str, tuple[float, float]] | None,
+) -> dict[str, tuple[float, float]]:
+    """The box of each free parameter."""
+    about = known["natural_frequency"]
+    limits = {name: (PARAMETERS[name].low, PARAMETERS[name].high) for name in names}
+    if "natural_frequency" in limits:
+        limits["natural_frequency"] = (0.9 * about, 1.1 * about)
+    for name, pair in (bounds or {}).items():
+        if name not in names:
+            raise InvalidInput("bounds", name, f"free parameters only: {', '.join(names)}")
+        try:
+            low, high = (number("bounds", one) for one in pair)
+        except (TypeError, ValueError):
+            low = high = math.nan
+        least = 0.0 if name == "restitution" else 5e-324
+        most = {"restitution": 1.0, "damping": 0.99}.get(name, math.inf)
+        if not least <= low < high <= most:
+            kind = f"from {'0' if least == 0 else 'above 0'} to {most:g}"
+            raise InvalidInput("bounds", f"{name}: {pair}", f"two numbers {kind}, the lesser first")
+        limits[name] = (low, high)
+    return limits
+
+
+def strengths_used(impacts: Impacts, strengths: Any) -> str | None:
+    """Which of what was measured stands for the strength."""
+    kinds = ("impulse", "peak", "approach_velocity")
+    if strengths is None:
+        return None
+    if strengths == "auto":
+        return next((kind for kind in kinds if getattr(impacts, kind) is not None), None)
+    if strengths not in kinds:
+        raise InvalidInput("strengths", strengths, f'"auto", None or one of {", ".join(kinds)}')
+    if getattr(impacts, strengths) is None:
+        raise InvalidInput("strengths", strengths, f"impacts with a measured {strengths}")
+    return str(strengths)
+
+
+def refined(impacts: Impacts, frequency: float) -> float:
+    """The frequency within 0.2 % at which the phases gather most, where they do."""
+    from scipy.optimize import minimize_scalar
+
+    time = impacts.time - impacts.time[0]
+    step = 0.2 / time[-1]
+
+    def gathered(trial: float) -> float:
+        return float(np.abs(np.exp(2j * np.pi * trial * time).mean()) ** 2)
+
+    reach = min(CLOCK_ERROR * frequency, 2000 * step)
+    trials = np.arange(frequency - reach, frequency + reach, step)
+    best = trials[np.argmax([gathered(trial) for trial in trials])]
+    found = minimize_scalar(
+        lambda trial: -gathered(trial), bounds=(best - step, best + step), method="bounded",
+        options={"xatol": 1e-4 * step},
+    )  # fmt: skip
+    return float(found.x) if -found.fun * len(time) > LOCKED else frequency
+
+
+def refuse_periodic(impacts: Impacts, frequency: float) -> None:
+    """Say that a periodic train cannot tell."""
+    period = identify_period(impacts, 1 / frequency)
+    if period.kind in ("periodic", "unlocked"):
+        raise InvalidInput(
+            "impacts",
+            period.describe(),
+            "impacts that do not recur",
+            "Intervals that recur are too few numbers; measure where the motion is chaotic",
+        )

@@ -1,0 +1,120 @@
+"""Where to begin: what three successive impacts ask of the oscillator.
+
+Between impacts the flow is known, so its velocities at both ends follow from the instants of two
+impacts alone, both being at the stop. With p the forced response, y = 1 - p, and the free motion
+``C z + S w``, the restitution ``v+ = -r v-`` at the middle one of three impacts at t_0, t_1, t_2
+reads
+
+    (1 + r) S_1 S_0 p'_1 + S_0 y_2 - [C_1 S_0 - r (C_0 - 2 zeta S_0) S_1] y_1 - r E_0 S_1 y_0 = 0,
+
+E = exp(-2 zeta h), with 0 and 1 for the legs before and after. Divided by the length of its
+gradient by the three instants this is how far they must be moved to fulfil it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ._partition import Partition, Train
+
+ALIKE = 0.06  # periods: words whose first phases scatter by more are split
+FEWEST = 15  # words in a mean
+FAR = 0.3  # of a radian of natural time: no triple counts for more
+TURN = 2 * np.pi
+
+
+class Values(NamedTuple):
+    """An impact oscillator in units of its gap and of 1 / omega_n."""
+
+    restitution: float
+    damping: float
+    amplitude: float
+    frequency: float  # of the forcing
+    phase: float  # of the forcing at the mean phase of the impacts
+
+
+class Courses(NamedTuple):
+    """Successive impacts, each the mean over alike words."""
+
+    instant: np.ndarray  # in periods from the mean phase, shape (groups, length + 1)
+    strength: np.ndarray | None  # by the mean of all, same shape
+    weight: np.ndarray  # share of the words, shape (groups, 1)
+
+
+def courses(train: Train, partition: Partition) -> Courses:
+    """The mean courses of a train."""
+    sifted = partition.sift(train)
+    words = partition.words(sifted)
+    x = sifted.cycle + sifted.phase
+    groups = []
+    fewest = min(FEWEST, int(np.bincount(words.code).max()))
+    for code in np.unique(words.code):
+        steps = words.first[words.code == code][:, None] + np.arange(partition.length + 1)
+        groups += _alike(steps, sifted.phase[steps[:, 0]], fewest)
+    instant = [(x[steps] - sifted.cycle[steps[:, :1]]).mean(0) for steps in groups]
+    strength = sifted.strength
+    known = None if strength is None else np.array([strength[steps].mean(0) for steps in groups])
+    count = np.array([[len(steps)] for steps in groups], float)
+    shape = (-1, partition.length + 1)
+    return Courses(np.array(instant).reshape(shape), known, count / count.sum())
+
+
+def _alike(steps: np.ndarray, phase: np.ndarray, fewest: int) -> list[np.ndarray]:
+    """Parts whose first phases are close."""
+    if len(steps) < fewest:
+        return []
+    if phase.std() < ALIKE or len(steps) < 2 * fewest:
+        return [steps]
+    late = phase > np.median(phase)
+    return _alike(steps[late], phase[late], fewest) + _alike(steps[~late], phase[~late], fewest)
+
+
+def imbalance(values: Values, course: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far instants must be moved to fulfil the balance, and the approach velocities.
+
+    Both of the middle one of all triples, shape (groups, length - 1); in units of 1 / omega_n and
+    of gaps by these.
+    """
+    r, zeta, amplitude, omega, phase = values
+    root = np.sqrt(1 - zeta**2)
+    t = course * TURN / omega
+    response = amplitude / (1 - omega**2 + 2j * zeta * omega) * np.exp(1j * (omega * t + phase))
+    y, p1, p2 = 1 - response.real, -omega * response.imag, -(omega**2) * response.real
+    leg = np.diff(t, axis=1)
+    e = np.exp(-zeta * leg)
+    s = e * np.sin(root * leg) / root
+    c = e * np.cos(root * leg) + zeta * s
+    ds, e = c - 2 * zeta * s, e * e
+    s0, e0, ds0 = s[:, :-1], e[:, :-1], ds[:, :-1]
+    s1, c1, ds1 = s[:, 1:], c[:, 1:], ds[:, 1:]
+    y0, y1, y2 = y[:, :-2], y[:, 1:-1], y[:, 2:]
+    v0, v1, v2 = p1[:, :-2], p1[:, 1:-1], p1[:, 2:]
+    stay = c1 * s0 - r * ds0 * s1
+    value = (1 + r) * s1 * s0 * v1 + s0 * y2 - stay * y1 - r * e0 * s1 * y0
+    # By the length of the leg before and of the one after; s' = ds, c' = -s, e' = -2 zeta e.
+    before = (1 + r) * s1 * ds0 * v1 + ds0 * y2 + 2 * zeta * r * e0 * s1 * y0
+    before -= (c1 * ds0 + r * (s0 + 2 * zeta * ds0) * s1) * y1
+    after = (1 + r) * ds1 * s0 * v1 + (s1 * s0 + r * ds0 * ds1) * y1 - r * e0 * ds1 * y0
+    first = r * e0 * s1 * v0 - before
+    last = after - s0 * v2
+    middle = before - after + (1 + r) * s1 * s0 * p2[:, 1:-1] + stay * v1
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = value / np.sqrt(first**2 + middle**2 + last**2)
+        approach = v1 + (ds0 * y1 - e0 * y0) / s0
+    return distance, approach
+
+
+def badness(values: Values, course: Courses) -> float:
+    """Mean square of how far instants and strengths are off; more where the stop would pull."""
+    distance, approach = imbalance(values, course.instant)
+    off = np.where(approach < 0, np.abs(distance) + FAR, np.abs(distance))
+    off = np.minimum(np.nan_to_num(off, nan=FAR), 2 * FAR) ** 2
+    if course.strength is not None:
+        speed = np.maximum(np.nan_to_num(approach, nan=0.0), 0.0)
+        speed = speed / max(float(np.mean(course.weight * speed)) * len(speed), 1e-12)
+        known = course.strength[:, 1:-1]
+        known = known / (np.mean(course.weight * known) * len(known))
+        off = off + np.minimum(np.abs(speed - known), 2 * FAR) ** 2
+    return float(np.sum(course.weight * off) / off.shape[1])

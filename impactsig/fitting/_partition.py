@@ -1,0 +1,134 @@
+"""A train as words: which phases and which intervals it is told by.
+
+The impacts of chaos come at few phases of the forcing, and their intervals gather in classes, say
+about one period and about two. Jitter moves every instant, but no interval into another class: the
+sequence of classes, cut into words, is what the measuring chain leaves of the orbit, and the mean
+over all impacts with the same words around them is free of jitter.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+PHASES = 64  # bins of a turn
+THIN = 0.02  # of the fullest bin: phases that are rarer only false impacts come at
+STEP = 0.05  # of a forcing period: the bins in which classes of intervals stand apart
+RARE = 0.03  # share of the intervals in a class of their own
+MOST_CLASSES, MOST_WORDS = 5, 27  # so that a word has two intervals or more
+LONGEST = 4  # intervals in a word
+
+
+class Train(NamedTuple):
+    """Instants in forcing periods, what is known of the strengths, and what is not joined."""
+
+    x: np.ndarray  # shape (n,)
+    strength: np.ndarray | None  # shape (n,)
+    joined: np.ndarray  # shape (n - 1,): whether no gap lies in the interval that follows
+
+
+class Sifted(NamedTuple):
+    """What is left of a train at the phases that count."""
+
+    cycle: np.ndarray  # whole periods, shape (n,)
+    phase: np.ndarray  # from the mean phase, in periods, -0.5 to 0.5
+    strength: np.ndarray | None  # by their mean
+    symbol: np.ndarray  # class of the interval that follows; -1 for none, shape (n - 1,)
+    off: float  # share of the impacts at other phases
+
+
+class Words(NamedTuple):
+    """The words of a train, in the order of time."""
+
+    code: np.ndarray  # shape (w,), 0 to classes**length - 1
+    first: np.ndarray  # index of the first impact of each
+
+
+class Partition(NamedTuple):
+    """Which phases count, and how intervals are told apart."""
+
+    window: np.ndarray  # whether each bin of the phase counts, shape (PHASES,)
+    classes: np.ndarray  # least and greatest interval of each, in periods, shape (c, 2)
+    length: int  # of a word, in intervals
+
+    @classmethod
+    def of(cls, train: Train) -> Partition:
+        """The one that suits a train."""
+        phase = train.x - mean_phase(train.x)
+        counts = np.bincount(_bins(phase), minlength=PHASES)
+        window = counts > max(3.0, THIN * counts.max())
+        # What jitter carries beyond the edge belongs to the same cluster.
+        window |= np.roll(window, 1) | np.roll(window, -1)
+        whole = cls(window, np.array([[0.0, np.inf]]), 1)
+        sifted = whole.sift(train)
+        interval = np.diff(sifted.cycle + sifted.phase)[sifted.symbol >= 0]
+        classes = _classes(interval)
+        length = 1
+        while length < LONGEST and len(classes) ** (length + 1) <= MOST_WORDS:
+            length += 1
+        return cls(window, classes, length)
+
+    def sift(self, train: Train) -> Sifted:
+        """Leave out what comes at other phases, and tell the intervals apart."""
+        x = train.x - mean_phase(train.x)
+        kept = self.window[_bins(x)]
+        stretch = np.concatenate(([0], np.cumsum(~train.joined)))[kept]
+        x = x[kept]
+        cycle = np.rint(x)
+        interval = np.diff(x)
+        symbol = np.full(len(interval), -1)
+        for number, (low, high) in enumerate(self.classes):
+            symbol[(interval > low) & (interval <= high)] = number
+        symbol[np.diff(stretch) > 0] = -1
+        strength = None
+        if train.strength is not None and len(x):
+            strength = train.strength[kept] / max(train.strength[kept].mean(), 1e-300)
+        return Sifted(cycle, x - cycle, strength, symbol, 1 - kept.mean() if len(kept) else 0.0)
+
+    def words(self, sifted: Sifted) -> Words:
+        """All runs of `length` intervals, each in a class."""
+        count = max(len(sifted.symbol) - self.length + 1, 0)
+        code, whole = np.zeros(count, np.intp), np.ones(count, bool)
+        for k in range(self.length):
+            symbol = sifted.symbol[k : k + count]
+            whole &= symbol >= 0
+            code = code * len(self.classes) + symbol
+        first = np.flatnonzero(whole)
+        return Words(code[first], first)
+
+
+def mean_phase(x: np.ndarray) -> float:
+    """Circular mean of the phases, in periods."""
+    return float(np.angle(np.exp(2j * np.pi * x).sum())) / (2 * np.pi)
+
+
+def _bins(x: np.ndarray) -> np.ndarray:
+    return np.floor((x + 0.5) % 1.0 * PHASES).astype(np.intp) % PHASES
+
+
+def _classes(interval: np.ndarray) -> np.ndarray:
+    """Runs of filled bins; where all is one run, its two halves."""
+    number = np.floor(interval / STEP).astype(np.intp)
+    counts = np.bincount(number)
+    filled = np.flatnonzero(counts > max(1.0, 0.03 * RARE * len(interval)))
+    runs = np.split(filled, np.flatnonzero(np.diff(filled) > 1) + 1)
+    share = [counts[run].sum() / len(interval) for run in runs]
+    largest = np.sort(share)[-MOST_CLASSES:][0]
+    own = [
+        (run[0] * STEP, (run[-1] + 1) * STEP)
+        for run, part in zip(runs, share, strict=True)
+        if part > RARE and part >= largest
+    ]
+    if not own:
+        own = [(0.0, float(interval.max()))]
+    edges = []
+    for low, high in own:
+        inside = interval[(interval > low) & (interval <= high)]
+        wide = high - low > 0.5 and len(inside) > len(interval) / 2
+        if len(own) == 1 or (wide and len(own) < MOST_CLASSES):
+            middle = float(np.median(inside))
+            edges += [(low, middle), (middle, high)]
+        else:
+            edges.append((low, high))
+    return np.array(edges)

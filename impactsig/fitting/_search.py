@@ -1,0 +1,107 @@
+"""The search over the whole box: differential evolution [StornPrice1997]_, in two stages.
+
+The balance of three impacts asks for no simulation and leads near; it knows nothing of what happens
+between impacts, nor of how often an interval comes. Then trains are simulated, and their moments
+compared with the measured ones.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ._balance import TURN, Values, badness, imbalance
+from ._machine import Beginnings, dimensionless
+from ._problem import FAR, Problem
+
+MEMBERS, GENERATIONS = 40, 14
+RESTARTS = 2
+NEAR = 2.5  # mean square of the moments' distances, by their scatter: where the search may end
+ELSEWHERE = 8  # members that begin anywhere along the box, in case the balance has misled
+
+
+def begin(problem: Problem) -> np.ndarray:
+    """Free parameters at which the mean courses of the impacts are in balance."""
+    from scipy.optimize import differential_evolution
+
+    course = problem.courses()
+    low, high = (side[: len(problem.free)] for side in problem.box)
+
+    def values(point: np.ndarray) -> Values:
+        named = problem.values(point[:-1])
+        return dimensionless(named, problem.forcing_frequency, point[-1])
+
+    found = differential_evolution(
+        lambda point: badness(values(point), course),
+        [*zip(low, high, strict=True), (-np.pi, np.pi)],
+        seed=problem.rng,
+        popsize=12,
+        maxiter=150,
+        tol=1e-4,
+        polish=False,
+    )
+    best = values(found.x)
+    approach = imbalance(best, course.instant)[1].ravel()
+    phase = best.phase + TURN * course.instant[:, 1:-1].ravel()
+    good = np.isfinite(approach) & (approach > 0)
+    if not good.any():
+        good, approach = np.ones(len(phase), bool), np.full(len(phase), 0.3)
+    problem.beginnings = Beginnings(phase[good], approach[good])
+    return found.x[:-1]
+
+
+def descend(problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate trains ever nearer to the measured one.
+
+    Returns
+    -------
+    psi : ndarray, shape (trains, names)
+        Where trains were simulated.
+    y : ndarray, shape (trains, moments)
+        How far they were, as `Problem.look` has it.
+    """
+    from scipy.optimize import differential_evolution
+
+    low, high = problem.box
+    half = np.array([problem.kind(name).half for name in problem.names])
+    centre = np.array([*start, *_chain(problem)])
+    count = len(problem.free)
+    seen: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def distance(psi: np.ndarray) -> float:
+        y = problem.look(psi)
+        seen.append((psi.copy(), y))
+        return float(np.mean(np.nan_to_num(y, nan=FAR) ** 2))
+
+    best = np.empty((0, len(half)))
+    for _ in range(1 + RESTARTS):
+        members = centre + half * problem.rng.uniform(-1, 1, (MEMBERS, len(half)))
+        wide = problem.rng.uniform(-1, 1, (ELSEWHERE, count))
+        members[:ELSEWHERE, :count] = centre[:count] + 3 * half[:count] * wide
+        found = differential_evolution(
+            distance,
+            list(zip(low, high, strict=True)),
+            init=np.clip(np.vstack((best, members)), low, high),
+            seed=problem.rng,
+            maxiter=GENERATIONS,
+            polish=False,
+            tol=0,
+        )
+        if found.fun < NEAR:
+            break
+        best = found.x[None]
+    psi, y = zip(*seen, strict=True)
+    return np.array(psi), np.array(y)
+
+
+def _chain(problem: Problem) -> list[float]:
+    """A guess at what the measuring chain did."""
+    sifted = problem.moments.partition.sift(problem.train)
+    outside = max(1 - problem.moments.partition.window.mean(), 0.1)
+    guess = {
+        "jitter": 0.5 * float(sifted.phase.std()),
+        "missed": 0.02,
+        "spurious": sifted.off / outside,
+        "strength_noise": 0.05,
+    }
+    names = problem.names[len(problem.free) :]
+    return [problem.kind(n).scale(max(guess[n], problem.kind(n).low)) for n in names]

@@ -1,0 +1,111 @@
+"""What a fit found, how well it is told, and what that rests on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..comparison import Comparison
+from ..oscillators import Oscillator
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False)
+class OscillatorFit:
+    """The oscillator found, how well it is told, and what that rests on.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        Every parameter: "restitution", "damping" (as a share of the critical), "amplitude" (of the
+        forcing: the deflection in gaps that it would have as a constant force),
+        "natural_frequency" [Hz].
+    intervals : dict of str to (float, float)
+        95 % intervals of the free ones; (-inf, inf) where the impacts do not tell.
+    free : tuple of str
+        Which were free.
+    covariance : ndarray, shape (free, free)
+        On the scale of `logarithmic`.
+    logarithmic : tuple of bool
+        Of which free parameters the covariance is that of the logarithm.
+    chain : dict of str to float
+        What the measuring chain did: "jitter", standard deviation of the instants [s]; "missed"
+        and "spurious", shares of the impacts; "strength_noise", standard deviation of the
+        strengths as a share of each, where strengths were used.
+    chain_intervals : dict of str to (float, float)
+        95 % intervals of these.
+    forcing_frequency : float
+        As given, refined within 0.2 % on the impacts' phases [Hz].
+    oscillator : Oscillator
+        What to simulate: dimensionless, in units of the gap.
+    strengths : str or None
+        What was used as strength of the impacts.
+    distance : float
+        Mean squared distance of the measured moments from those of trains simulated at the
+        optimum, by the median of what single ones of these have: about 1 where the oscillator
+        explains the train.
+    p_value : float
+        Share of the simulated trains that are as far from their mean as the measured one.
+    word_shares : ndarray, shape (3, words)
+        How often each word of intervals comes: measured; mean and standard deviation of the
+        simulated trains.
+    comparison : Comparison
+        The measured train, and one simulated at the optimum and measured alike.
+    evaluations : int
+        Trains simulated.
+    warnings : tuple of str
+        What to know before the numbers are used.
+    """
+
+    values: Mapping[str, float]
+    intervals: Mapping[str, tuple[float, float]]
+    free: tuple[str, ...]
+    covariance: np.ndarray = field(repr=False)
+    logarithmic: tuple[bool, ...] = field(repr=False)
+    chain: Mapping[str, float]
+    chain_intervals: Mapping[str, tuple[float, float]] = field(repr=False)
+    forcing_frequency: float
+    oscillator: Oscillator = field(repr=False)
+    strengths: str | None
+    distance: float
+    p_value: float
+    word_shares: np.ndarray = field(repr=False)
+    comparison: Comparison = field(repr=False)
+    evaluations: int
+    warnings: tuple[str, ...]
+
+    def describe(self) -> str:
+        """The numbers in a few lines of words."""
+        lines = []
+        for name in self.free:
+            low, high = self.intervals[name]
+            told = f"95 % interval {low:.4g} to {high:.4g}"
+            if not math.isfinite(low):
+                told = "not told by these impacts"
+            lines.append(f"{name.replace('_', ' ')} {self.values[name]:.4g} ({told})")
+        chain = self.chain
+        noise = f"jitter {1e3 * chain['jitter']:.3g} ms, missed {chain['missed']:.1%}, "
+        noise += f"spurious {chain['spurious']:.1%}"
+        if self.strengths is not None:
+            noise += f", noise of the strengths {chain['strength_noise']:.1%}"
+        lines.append(noise)
+        lines.append(
+            f"distance {self.distance:.2f} of what simulated trains have among themselves "
+            f"(p {self.p_value:.2g}); {self.evaluations} trains simulated"
+        )
+        return "\n".join((*lines, *self.warnings))
+
+    def plot(self, figure: Figure | None = None) -> Any:
+        """Draw it; see `impactsig.plot.oscillator_fit`."""
+        from .. import plot
+
+        return plot.oscillator_fit(self, figure)
+
+    def __str__(self) -> str:
+        return self.describe()

@@ -1,0 +1,423 @@
+"""From experiment to model: each step against a closed form or a slow twin, then fits to truth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+
+import matplotlib
+import numpy as np
+import pytest
+
+matplotlib.use("Agg")
+
+from matplotlib import pyplot
+
+from impactsig import (
+    Friction,
+    Impacts,
+    InvalidInput,
+    KelvinVoigt,
+    Stop,
+    fit_oscillator,
+    measure,
+    scenes,
+    simulate,
+)
+from impactsig.fitting import _asked, fit
+from impactsig.fitting._balance import Courses, Values, badness, courses, imbalance
+from impactsig.fitting._machine import as_train, parameters_of
+from impactsig.fitting._moments import Moments
+from impactsig.fitting._narrow import Cloud, Regression, narrow, whitening
+from impactsig.fitting._partition import Partition, Train
+
+NATURAL = scenes.NATURAL_FREQUENCY
+TRUTH = {"restitution": 0.2, "damping": 0.03, "amplitude": 0.25}
+
+
+@cache
+def chaos(frequency=20.1, count=800):
+    impacts = simulate(scenes.karpodinis(frequency), periods=2 * count, transient=300).impacts
+    impacts = impacts[:count]
+    return replace(impacts, duration=float(impacts.time[-1] - impacts.start))
+
+
+def measured(truth, seed, strength_noise=0.03):
+    """With a jitter of 1 % of the mean interval, 2 % missed and 1 % spurious."""
+    jitter = 0.01 * truth.intervals().mean()
+    seen = measure(truth, jitter=jitter, missed=0.02, spurious=0.01, seed=seed).impacts
+    noise = 1 + strength_noise * np.random.default_rng(seed).standard_normal(len(seen))
+    return replace(seen, approach_velocity=None, impulse=3.0 * seen.approach_velocity * noise)
+
+
+# -- the balance of three impacts --------------------------------------------------------------
+
+
+def exact_course(frequency=20.1, count=200):
+    truth = chaos(frequency, count)
+    x = (truth.time - truth.start) * frequency
+    steps = np.arange(count - 4)[:, None] + np.arange(5)
+    # The phase of the forcing at the instant that x counts from.
+    phase = 2 * np.pi * ((truth.start * frequency) % 1.0)
+    values = Values(0.2, 0.03, 0.25, frequency / NATURAL, phase)
+    return values, x[steps], truth.approach_velocity[steps[:, 1:-1]]
+
+
+def test_impacts_of_a_simulation_are_in_balance_and_their_velocities_follow():
+    values, course, velocity = exact_course()
+    distance, approach = imbalance(values, course)
+    assert np.abs(distance).max() < 1e-9
+    np.testing.assert_allclose(approach, velocity, atol=1e-8)
+
+
+def test_distance_from_balance_is_the_length_of_the_least_move():
+    values, course, _ = exact_course(count=60)
+    step = 1e-6
+    slopes = []
+    for k in range(5):
+        moved = course.copy()
+        moved[:, k] += step * values.frequency / (2 * np.pi)  # of natural time, as the distance
+        slopes.append(imbalance(values, moved)[0] / step)
+    np.testing.assert_allclose(np.linalg.norm(slopes, axis=0), 1.0, atol=1e-3)
+
+
+def test_the_balance_tells_the_truth_from_others():
+    values, course, velocity = exact_course()
+    strength = np.hstack((velocity[:, :1], velocity, velocity[:, :1])) / 0.4
+    whole = Courses(course, strength, np.full((len(course), 1), 1 / len(course)))
+    assert badness(values, whole) < 1e-12
+    for name, other in {"restitution": 0.3, "damping": 0.04, "amplitude": 0.26}.items():
+        assert badness(values._replace(**{name: other}), whole) > 1e-5
+    # A stop that would have to pull costs more than any time could.
+    assert badness(values._replace(phase=values.phase + math.pi), whole) > 0.05
+
+
+# -- words and moments -------------------------------------------------------------------------
+
+
+def symbolic(symbols, seed=0):
+    """A train whose intervals are whole periods but for a little jitter, at phase 0.3."""
+    rng = np.random.default_rng(seed)
+    x = (
+        0.3
+        + np.concatenate(([0], np.cumsum(symbols)))
+        + 0.005 * rng.standard_normal(1 + len(symbols))
+    )
+    return Train(x, None, np.ones(len(symbols), bool))
+
+
+def test_words_are_counted_as_they_stand():
+    symbols = np.random.default_rng(1).integers(1, 3, 400)
+    train = symbolic(symbols)
+    moments = Moments.of(train)
+    partition = moments.partition
+    assert len(partition.classes) == 2
+    assert partition.length == 4
+    expected = np.zeros(16)
+    for k in range(397):
+        expected[int("".join(str(s - 1) for s in symbols[k : k + 4]), 2)] += 1 / 397
+    found = moments(train)
+    np.testing.assert_allclose(found[:16], expected, atol=1e-12)
+    np.testing.assert_allclose(found[16:32], 0, atol=1e-12)  # about their own means
+    assert found[-1] == pytest.approx(401 / (train.x[-1] - train.x[0]))
+
+
+def test_false_impacts_are_sifted_out_and_missed_ones_break_words():
+    symbols = np.random.default_rng(2).integers(1, 3, 400)
+    clean = symbolic(symbols)
+    partition = Partition.of(clean)
+    false = np.sort(np.append(clean.x, [50.7, 200.8]))
+    sifted = partition.sift(Train(false, None, np.ones(len(false) - 1, bool)))
+    assert sifted.off == pytest.approx(2 / 403)
+    assert len(partition.words(sifted).code) == 397
+    at = int(np.flatnonzero((symbols[:-1] == 2) & (symbols[1:] == 2))[0]) + 1
+    lost = np.delete(clean.x, at)  # leaves an interval of four periods
+    sifted = partition.sift(Train(lost, None, np.ones(len(lost) - 1, bool)))
+    assert (sifted.symbol < 0).sum() == 1
+    assert len(partition.words(sifted).code) == 396 - min(4, at)
+
+
+def test_no_word_reaches_across_a_gap():
+    train = symbolic(np.random.default_rng(3).integers(1, 3, 400))
+    joined = train.joined.copy()
+    joined[200] = False
+    partition = Partition.of(train)
+    words = partition.words(partition.sift(train._replace(joined=joined)))
+    assert len(words.code) == 397 - 4
+    assert not np.isin(np.arange(197, 201), words.first).any()
+
+
+def test_moments_move_with_strengths_and_phases():
+    symbols = np.random.default_rng(4).integers(1, 3, 2000)
+    train = symbolic(symbols)
+    strength = 1 + 0.1 * np.random.default_rng(5).random(2001)
+    moments = Moments.of(train._replace(strength=strength))
+    own = moments(train._replace(strength=strength))
+    scaled = moments(train._replace(strength=7 * strength))
+    np.testing.assert_allclose(scaled, own, atol=1e-12)  # relative to their mean
+    assert np.abs(moments(train._replace(strength=strength**2)) - own).max() > 0.002
+    assert moments(Train(train.x[:3], strength[:3], train.joined[:2])) is None
+
+
+def test_strengths_are_cut_into_fifths_of_each_class():
+    symbols = np.random.default_rng(4).integers(1, 3, 2000)
+    strength = np.random.default_rng(5).random(2001) + (np.append(symbols, 1) == 2)
+    train = symbolic(symbols)._replace(strength=strength)
+    moments = Moments.of(train)
+    shares = moments(train)[48:58]  # after shares, phases and strengths of 16 words
+    for symbol in (1, 2):
+        own = shares[5 * (symbol - 1) : 5 * symbol]
+        np.testing.assert_allclose(own, np.mean(symbols == symbol) / 5, atol=1.01 / 2000)
+    first = strength[:-1][symbols == 1]
+    third = (first > np.quantile(first, 0.4)) & (first <= np.quantile(first, 0.6))
+    later = (strength[1:][symbols == 1])[third] / strength.mean()
+    assert moments.steps[2, 2] == pytest.approx(later.mean())
+
+
+def test_mean_courses_keep_the_beat_and_lose_the_jitter():
+    symbols = np.random.default_rng(5).integers(1, 3, 3000)
+    train = symbolic(symbols)
+    found = courses(train, Partition.of(train))
+    assert found.instant.shape == (16, 5)
+    assert found.weight.sum() == pytest.approx(1)
+    beats = np.diff(found.instant, axis=1)
+    assert np.abs(beats - np.rint(beats)).max() < 5 * 0.005 * math.sqrt(2 / (3000 / 16))
+
+
+# -- the local fit -----------------------------------------------------------------------------
+
+
+def test_whitened_moments_are_independent():
+    rng = np.random.default_rng(6)
+    mix = np.eye(5) + 0.3 * rng.standard_normal((5, 5))
+    covariance = mix @ mix.T
+    covariance = np.block([[covariance, covariance[:, :1]], [covariance[:1], covariance[:1, :1]]])
+    white = whitening(covariance)  # the last is the first again
+    assert white.shape == (5, 6)
+    np.testing.assert_allclose(white @ covariance @ white.T, np.eye(5), atol=1e-6)
+
+
+class Linear:
+    """A problem whose moments are linear in its parameters but for a slight curvature."""
+
+    free = ("restitution", "damping")
+    names = ("restitution", "damping", "missed")
+    share = 1.0
+
+    def __init__(self, seed):
+        self.rng = np.random.default_rng(seed)
+        self.truth = np.array([0.4, -3.0, 0.1])
+        self.slopes = np.random.default_rng(0).standard_normal((12, 3)) * [20.0, 3.0, 60.0]
+        self.box = np.array([0.0, -7.0, 0.0]), np.array([1.0, -0.5, 0.5])
+        self.measured = self.moments(self.truth)
+
+    def kind(self, name):
+        return SimpleNamespace(finest=1e-4)
+
+    def moments(self, psi):
+        off = psi - self.truth
+        return self.slopes @ off + 2 * off[0] * off[1] + self.rng.standard_normal(12)
+
+    def look(self, psi):
+        return self.moments(psi) - self.measured
+
+
+def test_estimates_scatter_as_they_say():
+    scaled, sizes = [], []
+    for seed in range(12):
+        problem = Linear(seed)
+        psi = problem.truth + problem.rng.normal(0, [0.1, 0.5, 0.03], (200, 3))
+        found = narrow(problem, psi, np.array([problem.look(one) for one in psi]))
+        deviation = np.sqrt(np.diag(found.covariance))
+        scaled.append((found.psi - problem.truth) / deviation)
+        sizes.append(deviation)
+    best = np.sqrt(np.diag(np.linalg.inv(problem.slopes.T @ problem.slopes)))
+    assert 0.75 < np.sqrt(np.mean(np.square(scaled))) < 1.3
+    assert np.all(np.median(sizes, axis=0) < 1.25 * best)  # and hardly more than they must
+
+
+def test_a_regression_leaves_out_trains_of_another_kind():
+    problem = Linear(0)
+    cloud = Cloud(problem.truth, np.diag([0.05, 0.3, 0.02]), 2)
+    psi, y = cloud.draw(200, problem)
+    clean = Regression.of(cloud, psi, y)
+    y[::20] = 40.0
+    y[1] = np.nan
+    found = Regression.of(cloud, psi, y)
+    assert found.trains <= 189
+    assert np.abs(found.slopes - clean.slopes).max() < 0.6
+
+
+# -- the whole ---------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    return fit_oscillator(measured(chaos(), 1), 20.1, natural_frequency=NATURAL, seed=1)
+
+
+def test_a_fit_finds_the_truth_within_its_intervals(fitted):
+    for name, true in TRUTH.items():
+        low, high = fitted.intervals[name]
+        reach = 1.5 * (high - low)  # three times the half: this is one draw
+        assert abs(fitted.values[name] - true) < reach, name
+        assert low < fitted.values[name] < high
+    assert fitted.intervals["restitution"][1] - fitted.intervals["restitution"][0] < 0.25
+    assert fitted.values["damping"] == pytest.approx(0.03, rel=0.25)
+    assert fitted.values["amplitude"] == pytest.approx(0.25, rel=0.05)
+    assert fitted.warnings == ()
+    assert fitted.p_value > 0.03
+    assert fitted.strengths == "impulse"
+
+
+def test_a_fit_finds_what_the_measuring_chain_did(fitted):
+    assert fitted.chain["jitter"] == pytest.approx(0.01 * chaos().intervals().mean(), rel=0.15)
+    assert fitted.chain["missed"] == pytest.approx(0.02, abs=0.015)
+    assert fitted.chain["spurious"] == pytest.approx(0.01, abs=0.01)
+    assert fitted.forcing_frequency == pytest.approx(20.1, rel=1e-5)
+
+
+def test_a_fit_can_be_simulated_described_and_drawn(fitted):
+    motion = simulate(fitted.oscillator, periods=300, transient=100)
+    rate = len(motion.impacts) / 300
+    assert rate == pytest.approx(len(chaos()) / (chaos().duration * 20.1), abs=0.1)
+    words = str(fitted)
+    assert "restitution 0." in words
+    assert "95 % interval" in words
+    assert "missed" in words
+    panels = fitted.plot()
+    assert panels.shape == (2, 2)
+    assert panels[1, 1].get_xlabel() == "restitution"
+    untold = dict.fromkeys(fitted.free, (-math.inf, math.inf))
+    unsure = replace(fitted, intervals=untold, warnings=("why",))
+    assert "not told" in str(unsure)
+    assert unsure.plot()[1, 1].texts[0].get_text() == "why"
+    pyplot.close("all")
+
+
+def test_one_parameter_is_found_from_instants_alone():
+    train = replace(measured(chaos(count=400), 2), impulse=None)
+    scene = scenes.karpodinis(20.1)
+    found = fit_oscillator(train, 20.1, ("restitution",), scene=scene, seed=2)
+    low, high = found.intervals["restitution"]
+    assert abs(found.values["restitution"] - 0.2) < 1.5 * (high - low)
+    assert high - low < 0.12
+    assert found.values["damping"] == pytest.approx(0.03)
+    assert found.strengths is None
+    assert "strength_noise" not in found.chain
+    assert found.plot()[1, 1].get_xlabel() == "restitution"
+    pyplot.close("all")
+
+
+@pytest.mark.slow
+def test_jitter_that_hides_a_period_does_not_make_it_a_measurement():
+    truth = simulate(scenes.karpodinis(20.1, restitution=0.4), periods=2500, transient=300).impacts
+    found = fit_oscillator(measured(truth, 1), 20.1, natural_frequency=NATURAL)
+    assert found.warnings
+    assert not any(math.isfinite(low) for low, _ in found.intervals.values())
+
+
+# -- what cannot be fitted ---------------------------------------------------------------------
+
+
+def test_what_a_motion_cannot_tell_has_no_interval():
+    covariance = np.diag([0.3**2, 0.02**2])
+    problem = SimpleNamespace(names=("restitution", "damping"), kind=fit.__dict__.get)
+    from impactsig.fitting._machine import PARAMETERS
+
+    problem.kind = PARAMETERS.__getitem__
+    told = fit._intervals(problem, np.array([0.5, math.log(0.03)]), covariance)
+    assert told["restitution"] == (-math.inf, math.inf)
+    low, high = told["damping"]
+    assert (low * high) ** 0.5 == pytest.approx(0.03)
+    assert math.log(high / low) == pytest.approx(2 * 1.959964 * 0.02)
+
+
+def test_warnings_say_what_is_not_told():
+    told = {"restitution": (0.1, 0.3), "damping": (-math.inf, math.inf)}
+    assert fit._warnings(tuple(told), told, False, 0.5) == (
+        "these impacts do not tell the damping",
+    )
+    assert "moves periodically" in fit._warnings(tuple(told), told, True, 0.5)[0]
+    assert "does not explain" in fit._warnings(tuple(told), told, False, 0.01)[-1]
+
+
+def test_a_periodic_optimum_is_known_for_one():
+    assert fit._settles(scenes.karpodinis(22.1))
+    assert not fit._settles(scenes.karpodinis(20.1))
+
+
+def test_the_frequency_is_refined_on_the_phases():
+    train = chaos()
+    assert _asked.refined(train, 20.1 * 1.0015) == pytest.approx(20.1, rel=2e-6)
+    rng = np.random.default_rng(0)
+    noise = Impacts.from_times(np.cumsum(rng.exponential(0.08, 500)))
+    assert _asked.refined(noise, 20.1) == 20.1
+
+
+@pytest.mark.parametrize("side", ["upper", "lower"])
+def test_the_parameters_of_a_scene_do_not_depend_on_its_units(side):
+    scene = scenes.karpodinis(20.1, damping_ratio=0.04, amplitude=0.3, restitution=0.35)
+    if side == "lower":
+        scene = replace(scene, stops=(Stop(-1.0, scene.stops[0].law, "lower"),))
+    scaled = replace(scene, length_unit=2e-3, mass_unit=0.7).in_units()
+    for one in (scene, scaled):
+        found = parameters_of(one)
+        expected = {"restitution": 0.35, "damping": 0.04, "amplitude": 0.3}
+        assert found == pytest.approx(expected | {"natural_frequency": NATURAL})
+
+
+def periodic():
+    return measure(simulate(scenes.karpodinis(22.1), periods=400, transient=200).impacts,
+                   jitter=2e-4, seed=0).impacts  # fmt: skip
+
+
+FULL = {"natural_frequency": NATURAL}
+BAD = {
+    "no impacts": (lambda: [1.0, 2.0], 20.1, FULL, "impacts"),
+    "too few": (lambda: chaos()[:150], 20.1, FULL, "200 or more"),
+    "periodic": (periodic, 22.1, FULL, r"period\(1,1\)"),
+    "no frequency": (chaos, -1.0, FULL, "forcing_frequency"),
+    "no natural frequency": (chaos, 20.1, {}, "natural_frequency"),
+    "unknown parameter": (chaos, 20.1, {**FULL, "free": ("mass",)}, "free"),
+    "a parameter twice": (chaos, 20.1, {**FULL, "free": ("damping", "damping")}, "free"),
+    "nothing free": (chaos, 20.1, {**FULL, "free": ()}, "free"),
+    "one that is not known": (chaos, 20.1, {**FULL, "free": ("damping",)}, "restitution among"),
+    "a bound of none": (chaos, 20.1, {**FULL, "bounds": {"mass": (0, 1)}}, "bounds"),
+    "bounds in disorder": (chaos, 20.1, {**FULL, "bounds": {"damping": (0.1, 0.01)}}, "bounds"),
+    "no such strength": (chaos, 20.1, {**FULL, "strengths": "loudness"}, "strengths"),
+    "strength not measured": (chaos, 20.1, {**FULL, "strengths": "peak"}, "measured peak"),
+    "no scene": (chaos, 20.1, {"scene": "beam"}, "scene"),
+    "a soft stop": (
+        chaos, 20.1,
+        {"scene": replace(scenes.karpodinis(), stops=(Stop(1.0, KelvinVoigt(1e3, 1.0)),))},
+        "rigid stop",
+    ),
+    "friction": (
+        chaos, 20.1, {"scene": replace(scenes.karpodinis(), friction=Friction(0.1))}, "scene",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD, ids=list(BAD))
+def test_bad_input_is_named(case):
+    impacts, frequency, options, told = BAD[case]
+    with pytest.raises(InvalidInput, match=told):
+        fit_oscillator(impacts(), frequency, **options)
+
+
+def test_inferred_impacts_do_not_count():
+    train = chaos()
+    flags = np.zeros(len(train), np.uint8)
+    flags[150:] = 16
+    with pytest.raises(InvalidInput, match="150 impacts"):
+        fit_oscillator(replace(train, flags=flags), 20.1, **FULL)
+
+
+def test_as_train_counts_in_periods():
+    train = Impacts.from_times([1.0, 1.5, 3.0], gaps=[(1.6, 2.0)])
+    found = as_train(train, 4.0, None)
+    np.testing.assert_allclose(found.x, [0, 2, 8])
+    assert found.joined.tolist() == [True, False]
