@@ -56,7 +56,7 @@ if TYPE_CHECKING:
         repair_intervals,
         return_map,
     )
-    from .io import info, read, read_blocks
+    from .io import Limits, RawLayout, info, read, read_blocks
     from .oscillators import (
         BaseMotion,
         Force,
@@ -132,7 +132,7 @@ _HOME = {
     ),
     "recording": ("Recording",),
     "impacts": ("Impacts",),
-    "io": ("info", "read", "read_blocks"),
+    "io": ("Limits", "RawLayout", "info", "read", "read_blocks"),
     "detect": ("detect_impacts",),
     "dynamics": (),
     "dynamics.branches": ("Branch",),
@@ -251,6 +251,7 @@ __all__ = [
     "InvalidInput",
     "Join",
     "KelvinVoigt",
+    "Limits",
     "LoadCell",
     "LyapunovExponent",
     "LyapunovSpectrum",
@@ -266,6 +267,7 @@ __all__ = [
     "Periodicity",
     "PeriodicityChart",
     "PredictionError",
+    "RawLayout",
     "Recording",
     "RecurrencePlot",
     "RecurrenceQuantification",

@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 
 from ..errors import UnreadableFile
+from ._limits import Limits
 from ._source import Signal, Source, sample_type
 from ._tdms_layout import layout
-from ._timebase import TimeBase, time_base, time_factor
+from ._timebase import TimeBase, rate_of_step, time_base, time_factor
 
 _EPOCH = np.datetime64("1904-01-01")  # what NI writes for "no time"
 
 
-def open_source(path: Path) -> Source:
+def open_source(path: Path, limits: Limits) -> Source:
     """Open a TDMS file; see `impactsig.io.formats`.
 
     The rate is that of the waveform (`wf_increment`); a channel without one takes it from a
@@ -130,11 +131,7 @@ def _base(channel: Any, times: list[Any]) -> TimeBase:
             start = float(properties.get("wf_start_offset") or 0.0)
         except (TypeError, ValueError):
             start = 0.0
-        rate = 1 / (increment * (time_factor("t", axis) or 1.0))
-        # 1 / 0.00002 is not quite 50 000.
-        whole = round(rate)
-        exact = abs(rate - whole) <= 4 * np.spacing(rate)
-        return TimeBase(float(whole) if exact else rate, start)
+        return TimeBase(rate_of_step(increment * (time_factor("t", axis) or 1.0)), start)
     for other in times:
         if len(other) == len(channel):
             values = other[:]

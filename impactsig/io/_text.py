@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import UnreadableFile
 from ._dialect import Dialect, find_dialect
+from ._limits import Limits
 from ._source import Signal, Source, memory_reader
 from ._table import Table, filled, numbers_in, read_table
 from ._timebase import TimeBase, printed_resolution, time_base, time_factor
@@ -29,7 +30,7 @@ class _Clock(NamedTuple):
     recorded_at: datetime | None = None
 
 
-def open_source(path: Path) -> Source:
+def open_source(path: Path, limits: Limits) -> Source:
     """Open a table of numbers; see `impactsig.io.formats`.
 
     The column of times is the one named as such, or the first of several if none has a name and

@@ -125,6 +125,13 @@ def time_base(times: np.ndarray, resolution: float = 0.0) -> TimeBase:
     return _settled((count - 1) / span, uncertainty, first)
 
 
+def rate_of_step(step: float) -> float:
+    """Rate [Hz] from a step [s] of the file's own: 1 / 0.00002 is not quite 50 000."""
+    rate = 1 / step
+    whole = round(rate)
+    return float(whole) if abs(rate - whole) <= 4 * np.spacing(rate) else rate
+
+
 def printed_step(text: str, start: float = 0.0) -> TimeBase:
     """Rate from a sampling step [s] as it is printed."""
     step = float(text)

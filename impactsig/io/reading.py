@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import partial
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 
 from ..errors import InvalidInput
 from ..recording import Recording, Sensor
+from ._limits import DEFAULT_LIMITS, Limits
 from ._plan import Plan, prepare, recording
+from ._raw import RawLayout
 from ._source import Source
 from .formats import open_file
 
@@ -56,7 +58,7 @@ class Blocks:
     source: str
     recorded_at: datetime | None
     truncated: bool
-    _file: Path | Source = field(repr=False)
+    _opened: Callable[[], Source] = field(repr=False)
     _plan: Plan = field(repr=False)
 
     @property
@@ -70,7 +72,7 @@ class Blocks:
         return self.start + self.duration
 
     def __iter__(self) -> Iterator[Recording]:
-        source = open_file(self._file) if isinstance(self._file, Path) else self._file
+        source = self._opened()
         try:
             for first in range(self._plan.first, self._plan.last, self.block_size):
                 last = min(first + self.block_size, self._plan.last)
@@ -100,6 +102,9 @@ def read(
     unit: str | None = None,
     rate: float | None = None,
     sensor: Sensor | None = None,
+    *,
+    raw: RawLayout | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Recording:
     """Read a recording from a file.
 
@@ -127,6 +132,10 @@ def read(
         How impacts are looked for later. By default an audio file at a usual audio rate (8, 11.025,
         12, 16, 22.05, 24, 32, 44.1, 48, 88.2, 96, 176.4 or 192 kHz) is "sound" unless `unit` is
         given, and everything else is "force".
+    raw : RawLayout, optional
+        Take the file for numbers without a header, laid out like this; needs `rate`.
+    limits : Limits, optional
+        What a packed file may grow to in memory: 2 GiB, and 200 times its size, unless raised.
 
     Returns
     -------
@@ -148,7 +157,8 @@ def read(
     ImpactsigWarning
         If channels are left out, the file is cut short, or its header contradicts its data.
     """
-    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor)
+    opened = partial(open_file, path, limits, raw)
+    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor, opened)
     try:
         return recording(source, plan, plan.first, plan.last, str(path))
     finally:
@@ -166,6 +176,9 @@ def read_blocks(
     unit: str | None = None,
     rate: float | None = None,
     sensor: Sensor | None = None,
+    *,
+    raw: RawLayout | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Blocks:
     """Go through a recording in blocks; joined, they equal what `read` returns, bit for bit.
 
@@ -178,7 +191,7 @@ def read_blocks(
         The file.
     seconds : float, optional
         Length of a block [s]; at least one sample.
-    channel, start, stop, scale, offset, unit, rate, sensor
+    channel, start, stop, scale, offset, unit, rate, sensor, raw, limits
         As in `read`.
 
     Returns
@@ -193,7 +206,8 @@ def read_blocks(
     """
     if not (np.isfinite(seconds) and seconds > 0):
         raise InvalidInput("seconds", seconds, "a positive time [s]")
-    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor)
+    opened = partial(open_file, path, limits, raw)
+    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor, opened)
     signals = [source.signals[index] for index in plan.channels]
     if not source.in_memory:
         source.close()
@@ -208,6 +222,6 @@ def read_blocks(
         source=str(path),
         recorded_at=signals[0].recorded_at,
         truncated=bool(source.truncated),
-        _file=source if source.in_memory else Path(path),
+        _opened=(lambda: source) if source.in_memory else opened,
         _plan=plan,
     )

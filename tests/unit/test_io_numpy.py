@@ -143,11 +143,14 @@ def test_npz_without_a_rate_or_with_an_impossible_one(tmp_path):
         io.read(tmp_path / "b.npz")
 
 
-def test_npz_that_would_grow_beyond_the_limit(tmp_path, monkeypatch):
-    np.savez_compressed(tmp_path / "a.npz", x=np.zeros(100_000), rate=1.0)
-    monkeypatch.setattr("impactsig.io._npz.SIZE_LIMIT", 700_000)
-    with pytest.raises(UnreadableFile, match="would grow to"):
-        io.read(tmp_path / "a.npz")
+def test_npz_that_would_grow_beyond_the_limits(tmp_path):
+    path = tmp_path / "a.npz"
+    np.savez_compressed(path, x=np.zeros(9 << 20), rate=1.0)  # 72 MiB, packed a thousandfold
+    with pytest.raises(UnreadableFile, match=r"limit 200 times its size.*expansion="):
+        io.read(path)
+    assert not io.read(path, limits=io.Limits(expansion=2000)).samples.any()
+    with pytest.raises(UnreadableFile, match=r"would grow to 0\.0755 GB.*limit 0\.07 GB.*size="):
+        io.read(path, limits=io.Limits(size=70_000_000, expansion=2000))
 
 
 def test_npz_whose_array_header_lies_is_refused_before_it_is_allocated(tmp_path):
