@@ -87,6 +87,10 @@ def _is_npz(head: bytes) -> bool:
     return head[:4] == b"PK\x03\x04" and head[30 : 30 + length].endswith(b".npy")
 
 
+def _is_mat5(head: bytes) -> bool:
+    return head[124:128] in (b"\x00\x01IM", b"\x01\x00MI")  # version 1 in either byte order
+
+
 def is_lvm(head: bytes) -> bool:
     """Whether a file begins with the header that LVM files may also do without."""
     return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"LabVIEW Measurement")
@@ -112,6 +116,7 @@ FORMATS: tuple[Format, ...] = (
     Format("NumPy npy", (".npy",), lambda head: head[:6] == b"\x93NUMPY", "_npy"),
     Format("NumPy npz", (".npz",), _is_npz, "_npz"),
     Format("HDF5", (".h5", ".hdf5", ".hdf", ".he5"), _is_hdf5, "_hdf5", "h5py", "hdf5"),
+    Format("MATLAB 5", (".mat",), _is_mat5, "_mat5"),
     Format("NI LVM", (".lvm",), is_lvm, "_lvm"),
     # Last, because many formats are text: those have sniffers of their own further up.
     Format("text (CSV, TSV, TXT)", (".csv", ".tsv", ".txt", ".dat", ".asc"), _is_text, "_text"),
