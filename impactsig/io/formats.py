@@ -91,6 +91,11 @@ def _is_mat5(head: bytes) -> bool:
     return head[124:128] in (b"\x00\x01IM", b"\x01\x00MI")  # version 1 in either byte order
 
 
+def _is_uff(head: bytes) -> bool:
+    # A line of -1 and the number of a dataset, each in its columns.
+    return re.match(rb"    -1 *\r?\n(?= {0,5}\d{1,6})[ \d]{6}[b \r\n]", head) is not None
+
+
 def is_lvm(head: bytes) -> bool:
     """Whether a file begins with the header that LVM files may also do without."""
     return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"LabVIEW Measurement")
@@ -118,6 +123,7 @@ FORMATS: tuple[Format, ...] = (
     Format("HDF5", (".h5", ".hdf5", ".hdf", ".he5"), _is_hdf5, "_hdf5", "h5py", "hdf5"),
     Format("MATLAB 5", (".mat",), _is_mat5, "_mat5"),
     Format("NI LVM", (".lvm",), is_lvm, "_lvm"),
+    Format("UFF 58", (".uff", ".unv"), _is_uff, "_uff"),
     # Last, because many formats are text: those have sniffers of their own further up.
     Format("text (CSV, TSV, TXT)", (".csv", ".tsv", ".txt", ".dat", ".asc"), _is_text, "_text"),
 )
