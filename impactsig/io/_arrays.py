@@ -206,7 +206,7 @@ def source_of(
                     base.rate if rate is None else rate,
                     array.length,
                     base.start,
-                    alias=told[column] if told else array.place[-1] if array.columns == 1 else "",
+                    alias=told[column] if told else _short(array),
                     no_rate=base.problem,
                 )
             )
@@ -239,6 +239,11 @@ def source_of(
         truncated=truncated,
         notes=(*notes, *doubts),
     )
+
+
+def _short(array: Array) -> str:
+    """The name of a channel without its folders and its unit."""
+    return split_heading(array.place[-1])[0] if array.columns == 1 else ""
 
 
 def _time_bases(arrays: list[Array], facts: Facts) -> dict[Place, tuple[TimeBase, int]]:

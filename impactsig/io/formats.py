@@ -96,6 +96,10 @@ def _is_uff(head: bytes) -> bool:
     return re.match(rb"    -1 *\r?\n(?= {0,5}\d{1,6})[ \d]{6}[b \r\n]", head) is not None
 
 
+def _is_arrow(head: bytes) -> bool:
+    return head[:4] in (b"PAR1", b"FEA1") or head[:6] == b"ARROW1"
+
+
 def is_lvm(head: bytes) -> bool:
     """Whether a file begins with the header that LVM files may also do without."""
     return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"LabVIEW Measurement")
@@ -122,6 +126,14 @@ FORMATS: tuple[Format, ...] = (
     Format("NumPy npz", (".npz",), _is_npz, "_npz"),
     Format("HDF5", (".h5", ".hdf5", ".hdf", ".he5"), _is_hdf5, "_hdf5", "h5py", "hdf5"),
     Format("MATLAB 5", (".mat",), _is_mat5, "_mat5"),
+    Format(
+        "Parquet or Feather",
+        (".parquet", ".feather", ".arrow"),
+        _is_arrow,
+        "_arrow",
+        "pyarrow",
+        "parquet",
+    ),
     Format("NI LVM", (".lvm",), is_lvm, "_lvm"),
     Format("UFF 58", (".uff", ".unv"), _is_uff, "_uff"),
     # Last, because many formats are text: those have sniffers of their own further up.
