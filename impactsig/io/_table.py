@@ -11,6 +11,9 @@ import numpy as np
 from ._dialect import Dialect
 
 _TAIL = 1 << 16
+# What pandas takes for no number; pyarrow is told to do so too.
+_MISSING = ("", "#N/A", "#N/A N/A", "#NA", "-1.#IND", "-1.#QNAN", "-NaN", "-nan", "1.#IND")
+_MISSING += ("1.#QNAN", "<NA>", "N/A", "NA", "NULL", "NaN", "None", "n/a", "nan", "null")
 _LAST = 50  # lines that show the printed digits
 
 
@@ -25,31 +28,10 @@ class Table(NamedTuple):
 
 def read_table(path: Path, dialect: Dialect) -> Table:
     """All columns of a table, from the first row of data on."""
-    import pandas as pd
-
-    separator: dict[str, Any] = {"sep": r"\s+"} if dialect.delimiter == " " else {}
-    if not separator:
-        # For one column a character that no text has: the whole line is one cell.
-        separator = {"sep": dialect.delimiter or "\x1f", "skipinitialspace": True}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", pd.errors.DtypeWarning)
-        frame = pd.read_csv(
-            path,
-            header=None,
-            skiprows=dialect.skipped,
-            decimal=dialect.decimal,
-            comment=dialect.comment or None,
-            encoding=dialect.encoding,
-            encoding_errors="replace",
-            engine="c",
-            low_memory=False,
-            skip_blank_lines=True,
-            **separator,
-        )
-    columns = [
-        frame[name].to_numpy(dtype=np.float64 if frame[name].dtype.kind in "biuf" else object)
-        for name in frame
-    ]
+    columns = _columns_by_arrow(path, dialect)
+    if columns is None:
+        columns = _columns_by_pandas(path, dialect)
+    rows = len(columns[0]) if columns else 0
     lines, ended = _last_lines(path, dialect.encoding)
     truncated = ""
     if lines and dialect.comment and lines[-1].lstrip().startswith(dialect.comment):
@@ -63,7 +45,67 @@ def read_table(path: Path, dialect: Dialect) -> Table:
                 columns[index] = column if len(stray) else numbers
         truncated = f"its last line, {lines[-1][:40]!r}, is not complete"
         lines.pop()
-    return Table(columns, len(frame) - bool(truncated), lines, truncated)
+    return Table(columns, rows - bool(truncated), lines, truncated)
+
+
+def _columns_by_arrow(path: Path, dialect: Dialect) -> list[np.ndarray] | None:
+    """The columns as pyarrow reads them; None if it is not there, or they are not all numbers.
+
+    What it refuses (comments, text, rows that are too short) is left to pandas, which says more of
+    it. What both read, they read alike.
+    """
+    if dialect.delimiter == " " or dialect.encoding == "utf-16":
+        return None
+    try:
+        from pyarrow import ArrowException, csv, float64
+    except ImportError:
+        return None
+    names = [str(index) for index in range(dialect.columns)]
+    try:
+        table = csv.read_csv(
+            path,
+            csv.ReadOptions(column_names=names, skip_rows=dialect.skipped),
+            csv.ParseOptions(delimiter=dialect.delimiter or "\x1f"),
+            csv.ConvertOptions(
+                column_types=dict.fromkeys(names, float64()),
+                decimal_point=dialect.decimal,
+                null_values=list(_MISSING),
+            ),
+        )
+    except ArrowException:
+        return None
+    return [column.to_numpy() for column in table.columns]
+
+
+def _columns_by_pandas(path: Path, dialect: Dialect) -> list[np.ndarray]:
+    """The columns as pandas reads them: numbers, or text as objects."""
+    import pandas as pd
+
+    options: dict[str, Any] = {"sep": r"\s+"}
+    if dialect.delimiter != " ":
+        # For one column a character that no text has: the whole line is one cell.
+        options = {"sep": dialect.delimiter or "\x1f", "skipinitialspace": True}
+    if tuple(int(part) for part in pd.__version__.split(".")[:2]) < (3, 1):
+        options["float_precision"] = "round_trip"  # later ones are right to the last digit
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", pd.errors.DtypeWarning)
+        frame = pd.read_csv(
+            path,
+            header=None,
+            skiprows=dialect.skipped,
+            decimal=dialect.decimal,
+            comment=dialect.comment or None,
+            encoding=dialect.encoding,
+            encoding_errors="replace",
+            engine="c",
+            low_memory=False,
+            skip_blank_lines=True,
+            **options,
+        )
+    return [
+        frame[name].to_numpy(dtype=np.float64 if frame[name].dtype.kind in "biuf" else object)
+        for name in frame
+    ]
 
 
 def numbers_in(column: np.ndarray, dialect: Dialect) -> tuple[np.ndarray, np.ndarray]:
