@@ -96,7 +96,8 @@ def open_source(path: Path, limits: Limits) -> Source:
     )
 
     def read_channels(channels: list[int], first: int, last: int) -> np.ndarray:
-        return np.column_stack([functions[channel].read(first, last) for channel in channels])
+        parts = [functions[channel].read(first, last) for channel in channels]
+        return parts[0][:, np.newaxis] if len(parts) == 1 else np.column_stack(parts)
 
     return Source(
         format="UFF 58",
