@@ -98,10 +98,13 @@ def _feather(path: Path, limits: Limits) -> _Groups:
         if message.type == "record batch":
             counts.append(_rows(message.metadata))
     schema = pyarrow.ipc.open_file(held).schema
+    readers: dict[str, Any] = {}  # of one column each
 
     def load(group: int, name: str) -> np.ndarray:
-        chosen = pyarrow.ipc.IpcReadOptions(included_fields=[schema.names.index(name)])
-        column = pyarrow.ipc.open_file(held, options=chosen).get_batch(group).column(0)
+        if name not in readers:
+            chosen = pyarrow.ipc.IpcReadOptions(included_fields=[schema.names.index(name)])
+            readers[name] = pyarrow.ipc.open_file(held, options=chosen)
+        column = readers[name].get_batch(group).column(0)
         if column.type == "bool":
             column = column.cast("uint8")
         return column.to_numpy(zero_copy_only=False)

@@ -77,7 +77,7 @@ def find_dialect(head: bytes, whole: bool) -> Dialect | None:
     """
     encoding = encoding_of(head)
     text = codecs.getincrementaldecoder(encoding)("replace").decode(head)
-    lines = re.split(r"\r\n|\n|\r", text)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     if not whole and len(lines) > 1:
         lines.pop()
     # The first character of a comment may also be what separates empty cells.

@@ -60,12 +60,16 @@ def open_source(path: Path, limits: Limits) -> Source:
     if 0 in shape:
         raise UnreadableFile(path, f"holds no samples (shape {shape})")
     order = "F" if header.fortran else "C"
-    samples = along_time(np.memmap(path, header.dtype, "r", header.offset, shape, order))  # type: ignore[call-overload]
-    length, count = samples.shape
+
+    def mapped() -> np.ndarray:
+        # Anew for each part: what has been read of a map stays in memory as long as the map does.
+        return along_time(np.memmap(path, header.dtype, "r", header.offset, shape, order))  # type: ignore[call-overload]
+
+    length, count = mapped().shape
     names = ("",) if count == 1 else tuple(f"channel {i}" for i in range(count))
 
     def read(channels: list[int], first: int, last: int) -> np.ndarray:
-        part = samples[first:last]
+        part = mapped()[first:last]
         chosen = part if len(channels) == count else part[:, channels]
         return np.array(chosen, dtype=sample_type(header.dtype))
 

@@ -81,13 +81,14 @@ def open_source(path: Path, raw: RawLayout) -> Source:
             f"{raw.skip}",
             "Check dtype, channels and skip",
         )
-    samples = np.memmap(path, dtype, "r", raw.skip, (rows, raw.channels))
     count = int(raw.channels)
     names = ("",) if count == 1 else tuple(f"channel {i}" for i in range(count))
     no_rate = "Raw numbers carry no sampling rate"
 
     def read(channels: list[int], first: int, last: int) -> np.ndarray:
-        part = samples[first:last]
+        # A map of this part alone: what has been read of a map stays in memory as long as it does.
+        at = raw.skip + first * row
+        part = np.memmap(path, dtype, "r", at, (last - first, count))
         chosen = part if len(channels) == count else part[:, channels]
         return np.array(chosen, dtype=sample_type(dtype))
 

@@ -77,8 +77,10 @@ class Column:
             if not self._rows:
                 self._first = numbers[0]
             begin = self._first + self._rows
-            self.counts = self._first in (0.0, 1.0) and bool(
-                np.array_equal(numbers, begin + np.arange(len(numbers)))
+            # The first few tell nearly every column that does not count.
+            self.counts = self._first in (0.0, 1.0) and all(
+                np.array_equal(part, begin + np.arange(len(part)))
+                for part in (numbers[:3], numbers)
             )
         self._rows += len(cells)
 
