@@ -8,7 +8,7 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 
 from ..errors import UnreadableFile
-from ._arrays import along_time, bytes_of, unusable
+from ._arrays import bytes_of, unusable
 from ._limits import Limits
 from ._source import Signal, Source, sample_type
 
@@ -63,7 +63,11 @@ def open_source(path: Path, limits: Limits) -> Source:
 
     def mapped() -> np.ndarray:
         # Anew for each part: what has been read of a map stays in memory as long as the map does.
-        return along_time(np.memmap(path, header.dtype, "r", header.offset, shape, order))  # type: ignore[call-overload]
+        samples: np.ndarray = np.memmap(path, header.dtype, "r", header.offset, shape, order)  # type: ignore[call-overload]
+        if samples.ndim == 1:
+            return samples[:, np.newaxis]
+        # As its header says: of what is left of a file that is cut, either axis may be longer.
+        return samples if header.shape[0] >= header.shape[1] else samples.T
 
     length, count = mapped().shape
     names = ("",) if count == 1 else tuple(f"channel {i}" for i in range(count))

@@ -38,7 +38,7 @@ def open_source(path: Path, limits: Limits) -> Source:
             tdms = TdmsFile.open(file)
         size = path.stat().st_size
         status = tdms.file_status
-        truncated = _lacking(status)
+        truncated = _lacking(status) or _left_over(tdms, size)
         channels, layouts, signals, notes = [], [], [], []
         for group in tdms.groups():
             found = [channel for channel in group.channels() if len(channel)]
@@ -164,6 +164,15 @@ def _lacking(status: Any) -> str:
         return "its last segment was not closed" if status.incomplete_final_segment else ""
     path, (got, expected) = max(short.items(), key=lambda item: item[1][1] - item[1][0])
     return f"its last segment holds {got} of {expected} samples of {path}"
+
+
+def _left_over(tdms: Any, size: int) -> str:
+    """Whether bytes follow the last whole segment, which npTDMS passes over; by a private name."""
+    try:
+        rest = size - int(tdms._reader._segments[-1].next_segment_pos)
+    except (AttributeError, IndexError, TypeError):
+        return ""
+    return f"its last {rest} bytes are no whole segment" if rest > 0 else ""
 
 
 @contextmanager
