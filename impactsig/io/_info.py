@@ -78,7 +78,7 @@ class FileInfo:
 def info(
     path: str | PathLike[str], *, raw: RawLayout | None = None, limits: Limits = DEFAULT_LIMITS
 ) -> FileInfo:
-    """Say what a file holds; its samples are not read, except from text and LVM.
+    """Say what a file holds; its samples are not read, except from text, LVM and arrays of times.
 
     Parameters
     ----------

@@ -109,7 +109,8 @@ def read(
     """Read a recording from a file.
 
     The format is recognised by the content of the file, then by its extension: audio (WAV, FLAC,
-    OGG, AIFF, W64, RF64), NI TDMS, NI LVM, NumPy npy and npz, and text tables (CSV, TSV, TXT).
+    OGG, AIFF, W64, RF64), NI TDMS, NI LVM, HDF5, MATLAB (5 to 7.3), universal files (UFF 58),
+    Parquet, Feather, NumPy npy and npz, and text tables (CSV, TSV, TXT).
 
     Parameters
     ----------
@@ -121,7 +122,8 @@ def read(
         with the most samples (the first, if two have as many), and a warning names the others.
     start, stop : float, optional
         Read the samples with start <= time < stop [s], where time is that of the file's own time
-        column, if it has one. Only that part is read, except from text and LVM.
+        column, if it has one. Only that part is read, except from text, LVM and what is packed
+        as a whole (npz, MATLAB 5).
     scale, offset : float, optional
         Calibration: ``scale * samples + offset``. Samples of audio files run from -1 to 1.
     unit : str, optional
@@ -182,8 +184,10 @@ def read_blocks(
 ) -> Blocks:
     """Go through a recording in blocks; joined, they equal what `read` returns, bit for bit.
 
-    Memory is bounded by a block for audio, TDMS and npy files, of any size. Text, LVM and npz
-    files are read whole, once, and then cut.
+    Memory is bounded by a block for audio, TDMS, HDF5, MATLAB, binary UFF, npy and raw files of any
+    size, by a group of rows for Parquet and Feather, and by 16 MB of text and the column of times
+    for text tables. LVM files with a header, UFF written as text, npz and packed MATLAB 5 files
+    are read whole, once, and then cut.
 
     Parameters
     ----------
