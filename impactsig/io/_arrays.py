@@ -241,6 +241,21 @@ def source_of(
     )
 
 
+class _Times:
+    """An array of times [s], read in the parts that are asked for."""
+
+    def __init__(self, array: Array, factor: float) -> None:
+        self._array, self._factor = array, factor
+
+    def __len__(self) -> int:
+        return self._array.length
+
+    def __getitem__(self, part: slice) -> np.ndarray:
+        first, last, _ = part.indices(len(self))
+        times = self._array.read([0], first, last)[:, 0].astype(np.float64, copy=False)
+        return times * self._factor if self._factor != 1 else times
+
+
 def _short(array: Array) -> str:
     """The name of a channel without its folders and its unit."""
     return split_heading(array.place[-1])[0] if array.columns == 1 else ""
@@ -256,14 +271,10 @@ def _time_bases(arrays: list[Array], facts: Facts) -> dict[Place, tuple[TimeBase
         if factor is None and split_heading(array.place[-1])[1] == "":
             factor = time_factor(name, "")  # the unit of its folder is that of the others
         if factor is not None and array.columns == 1 and array.length > 1:
-            times = array.read([0], 0, array.length)[:, 0]
-            coarse = np.finfo(times.dtype).eps if times.dtype.kind == "f" else 0.0
-            times = times.astype(np.float64, copy=False)
-            resolution = float(coarse * np.max(np.abs(times), initial=0.0))
-            bases[array.place] = (
-                time_base(times * factor if factor != 1 else times, resolution * factor),
-                array.length,
-            )
+            times = _Times(array, factor)
+            coarse = np.finfo(array.dtype).eps if array.dtype.kind == "f" else 0.0
+            ends = np.abs([times[:1][0], times[array.length - 1 :][0]])
+            bases[array.place] = time_base(times, float(coarse * np.max(ends))), array.length
     return bases
 
 

@@ -52,6 +52,13 @@ def _headers(path: Path, archive: zipfile.ZipFile) -> dict[str, ArrayHeader]:
     for entry in archive.infolist():
         if not entry.filename.endswith(".npy"):
             continue
+        if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            raise UnreadableFile(
+                path,
+                f"{entry.filename} is packed in a way that NumPy does not use "
+                f"(number {entry.compress_type})",
+                "Write it with numpy.savez or savez_compressed",
+            )
         with archive.open(entry) as file:
             header = read_array_header(file)  # type: ignore[arg-type]
         if header.offset + header.bytes != entry.file_size and not header.dtype.hasobject:

@@ -17,6 +17,7 @@ from ._source import Signal, Source, sample_type
 from ._tdms_layout import layout
 from ._timebase import TimeBase, rate_of_step, time_base, time_factor
 
+_STEP = 1 << 18  # samples that are read and converted while they stay in the cache
 _EPOCH = np.datetime64("1904-01-01")  # what NI writes for "no time"
 
 
@@ -87,11 +88,12 @@ def open_source(path: Path, limits: Limits) -> Source:
         with _quiet():
             for column, index in enumerate(chosen):
                 known = layouts[index]
-                samples[:, column] = (
-                    channels[index][first : first + len(samples)]
-                    if known is None
-                    else known.read(file, first, first + len(samples))
-                )
+                if known is None:
+                    samples[:, column] = channels[index][first : first + len(samples)]
+                    continue
+                for at in range(0, len(samples), _STEP):
+                    part = samples[at : at + _STEP, column]
+                    part[:] = known.read(file, first + at, first + at + len(part))
         return samples
 
     return Source(

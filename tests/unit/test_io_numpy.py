@@ -170,3 +170,11 @@ def test_npz_cut_short_is_an_error(tmp_path):
     with pytest.raises(UnreadableFile, match="cannot be read as NumPy npz") as caught:
         io.read(path)
     assert isinstance(caught.value.__cause__, zipfile.BadZipFile)
+
+
+def test_npz_packed_otherwise_than_numpy_packs_is_refused(tmp_path):
+    np.save(tmp_path / "x.npy", X)
+    with zipfile.ZipFile(tmp_path / "a.npz", "w", zipfile.ZIP_LZMA) as archive:
+        archive.write(tmp_path / "x.npy", "x.npy")
+    with pytest.raises(UnreadableFile, match=r"x\.npy is packed in a way .* \(number 14\)"):
+        io.read(tmp_path / "a.npz", rate=1)

@@ -385,3 +385,26 @@ def test_what_pyarrow_takes_is_what_pandas_takes(tmp_path):
     )
     np.testing.assert_array_equal(arrow, [x, -x])
     np.testing.assert_array_equal(pandas, [x, -x])
+
+
+@pytest.mark.parametrize("steps", [1, 2, 7, 64, 1000])
+def test_times_are_judged_alike_in_pieces_of_any_size(monkeypatch, steps):
+    from impactsig.io import _timebase
+
+    rng = np.random.default_rng(17)
+    even = 3 + np.arange(500) / 64
+    missing, late, rounded = np.delete(even, 200), even.copy(), np.round(even, 2)
+    late[333] += 0.01
+    noisy, broken = even + rng.normal(0, 5e-4, 500), even.copy()
+    broken[64] = np.nan
+    cases = [(t, 0.0) for t in (even, missing, late, noisy, broken, even[::-1], even[:2], even[:1])]
+    cases.append((rounded, 0.01))
+
+    def judged():
+        return [repr(_timebase.time_base(*case)) for case in cases]
+
+    whole = judged()
+    monkeypatch.setattr(_timebase, "_NEAR", steps)
+    monkeypatch.setattr(_timebase, "_FAR", 3 * steps)
+    assert judged() == whole
+    assert sum("rate=64.0" in found for found in whole) == 3  # even, the first two, and rounded
