@@ -125,14 +125,22 @@ class Table:
         """Rows [first, last) of some columns: numbers, or text as objects."""
         low = max(0, int(np.searchsorted(self._starts, first, side="right")) - 1)
         high = max(low + 1, int(np.searchsorted(self._starts, last, side="left")))
-        parts: list[list[np.ndarray]] = [[] for _ in chosen]
-        for number in range(low, min(high, len(self._starts) - 1)):
+        high = min(high, len(self._starts) - 1)
+        found: list[np.ndarray] = []
+        for number in range(low, high):
             start = int(self._starts[number])
             cells = self._piece(number, False)
             rows = slice(max(0, first - start), min(last, int(self._starts[number + 1])) - start)
-            for part, index in zip(parts, chosen, strict=True):
-                part.append(self._as_numbers(cells[index][rows], index))
-        return [part[0] if len(part) == 1 else np.concatenate(part) for part in parts]
+            parts = [self._as_numbers(cells[index][rows], index) for index in chosen]
+            if high - low == 1:
+                return parts
+            # Filled piece by piece: of a long column there is but one copy.
+            kinds = [object if self.columns[index].text else np.float64 for index in chosen]
+            found = found or [np.empty(last - first, kind) for kind in kinds]
+            for whole, part in zip(found, parts, strict=True):
+                at = start + rows.start - first
+                whole[at : at + len(part)] = part
+        return found
 
     def _as_numbers(self, cells: np.ndarray, index: int) -> np.ndarray:
         if cells.dtype == object and not self.columns[index].text:

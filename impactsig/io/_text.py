@@ -143,7 +143,7 @@ def _clock(dialect: Dialect, table: Table, names: list[str], units: list[str]) -
 def _column_base(dialect: Dialect, table: Table, index: int, factor: float) -> TimeBase:
     texts = [dialect.number(text) for text in _last_cells(dialect, table, index)]
     (times,) = table.cells([index], 0, table.rows)
-    return time_base(times * factor, printed_resolution(texts) * factor)
+    return time_base(times if factor == 1 else times * factor, printed_resolution(texts) * factor)
 
 
 def _stamps(dialect: Dialect, table: Table, index: int) -> _Clock:
