@@ -175,7 +175,7 @@ def _reader(
         if index not in held:
             held.clear()
             count = int(starts[index + 1] - starts[index])
-            limits.check(path, count * 8)
+            limits.check(path, count * 8, at_once=True)
             column = groups.load(index, field.name)
             if len(column) != count:
                 raise UnreadableFile(

@@ -127,7 +127,7 @@ def check_size(path: Path, dataset: Any, limits: Limits) -> str:
             "It is cut short or corrupt",
         )
     if packed and (chunk := bytes_of(dataset.chunks, dtype)) > HARMLESS:
-        limits.check(path, chunk)
+        limits.check(path, chunk, at_once=True)
     return ""
 
 

@@ -38,20 +38,30 @@ class Limits:
             if finite_number(f"limits.{name}", value, "a positive number") <= 0:
                 raise InvalidInput(f"limits.{name}", value, "a positive number")
 
-    def check(self, path: Path, size: int) -> None:
+    def check(self, path: Path, size: int, *, at_once: bool = False) -> None:
         """Refuse to let a file grow to `size` bytes.
+
+        Parameters
+        ----------
+        path : pathlib.Path
+            The file.
+        size : int
+            Bytes that are about to be taken.
+        at_once : bool, optional
+            It is packed as a whole, so that to read less of it would help nothing.
 
         Raises
         ------
         UnreadableFile
             If that is more than the limits allow.
         """
-        least = "Choose a part with start and stop, go through it with read_blocks, or raise "
+        way = "Choose a part with start and stop, go through it with read_blocks, or raise "
+        way = "If you trust it, raise " if at_once else way
         if size > self.size:
             raise UnreadableFile(
                 path,
                 f"would grow to {size / 1e9:.3g} GB in memory (limit {self.size / 1e9:.3g} GB)",
-                f"{least}limits=Limits(size=...)",
+                f"{way}limits=Limits(size=...)",
             )
         packed = path.stat().st_size
         if size > max(HARMLESS, self.expansion * packed):
@@ -59,7 +69,7 @@ class Limits:
                 path,
                 f"would grow from {packed} bytes to {size / 1e9:.3g} GB in memory "
                 f"(limit {self.expansion:g} times its size)",
-                f"{least}limits=Limits(expansion=...), if you trust it",
+                f"{way}limits=Limits(expansion=...)",
             )
 
 

@@ -108,7 +108,7 @@ class _Store:
         """The bytes of a compressed variable, as many as it announces and no more."""
         if packed.start not in self._held:
             held = sum(len(other) for other in self._held.values())
-            self._limits.check(self._path, held + packed.unpacked)
+            self._limits.check(self._path, held + packed.unpacked, at_once=True)
             stream = zlib.decompressobj()
             raw = self._content[packed.start : packed.start + packed.size].data
             content = stream.decompress(raw, packed.unpacked)

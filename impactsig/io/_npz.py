@@ -34,7 +34,8 @@ def open_source(path: Path, limits: Limits) -> Source:
             reader = _reader(path, name)
             arrays.append(Array((name,), header.shape, header.dtype, reader))
     # Each may be loaded, and all of them are held.
-    limits.check(path, sum(headers[array.place[0]].bytes for array in arrays))
+    total = sum(headers[array.place[0]].bytes for array in arrays)
+    limits.check(path, total, at_once=True)
     return source_of(
         path,
         "NumPy npz",
