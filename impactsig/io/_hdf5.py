@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ._arrays import Array, Facts, Place, bytes_of, fact, source_of, unusable
+from ._hdf5_heaps import Heaps
 from ._hdf5_objects import attributes, check_size, members
 from ._limits import Limits
 from ._source import Source, sample_type
@@ -51,22 +52,22 @@ def _arrays(
     import h5py
 
     arrays: list[Array] = []
-    facts, notes = Facts(path), []
-    for name, value in attributes(file):
+    facts, notes, heaps = Facts(path), [], Heaps(path)
+    for name, value in attributes(file, heaps):
         facts.add((), name, value)
     for place, item, refused in members(path, file, matlab):
         shown = "/".join(place)
         if refused:
-            notes.append(f"{shown!r} is left out: it {refused}, which is never followed")
+            notes.append(f"{shown!r} is left out: it {refused}")
             continue
-        for name, value in attributes(item):
+        for name, value in attributes(item, heaps):
             facts.add(place, name, value)
         if not isinstance(item, h5py.Dataset):
             continue
         if item.shape is None:
             continue
         if item.size == 1 or _is_text(item):
-            _tell(facts, place, item)
+            _tell(facts, place, item, heaps)
         elif item.dtype.names and len(item.shape) == 1:
             if reason := check_size(path, item, limits):
                 notes.append(f"{shown!r} is left out: it {reason}")
@@ -76,6 +77,8 @@ def _arrays(
             notes.append(f"{shown!r} is left out: it {reason}")
         else:
             arrays.append(Array(place, item.shape, item.dtype, _reader(path, item, limits)))
+    if heaps.asked and heaps.doubt:
+        notes.append(f"units and names in HDF5 heaps are not read: these {heaps.doubt}")
     return arrays, facts, notes
 
 
@@ -87,13 +90,17 @@ def _not_numbers(dataset: Any) -> str:
 
 def _is_text(dataset: Any) -> bool:
     """Whether MATLAB wrote it as a text, which is an array of 16-bit codes in its file."""
-    told = dataset.attrs.get("MATLAB_class") if dataset.dtype.kind == "u" else None
-    return told == b"char"
+    if dataset.dtype.kind != "u" or "MATLAB_class" not in dataset.attrs:
+        return False
+    kind = dataset.attrs.get_id("MATLAB_class").dtype.kind  # MATLAB's own stand in no heap
+    return kind == "S" and dataset.attrs["MATLAB_class"] == b"char"
 
 
-def _tell(facts: Facts, place: Place, dataset: Any) -> None:
+def _tell(facts: Facts, place: Place, dataset: Any, heaps: Heaps) -> None:
     """Keep a single number, or a text, if it tells something of the arrays beside it."""
     if fact(place[-1]) is None or bytes_of(dataset.shape, dataset.dtype) > 4096:
+        return
+    if dataset.dtype.kind == "O" and heaps.doubt:
         return
     if _is_text(dataset):
         facts.add(place[:-1], place[-1], "".join(chr(code) for code in dataset[()].ravel()))

@@ -14,12 +14,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import UnreadableFile
-from ._arrays import Place, bytes_of
+from ._arrays import Place, bytes_of, fact
+from ._hdf5_heaps import Heaps
 from ._limits import DEFAULT_LIMITS, HARMLESS, Limits
 
 _MATLABS_OWN = ("#refs#", "#subsystem#")
 _DEEPEST, _MOST = 32, 10_000
-_LINKS = {1: "a soft link", 64: "an external link"}
+_LINKS = {
+    1: "a soft link, which is never followed",
+    64: "an external link, which is never followed",
+}
 _FILTERS = frozenset((1, 2, 3, 4, 5, 6, 32_000))  # deflate ... scale-offset, and h5py's lzf
 
 
@@ -65,7 +69,11 @@ def members(path: Path, file: Any, matlab: bool) -> Iterator[Member]:
                 seen.add(found.id)
                 if len(seen) > _MOST:
                     raise UnreadableFile(path, f"holds more than {_MOST} objects")
-                if isinstance(found, h5py.Group):
+                if matlab and "MATLAB_empty" in found.attrs:
+                    continue  # what stands there is its shape
+                if matlab and "MATLAB_sparse" in found.attrs:
+                    yield Member(here, None, "is sparse")
+                elif isinstance(found, h5py.Group):
                     yield Member(here, found)
                     pending.append((here, found))
                 elif refused := refused_storage(found):
@@ -91,9 +99,9 @@ def refused_storage(dataset: Any) -> str:
 
     plan = dataset.id.get_create_plist()
     if plan.get_layout() == h5py.h5d.VIRTUAL:
-        return "is a virtual dataset"
+        return "is a virtual dataset, which is never followed"
     if plan.get_external_count():
-        return "keeps its samples in another file (HDF5 external storage)"
+        return "keeps its samples in another file (HDF5 external storage), which is never opened"
     foreign = [plan.get_filter(i)[0] for i in range(plan.get_nfilters())]
     foreign = [number for number in foreign if number not in _FILTERS]
     if foreign:
@@ -131,11 +139,15 @@ def check_size(path: Path, dataset: Any, limits: Limits) -> str:
     return ""
 
 
-def attributes(item: Any) -> Iterator[tuple[str, Any]]:
-    """Small attributes of a group or dataset: numbers, texts and lists of texts."""
+def attributes(item: Any, heaps: Heaps) -> Iterator[tuple[str, Any]]:
+    """Small attributes of a group or dataset that tell something of samples."""
     for name in item.attrs:
+        if fact(name) is None:
+            continue
         kind = item.attrs.get_id(name)
         if np.prod(kind.shape, dtype=object) > 4096 or kind.dtype.kind not in "biufOS":
+            continue
+        if kind.dtype.kind == "O" and heaps.doubt:
             continue
         try:
             value = item.attrs[name]

@@ -244,3 +244,48 @@ def test_hdf5_needs_its_extra(path, monkeypatch):
     monkeypatch.setattr("impactsig.io.formats.import_module", absent)
     with pytest.raises(MissingExtra, match=r"HDF5.* needs h5py.*impactsig\[hdf5\]"):
         io.read(path)
+
+
+def with_a_heap_changed(path, at, value):
+    """A file whose unit is a text in a heap, of which 8 bytes at `at` are overwritten."""
+    with h5py.File(path, "w") as file:
+        file["x"] = X[:, 0]
+        file["x"].attrs.update({"unit": "N", "fs": 100.0})
+    content = bytearray(path.read_bytes())
+    heap = content.index(b"GCOL")
+    place = heap + 16  # its first object; the next is what is free of it
+    if at == "free":
+        place += 16 + 8
+    content[place + 8 : place + 16] = value.to_bytes(8, "little")
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize(("at", "size"), [("free", 0), ("first", 2**64 - 16), ("first", 2**63)])
+def test_a_heap_without_end_would_hang_hdf5_and_is_not_read(path, at, size):
+    # HDF5 2.0 does not come back from the free object of size 0.
+    with_a_heap_changed(path, at, size)
+    with pytest.warns(ImpactsigWarning, match="units and names .* not read: these have no end"):
+        rec = io.read(path)
+    assert (rec.rate, rec.unit) == (100.0, "")
+    np.testing.assert_array_equal(rec.samples, X[:, 0])
+
+
+def test_a_heap_in_order_is_read(path):
+    with_a_heap_changed(path, "first", 1)
+    assert io.read(path).unit == "N"
+
+
+def test_heaps_without_number_are_given_up(path, monkeypatch):
+    with_a_heap_changed(path, "first", 1)
+    path.write_bytes(path.read_bytes() + b"GCOL\x01\0\0\0" * 100)
+    assert io.read(path).unit == "N"
+    monkeypatch.setattr("impactsig.io._hdf5_heaps._MOST", 50)
+    with pytest.warns(ImpactsigWarning, match="these have no end"):
+        assert io.read(path).rate == 100.0
+
+
+def test_heaps_are_not_looked_for_in_what_is_too_large(path, monkeypatch):
+    with_a_heap_changed(path, "first", 1)
+    monkeypatch.setattr("impactsig.io._hdf5_heaps._LARGEST", 1000)
+    with pytest.warns(ImpactsigWarning, match="not looked for in more than"):
+        assert io.read(path).unit == ""
