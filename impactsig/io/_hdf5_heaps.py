@@ -8,12 +8,14 @@ byte hangs the process.
 from __future__ import annotations
 
 import struct
+import time
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import BinaryIO
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_HEAP = b"GCOL\x01"
+_HEAP = b"GCOL"
 _LARGEST = 1 << 30  # bytes that are searched for heaps
 _BLOCK = 1 << 24
 _MOST = 1_000_000  # objects; overlapping heaps could have any number
@@ -24,20 +26,24 @@ class Heaps:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._doubt: str | None = None
-
-    @property
-    def asked(self) -> bool:
-        """Whether a text was asked for."""
-        return self._doubt is not None
+        self.asked = False
 
     @property
     def doubt(self) -> str:
         """Why no text may be read from them; "" if any may."""
-        if self._doubt is None:
-            with self._path.open("rb") as file:
-                self._doubt = _doubt(file, self._path.stat().st_size)
-        return self._doubt
+        self.asked = True
+        status = self._path.stat()
+        state = self._path, status.st_size, status.st_mtime_ns, status.st_ino
+        # Of a file changed just now the time of change does not tell this state from the next.
+        settled = time.time_ns() - status.st_mtime_ns > 2_000_000_000
+        return _known(*state) if settled else _known.__wrapped__(*state)
+
+
+@lru_cache(64)
+def _known(path: Path, size: int, *_: int) -> str:
+    """What is known of a file as it is: a part is often read of a file that was read before."""
+    with path.open("rb") as file:
+        return _doubt(file, size)
 
 
 def _doubt(file: BinaryIO, size: int) -> str:

@@ -1,7 +1,8 @@
 """Files that were changed at random are read, or refused by name: no crash, no hang, no flood.
 
 Of each format so many mutants are read as IMPACTSIG_MUTANTS says, 300 by default; `-m slow` reads
-10 000. The counts are printed with ``-s``, or written to the file that IMPACTSIG_FUZZ_REPORT names.
+10 000. What once broke stands as a test of its own beside those of its format. The counts are
+printed with ``-s``, or written to the file that IMPACTSIG_FUZZ_REPORT names.
 """
 
 from __future__ import annotations

@@ -1,10 +1,13 @@
 """HDF5: parts read as parts, rates found beside the samples, nothing outside the file touched."""
 
+import os
+
 import numpy as np
 import pytest
 
 import impactsig.io as io
 from impactsig.errors import ImpactsigWarning, InvalidInput, UnreadableFile
+from impactsig.io import _hdf5_heaps
 
 h5py = pytest.importorskip("h5py")
 
@@ -279,13 +282,24 @@ def test_heaps_without_number_are_given_up(path, monkeypatch):
     with_a_heap_changed(path, "first", 1)
     path.write_bytes(path.read_bytes() + b"GCOL\x01\0\0\0" * 100)
     assert io.read(path).unit == "N"
-    monkeypatch.setattr("impactsig.io._hdf5_heaps._MOST", 50)
+    monkeypatch.setattr(_hdf5_heaps, "_MOST", 50)
     with pytest.warns(ImpactsigWarning, match="these have no end"):
         assert io.read(path).rate == 100.0
 
 
 def test_heaps_are_not_looked_for_in_what_is_too_large(path, monkeypatch):
     with_a_heap_changed(path, "first", 1)
-    monkeypatch.setattr("impactsig.io._hdf5_heaps._LARGEST", 1000)
+    monkeypatch.setattr(_hdf5_heaps, "_LARGEST", 1000)
     with pytest.warns(ImpactsigWarning, match="not looked for in more than"):
+        assert io.read(path).unit == ""
+
+
+def test_what_is_known_of_heaps_is_forgotten_when_the_file_changes(path):
+    with_a_heap_changed(path, "first", 1)
+    long_ago = path.stat().st_mtime - 1000
+    os.utime(path, (long_ago, long_ago))
+    assert io.read(path).unit == io.read(path).unit == "N"
+    with_a_heap_changed(path, "free", 0)
+    os.utime(path, (long_ago + 1, long_ago + 1))
+    with pytest.warns(ImpactsigWarning, match="these have no end"):
         assert io.read(path).unit == ""
