@@ -68,8 +68,8 @@ if TYPE_CHECKING:
         repair_intervals,
         return_map,
     )
-    from .io import info, read, read_blocks, read_many
     from .matching import Matching, match_impacts
+    from .io import Limits, RawLayout, info, read, read_blocks, read_many
     from .oscillators import (
         BaseMotion,
         Cantilever,
@@ -151,7 +151,6 @@ _HOME = {
     ),
     "recording": ("Recording",),
     "impacts": ("Impacts",),
-    "io": ("info", "read", "read_blocks", "read_many"),
     "control": (
         "OGY",
         "ControlledMotion",
@@ -161,6 +160,7 @@ _HOME = {
         "orbit_stability",
         "stability_chart",
     ),
+    "io": ("Limits", "RawLayout", "info", "read", "read_blocks", "read_many"),
     "detect": ("detect_impacts",),
     "identify": ("Resonance", "identify_resonance"),
     "dynamics": (),
@@ -299,6 +299,7 @@ __all__ = [
     "InvalidInput",
     "Join",
     "KelvinVoigt",
+    "Limits",
     "LoadCell",
     "LyapunovExponent",
     "LyapunovSpectrum",
@@ -317,6 +318,7 @@ __all__ = [
     "Periodicity",
     "PeriodicityChart",
     "PredictionError",
+    "RawLayout",
     "Recording",
     "RecurrencePlot",
     "RecurrenceQuantification",

@@ -35,18 +35,34 @@ def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
 
 def _holds_impacts(path: Path) -> bool:
     """Whether this is a table of impacts: written by `detect`, or of columns that impacts have."""
-    if path.suffix != ".csv":
-        return path.suffix == ".parquet"
     from .impacts import _PER_IMPACT
 
+    known = {"time", *_PER_IMPACT, "flags"}
+    if path.suffix == ".parquet":
+        return _is_parquet_of(path, known)
+    if path.suffix != ".csv":
+        return False
     try:
         with path.open(encoding="utf-8") as file:
             head = file.readline(10_000)
     except (OSError, UnicodeDecodeError):
         return False  # the reader of recordings says what is wrong
-    known = {"time", *_PER_IMPACT, "flags"}
     names = [name.strip() for name in head.split(",")]
     return head.startswith("# impactsig ") or ("time" in names and known.issuperset(names))
+
+
+def _is_parquet_of(path: Path, known: set[str]) -> bool:
+    """Whether a Parquet file says that it holds impacts, or has no columns but theirs."""
+    try:
+        from pyarrow import ArrowException, parquet
+    except ImportError:
+        return False  # the reader of recordings says what is missing, or wrong
+    try:
+        schema = parquet.read_schema(path)
+    except (OSError, ArrowException):
+        return False
+    told = b"impactsig" in (schema.metadata or {})
+    return told or ("time" in schema.names and known.issuperset(schema.names))
 
 
 def _tabulated(path: Path) -> Impacts:

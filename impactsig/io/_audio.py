@@ -9,8 +9,8 @@ import numpy as np
 
 from ..errors import UnreadableFile
 from ._audio_header import _CONVERT, ends_in_order, missing_bytes
+from ._limits import Limits
 from ._source import Signal, Source
-from .formats import SIZE_LIMIT
 
 _SINGLE = frozenset(("PCM_S8", "PCM_U8", "PCM_16", "FLOAT", "VORBIS", "OPUS"))
 _DOUBLE = frozenset(("PCM_24", "PCM_32", "DOUBLE"))
@@ -18,7 +18,7 @@ _COUNTABLE = 1 << 48  # more frames than this are no length but a sign that none
 _STEP = 1 << 20
 
 
-def open_source(path: Path) -> Source:
+def open_source(path: Path, limits: Limits) -> Source:
     """Open an audio file; see `impactsig.io.formats`."""
     import soundfile
 
@@ -44,13 +44,8 @@ def open_source(path: Path) -> Source:
         raise
 
     def read(channels: list[int], first: int, last: int) -> np.ndarray:
-        size = (last - first) * count * np.dtype(dtype).itemsize
-        if packed and size > SIZE_LIMIT:
-            raise UnreadableFile(
-                path,
-                f"would grow to {size / 1e9:.1f} GB in memory",
-                "Go through it with read_blocks, or choose a part with start and stop",
-            )
+        if packed:
+            limits.check(path, (last - first) * count * np.dtype(dtype).itemsize)
         try:
             if file.tell() != first:
                 file.seek(first)

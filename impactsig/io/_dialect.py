@@ -17,6 +17,7 @@ from ._units import split_heading, unit_cell
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.I)
 _COMMENT = re.compile(r"\s*(?:#|%|;|!|//)+\s?")
 _WAYS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (" ", "."), (" ", ","))
+_SAMPLES = (60, 12, 3)  # lines that are looked at, in turn
 _LEAST = 0.3  # share of numbers in a table
 
 
@@ -30,6 +31,7 @@ class Dialect(NamedTuple):
     skipped: int
     names: tuple[str, ...]
     units: tuple[str, ...]
+    columns: int
 
     def fields(self, line: str) -> list[str]:
         """The cells of a line."""
@@ -75,15 +77,20 @@ def find_dialect(head: bytes, whole: bool) -> Dialect | None:
     """
     encoding = encoding_of(head)
     text = codecs.getincrementaldecoder(encoding)("replace").decode(head)
-    lines = re.split(r"\r\n|\n|\r", text)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     if not whole and len(lines) > 1:
         lines.pop()
     # The first character of a comment may also be what separates empty cells.
-    bodies = [line for line in lines if line.strip() and not re.match(r"\s*[#%!]", line)]
+    bodies: list[str] = []
+    for line in reversed(lines):
+        if line.strip() and not re.match(r"\s*[#%!]", line):
+            bodies.insert(0, line)
+        if len(bodies) == 2 * _SAMPLES[0]:
+            break
     if not bodies:
         return None
     # Of a short file the second half, or less: headings may be longer than the data.
-    for most in (60, 12, 3):
+    for most in _SAMPLES:
         sample = bodies[-min(most, (len(bodies) + 1) // 2) :]
         score, delimiter, decimal, columns = max(
             (_score(sample, *way) for way in (*_WAYS, ("", "."), ("", ","))), key=lambda s: s[0]
@@ -148,7 +155,7 @@ def _with_headings(
         cells = split_line(line, delimiter)
         if _is_row(cells, columns, decimal):
             names, units = _headings(above, delimiter, columns)
-            return Dialect(encoding, delimiter, decimal, comment, skipped, names, units)
+            return Dialect(encoding, delimiter, decimal, comment, skipped, names, units, len(cells))
         if line.strip():
             above.append((False, line))
     return None

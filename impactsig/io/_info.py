@@ -7,6 +7,8 @@ from datetime import datetime
 from os import PathLike
 from pathlib import Path
 
+from ._limits import DEFAULT_LIMITS, Limits
+from ._raw import RawLayout
 from .formats import open_file
 
 
@@ -73,13 +75,17 @@ class FileInfo:
         return "\n".join(lines)
 
 
-def info(path: str | PathLike[str]) -> FileInfo:
-    """Say what a file holds; its samples are not read, except from text and LVM.
+def info(
+    path: str | PathLike[str], *, raw: RawLayout | None = None, limits: Limits = DEFAULT_LIMITS
+) -> FileInfo:
+    """Say what a file holds; its samples are not read, except from text, LVM and arrays of times.
 
     Parameters
     ----------
     path : path-like
         The file.
+    raw, limits
+        As in `read`.
 
     Returns
     -------
@@ -90,7 +96,7 @@ def info(path: str | PathLike[str]) -> FileInfo:
     UnreadableFile, MissingExtra
         As `read` does.
     """
-    source = open_file(path)
+    source = open_file(path, limits, raw)
     source.close()
     channels = tuple(ChannelInfo(s.name, s.unit, s.rate, s.length) for s in source.signals)
     return FileInfo(

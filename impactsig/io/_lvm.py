@@ -22,6 +22,7 @@ import numpy as np
 
 from ..errors import UnreadableFile
 from . import _text
+from ._limits import Limits
 from ._lvm_file import LvmColumn, LvmSegment, length_of, read_segments
 from ._source import Signal, Source, memory_reader
 from ._timebase import (
@@ -36,12 +37,12 @@ from ._units import is_unit
 from .formats import is_lvm
 
 
-def open_source(path: Path) -> Source:
+def open_source(path: Path, limits: Limits) -> Source:
     """Open an LVM file, with or without a header; see `impactsig.io.formats`."""
     with path.open("rb") as file:
         head = file.read(64)
     if not is_lvm(head):
-        return replace(_text.open_source(path), format="NI LVM")
+        return replace(_text.open_source(path, limits), format="NI LVM")
     segments = read_segments(path)
     notes: list[str] = []
     parts = [_signals(segment, index, notes) for index, segment in enumerate(segments)]

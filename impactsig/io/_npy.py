@@ -8,6 +8,8 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 
 from ..errors import UnreadableFile
+from ._arrays import bytes_of, unusable
+from ._limits import Limits
 from ._source import Signal, Source, sample_type
 
 NO_RATE = "A NumPy array carries no sampling rate"
@@ -23,21 +25,8 @@ class ArrayHeader(NamedTuple):
 
     @property
     def bytes(self) -> int:
-        """Size of the data; Python integers, so that no hostile shape overflows."""
-        size = self.dtype.itemsize
-        for extent in self.shape:
-            size *= extent
-        return size
-
-    def unusable(self) -> str:
-        """Why the array cannot be a recording; "" if it can."""
-        if self.dtype.hasobject:
-            return "holds Python objects, which are never unpickled"
-        if self.dtype.kind not in "biuf":
-            return f"holds {self.dtype}, not real numbers"
-        if len(self.shape) not in (1, 2):
-            return f"has {len(self.shape)} dimensions, not 1 or 2"
-        return ""
+        """Size of the data."""
+        return bytes_of(self.shape, self.dtype)
 
 
 def read_array_header(file: BinaryIO) -> ArrayHeader:
@@ -52,18 +41,11 @@ def read_array_header(file: BinaryIO) -> ArrayHeader:
     return ArrayHeader(shape, fortran, dtype, file.tell())
 
 
-def along_time(samples: np.ndarray) -> np.ndarray:
-    """The array as (n, channels): time runs along its longer axis."""
-    if samples.ndim == 1:
-        return samples[:, np.newaxis]
-    return samples if samples.shape[0] >= samples.shape[1] else samples.T
-
-
-def open_source(path: Path) -> Source:
+def open_source(path: Path, limits: Limits) -> Source:
     """Open an array of shape (n,), (n, channels) or (channels, n); see `impactsig.io.formats`."""
     with path.open("rb") as file:
         header = read_array_header(file)
-    if reason := header.unusable():
+    if reason := unusable(header.shape, header.dtype):
         raise UnreadableFile(
             path, reason, "Save an array of shape (n,) or (n, channels) of numbers"
         )
@@ -78,12 +60,20 @@ def open_source(path: Path) -> Source:
     if 0 in shape:
         raise UnreadableFile(path, f"holds no samples (shape {shape})")
     order = "F" if header.fortran else "C"
-    samples = along_time(np.memmap(path, header.dtype, "r", header.offset, shape, order))  # type: ignore[call-overload]
-    length, count = samples.shape
+
+    def mapped() -> np.ndarray:
+        # Anew for each part: what has been read of a map stays in memory as long as the map does.
+        samples: np.ndarray = np.memmap(path, header.dtype, "r", header.offset, shape, order)  # type: ignore[call-overload]
+        if samples.ndim == 1:
+            return samples[:, np.newaxis]
+        # As its header says: of what is left of a file that is cut, either axis may be longer.
+        return samples if header.shape[0] >= header.shape[1] else samples.T
+
+    length, count = mapped().shape
     names = ("",) if count == 1 else tuple(f"channel {i}" for i in range(count))
 
     def read(channels: list[int], first: int, last: int) -> np.ndarray:
-        part = samples[first:last]
+        part = mapped()[first:last]
         chosen = part if len(channels) == count else part[:, channels]
         return np.array(chosen, dtype=sample_type(header.dtype))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from os import PathLike
@@ -12,7 +13,7 @@ from typing import NamedTuple
 from ..errors import ImpactsigWarning, InvalidInput, UnreadableFile, finite_number
 from ..recording import Recording, Sensor, channel_index, check_calibration, sample_span
 from ._source import Signal, Source
-from .formats import guarded, open_file
+from .formats import guarded
 
 AUDIO_RATES = frozenset(
     (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000, 88200, 96000, 176400, 192000)
@@ -44,15 +45,17 @@ def prepare(
     unit: str | None,
     rate: float | None,
     sensor: Sensor | None,
+    opened: Callable[[], Source],
 ) -> tuple[Source, Plan]:
-    """Open the file and settle what is to be read of it."""
+    """Open the file, by calling `opened`, and settle what is to be read of it."""
     check_calibration(scale, offset)
     if rate is not None and finite_number("rate", rate, "a positive number [Hz]") <= 0:
         raise InvalidInput("rate", rate, "a positive number [Hz]")
     if sensor not in (None, "force", "sound"):
         raise InvalidInput("sensor", sensor, '"force" or "sound"')
-    source = open_file(path)
+    source = opened()
     try:
+        _tell(source, path)  # first: it may say why there is no such channel
         signals = source.signals
         if rate is not None:
             signals = tuple(replace(signal, rate=rate) for signal in signals)
@@ -71,7 +74,8 @@ def prepare(
         if sensor is None:
             sound = source.audio and unit is None and chosen.rate in AUDIO_RATES
             sensor = "sound" if sound else "force"
-        _tell(source, signals, channels if channel is None else None, path)
+        if channel is None:
+            _tell_of_others(signals, channels, path)
     except BaseException:
         source.close()
         raise
@@ -136,16 +140,19 @@ def _largest_set(signals: tuple[Signal, ...]) -> list[int]:
     return max(_sets(signals), key=lambda chosen: sum(signals[i].length for i in chosen))
 
 
-def _tell(
-    source: Source, signals: tuple[Signal, ...], loaded: list[int] | None, path: str | PathLike[str]
-) -> None:
-    """Warn of what the file lacks, and of the channels that are not among those loaded."""
-    tell = partial(warnings.warn, category=ImpactsigWarning, stacklevel=4)
+def _tell(source: Source, path: str | PathLike[str]) -> None:
+    """Warn of what the file lacks."""
     if source.truncated:
-        tell(f"{path}: cut short: {source.truncated}")
+        _warn(f"{path}: cut short: {source.truncated}")
     for note in source.notes:
-        tell(f"{path}: {note}")
-    if loaded is None or len(loaded) == len(signals):
+        _warn(f"{path}: {note}")
+
+
+def _tell_of_others(
+    signals: tuple[Signal, ...], loaded: list[int], path: str | PathLike[str]
+) -> None:
+    """Warn of the channels that are not among those loaded."""
+    if len(loaded) == len(signals):
         return
     left = [signal for index, signal in enumerate(signals) if index not in loaded]
     rates = ["unknown rate" if s.rate is None else f"{s.rate:g} Hz" for s in left]
@@ -154,7 +161,10 @@ def _tell(
         for signal, rate in list(zip(left, rates, strict=True))[:8]
     )
     more = f" and {len(left) - 8} more" if len(left) > 8 else ""
-    tell(
+    _warn(
         f"{path}: channels of another length, rate or time are left out: {listed}{more}. "
         f"Read one with channel={left[0].name!r}"
     )
+
+
+_warn = partial(warnings.warn, category=ImpactsigWarning, stacklevel=4)

@@ -12,14 +12,16 @@ from typing import Any
 import numpy as np
 
 from ..errors import UnreadableFile
+from ._limits import Limits
 from ._source import Signal, Source, sample_type
 from ._tdms_layout import layout
-from ._timebase import TimeBase, time_base, time_factor
+from ._timebase import TimeBase, rate_of_step, time_base, time_factor
 
+_STEP = 1 << 18  # samples that are read and converted while they stay in the cache
 _EPOCH = np.datetime64("1904-01-01")  # what NI writes for "no time"
 
 
-def open_source(path: Path) -> Source:
+def open_source(path: Path, limits: Limits) -> Source:
     """Open a TDMS file; see `impactsig.io.formats`.
 
     The rate is that of the waveform (`wf_increment`); a channel without one takes it from a
@@ -37,7 +39,7 @@ def open_source(path: Path) -> Source:
             tdms = TdmsFile.open(file)
         size = path.stat().st_size
         status = tdms.file_status
-        truncated = _lacking(status)
+        truncated = _lacking(status) or _left_over(tdms, size)
         channels, layouts, signals, notes = [], [], [], []
         for group in tdms.groups():
             found = [channel for channel in group.channels() if len(channel)]
@@ -86,11 +88,12 @@ def open_source(path: Path) -> Source:
         with _quiet():
             for column, index in enumerate(chosen):
                 known = layouts[index]
-                samples[:, column] = (
-                    channels[index][first : first + len(samples)]
-                    if known is None
-                    else known.read(file, first, first + len(samples))
-                )
+                if known is None:
+                    samples[:, column] = channels[index][first : first + len(samples)]
+                    continue
+                for at in range(0, len(samples), _STEP):
+                    part = samples[at : at + _STEP, column]
+                    part[:] = known.read(file, first + at, first + at + len(part))
         return samples
 
     return Source(
@@ -130,11 +133,7 @@ def _base(channel: Any, times: list[Any]) -> TimeBase:
             start = float(properties.get("wf_start_offset") or 0.0)
         except (TypeError, ValueError):
             start = 0.0
-        rate = 1 / (increment * (time_factor("t", axis) or 1.0))
-        # 1 / 0.00002 is not quite 50 000.
-        whole = round(rate)
-        exact = abs(rate - whole) <= 4 * np.spacing(rate)
-        return TimeBase(float(whole) if exact else rate, start)
+        return TimeBase(rate_of_step(increment * (time_factor("t", axis) or 1.0)), start)
     for other in times:
         if len(other) == len(channel):
             values = other[:]
@@ -167,6 +166,15 @@ def _lacking(status: Any) -> str:
         return "its last segment was not closed" if status.incomplete_final_segment else ""
     path, (got, expected) = max(short.items(), key=lambda item: item[1][1] - item[1][0])
     return f"its last segment holds {got} of {expected} samples of {path}"
+
+
+def _left_over(tdms: Any, size: int) -> str:
+    """Whether bytes follow the last whole segment, which npTDMS passes over; by a private name."""
+    try:
+        rest = size - int(tdms._reader._segments[-1].next_segment_pos)
+    except (AttributeError, IndexError, TypeError):
+        return ""
+    return f"its last {rest} bytes are no whole segment" if rest > 0 else ""
 
 
 @contextmanager

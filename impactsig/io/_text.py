@@ -11,11 +11,11 @@ import numpy as np
 
 from ..errors import UnreadableFile
 from ._dialect import Dialect, find_dialect
-from ._source import Signal, Source, memory_reader
-from ._table import Table, filled, numbers_in, read_table
+from ._limits import Limits
+from ._source import Signal, Source
+from ._table import HEAD, Column, Table
 from ._timebase import TimeBase, printed_resolution, time_base, time_factor
 
-_HEAD = 1 << 17
 _COUNTERS = frozenset(("index", "sample", "samples", "n", "no", "nr", "i", "k", "row", ""))
 _DATES = frozenset(("date", "datetime", "date time", "date/time", "datum"))
 _NO_TIME = "The file has no column of times"
@@ -29,7 +29,7 @@ class _Clock(NamedTuple):
     recorded_at: datetime | None = None
 
 
-def open_source(path: Path) -> Source:
+def open_source(path: Path, limits: Limits) -> Source:
     """Open a table of numbers; see `impactsig.io.formats`.
 
     The column of times is the one named as such, or the first of several if none has a name and
@@ -37,7 +37,7 @@ def open_source(path: Path) -> Source:
     counts its rows gives no rate.
     """
     with path.open("rb") as file:
-        head = file.read(_HEAD)
+        head = file.read(HEAD)
         whole = not file.read(1)
     dialect = find_dialect(head, whole)
     if dialect is None:
@@ -46,7 +46,7 @@ def open_source(path: Path) -> Source:
             "holds no rows of numbers",
             "Expected columns of numbers, with or without headings above them",
         )
-    table = read_table(path, dialect)
+    table = Table(path, dialect)
     width = len(table.columns)
     notes = []
     if len(dialect.names) > width:
@@ -56,15 +56,15 @@ def open_source(path: Path) -> Source:
         )
     names = list(dialect.names) or [""] * width
     units = list(dialect.units) or [""] * width
-    _refuse_stray_text(path, dialect, table, names)
+    _refuse_stray_text(path, table, names)
     clock = _clock(dialect, table, names, units)
     kept = []
     for index, column in enumerate(table.columns):
         if index == clock.column or _is_counter(column, index, names[index], width):
             continue
-        if column.dtype == object:
+        if column.text:
             notes.append(f"column {names[index] or index} holds text and is left out")
-        elif not np.isnan(column).all():  # as is what stands after a trailing delimiter
+        elif column.filled:  # unlike what stands after a trailing delimiter
             kept.append(index)
     if not kept:
         raise UnreadableFile(path, "; ".join(notes) or "holds no column of samples")
@@ -76,7 +76,7 @@ def open_source(path: Path) -> Source:
             names[index],
             units[index],
             base.rate,
-            filled(table.columns[index]),
+            table.columns[index].filled,
             base.start,
             recorded_at=clock.recorded_at,
             no_rate=base.problem,
@@ -86,38 +86,41 @@ def open_source(path: Path) -> Source:
     longest = max(signal.length for signal in signals)
     if longest < table.rows:
         notes.append(f"its samples end after {longest} of {table.rows} rows")
+
+    def read(channels: list[int], first: int, last: int) -> np.ndarray:
+        cells = table.cells([kept[channel] for channel in channels], first, last)
+        return cells[0][:, np.newaxis] if len(cells) == 1 else np.column_stack(cells)
+
     return Source(
         format="text",
         signals=signals,
-        read=memory_reader([table.columns[index] for index in kept]),
-        in_memory=True,
+        read=read,
+        in_memory=table.in_memory,
         truncated=table.truncated,
         notes=(*notes, base.doubt) if base.doubt else tuple(notes),
     )
 
 
-def _refuse_stray_text(path: Path, dialect: Dialect, table: Table, names: list[str]) -> None:
+def _refuse_stray_text(path: Path, table: Table, names: list[str]) -> None:
     """Raise if a column is numbers but for a few cells: leaving it out would lose a channel."""
     for index, column in enumerate(table.columns):
-        if column.dtype != object:
-            continue
-        _, stray = numbers_in(column, dialect)
-        if len(stray) * 2 < len(column):
+        if column.text and column.strays * 2 < table.rows:
+            cell, row = column.stray
             raise UnreadableFile(
                 path,
-                f"column {names[index] or index} holds text in {len(stray)} of {len(column)} rows, "
-                f"first {column[stray[0]]!r} in row {stray[0]} of the data",
+                f"column {names[index] or index} holds text in {column.strays} of {table.rows} "
+                f"rows, first {cell!r} in row {row} of the data",
                 "Remove those lines, or mark them as comments with #",
             )
 
 
 def _clock(dialect: Dialect, table: Table, names: list[str], units: list[str]) -> _Clock:
     """Find the column of times, and what follows from it."""
-    numeric = [i for i, column in enumerate(table.columns) if column.dtype != object]
+    numeric = [i for i, column in enumerate(table.columns) if not column.text]
     for index, column in enumerate(table.columns):
         factor = time_factor(names[index], units[index]) if names[index] else None
         dated = names[index].lower() in _DATES or (not dialect.names and index == 0)
-        if column.dtype == object and (factor is not None or dated):
+        if column.text and (factor is not None or dated):
             return _stamps(dialect, table, index)
         if factor is not None:
             return _Clock(_column_base(dialect, table, index, factor), index)
@@ -127,7 +130,7 @@ def _clock(dialect: Dialect, table: Table, names: list[str], units: list[str]) -
     if len(numeric) < 2:
         return _Clock(TimeBase(None, 0.0, f"{_NO_TIME}: it has one column of numbers"), -1)
     first = numeric[0]
-    if _counts(table.columns[first]):
+    if table.columns[first].counts:
         problem = f"{_NO_TIME}: its first column only counts the rows"
         return _Clock(TimeBase(None, 0.0, problem), first)
     base = _column_base(dialect, table, first, 1.0)
@@ -139,14 +142,16 @@ def _clock(dialect: Dialect, table: Table, names: list[str], units: list[str]) -
 
 def _column_base(dialect: Dialect, table: Table, index: int, factor: float) -> TimeBase:
     texts = [dialect.number(text) for text in _last_cells(dialect, table, index)]
-    return time_base(table.columns[index] * factor, printed_resolution(texts) * factor)
+    (times,) = table.cells([index], 0, table.rows)
+    return time_base(times if factor == 1 else times * factor, printed_resolution(texts) * factor)
 
 
 def _stamps(dialect: Dialect, table: Table, index: int) -> _Clock:
     """Time base of ISO dates or times of day."""
     import pandas as pd
 
-    texts = pd.Series(table.columns[index]).str.replace(",", ".", regex=False)
+    (cells,) = table.cells([index], 0, table.rows)
+    texts = pd.Series(cells).str.replace(",", ".", regex=False)
     moments: Any
     try:
         moments = pd.to_datetime(texts, format="ISO8601")
@@ -155,7 +160,7 @@ def _stamps(dialect: Dialect, table: Table, index: int) -> _Clock:
         try:
             moments, begin = pd.to_timedelta(texts), None
         except (ValueError, TypeError):
-            shown = table.columns[index][0]
+            shown = cells[0]
             problem = f"The time column holds text that is no ISO date or time, such as {shown!r}"
             return _Clock(TimeBase(None, 0.0, problem), index)
     seconds = (moments - moments.iloc[0]).dt.total_seconds().to_numpy(dtype=np.float64)
@@ -172,13 +177,6 @@ def _last_cells(dialect: Dialect, table: Table, index: int) -> list[str]:
     return [row[index] for row in rows if len(row) > index]
 
 
-def _counts(column: np.ndarray) -> bool:
-    """Whether a column is 0, 1, 2, ... or 1, 2, 3, ..."""
-    if column.dtype == object or not len(column) or column[0] not in (0.0, 1.0):
-        return False
-    return bool(np.array_equal(column, column[0] + np.arange(len(column))))
-
-
-def _is_counter(column: np.ndarray, index: int, name: str, width: int) -> bool:
+def _is_counter(column: Column, index: int, name: str, width: int) -> bool:
     plain = name.strip().lower().strip("#. ")
-    return index == 0 and width > 1 and plain in _COUNTERS and _counts(column)
+    return index == 0 and width > 1 and plain in _COUNTERS and column.counts

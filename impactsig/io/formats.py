@@ -2,15 +2,16 @@
 
 To add a format, write one file with a function
 
-    ``open_source(path: pathlib.Path) -> Source``
+    ``open_source(path: pathlib.Path, limits: Limits) -> Source``
 
 and add one `Format` to `FORMATS`. The contract of that function (see `Source`, `Signal`):
 
 - It reads headers and metadata only, where the format allows; samples are read by `Source.read`,
   which touches no more than it is asked for.
-- It checks every size that the file declares against the size of the file, or against
-  `SIZE_LIMIT` if the samples are compressed, before it allocates.
-- It never unpickles, evaluates or runs anything from the file.
+- It checks every size that the file declares against the size of the file, or by `Limits.check`
+  if the samples are compressed or only announced, before it allocates.
+- It never unpickles, evaluates or runs anything from the file, nor does it open another file that
+  this one names.
 - A signal whose rate the file does not tell has ``rate=None`` and says why in `no_rate`; a file
   that ends early is opened as far as it goes, and says so in `truncated`.
 - It raises `UnreadableFile` where it knows what is wrong. Any other exception, from it or from
@@ -29,10 +30,9 @@ from os import PathLike
 from pathlib import Path
 
 from ..errors import ImpactsigError, InvalidInput, MissingExtra, UnreadableFile
+from ._limits import DEFAULT_LIMITS, Limits
+from ._raw import RawLayout
 from ._source import Source
-
-SIZE_LIMIT = 2 << 30
-"""Bytes that a compressed file may grow to in memory; the same content in blocks has no limit."""
 
 _HEAD = 4096
 
@@ -76,10 +76,28 @@ def _is_tdms(head: bytes) -> bool:
     return head[:4] in (b"TDSm", b"TDSh")
 
 
+def _is_hdf5(head: bytes) -> bool:
+    # Behind a block of the user's, as in MATLAB 7.3, of 512 bytes or a power of two more.
+    return any(head[at : at + 8] == b"\x89HDF\r\n\x1a\n" for at in (0, 512, 1024, 2048))
+
+
 def _is_npz(head: bytes) -> bool:
     # A zip archive of which the first member is an array; other archives have other names.
     length = int.from_bytes(head[26:28], "little")
     return head[:4] == b"PK\x03\x04" and head[30 : 30 + length].endswith(b".npy")
+
+
+def _is_mat5(head: bytes) -> bool:
+    return head[124:128] in (b"\x00\x01IM", b"\x01\x00MI")  # version 1 in either byte order
+
+
+def _is_uff(head: bytes) -> bool:
+    # A line of -1 and the number of a dataset, each in its columns.
+    return re.match(rb"    -1 *\r?\n(?= {0,5}\d{1,6})[ \d]{6}[b \r\n]", head) is not None
+
+
+def _is_arrow(head: bytes) -> bool:
+    return head[:4] in (b"PAR1", b"FEA1") or head[:6] == b"ARROW1"
 
 
 def is_lvm(head: bytes) -> bool:
@@ -106,10 +124,24 @@ FORMATS: tuple[Format, ...] = (
     Format("NI TDMS", (".tdms",), _is_tdms, "_tdms", "nptdms", "daq"),
     Format("NumPy npy", (".npy",), lambda head: head[:6] == b"\x93NUMPY", "_npy"),
     Format("NumPy npz", (".npz",), _is_npz, "_npz"),
+    Format("HDF5", (".h5", ".hdf5", ".hdf", ".he5"), _is_hdf5, "_hdf5", "h5py", "hdf5"),
+    Format("MATLAB 5", (".mat",), _is_mat5, "_mat5"),
+    Format(
+        "Parquet or Feather",
+        (".parquet", ".feather", ".arrow"),
+        _is_arrow,
+        "_arrow",
+        "pyarrow",
+        "parquet",
+    ),
     Format("NI LVM", (".lvm",), is_lvm, "_lvm"),
+    Format("UFF 58", (".uff", ".unv"), _is_uff, "_uff"),
     # Last, because many formats are text: those have sniffers of their own further up.
     Format("text (CSV, TSV, TXT)", (".csv", ".tsv", ".txt", ".dat", ".asc"), _is_text, "_text"),
 )
+
+
+RAW = Format("raw binary", (), lambda head: False, "_raw")
 
 
 def recognise(path: Path) -> Format:
@@ -123,22 +155,10 @@ def recognise(path: Path) -> Format:
     UnreadableFile
         If there is no such file, it is a folder or empty, or its format is not known.
     """
-    try:
-        if path.is_dir():
-            raise UnreadableFile(path, "is a folder", "Give the path of a file in it")
-        if path.exists() and not path.is_file():
-            raise UnreadableFile(path, "is not a regular file")
-        with path.open("rb") as file:
-            head = file.read(_HEAD)
-    except FileNotFoundError as error:
-        raise UnreadableFile(path, "no such file", "Check the path") from error
-    except (OSError, ValueError) as error:
-        if isinstance(error, ImpactsigError):
-            raise
-        reason = getattr(error, "strerror", None) or str(error)
-        raise UnreadableFile(path, f"cannot be opened ({reason})") from error
-    if not head:
-        raise UnreadableFile(path, "is empty (0 bytes)")
+    return _recognised(path, _first_bytes(path))
+
+
+def _recognised(path: Path, head: bytes) -> Format:
     named = next((f for f in FORMATS if path.suffix.lower() in f.extensions), None)
     found = next((f for f in FORMATS if f.sniff(head)), None)
     if found is not None:
@@ -155,8 +175,31 @@ def recognise(path: Path) -> Format:
     raise UnreadableFile(path, f"is of no known format ({begins})", f"Known formats: {known}")
 
 
-def open_file(path: str | PathLike[str]) -> Source:
-    """Open a file with the reader of its format.
+def _first_bytes(path: Path) -> bytes:
+    """The beginning of a file that can be read and is not empty."""
+    try:
+        if path.is_dir():
+            raise UnreadableFile(path, "is a folder", "Give the path of a file in it")
+        if path.exists() and not path.is_file():
+            raise UnreadableFile(path, "is not a regular file")
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except FileNotFoundError as error:
+        raise UnreadableFile(path, "no such file", "Check the path") from error
+    except (OSError, ValueError) as error:
+        if isinstance(error, ImpactsigError):
+            raise
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UnreadableFile(path, f"cannot be opened ({reason})") from error
+    if not head:
+        raise UnreadableFile(path, "is empty (0 bytes)")
+    return head
+
+
+def open_file(
+    path: str | PathLike[str], limits: Limits = DEFAULT_LIMITS, raw: RawLayout | None = None
+) -> Source:
+    """Open a file with the reader of its format, or as numbers without a header.
 
     Raises
     ------
@@ -171,14 +214,16 @@ def open_file(path: str | PathLike[str]) -> Source:
         path = Path(path)
     except TypeError:
         raise InvalidInput("path", path, "a path as text or pathlib.Path") from None
-    found = recognise(path)
+    head = _first_bytes(path)
+    found = _recognised(path, head) if raw is None else RAW
     if found.library:
         try:
             import_module(found.library)
         except ImportError as error:
             raise MissingExtra(found.library, found.extra, f"Reading {found.name}") from error
     with guarded(path, found.name):
-        source = import_module(f".{found.module}", __package__).open_source(path)
+        module = import_module(f".{found.module}", __package__)
+        source = module.open_source(path, limits if raw is None else raw)
         if not source.signals:
             raise UnreadableFile(path, f"holds no signal that {found.name} could give")
         return source

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import partial
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 
 from ..errors import InvalidInput
 from ..recording import Recording, Sensor
+from ._limits import DEFAULT_LIMITS, Limits
 from ._plan import Plan, prepare, recording
+from ._raw import RawLayout
 from ._source import Source
 from .formats import open_file
 
@@ -56,7 +58,7 @@ class Blocks:
     source: str
     recorded_at: datetime | None
     truncated: bool
-    _file: Path | Source = field(repr=False)
+    _opened: Callable[[], Source] = field(repr=False)
     _plan: Plan = field(repr=False)
 
     @property
@@ -70,7 +72,7 @@ class Blocks:
         return self.start + self.duration
 
     def __iter__(self) -> Iterator[Recording]:
-        source = open_file(self._file) if isinstance(self._file, Path) else self._file
+        source = self._opened()
         try:
             for first in range(self._plan.first, self._plan.last, self.block_size):
                 last = min(first + self.block_size, self._plan.last)
@@ -100,11 +102,15 @@ def read(
     unit: str | None = None,
     rate: float | None = None,
     sensor: Sensor | None = None,
+    *,
+    raw: RawLayout | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Recording:
     """Read a recording from a file.
 
     The format is recognised by the content of the file, then by its extension: audio (WAV, FLAC,
-    OGG, AIFF, W64, RF64), NI TDMS, NI LVM, NumPy npy and npz, and text tables (CSV, TSV, TXT).
+    OGG, AIFF, W64, RF64), NI TDMS, NI LVM, HDF5, MATLAB (5 to 7.3), universal files (UFF 58),
+    Parquet, Feather, NumPy npy and npz, and text tables (CSV, TSV, TXT).
 
     Parameters
     ----------
@@ -116,7 +122,8 @@ def read(
         with the most samples (the first, if two have as many), and a warning names the others.
     start, stop : float, optional
         Read the samples with start <= time < stop [s], where time is that of the file's own time
-        column, if it has one. Only that part is read, except from text and LVM.
+        column, if it has one. Only that part is read, except from text, LVM and what is packed
+        as a whole (npz, MATLAB 5).
     scale, offset : float, optional
         Calibration: ``scale * samples + offset``. Samples of audio files run from -1 to 1.
     unit : str, optional
@@ -127,6 +134,10 @@ def read(
         How impacts are looked for later. By default an audio file at a usual audio rate (8, 11.025,
         12, 16, 22.05, 24, 32, 44.1, 48, 88.2, 96, 176.4 or 192 kHz) is "sound" unless `unit` is
         given, and everything else is "force".
+    raw : RawLayout, optional
+        Take the file for numbers without a header, laid out like this; needs `rate`.
+    limits : Limits, optional
+        What a packed file may grow to in memory: 2 GiB, and 200 times its size, unless raised.
 
     Returns
     -------
@@ -148,7 +159,8 @@ def read(
     ImpactsigWarning
         If channels are left out, the file is cut short, or its header contradicts its data.
     """
-    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor)
+    opened = partial(open_file, path, limits, raw)
+    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor, opened)
     try:
         return recording(source, plan, plan.first, plan.last, str(path))
     finally:
@@ -166,11 +178,16 @@ def read_blocks(
     unit: str | None = None,
     rate: float | None = None,
     sensor: Sensor | None = None,
+    *,
+    raw: RawLayout | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Blocks:
     """Go through a recording in blocks; joined, they equal what `read` returns, bit for bit.
 
-    Memory is bounded by a block for audio, TDMS and npy files, of any size. Text, LVM and npz
-    files are read whole, once, and then cut.
+    Memory is bounded by a block for audio, TDMS, HDF5, MATLAB, binary UFF, npy and raw files of any
+    size, by a group of rows for Parquet and Feather, and by 16 MB of text and the column of times
+    for text tables. LVM files with a header, UFF written as text, npz and packed MATLAB 5 files
+    are read whole, once, and then cut.
 
     Parameters
     ----------
@@ -178,7 +195,7 @@ def read_blocks(
         The file.
     seconds : float, optional
         Length of a block [s]; at least one sample.
-    channel, start, stop, scale, offset, unit, rate, sensor
+    channel, start, stop, scale, offset, unit, rate, sensor, raw, limits
         As in `read`.
 
     Returns
@@ -193,7 +210,8 @@ def read_blocks(
     """
     if not (np.isfinite(seconds) and seconds > 0):
         raise InvalidInput("seconds", seconds, "a positive time [s]")
-    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor)
+    opened = partial(open_file, path, limits, raw)
+    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor, opened)
     signals = [source.signals[index] for index in plan.channels]
     if not source.in_memory:
         source.close()
@@ -208,6 +226,6 @@ def read_blocks(
         source=str(path),
         recorded_at=signals[0].recorded_at,
         truncated=bool(source.truncated),
-        _file=source if source.in_memory else Path(path),
+        _opened=(lambda: source) if source.in_memory else opened,
         _plan=plan,
     )

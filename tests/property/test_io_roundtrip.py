@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-import soundfile
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import impactsig.io as io
+
+from ..files import WRITERS
 
 RATE = 1000
 COUNT = 777
@@ -17,63 +18,9 @@ quick = settings(
 )
 
 
-def _audio(container, codec, ending):
-    def write(folder):
-        path = folder / f"a{ending}"
-        soundfile.write(str(path), X, RATE, format=container, subtype=codec)
-        return path, {}
-
-    return write
-
-
-def _npy(folder):
-    np.save(folder / "a.npy", X)
-    return folder / "a.npy", {"rate": RATE}
-
-
-def _npz(folder):
-    np.savez(folder / "a.npz", a=X[:, 0], b=X[:, 1], rate=RATE)
-    return folder / "a.npz", {}
-
-
-def _csv(folder):
-    rows = (f"{i / RATE:.3f},{a},{b}" for i, (a, b) in enumerate(X))
-    (folder / "a.csv").write_text("time,a,b\n" + "\n".join(rows))
-    return folder / "a.csv", {}
-
-
-def _lvm(folder):
-    rows = (f"{i / RATE:.6f}\t{a}\t{b}" for i, (a, b) in enumerate(X))
-    (folder / "a.lvm").write_text("\n".join(rows) + "\n")
-    return folder / "a.lvm", {}
-
-
-def _tdms(folder):
-    nptdms = pytest.importorskip("nptdms")
-    properties = {"wf_increment": 1 / RATE}
-    with nptdms.TdmsWriter(str(folder / "a.tdms")) as file:
-        for part in (X[:300], X[300:301], X[301:]):
-            file.write_segment(
-                [nptdms.ChannelObject("g", n, part[:, i], properties) for i, n in enumerate("ab")]
-            )
-    return folder / "a.tdms", {}
-
-
-WRITERS = {
-    "wav": _audio("WAV", "PCM_16", ".wav"),
-    "flac": _audio("FLAC", "PCM_16", ".flac"),
-    "vorbis": _audio("OGG", "VORBIS", ".ogg"),
-    "npy": _npy,
-    "npz": _npz,
-    "csv": _csv,
-    "lvm": _lvm,
-    "tdms": _tdms,
-}
-
-
 @pytest.fixture(scope="module", params=WRITERS)
 def file(request, tmp_path_factory):
-    return WRITERS[request.param](tmp_path_factory.mktemp(request.param))
+    return WRITERS[request.param](tmp_path_factory.mktemp("file"), X, RATE)
 
 
 @quick

@@ -172,10 +172,10 @@ def test_a_file_without_samples_is_an_error(tmp_path):
         io.read(path)
 
 
-def test_what_would_not_fit_in_memory_is_offered_in_blocks(tmp_path, monkeypatch):
+def test_what_would_not_fit_in_memory_is_offered_in_blocks(tmp_path):
     path = write(tmp_path / "a.flac", "FLAC")
-    monkeypatch.setattr("impactsig.io._audio.SIZE_LIMIT", 10_000)
+    tight = io.Limits(size=10_000)
     with pytest.raises(UnreadableFile, match="read_blocks"):
-        io.read(path)
-    joined = np.concatenate([block.samples for block in io.read_blocks(path, 0.005)])
+        io.read(path, limits=tight)
+    joined = np.concatenate([b.samples for b in io.read_blocks(path, 0.005, limits=tight)])
     np.testing.assert_array_equal(joined, COUNTS / 32768)

@@ -143,11 +143,14 @@ def test_npz_without_a_rate_or_with_an_impossible_one(tmp_path):
         io.read(tmp_path / "b.npz")
 
 
-def test_npz_that_would_grow_beyond_the_limit(tmp_path, monkeypatch):
-    np.savez_compressed(tmp_path / "a.npz", x=np.zeros(100_000), rate=1.0)
-    monkeypatch.setattr("impactsig.io._npz.SIZE_LIMIT", 700_000)
-    with pytest.raises(UnreadableFile, match="would grow to"):
-        io.read(tmp_path / "a.npz")
+def test_npz_that_would_grow_beyond_the_limits(tmp_path):
+    path = tmp_path / "a.npz"
+    np.savez_compressed(path, x=np.zeros(9 << 20), rate=1.0)  # 72 MiB, packed a thousandfold
+    with pytest.raises(UnreadableFile, match=r"limit 200 times its size.*expansion="):
+        io.read(path)
+    assert not io.read(path, limits=io.Limits(expansion=2000)).samples.any()
+    with pytest.raises(UnreadableFile, match=r"would grow to 0\.0755 GB.*limit 0\.07 GB.*size="):
+        io.read(path, limits=io.Limits(size=70_000_000, expansion=2000))
 
 
 def test_npz_whose_array_header_lies_is_refused_before_it_is_allocated(tmp_path):
@@ -167,3 +170,11 @@ def test_npz_cut_short_is_an_error(tmp_path):
     with pytest.raises(UnreadableFile, match="cannot be read as NumPy npz") as caught:
         io.read(path)
     assert isinstance(caught.value.__cause__, zipfile.BadZipFile)
+
+
+def test_npz_packed_otherwise_than_numpy_packs_is_refused(tmp_path):
+    np.save(tmp_path / "x.npy", X)
+    with zipfile.ZipFile(tmp_path / "a.npz", "w", zipfile.ZIP_LZMA) as archive:
+        archive.write(tmp_path / "x.npy", "x.npy")
+    with pytest.raises(UnreadableFile, match=r"x\.npy is packed in a way .* \(number 14\)"):
+        io.read(tmp_path / "a.npz", rate=1)

@@ -162,7 +162,7 @@ def test_a_name_that_the_content_belies(tmp_path):
 def test_every_exception_of_a_reader_becomes_one_type_and_stays_chained(stereo, monkeypatch):
     for error in (MemoryError(), ZeroDivisionError("x"), KeyError("k"), RecursionError()):
 
-        def fail(path, error=error):
+        def fail(path, limits, error=error):
             raise error
 
         monkeypatch.setattr("impactsig.io._audio.open_source", fail)

@@ -1,5 +1,7 @@
 """Text tables: how they are written, what counts as time, what is wrong with them."""
 
+import sys
+import warnings
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -296,3 +298,113 @@ def test_rows_of_changing_width_name_the_line(tmp_path):
     with pytest.raises(UnreadableFile, match="line 5") as caught:
         io.read(path, rate=1)
     assert caught.value.__cause__ is not None
+
+
+# -- pyarrow, pandas, and files too large to be held -------------------------------------------
+
+MANY = [(i / 64, (i * 7919) % 1000 / 7, -i / 3) for i in range(200)]
+STYLES = {
+    "plain": table(rows=MANY),
+    "decimal comma": table(";", ",", rows=MANY),
+    "tabs, no heading": table("\t", heading="", rows=MANY),
+    "white space": table("  ", rows=MANY),
+    "one column": "force\n" + "".join(f"{row[1]}\n" for row in MANY),
+    "comments and blank lines": table(rows=MANY).replace("\n1.5,", "\n# here\n\n1.5,"),
+    "blank lines at the end": table(rows=MANY) + "\n" * 500,
+    "missing values": table(rows=MANY).replace(",-20.0\n", ",\n").replace(",-21.0\n", ",NA\n"),
+    "a short column": table(rows=[r if i < 90 else (*r[:2], "") for i, r in enumerate(MANY)]),
+    "a column of text": table(heading="time,x,y,mood", rows=[(*r, "calm") for r in MANY]),
+    "dates": table(
+        heading="time,x",
+        rows=[(f"2024-05-01 10:00:{i // 50:02}.{i % 50 * 2:02}", r[1]) for i, r in enumerate(MANY)],
+    ),
+    "a counter": table(heading="index,x,y", rows=[(i, *r[1:]) for i, r in enumerate(MANY)]),
+    "line ends of old": table(rows=MANY).replace("\n", "\r"),
+    "cut in its last line": table(rows=MANY)[:-20],
+    "byte order mark": "\ufeff" + table(heading="", rows=MANY),
+    "quoted": table(rows=MANY).replace("time [s]", '"time, [s]"').replace("1.5,", '"1.5",'),
+}
+
+
+def everything(path):
+    """All that is read of a file, whole, in blocks and in part."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        listed = io.info(path)
+        rate = 64 if listed.channels[0].rate is None else None
+        rec = io.read(path, rate=rate)
+        blocks = [b.samples for b in io.read_blocks(path, 0.3, rate=rate)]
+        part = io.read(path, 0, rec.start + 1, rec.start + 1.5, rate=rate)
+    np.testing.assert_array_equal(np.concatenate(blocks), rec.samples)
+    messages = sorted({str(w.message) for w in told})
+    return repr(listed), repr(rec), rec.samples.tobytes(), part.samples.tobytes(), messages
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_pyarrow_and_pandas_read_alike(tmp_path, style, monkeypatch):
+    path = write(tmp_path, STYLES[style])
+    by_arrow = everything(path)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    assert everything(path) == by_arrow
+
+
+@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("size", [100, 1000, 3000])
+def test_in_pieces_as_whole(tmp_path, style, size, monkeypatch):
+    path = write(tmp_path, STYLES[style])
+    whole = everything(path)
+    monkeypatch.setattr("impactsig.io._table.LARGE", 10)
+    monkeypatch.setattr("impactsig.io._table.PIECE", size)
+    assert everything(path) == whole
+
+
+def test_pieces_of_another_width_are_refused(tmp_path, monkeypatch):
+    # The way that a file is written is told from its first 128 KiB.
+    rows = table(rows=MANY * 50) + table(heading="", rows=[(*r, 1.0) for r in MANY])
+    path = write(tmp_path, rows)
+    monkeypatch.setattr("impactsig.io._table.LARGE", 10)
+    monkeypatch.setattr("impactsig.io._table.PIECE", 5000)
+    with pytest.raises(UnreadableFile, match=r"Expected 3 fields|has rows of 4 cells, not 3"):
+        io.read(path)
+
+
+def test_what_pyarrow_takes_is_what_pandas_takes(tmp_path):
+    from impactsig.io import _table
+    from impactsig.io._dialect import find_dialect
+
+    pytest.importorskip("pyarrow")
+    rng = np.random.default_rng(13)
+    x = rng.standard_normal(3000) * 10.0 ** rng.integers(-300, 300, 3000)
+    path = write(
+        tmp_path, "\n".join(f"{a!r},{b:.17g}" for a, b in zip(x.tolist(), -x, strict=True))
+    )
+    dialect = find_dialect(path.read_bytes()[:100_000], False)
+    arrow, pandas = (
+        _table._columns_by_arrow(path, dialect),
+        _table._columns_by_pandas(path, dialect),
+    )
+    np.testing.assert_array_equal(arrow, [x, -x])
+    np.testing.assert_array_equal(pandas, [x, -x])
+
+
+@pytest.mark.parametrize("steps", [1, 2, 7, 64, 1000])
+def test_times_are_judged_alike_in_pieces_of_any_size(monkeypatch, steps):
+    from impactsig.io import _timebase
+
+    rng = np.random.default_rng(17)
+    even = 3 + np.arange(500) / 64
+    missing, late, rounded = np.delete(even, 200), even.copy(), np.round(even, 2)
+    late[333] += 0.01
+    noisy, broken = even + rng.normal(0, 5e-4, 500), even.copy()
+    broken[64] = np.nan
+    cases = [(t, 0.0) for t in (even, missing, late, noisy, broken, even[::-1], even[:2], even[:1])]
+    cases.append((rounded, 0.01))
+
+    def judged():
+        return [repr(_timebase.time_base(*case)) for case in cases]
+
+    whole = judged()
+    monkeypatch.setattr(_timebase, "_NEAR", steps)
+    monkeypatch.setattr(_timebase, "_FAR", 3 * steps)
+    assert judged() == whole
+    assert sum("rate=64.0" in found for found in whole) == 3  # even, the first two, and rounded

@@ -1,0 +1,100 @@
+"""Raw binary: numbers one after the other, without a header, laid out as the user says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from ..errors import InvalidInput, UnreadableFile
+from ._source import Signal, Source, sample_type
+
+
+@dataclass(frozen=True)
+class RawLayout:
+    """How the numbers of a file without a header are laid out.
+
+    Parameters
+    ----------
+    dtype : str
+        Type of one number, as NumPy names it: "int16", "uint8", "float32", ...
+    channels : int, optional
+        Channels; their samples stand side by side.
+    byte_order : {"little", "big"}, optional
+        Which byte of a number comes first: the least significant, or the most.
+    skip : int, optional
+        Bytes before the first number.
+
+    Raises
+    ------
+    InvalidInput
+        If the type is none of real numbers, or a count is negative or none.
+
+    Examples
+    --------
+    >>> RawLayout(">i2", channels=4).sample
+    dtype('>i2')
+    """
+
+    dtype: str
+    channels: int = 1
+    byte_order: Literal["little", "big"] = "little"
+    skip: int = 0
+
+    def __post_init__(self) -> None:
+        if self.byte_order not in ("little", "big"):
+            raise InvalidInput("raw.byte_order", self.byte_order, '"little" or "big"')
+        required = 'a type of real numbers, such as "int16" or "float32"'
+        try:
+            kind = np.dtype(self.dtype).kind
+        except (TypeError, ValueError, SyntaxError):
+            raise InvalidInput("raw.dtype", self.dtype, required) from None
+        if kind not in "biuf" or self.dtype is None:
+            raise InvalidInput("raw.dtype", self.dtype, required)
+        for name, value, least in (("channels", self.channels, 1), ("skip", self.skip, 0)):
+            if not isinstance(value, (int, np.integer)) or value < least:
+                raise InvalidInput(f"raw.{name}", value, f"a whole number, at least {least}")
+
+    @property
+    def sample(self) -> np.dtype:
+        """Type of one number, byte order included."""
+        given = np.dtype(self.dtype)
+        # A type that names its own order, as ">i2" does, keeps it.
+        named = str(self.dtype)[:1] in "<>"
+        return given if named else given.newbyteorder(self.byte_order)
+
+
+def open_source(path: Path, raw: RawLayout) -> Source:
+    """Map a file of bare numbers; what is left of the last row is told as missing."""
+    if not isinstance(raw, RawLayout):
+        raise InvalidInput("raw", raw, "a RawLayout", 'Give raw=impactsig.RawLayout("int16")')
+    dtype = raw.sample
+    row = dtype.itemsize * raw.channels
+    size = path.stat().st_size - raw.skip
+    rows, rest = divmod(size, row)
+    if rows < 1:
+        raise UnreadableFile(
+            path,
+            f"holds no row of {raw.channels} x {dtype} in the {max(0, size)} bytes after byte "
+            f"{raw.skip}",
+            "Check dtype, channels and skip",
+        )
+    count = int(raw.channels)
+    names = ("",) if count == 1 else tuple(f"channel {i}" for i in range(count))
+    no_rate = "Raw numbers carry no sampling rate"
+
+    def read(channels: list[int], first: int, last: int) -> np.ndarray:
+        # A map of this part alone: what has been read of a map stays in memory as long as it does.
+        at = raw.skip + first * row
+        part = np.memmap(path, dtype, "r", at, (last - first, count))
+        chosen = part if len(channels) == count else part[:, channels]
+        return np.array(chosen, dtype=sample_type(dtype))
+
+    return Source(
+        format="raw binary",
+        signals=tuple(Signal(name, "", None, rows, no_rate=no_rate) for name in names),
+        read=read,
+        truncated=f"its last row has {rest} of {row} bytes" if rest else "",
+    )

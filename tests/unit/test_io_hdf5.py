@@ -1,0 +1,305 @@
+"""HDF5: parts read as parts, rates found beside the samples, nothing outside the file touched."""
+
+import os
+
+import numpy as np
+import pytest
+
+import impactsig.io as io
+from impactsig.errors import ImpactsigWarning, InvalidInput, UnreadableFile
+from impactsig.io import _hdf5_heaps
+
+h5py = pytest.importorskip("h5py")
+
+X = np.random.default_rng(7).standard_normal((500, 3))
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "a.h5"
+
+
+def test_datasets_in_groups_with_attributes(path):
+    with h5py.File(path, "w") as file:
+        data = file.create_dataset("run 1/force", data=X[:, 0].astype(np.float32))
+        data.attrs.update({"unit": "N", "sampling_rate": 2500.0})
+        data = file.create_dataset("run 1/acc [mm]", data=X[:, 1].astype(">f8"))
+        data.attrs["dt"] = 0.0004
+    rec = io.read(path)
+    assert (rec.rate, sorted(rec.channels)) == (2500.0, ["run 1/acc [mm]", "run 1/force"])
+    assert (rec.channel("run 1/acc [mm]").unit, rec.channel("run 1/force").unit) == (
+        "mm",
+        "N",
+    )
+    np.testing.assert_array_equal(rec.channel("run 1/acc [mm]").samples, X[:, 1])
+    force = io.read(path, "force", 0.1, 0.12)
+    assert (force.samples.dtype, force.start) == (np.float32, 0.1)
+    np.testing.assert_array_equal(force.samples, X[250:300, 0].astype("f4"))
+
+
+@pytest.mark.parametrize("told", ["group attribute", "file attribute", "number beside"])
+def test_the_rate_may_stand_at_any_folder_above(path, told):
+    with h5py.File(path, "w") as file:
+        file["a/b/x"] = X[:, 0]
+        if told == "number beside":
+            file["a/Fs"] = np.array([[250]])
+        else:
+            (file if told.startswith("file") else file["a"]).attrs["sample rate"] = 250
+    assert io.read(path).rate == 250.0
+
+
+def test_the_nearest_rate_counts_and_an_impossible_one_is_an_error(path):
+    with h5py.File(path, "w") as file:
+        file["a/x"] = X[:, 0]
+        file.attrs["fs"] = 10.0
+        file["a"].attrs["fs"] = 20.0
+    assert io.read(path).rate == 20.0
+    with h5py.File(path, "a") as file:
+        file["a"].attrs["fs"] = np.nan
+    with pytest.raises(UnreadableFile, match=r"its fs is nan, not a positive number \[Hz\]"):
+        io.read(path)
+
+
+def test_a_dataset_of_times_gives_rate_and_start(path):
+    with h5py.File(path, "w") as file:
+        file["run/time"] = 3 + np.arange(500) / 8000
+        file["run/time"].attrs["unit"] = "s"
+        file["run/x"] = X
+        file["run/x"].attrs["channels"] = ["left", "right", "top"]
+        file["other/x"] = X[:100, 0]
+    with pytest.warns(ImpactsigWarning, match=r"'other/x' \(100 samples at unknown rate\)"):
+        rec = io.read(path)
+    assert (rec.rate, rec.start) == (8000.0, 3.0)
+    assert rec.channels == ("run/x/left", "run/x/right", "run/x/top")
+    assert io.read(path, "right").channels == ("run/x/right",)
+    with pytest.raises(InvalidInput, match="no attribute or number named rate, fs or dt"):
+        io.read(path, "other/x")
+
+
+@pytest.mark.parametrize("across", [False, True])
+@pytest.mark.parametrize("packing", [{}, {"chunks": True, "compression": "gzip", "shuffle": True}])
+def test_time_runs_along_the_longer_axis(path, across, packing):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", data=X.T if across else X, **packing)
+    np.testing.assert_array_equal(io.read(path, rate=10).samples, X)
+    np.testing.assert_array_equal(io.read(path, 2, 5, 7, rate=10).samples, X[50:70, 2])
+    np.testing.assert_array_equal(io.read(path, 0, 5, 7, rate=10).samples, X[50:70, 0])
+
+
+def test_tables_give_a_channel_a_field(path):
+    table = np.zeros(500, [("t", "f8"), ("force [N]", "f4"), ("note", "S5"), ("n", "i2", 2)])
+    table["t"], table["force [N]"] = np.arange(500) / 100, X[:, 0]
+    with h5py.File(path, "w") as file:
+        file["log"] = table
+    rec = io.read(path)
+    assert (rec.rate, rec.channels, rec.unit) == (100.0, ("log/force [N]",), "N")
+    np.testing.assert_array_equal(rec.samples, table["force [N]"])
+
+
+@pytest.mark.parametrize("dtype", ["i1", "u2", "i4", "f2", "f4", ">f8", "bool"])
+def test_any_real_type(path, dtype):
+    values = (X[:, 0] * 50).astype(dtype)
+    with h5py.File(path, "w") as file:
+        file["x"] = values
+    rec = io.read(path, rate=1)
+    assert rec.samples.dtype == (np.float64 if dtype in ("i4", ">f8") else np.float32)
+    np.testing.assert_array_equal(rec.samples, values)
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (np.zeros(9, complex), "complex128"),
+        (np.zeros((3, 3, 3)), "3 dimensions"),
+        ([b"a", b"bb"], "holds text"),
+        (np.zeros((0, 2)), "is empty"),
+    ],
+)
+def test_datasets_that_are_no_recording(path, data, reason):
+    with h5py.File(path, "w") as file:
+        file["x"] = data
+    with pytest.raises(UnreadableFile, match=f"'x' is left out: it .*{reason}"):
+        io.read(path, rate=1)
+
+
+# -- guards ------------------------------------------------------------------------------------
+
+
+def linked(path, kind):
+    """A file of which the dataset or group of that name is somewhere else."""
+    secret = path.with_name("secret.bin")
+    secret.write_bytes(X.tobytes())
+    with h5py.File(path.with_name("other.h5"), "w") as other:
+        other["g/x"] = X[:, 0]
+    with h5py.File(path, "w") as file:
+        file["own/y"] = X[:, 0]
+        if kind == "soft link":
+            file["x"] = h5py.SoftLink("/own/y")
+        elif kind == "soft link to a group":
+            file["x"] = h5py.SoftLink("/own")
+        elif kind == "external link":
+            file["x"] = h5py.ExternalLink("other.h5", "/g/x")
+        elif kind == "external link to a group":
+            file["x"] = h5py.ExternalLink("other.h5", "/g")
+        elif kind == "external storage":
+            file.create_dataset("x", (1500,), "f8", external=[(str(secret), 0, 12_000)])
+        elif kind == "virtual dataset":
+            layout = h5py.VirtualLayout((500,), "f8")
+            layout[:] = h5py.VirtualSource("other.h5", "g/x", (500,))
+            file.create_virtual_dataset("x", layout)
+
+
+LINKS = ["soft link", "soft link to a group", "external link", "external link to a group"]
+LINKS += ["external storage", "virtual dataset"]
+
+
+@pytest.mark.parametrize("kind", LINKS)
+def test_what_is_elsewhere_is_refused_and_the_rest_read(path, kind):
+    linked(path, kind)
+    with h5py.File(path) as file:  # what a reader that trusts it would return
+        there = file[
+            "x/y" if kind == "soft link to a group" else "x/x" if "to a group" in kind else "x"
+        ][:500]
+        np.testing.assert_array_equal(there, X.ravel()[:500] if "storage" in kind else X[:, 0])
+    with pytest.warns(ImpactsigWarning, match=f"'x' is left out: it .*{kind.split(' to ')[0]}"):
+        rec = io.read(path, rate=1)
+    assert rec.channels == ("own/y",)
+    with (
+        pytest.warns(ImpactsigWarning),
+        pytest.raises(InvalidInput, match="got x; required: one of 0: 'own/y'"),
+    ):
+        io.read(path, "x", rate=1)
+
+
+def test_a_group_that_holds_itself_is_gone_through_once(path):
+    with h5py.File(path, "w") as file:
+        file["a/x"] = X[:, 0]
+        file["a/self"] = file["a"]
+        file["a/root"] = file["/"]
+        file["a/again"] = file["a/x"]
+    assert len(io.info(path).channels) == 1
+
+
+def test_groups_nested_without_end_are_refused(path):
+    with h5py.File(path, "w") as file:
+        file["/".join("abcdefgh" * 5) + "/x"] = X[:, 0]
+    with pytest.raises(UnreadableFile, match="nests groups more than 32 deep"):
+        io.read(path, rate=1)
+
+
+def test_a_bomb_is_refused_before_it_is_unpacked(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", (1 << 31,), "f8", chunks=(1 << 16,), compression="gzip")
+        file["x"][: 1 << 16] = 0
+        file.create_dataset("never", (1 << 40,), "f8", chunks=(1 << 16,))
+    assert path.stat().st_size < 20_000
+    with (
+        pytest.warns(ImpactsigWarning, match="'never' is left out: .*never written"),
+        pytest.raises(UnreadableFile, match=r"would grow to 17.2 GB in memory \(limit 2.15 GB\)"),
+    ):
+        io.read(path, rate=1)
+    with (
+        pytest.warns(ImpactsigWarning),
+        pytest.raises(UnreadableFile, match="limit 200 times its size"),
+    ):
+        io.read(path, rate=1, stop=2e7)
+    with pytest.warns(ImpactsigWarning):
+        assert not io.read(path, rate=1, stop=1000).samples.any()
+
+
+def test_one_chunk_too_large_to_unpack_is_refused_in_blocks_too(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", (1 << 25,), "f8", chunks=(1 << 25,), compression="gzip")
+        file["x"][:10] = 1
+    with pytest.raises(UnreadableFile, match="limit 200 times its size"):
+        io.read_blocks(path, 1, rate=1)
+
+
+def test_a_filter_that_would_be_loaded_from_elsewhere_is_refused(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", data=X, chunks=(100, 3), shuffle=True)
+    # The number of the shuffle filter, in the message that describes the pipeline.
+    content = path.read_bytes()
+    mark = content.index(b"\x01\x01" + bytes(6) + b"\x02\x00")
+    path.write_bytes(content[: mark + 8] + b"\x05\x7d" + content[mark + 10 :])  # 32005, blosc2's
+    with pytest.raises(UnreadableFile, match=r"filter that is not HDF5's own \(number 32005\)"):
+        io.read(path, rate=1)
+
+
+def test_cut_short_is_an_error_with_its_cause(path):
+    with h5py.File(path, "w") as file:
+        file["x"] = X
+    path.write_bytes(path.read_bytes()[:-500])
+    with pytest.raises(UnreadableFile, match="truncated file") as caught:
+        io.read(path, rate=1)
+    assert isinstance(caught.value.__cause__, OSError)
+
+
+def test_hdf5_needs_its_extra(path, monkeypatch):
+    with h5py.File(path, "w") as file:
+        file["x"] = X
+
+    def absent(name):
+        raise ImportError(name)
+
+    from impactsig.errors import MissingExtra
+
+    monkeypatch.setattr("impactsig.io.formats.import_module", absent)
+    with pytest.raises(MissingExtra, match=r"HDF5.* needs h5py.*impactsig\[hdf5\]"):
+        io.read(path)
+
+
+def with_a_heap_changed(path, at, value):
+    """A file whose unit is a text in a heap, of which 8 bytes at `at` are overwritten."""
+    with h5py.File(path, "w") as file:
+        file["x"] = X[:, 0]
+        file["x"].attrs.update({"unit": "N", "fs": 100.0})
+    content = bytearray(path.read_bytes())
+    heap = content.index(b"GCOL")
+    place = heap + 16  # its first object; the next is what is free of it
+    if at == "free":
+        place += 16 + 8
+    content[place + 8 : place + 16] = value.to_bytes(8, "little")
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize(("at", "size"), [("free", 0), ("first", 2**64 - 16), ("first", 2**63)])
+def test_a_heap_without_end_would_hang_hdf5_and_is_not_read(path, at, size):
+    # HDF5 2.0 does not come back from the free object of size 0.
+    with_a_heap_changed(path, at, size)
+    with pytest.warns(ImpactsigWarning, match="units and names .* not read: these have no end"):
+        rec = io.read(path)
+    assert (rec.rate, rec.unit) == (100.0, "")
+    np.testing.assert_array_equal(rec.samples, X[:, 0])
+
+
+def test_a_heap_in_order_is_read(path):
+    with_a_heap_changed(path, "first", 1)
+    assert io.read(path).unit == "N"
+
+
+def test_heaps_without_number_are_given_up(path, monkeypatch):
+    with_a_heap_changed(path, "first", 1)
+    path.write_bytes(path.read_bytes() + b"GCOL\x01\0\0\0" * 100)
+    assert io.read(path).unit == "N"
+    monkeypatch.setattr(_hdf5_heaps, "_MOST", 50)
+    with pytest.warns(ImpactsigWarning, match="these have no end"):
+        assert io.read(path).rate == 100.0
+
+
+def test_heaps_are_not_looked_for_in_what_is_too_large(path, monkeypatch):
+    with_a_heap_changed(path, "first", 1)
+    monkeypatch.setattr(_hdf5_heaps, "_LARGEST", 1000)
+    with pytest.warns(ImpactsigWarning, match="not looked for in more than"):
+        assert io.read(path).unit == ""
+
+
+def test_what_is_known_of_heaps_is_forgotten_when_the_file_changes(path):
+    with_a_heap_changed(path, "first", 1)
+    long_ago = path.stat().st_mtime - 1000
+    os.utime(path, (long_ago, long_ago))
+    assert io.read(path).unit == io.read(path).unit == "N"
+    with_a_heap_changed(path, "free", 0)
+    os.utime(path, (long_ago + 1, long_ago + 1))
+    with pytest.warns(ImpactsigWarning, match="these have no end"):
+        assert io.read(path).unit == ""
