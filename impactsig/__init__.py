@@ -68,8 +68,8 @@ if TYPE_CHECKING:
         repair_intervals,
         return_map,
     )
-    from .matching import Matching, match_impacts
     from .io import Limits, RawLayout, info, read, read_blocks, read_many
+    from .matching import Matching, match_impacts
     from .oscillators import (
         BaseMotion,
         Cantilever,
@@ -312,8 +312,8 @@ __all__ = [
     "Noise",
     "OrbitPeriod",
     "Oscillator",
-    "PBifurcation",
     "OscillatorFit",
+    "PBifurcation",
     "PeriodicOrbit",
     "Periodicity",
     "PeriodicityChart",
