@@ -118,6 +118,9 @@ if TYPE_CHECKING:
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
     from .simulate.trajectories import Trajectory, trajectory
+    from .stochastic.density import Density, JointDensity
+    from .stochastic.ensembles import Ensemble, simulate_ensemble
+    from .stochastic.sample_paths import SamplePath, sample_path
     from .studies.study import Study, open_study
     from .studies.sweeping import sweep
 
@@ -218,6 +221,9 @@ _HOME = {
     ),
     "dynamics.response": ("ResponseSpectrum", "response_spectrum"),
     "dynamics.matching": ("MatchRate", "match_rate", "strobe_distance"),
+    "stochastic.density": ("Density", "JointDensity"),
+    "stochastic.ensembles": ("Ensemble", "simulate_ensemble"),
+    "stochastic.sample_paths": ("SamplePath", "sample_path"),
     "studies.study": ("Study", "open_study"),
     "studies.sweeping": ("sweep",),
     "comparison": ("Comparison", "compare"),
@@ -237,6 +243,8 @@ __all__ = [
     "CorrelationDimension",
     "CorrelationSum",
     "DelayChoice",
+    "Density",
+    "Ensemble",
     "EquivalenceError",
     "FalseNeighbors",
     "FixedStep",
@@ -250,6 +258,7 @@ __all__ = [
     "IntervalHistogram",
     "InvalidInput",
     "Join",
+    "JointDensity",
     "KelvinVoigt",
     "LoadCell",
     "LyapunovExponent",
@@ -274,6 +283,7 @@ __all__ = [
     "ReturnMapDeterminism",
     "Rigid",
     "RungeKutta",
+    "SamplePath",
     "Section",
     "SoftStopFit",
     "Split",
@@ -328,9 +338,11 @@ __all__ = [
     "response_spectrum",
     "return_map",
     "return_map_determinism",
+    "sample_path",
     "scenes",
     "simulate",
     "simulate_blocks",
+    "simulate_ensemble",
     "simulate_many",
     "stop_damping",
     "stop_restitution",

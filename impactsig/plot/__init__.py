@@ -6,6 +6,7 @@ from .correlation import correlation_sum
 from .diagrams import basins, bifurcation_diagram, periodicity_chart, response_spectrum
 from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
+from .ensembles import density, joint_density, sample_path
 from .equivalence import match_rate
 from .exponents import stretch_curve
 from .lyapunov import lyapunov_convergence
@@ -28,11 +29,13 @@ __all__ = [
     "contact_against_interval",
     "correlation_sum",
     "delay_choice",
+    "density",
     "dimension",
     "false_neighbors",
     "histogram",
     "interval_densities",
     "interval_sequence",
+    "joint_density",
     "lyapunov_convergence",
     "match_rate",
     "parameter_study",
@@ -46,6 +49,7 @@ __all__ = [
     "response_spectrum",
     "return_map",
     "return_maps",
+    "sample_path",
     "section",
     "spike_train",
     "stretch_curve",

@@ -1,0 +1,1 @@
+"""Oscillators under random forces: ensembles, densities, averaging."""
