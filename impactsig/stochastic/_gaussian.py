@@ -21,7 +21,7 @@ from ..simulate._flow import inlined, inner, kernel
 from ._equation import BLOCK, Q, V, ground_at, note, restitution
 from ._random import draw, draw_pair
 
-LEVELS = 14
+LEVELS = 14  # fewer than `Room.stack` has room for
 CERTAIN = 6.0  # standard deviations
 WORK = 4096  # bridges in a step, after which halves are halved no more
 
@@ -38,7 +38,6 @@ class Transition(NamedTuple):
     stray: np.ndarray  # shape (LEVELS + 1,): how far a path may stray from the cubic
     bend: np.ndarray  # shape (LEVELS + 1, 2): the same, by position and velocity
     waves: np.ndarray  # shape (n, 3): frequency, amplitude and angle of the forced motion
-    stack: np.ndarray  # shape (LEVELS + 2, 3): room for the halves that are still to be looked at
 
 
 @inner
@@ -70,7 +69,7 @@ def certain(p, w, level, q, v, q1, v1):
 @inner
 def resolve(p, w, f, key, path, r, count, events, lane, step, uq, uv, uq1, uv1):
     """State after a step that goes from uq, uv to uq1, uv1 if it meets no stop; of free motion."""
-    stack, pair = w.stack, r.pair
+    stack, pair = r.stack, r.pair
     dq, dv = 0.0, 0.0  # what impacts have added to the free path
     t, number, held = step * p.step, 0, 1
     stack[0, 0], stack[0, 1], stack[0, 2] = uq1, uv1, 0.0

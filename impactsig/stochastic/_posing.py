@@ -176,7 +176,6 @@ def transition(p: Problem) -> Transition:
         stray=CERTAIN * p.sigma * length**1.5 / math.sqrt(192) + off * forced,
         bend=np.stack([off * rate**4, off * rate**3], axis=1),
         waves=waves,
-        stack=np.empty((LEVELS + 2, 3)),
     )
 
 

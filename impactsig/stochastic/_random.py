@@ -33,12 +33,13 @@ class Room(NamedTuple):
     real: np.ndarray  # float64
     bits: np.ndarray  # the same as uint64
     pair: np.ndarray  # two normal numbers
+    stack: np.ndarray  # shape (32, 3): parts of a step that are still to be looked at
 
 
 def room(size: int) -> Room:
     """Room for `size` normal numbers, an even number."""
     real, words = np.empty(size // 2), np.empty((2, size // 2), np.uint64)
-    return Room(words[0], words[1], real, real.view(np.uint64), np.empty(2))
+    return Room(words[0], words[1], real, real.view(np.uint64), np.empty(2), np.empty((32, 3)))
 
 
 @kernel
@@ -134,11 +135,9 @@ def normals(r, cosine, sine):
             )
         )
         # The three lowest bits, which the angle within an eighth of a turn leaves, choose which.
-        swap = np.float64(np.int64(word & np.uint64(1)))
-        cosine[i] = m[i] * (c + swap * (s - c)) * (1.0 - np.float64(np.int64(word & np.uint64(2))))
-        sine[i] = (
-            m[i] * (s + swap * (c - s)) * (1.0 - 0.5 * np.float64(np.int64(word & np.uint64(4))))
-        )
+        one, two = (s, c) if word & np.uint64(1) else (c, s)
+        cosine[i] = m[i] * (-one if word & np.uint64(2) else one)
+        sine[i] = m[i] * (-two if word & np.uint64(4) else two)
 
 
 @kernel

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..oscillators import Hertz, KelvinVoigt, Oscillator
-from ._posing import functions, hertz_rate, potential
+from ._posing import hertz_rate, potential
 from ._running import LANES, Group, Mover
 
 FINE = 0.1  # default step by the fastest scale
@@ -105,8 +105,8 @@ def survey(
     known = known_rates(oscillator)
     bent = oscillator.law is not None or any(isinstance(s.law, Hertz) for s in oscillator.stops)
     lanes = np.arange(LANES) % len(q)
-    slow = 1000 / span  # where nothing tells a rate
-    step = FINE / max(*(rate for rate, _ in known), slow)
+    least = 100 * FINE / span  # at least a hundred steps
+    step = FINE / max(*(rate for rate, _ in known), 10 * least)
     for _ in range(TRIES):
         steps = min(max(round(span / step), 1), PILOT_STEPS)
         every = max(steps // PILOT_LOOKS, 1)
@@ -117,11 +117,10 @@ def survey(
         if not np.all(np.isfinite(seen)):
             step /= 4
             continue
-        rates = known + (_rates_met(oscillator, seen, step * every) if bent else [])
-        rate, fastest = max(rates)
-        if rate < slow:
-            rate, fastest = slow, "the duration, a thousandth of it,"
-        if step <= 1.25 * FINE / rate:
+        rate, fastest = max(known + _rates_met(oscillator, group, seen, step * every))
+        if rate < least:
+            rate, fastest = least, f"the run, 1/{1 / (least * span):g} of it"
+        if not bent or step <= 1.25 * FINE / rate:
             return Survey(rate, fastest, _ranges(oscillator, group, seen, step * every))
         step = FINE / rate
     raise InvalidInput(
@@ -130,23 +129,30 @@ def survey(
     )  # fmt: skip
 
 
-def _rates_met(oscillator: Oscillator, seen: np.ndarray, apart: float) -> list[tuple[float, str]]:
-    """Rates of what is not linear, where the paths were."""
+def _rates_met(
+    oscillator: Oscillator, group: Group, seen: np.ndarray, apart: float
+) -> list[tuple[float, str]]:
+    """Rates that show in the motion only: of what is not linear, and of flights."""
     from ._accumulating import local_rates
 
+    p, law = group.mover.problem, group.mover.functions.law
     x, v = seen[..., 0].ravel(), seen[..., 1].ravel()
+    speed = float(np.abs(v).max())
     rates = []
     if oscillator.law is not None:
         time = np.tile(apart * np.arange(1, seen.shape[1] + 1), len(seen))
         dx, dv = (1e-5 * max(float(np.ptp(values)), 1e-9) for values in (x, v))
-        law = functions(oscillator).law
         stiff, drag = local_rates(law, time, x, v, dx, dv, oscillator.mass)
         rates += [(stiff, "the law, by x"), (drag, "the law, by v")]
-    speed = float(np.abs(v).max())
+    elif not oscillator.stiffness and p.sigma:
+        pull = abs(p.constant) + p.kinetic
+        rates.append(((pull / p.sigma) ** 2, "load and friction against the noise"))
     for stop in oscillator.stops:
         if isinstance(stop.law, Hertz):
             contact = f"the contact with the stop at {stop.position:g}"
             rates.append((hertz_rate(stop.law, oscillator.mass, speed), contact))
+    if math.isfinite(p.high - p.low):
+        rates.append((speed / (p.high - p.low), "the flights between the stops"))
     return rates
 
 
