@@ -121,6 +121,9 @@ if TYPE_CHECKING:
     from .stochastic.density import Density, JointDensity
     from .stochastic.ensembles import Ensemble, simulate_ensemble
     from .stochastic.sample_paths import SamplePath, sample_path
+    from .stochastic.averaging import AveragedDensity, averaged_density
+    from .stochastic.bifurcation import PBifurcation, p_bifurcation
+    from .stochastic.shapes import DensityShape
     from .studies.study import Study, open_study
     from .studies.sweeping import sweep
 
@@ -224,6 +227,9 @@ _HOME = {
     "stochastic.density": ("Density", "JointDensity"),
     "stochastic.ensembles": ("Ensemble", "simulate_ensemble"),
     "stochastic.sample_paths": ("SamplePath", "sample_path"),
+    "stochastic.averaging": ("AveragedDensity", "averaged_density"),
+    "stochastic.bifurcation": ("PBifurcation", "p_bifurcation"),
+    "stochastic.shapes": ("DensityShape",),
     "studies.study": ("Study", "open_study"),
     "studies.sweeping": ("sweep",),
     "comparison": ("Comparison", "compare"),
@@ -233,6 +239,7 @@ _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
     "Attractor",
+    "AveragedDensity",
     "AveragedFalseNeighbors",
     "BaseMotion",
     "Basins",
@@ -245,6 +252,7 @@ __all__ = [
     "DelayChoice",
     "Density",
     "Ensemble",
+    "DensityShape",
     "EquivalenceError",
     "FalseNeighbors",
     "FixedStep",
@@ -271,6 +279,7 @@ __all__ = [
     "Noise",
     "OrbitPeriod",
     "Oscillator",
+    "PBifurcation",
     "PeriodicOrbit",
     "Periodicity",
     "PeriodicityChart",
@@ -296,6 +305,7 @@ __all__ = [
     "UnreadableFile",
     "UnwritableFile",
     "autocorrelation_delay",
+    "averaged_density",
     "averaged_false_neighbors",
     "basins_of_attraction",
     "bifurcation_diagram",
@@ -327,6 +337,7 @@ __all__ = [
     "mutual_information_delay",
     "open_study",
     "orbit_period",
+    "p_bifurcation",
     "periodicity_chart",
     "plot",
     "prediction_error",

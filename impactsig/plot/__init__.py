@@ -1,5 +1,6 @@
 """Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes."""
 
+from .averaging import averaged_density, p_bifurcation
 from .branches import branch
 from .comparison import comparison
 from .correlation import correlation_sum
@@ -21,6 +22,7 @@ from .trains import interval_densities, return_maps
 from .waveforms import pulse, waveform
 
 __all__ = [
+    "averaged_density",
     "averaged_false_neighbors",
     "basins",
     "bifurcation_diagram",
@@ -38,6 +40,7 @@ __all__ = [
     "joint_density",
     "lyapunov_convergence",
     "match_rate",
+    "p_bifurcation",
     "parameter_study",
     "peak_against_time",
     "periodicity_chart",

@@ -1,0 +1,148 @@
+"""Functions of the energy by Chebyshev panels, graded towards the bottom and where stops begin.
+
+Below the energy at which the first stop is met, a panel is even in the logarithm of the energy:
+powers of any exponent, as wells and forces at their bottoms have, are entire there. Above, it is
+even in the square root of what is left at the stop, in which all is analytic again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+DEGREE = 16
+NODES = np.cos(np.pi * (np.arange(DEGREE) + 0.5) / DEGREE)
+_TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, DEGREE - 1))
+DECADE = 2.0  # width of a panel in the logarithm of the energy
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(16)
+STEP = 3.0  # of the exponent, over which its exponential is integrated by 16 points
+TINY = np.finfo(float).tiny
+FINEST = 4096  # pieces of a panel
+
+
+@dataclass(frozen=True)
+class Panels:
+    """Where the panels are: panel k holds ``origin[k] + g(z)``, z from start[k] to end[k].
+
+    g is exp where `logarithmic`, and the square elsewhere.
+    """
+
+    origin: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    logarithmic: np.ndarray
+    edges: np.ndarray = field(repr=False)
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Energies of the nodes, shape (panels, DEGREE)."""
+        every = np.arange(len(self.start))[:, None]
+        return self.energy(every, NODES)
+
+    def _z(self, panel: np.ndarray, u: np.ndarray) -> np.ndarray:
+        return (self.start[panel] + self.end[panel]) / 2 + self._half(panel) * u
+
+    def _half(self, panel: np.ndarray) -> np.ndarray:
+        return (self.end[panel] - self.start[panel]) / 2
+
+    def energy(self, panel: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Energies at u from -1 to 1 of the panels."""
+        z = self._z(panel, u)
+        return self.origin[panel] + np.where(
+            self.logarithmic[panel], np.exp(np.where(self.logarithmic[panel], z, 0)), z * z
+        )
+
+    def slope(self, panel: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Derivative of the energy by u."""
+        z = self._z(panel, u)
+        exponential = np.exp(np.where(self.logarithmic[panel], z, 0))
+        return self._half(panel) * np.where(self.logarithmic[panel], exponential, 2 * z)
+
+    def locate(self, energy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Panel of each energy, and where in it from -1 to 1."""
+        panel = np.clip(np.searchsorted(self.edges, energy, side="right") - 1, 0, len(self.end) - 1)
+        above = np.maximum(energy - self.origin[panel], 0.0)
+        logarithmic = self.logarithmic[panel]
+        z = np.where(logarithmic, np.log(np.maximum(above, TINY)), np.sqrt(above))
+        u = (z - (self.start[panel] + self.end[panel]) / 2) / self._half(panel)
+        return panel, np.clip(u, -1.0, 1.0)
+
+
+def panels(least: float, greatest: float, breaks: list[float]) -> Panels:
+    """Panels from the least to the greatest energy, with the energies between that begin anew."""
+    bounds = [*(at for at in sorted(set(breaks)) if least < at < greatest), greatest]
+    count = max(1, int(np.ceil(np.log(bounds[0] / least) / DECADE)))
+    z = np.linspace(np.log(least), np.log(bounds[0]), count + 1)
+    rows = [(0.0, a, b, True) for a, b in pairwise(z)]
+    for low, high in pairwise(bounds):
+        widest = np.sqrt(high - low)
+        first = min(np.sqrt(low) / 2, widest)
+        doublings = int(np.ceil(np.log2(widest / first)))
+        z = np.concatenate([[0.0], np.geomspace(first, widest, doublings + 1)])
+        rows += [(low, a, b, False) for a, b in pairwise(z)]
+    origin, start, end, logarithmic = (np.array(column) for column in zip(*rows, strict=True))
+    made = Panels(origin, start, end, logarithmic, np.zeros(0))
+    edges = np.append(made.energy(np.arange(len(start)), np.array(-1.0)), greatest)
+    return Panels(origin, start, end, logarithmic, edges)
+
+
+def fitted(values: np.ndarray) -> np.ndarray:
+    """Chebyshev coefficients of functions given at the nodes, shape (panels, DEGREE)."""
+    return values @ _TO_COEFFICIENTS.T
+
+
+def integrated(coefficients: np.ndarray, start: float) -> np.ndarray:
+    """Coefficients of the integral by u through all panels, one degree higher."""
+    whole = chebyshev.chebint(coefficients, lbnd=-1, axis=1)
+    ends = whole.sum(axis=1)
+    whole[:, 0] += start + np.concatenate([[0.0], np.cumsum(ends)[:-1]])
+    return whole
+
+
+def evaluate(coefficients: np.ndarray, panel: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """The function at u of the panels, by Clenshaw's recurrence."""
+    own = coefficients.T
+    later = later_still = np.zeros(u.shape)
+    for k in range(len(own) - 1, 0, -1):
+        later, later_still = 2 * u * later - later_still + own[k][panel], later
+    return u * later - later_still + own[0][panel]
+
+
+def roots(coefficients: np.ndarray) -> list[tuple[int, float]]:
+    """Panels and places of all roots, in order; panels that can hold none are not searched."""
+    found = []
+    bound = np.abs(coefficients[:, 1:]).sum(axis=1)
+    for k in np.flatnonzero(np.abs(coefficients[:, 0]) <= bound):
+        row = coefficients[k] / np.abs(coefficients[k]).max()
+        every = chebyshev.chebroots(row)
+        real = every[(np.abs(every.imag) < 1e-9) & (np.abs(every.real) <= 1)].real
+        found += [(int(k), float(u)) for u in np.sort(real)]
+    return found
+
+
+def mesh(
+    grid: Panels, exponent: Callable[[np.ndarray, np.ndarray], np.ndarray], floor: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Pieces of the panels in which the exponent hardly varies, without those far below the floor.
+
+    Returns
+    -------
+    panel, low, high, energy : ndarray
+        Panel of each piece, where it begins and ends in it, and the energies of its ends (n, 2).
+    """
+    every = np.arange(len(grid.start))[:, None]
+    look = np.linspace(-1, 1, 2 * DEGREE + 1)
+    seen = exponent(np.broadcast_to(every, (len(every), len(look))), np.tile(look, (len(every), 1)))
+    steepest = np.abs(np.diff(seen, axis=1)).max(axis=1) * 2 * DEGREE
+    parts = np.clip(np.ceil(steepest / STEP), 1, FINEST).astype(int)
+    panel = np.repeat(every[:, 0], parts)
+    inside = np.arange(len(panel)) - np.repeat(np.cumsum(parts) - parts, parts)
+    low, high = (-1 + 2 * (inside + k) / np.repeat(parts, parts) for k in (0, 1))
+    counts = (exponent(panel, low) > floor) | (exponent(panel, high) > floor)
+    panel, low, high = panel[counts], low[counts], high[counts]
+    ends = np.stack([grid.energy(panel, low), grid.energy(panel, high)], axis=1)
+    return panel, low, high, ends
