@@ -98,7 +98,9 @@ def friction_errors():
         found = ensemble(
             RUBBING, paths=400, duration=3000.0, transient=30.0, step=step, every=0.8, seed=1
         ).energy
-        print(f"splitting {step:5g} {found.mean / exact - 1:9.2%} +- {found.mean_error / exact:.2%}")
+        print(
+            f"splitting {step:5g} {found.mean / exact - 1:9.2%} +- {found.mean_error / exact:.2%}"
+        )
 
 
 def scene():
@@ -200,7 +202,10 @@ def speed():
                 found, spent = clocked(ensemble, machine, seed=1, workers=workers, **options)
                 best, busy = min(best, time.perf_counter() - start), min(busy, spent)
             steps = found.paths * found.duration / found.step
-            print(f"{name:30} {workers} threads: {steps / best / 1e6:5.1f} million steps a second", end="")
+            print(
+                f"{name:30} {workers} threads: {steps / best / 1e6:5.1f} million steps a second",
+                end="",
+            )
             print(f" ({steps / busy / 1e6:.1f} a second of processor)", end="; ")
             print(f"{found.paths / best:.0f} paths of {duration:g} s a second")
 
