@@ -118,11 +118,11 @@ if TYPE_CHECKING:
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
     from .simulate.trajectories import Trajectory, trajectory
+    from .stochastic.averaging import AveragedDensity, averaged_density
+    from .stochastic.bifurcation import PBifurcation, p_bifurcation
     from .stochastic.density import Density, JointDensity
     from .stochastic.ensembles import Ensemble, simulate_ensemble
     from .stochastic.sample_paths import SamplePath, sample_path
-    from .stochastic.averaging import AveragedDensity, averaged_density
-    from .stochastic.bifurcation import PBifurcation, p_bifurcation
     from .stochastic.shapes import DensityShape
     from .studies.study import Study, open_study
     from .studies.sweeping import sweep
@@ -251,8 +251,8 @@ __all__ = [
     "CorrelationSum",
     "DelayChoice",
     "Density",
-    "Ensemble",
     "DensityShape",
+    "Ensemble",
     "EquivalenceError",
     "FalseNeighbors",
     "FixedStep",
