@@ -176,13 +176,15 @@ def curve(oscillator: Oscillator, least: float, greatest: float, impact: str) ->
     growth = max(1 + math.log2(slopes[1] / slopes[0]), 0.25) if known else 1.0
     rise = float(slopes[0]) * least / growth
     exponent = integrated(fitted(rate * grid.slope(index, NODES)), rise)
-    highest = float(evaluate(exponent, index, np.linspace(-1, 1, 65)).max())
-    exponent[:, 0] -= highest
+    balance = fitted(rate)
+    at = roots(balance)
+    tops = evaluate(exponent, np.array([k for k, _ in at], int), np.array([u for _, u in at]))
+    exponent[:, 0] -= max([0.0, rise, *tops])
     panel, low, high, ends = mesh(grid, lambda k, u: evaluate(exponent, k, u), -FAR)
     weight = fitted(np.log(over_nodes(along.period / mass)))
 
     draft = Curve(
-        grid=grid, exponent=exponent, balance=fitted(rate), weight=weight,
+        grid=grid, exponent=exponent, balance=balance, weight=weight,
         turnover=fitted(over_nodes(turnover / along.energy)),
         error=np.array([along.energy, along.error]), below=0.0,
         power=float(least * bottom.period[0] / (mass * bottom.area[0])) - 1,

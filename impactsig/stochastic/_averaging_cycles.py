@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -75,12 +75,19 @@ def exchange(oscillator: Oscillator, along: Orbits, impact: str) -> Exchange:
     lost = np.zeros(along.energy.shape)
     for spare, side in zip(along.spare, ("lower", "upper"), strict=True):
         for stop in oscillator.stops_on(side):
-            given = stop.law.restitution  # type: ignore[union-attr]  # it is rigid
-            if callable(given):
-                approach = np.sqrt(2 * spare / oscillator.mass)
-                given = np.vectorize(getattr(given, "py_func", given), otypes=[float])(approach)
-            lost += spare * IMPACTS[impact](np.asarray(given, float))
+            r = _restitution(stop.law, np.sqrt(2 * spare / oscillator.mass), impact)
+            lost += spare * IMPACTS[impact](r)
     return Exchange(along.work - damped - lost, along.gross + damped + lost)
+
+
+def _restitution(law: Any, approach: np.ndarray, impact: str) -> np.ndarray:
+    """Restitution coefficients at approach velocities; NaN where a function gives none."""
+    if not callable(law.restitution):
+        return np.asarray(law.restitution)
+    function = np.vectorize(getattr(law.restitution, "py_func", law.restitution), otypes=[float])
+    found = function(approach)
+    possible = (found > 0 if impact == "logarithmic" else found >= 0) & (found <= 1)
+    return np.where(possible, found, np.nan)
 
 
 def orbits(part: Conservative, energy: np.ndarray, coarse: bool = False) -> Orbits:

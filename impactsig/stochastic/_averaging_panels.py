@@ -21,7 +21,7 @@ DECADE = 2.0  # width of a panel in the logarithm of the energy
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(16)
 STEP = 3.0  # of the exponent, over which its exponential is integrated by 16 points
 TINY = np.finfo(float).tiny
-FINEST = 4096  # pieces of a panel
+HALVINGS = 52  # of a panel
 
 
 @dataclass(frozen=True)
@@ -127,22 +127,34 @@ def roots(coefficients: np.ndarray) -> list[tuple[int, float]]:
 def mesh(
     grid: Panels, exponent: Callable[[np.ndarray, np.ndarray], np.ndarray], floor: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Pieces of the panels in which the exponent hardly varies, without those far below the floor.
+    """Pieces of the panels in which the exponent hardly varies, without those below the floor.
 
     Returns
     -------
     panel, low, high, energy : ndarray
         Panel of each piece, where it begins and ends in it, and the energies of its ends (n, 2).
     """
-    every = np.arange(len(grid.start))[:, None]
-    look = np.linspace(-1, 1, 2 * DEGREE + 1)
-    seen = exponent(np.broadcast_to(every, (len(every), len(look))), np.tile(look, (len(every), 1)))
-    steepest = np.abs(np.diff(seen, axis=1)).max(axis=1) * 2 * DEGREE
-    parts = np.clip(np.ceil(steepest / STEP), 1, FINEST).astype(int)
-    panel = np.repeat(every[:, 0], parts)
-    inside = np.arange(len(panel)) - np.repeat(np.cumsum(parts) - parts, parts)
-    low, high = (-1 + 2 * (inside + k) / np.repeat(parts, parts) for k in (0, 1))
-    counts = (exponent(panel, low) > floor) | (exponent(panel, high) > floor)
-    panel, low, high = panel[counts], low[counts], high[counts]
-    ends = np.stack([grid.energy(panel, low), grid.energy(panel, high)], axis=1)
-    return panel, low, high, ends
+    panel = np.arange(len(grid.start))
+    low, high = np.full(len(panel), -1.0), np.full(len(panel), 1.0)
+    look = np.linspace(0, 1, 2 * DEGREE + 1)
+    kept = []
+    for _ in range(HALVINGS):
+        u = low[:, None] + (high - low)[:, None] * look
+        seen = exponent(panel[:, None], u)
+        most = seen.max(axis=1)
+        varies = most - seen.min(axis=1)
+        # Between the points looked at it may be higher, by no more than it varies over them.
+        counts = most + varies > floor
+        fine = varies <= STEP
+        kept.append(np.array([panel, low, high])[:, counts & fine])
+        left = counts & ~fine
+        if not left.any():
+            break
+        middle = (low + high)[left] / 2
+        panel = np.tile(panel[left], 2)
+        low, high = np.concatenate([low[left], middle]), np.concatenate([middle, high[left]])
+        look = np.linspace(0, 1, 5)  # halves of what was looked at closely
+    pieces = np.concatenate(kept, axis=1)
+    panels_of, low, high = pieces[:, np.lexsort((pieces[1], pieces[0]))]
+    panel = panels_of.astype(int)
+    return panel, low, high, np.stack([grid.energy(panel, low), grid.energy(panel, high)], axis=1)

@@ -104,14 +104,14 @@ def span(oscillator: Oscillator, part: Conservative, impact: str) -> tuple[float
         gain = exchange(oscillator, rough, impact).gain
         rate = energy * gain / (oscillator.noise.intensity * rough.area)
     known = np.isfinite(rate)
-    if not known.all():
-        energy, rate = energy[: np.argmin(known)], rate[: np.argmin(known)]
+    unknown = float(energy[np.argmin(known)]) if not known.all() else math.inf
+    energy, rate = energy[energy < unknown], rate[energy < unknown]
     changes = np.flatnonzero(np.abs(rate) > LITTLE)
     spacing = np.diff(np.log(energy))
     exponent = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * spacing)])
     near = np.flatnonzero(exponent >= exponent.max() - FAR)
     if not changes.size or near[-1] == len(energy) - 1:
-        _unconfined(well(part))
+        _unconfined(oscillator, well(part), unknown)
     # An extremum is an extremum however little the density differs there from that of the bottom.
     turns = np.flatnonzero(np.sign(rate[1:]) != np.sign(rate[:-1]))
     least = float(energy[max(min([changes[0], *turns[:1]]) - BEFORE, 0)])
@@ -119,7 +119,14 @@ def span(oscillator: Oscillator, part: Conservative, impact: str) -> tuple[float
     return max(min(least, LEAST * greatest), float(energy[0])), greatest
 
 
-def _unconfined(inside: Well) -> NoReturn:
+def _unconfined(oscillator: Oscillator, inside: Well, unknown: float) -> NoReturn:
+    """Say why no energy holds the density, the last of which nothing is known given."""
+    if math.isfinite(unknown) and any(callable(stop.law.restitution) for stop in oscillator.stops):  # type: ignore[union-attr]
+        raise InvalidInput(
+            "restitution", f"none at energies above {unknown:.3g}",
+            "a function whose values are from 0 to 1, and above 0",
+            "The density reaches energies at which it gives no such number",
+        )  # fmt: skip
     for side in inside.sides:
         if not side.stop and side.reach < FAR_OUT:
             edge = inside.bottom + side.sign * side.reach

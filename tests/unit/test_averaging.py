@@ -155,8 +155,11 @@ def test_general_orbits_to_high_precision():
                 return mpmath.sqrt(2 * abs(left) / mpmath.mpf("1.5"))
 
             level = energy + height(bottom)
-            quartic = mpmath.polyroots([0.25, 0, 0.35, -0.1, -level], maxsteps=200, extraprec=100)
-            low, high = sorted(mpmath.re(x) for x in quartic if abs(mpmath.im(x)) < 1e-15)
+            rough = np.roots([0.25, 0, 0.35, -0.1, -float(level)])
+            low, high = (
+                mpmath.findroot(lambda x, level=level: height(x) - level, near)
+                for near in sorted(rough[np.abs(rough.imag) < 1e-9].real)
+            )
             top = mpmath.mpf("0.6")
             at_stop = max(level - height(top), 0) if high > top else mpmath.mpf(0)
             high = min(high, top)
@@ -244,6 +247,11 @@ def test_restitution_may_be_a_function():
         replace(NOISY, stops=(stop(0.2, lambda speed: 0.9 / (1 + 0.1 * speed)),))
     )
     assert falling.mean < number.mean
+    # Where the density does not reach it may be anything.
+    linear = replace(NOISY, stops=(stop(0.2, lambda speed: 0.9 - 0.01 * speed),))
+    assert averaged_density(linear).mean < number.mean
+    with pytest.raises(InvalidInput, match="density reaches"):
+        averaged_density(replace(NOISY, stops=(stop(0.2, lambda speed: 0.9 - speed),)))
 
 
 def test_units():
@@ -255,10 +263,10 @@ def test_units():
     )
 
 
-def simulated_energy(r, friction, *, paths, settle, span, dt=0.02, epsilon=0.01, seed=7):
+def simulated_energy(r, friction, *, start, paths, settle, span, dt=0.02, epsilon=0.01, seed=8):
     """Mean energy of the scene, with its standard error, by leapfrog in Zhuravlev's coordinate."""
     rng = np.random.default_rng(seed)
-    y, v = np.zeros(paths), rng.standard_normal(paths)
+    y, v = np.zeros(paths), np.full(paths, math.sqrt(2 * start))
     total, count = np.zeros(paths), 0
     for step in range(round((settle + span) / dt)):
         for half in (0, 1):
@@ -278,28 +286,44 @@ def simulated_energy(r, friction, *, paths, settle, span, dt=0.02, epsilon=0.01,
 
 def test_simulated_motions_and_impact_terms():
     """An impact that takes a third of the energy: the logarithmic term still holds."""
-    mean, error = simulated_energy(0.8, 1.0, paths=800, settle=60, span=140)
+    mean, error = simulated_energy(0.8, 1.0, start=0.1, paths=2500, settle=40, span=100)
     scene = scenes.van_der_pol_duffing(0.8, 1.0)
     logarithmic, linearised, exact = (
         averaged_density(scene, impact=impact).mean
         for impact in ("logarithmic", "linearised", "exact")
     )
     assert logarithmic == pytest.approx(mean, abs=3 * error + 0.02 * mean)
-    assert linearised > 1.05 * mean
-    assert exact > 1.15 * mean
+    assert linearised > mean + 4 * error
+    assert exact > mean + 12 * error
     assert not averaged_density(scene).holds  # and so it is said, as it may be further off
 
 
 @pytest.mark.slow
 def test_where_averaging_holds_and_where_not():
-    mean, error = simulated_energy(0.99, 1.0, paths=4000, settle=500, span=400)
+    mean, error = simulated_energy(0.99, 1.0, start=10.0, paths=4000, settle=500, span=400)
     density = averaged_density(scenes.van_der_pol_duffing(0.99, 1.0))
     assert density.holds
     assert density.mean == pytest.approx(mean, abs=3 * error)
-    mean, error = simulated_energy(0.5, 1.0, paths=2000, settle=100, span=200)
+    mean, error = simulated_energy(0.5, 1.0, start=0.05, paths=2000, settle=100, span=200)
     density = averaged_density(scenes.van_der_pol_duffing(0.5, 1.0))
     assert not density.holds
     assert density.mean < 0.95 * mean
+
+
+@pytest.mark.parametrize("intensity", [1e-2, 1e-5, 1e-9])
+def test_noise_so_weak_that_the_ridge_is_thin(intensity):
+    """About a ridge the energy is normal, of variance -1 / Psi''."""
+    density = averaged_density(scenes.van_der_pol_duffing(0.99, 1.0, intensity))
+    ridge = density.shape.energy[-1]
+    step = 1e-3 * ridge
+
+    def pull(h):  # Psi', from drift and diffusion less what the noise alone does
+        return 2 * (density.drift(h) - 0.01 * intensity) / density.diffusion(h)
+
+    steepness = (pull(ridge - step) - pull(ridge + step)) / (2 * step)
+    assert density.sd == pytest.approx(steepness**-0.5, rel=20 * intensity + 1e-5)
+    assert density.mean == pytest.approx(ridge, rel=intensity + 1e-9)
+    assert density.cumulative(density.greatest) == pytest.approx(1, abs=1e-12)
 
 
 REFUSED = {
