@@ -91,6 +91,10 @@ def sample_path(result: SamplePath, ax: Axes | None = None) -> Axes:
     hits = result.impacts.time
     if len(hits) and len(result.time):
         at = np.interp(hits, result.time, result.x)
+        base = result.oscillator.base
+        if base is None or not base.stops:  # where the stop is, not where the path was seen next
+            places = np.array([stop.position for stop in result.oscillator.stops])
+            at = places[np.abs(at[:, None] - places).argmin(axis=1)]
         ax.plot(hits, at, "o", color=VERMILLION, markersize=3, label="impacts")
         ax.legend(loc="lower right", bbox_to_anchor=(1, 1), frameon=False)
     seconds(ax.xaxis, "time", result.time)

@@ -1,8 +1,9 @@
 """A step split into what can be solved exactly: flight with impacts, and a kick.
 
-Half a flight, a kick, half a flight (Strang): the halves of successive steps are one flight, so the
-state between calls is that before a kick, in the middle of its step. Paths are moved in groups, a
-step at a time, so that the processor works at several while each waits for its own numbers.
+Half a flight, a kick, half a flight [Strang1968]_: the halves of successive steps are one flight,
+so the state between calls is that before a kick, in the middle of its step. Paths are moved in
+groups, a step at a time, so that the processor works at several while each waits for its own
+numbers.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def bounce(p, f, state, count, events, lane, t, span, q, v):
 
 @inner
 def rub_shaken(loss, spread, r, key, path, step, v, noise):
-    """Velocity after a step of v' = -f sgn v + white noise, drawn from its distribution.
+    """Velocity after a step of v' = -f sgn v + white noise [CaugheyDienes1961]_, as distributed.
 
     While v does not pass 0 it loses `loss` = f h of its size. The size is a Brownian motion with
     drift that is reflected at 0, of which the least value between both ends is known; once it has
