@@ -20,7 +20,7 @@ import numpy as np
 from impactsig import Friction, Noise, Oscillator, Rigid, Stop, averaged_density, scenes
 from impactsig import simulate_ensemble as ensemble
 from impactsig.stochastic import _splitting
-from impactsig.stochastic._equation import BLOCK, COLUMNS
+from impactsig.stochastic._equation import BLOCK, COLUMNS, V
 from impactsig.stochastic._random import draw, room
 from impactsig.stochastic._running import LANES, Mover, key_of
 
@@ -29,7 +29,7 @@ LOSSY = replace(ELASTIC, stops=(Stop(0.0, Rigid(0.8), "lower"),), load=-0.5)
 RUBBING = replace(ELASTIC, stops=(), stiffness=0.0, damping=0.0, friction=Friction(0.8))
 # Steps, and paths: as many as a moderate time allows.
 STEPS = {
-    "splitting": ((0.8, 0.4, 0.2, 0.1), 3000),
+    "splitting": ((0.8, 0.4, 0.2), 3000),
     "runge-kutta": ((0.8, 0.4, 0.2), 1200),
     "zhuravlev": ((0.8, 0.4, 0.2), 1200),
     "gaussian": ((0.8, 0.2), 600),
@@ -133,25 +133,30 @@ def scene():
 def strong_errors():
     """Distance of paths from those of a fine step, driven by the same noise."""
     print("\nsplitting, strong error at t = 4 (mean distance of x)")
-    steps, fine, paths = (0.1, 0.05, 0.025, 0.0125), 0.0125 / 32, 400
-    cubic = Oscillator(damping=0.3, stiffness=0.0, law=_cubic, noise=Noise(0.2))
-    z = np.random.default_rng(5).standard_normal((paths, round(4 / fine)))
+    steps, paths = (0.1, 0.05, 0.025, 0.0125, 0.0125 / 32), 400
+    fine = steps[-1] / 2  # kicks stand for a step from middle to middle
+    normal = np.random.default_rng(5).standard_normal((paths, round(4.2 / fine)))
+    brownian = math.sqrt(fine) * np.cumsum(normal, axis=1)
+    cubic = Oscillator(damping=0.3, stiffness=0.0, law=_cubic, noise=Noise(0.5))
     for name, machine in (("no stop", cubic), ("elastic impacts", ELASTIC)):
         ends = []
-        for step in (*steps, fine):
+        for step in steps:
             many = round(step / fine)
-            summed = z.reshape(paths, -1, many).sum(axis=2) / math.sqrt(many)
-            ends.append(driven(machine, step, summed)[:, -1])
+            middles = brownian[:, many // 2 - 1 :: many][:, : round(4 / step) + 1]
+            z = np.diff(middles, axis=1) / math.sqrt(step)
+            ends.append(driven(machine, step, z, kick=middles[:, 0])[:, -1])
         errors = [np.mean(np.abs(end - ends[-1])[:, 0]) for end in ends[:-1]]
-        slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+        slope = np.polyfit(np.log(steps[:-1]), np.log(errors), 1)[0]
         print(f"{name:16}", *(f"{error:.1e}" for error in errors), f"order {slope:.2f}")
 
 
-def driven(machine, step, z, every=None):
+def driven(machine, step, z, every=None, kick=None):
     """States of the splitting with given random numbers, at the end or every so many steps."""
     paths, count = z.shape
     mover = Mover(machine, step, "splitting", 0.0, key_of(1))
     group = mover.start(np.full(paths, 1.0), np.zeros(paths), np.arange(paths))
+    if kick is not None:  # the half of a kick at the start, where the force of both machines is -1
+        group.state[V] = -step / 2 + kick
     every = every or count
     seen = np.empty((paths, count // every, 2))
     _splitting.advance(
@@ -167,16 +172,18 @@ def _cubic(t, x, v):
 
 def increments():
     """Whether three-point increments, which are as good for weak order 2, would serve."""
-    print("\nsplitting, what the noise is made of: error of mean H, elastic")
+    print("\nsplitting, what the noise is made of: error of mean H, r = 0.8, load -0.5")
     rng = np.random.default_rng(3)
-    for step in (0.4, 0.2):
+    truth, _ = long_run(LOSSY, "gaussian", 0.4, seed=98, paths=600)
+    for step in (0.8, 0.4):
         count = round(4000 / step)
         for name, values in (
             ("normal", rng.standard_normal((200, count))),
             ("three-point", rng.choice(math.sqrt(3) * np.array([-1, 0, 0, 0, 0, 1]), (200, count))),
         ):
-            seen = driven(ELASTIC, step, values, every=round(0.8 / step))[:, 50:]
-            energy = (seen**2).sum(axis=2).mean(axis=1) / 2
+            seen = driven(LOSSY, step, values, every=round(0.8 / step))[:, 50:]
+            energy = ((seen**2).sum(axis=2) / 2 + 0.5 * seen[..., 0]).mean(axis=1)
+            energy /= truth.energy.mean
             error = energy.std(ddof=1) / math.sqrt(len(energy))
             print(f"{name:12} step {step}: {energy.mean() - 1:8.2%} +- {error:.2%}")
 

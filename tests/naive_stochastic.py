@@ -61,27 +61,39 @@ def split(force, deviation, noise, restitution, friction, x, v, h, key, path):
 
     `force` is a function of t, x and v, `noise` the normal numbers of the steps.
     """
-    seen, a = [], 0.0
-
-    def fly(x, v, span, looking):
-        end = x + v * span
-        if end >= 0:
-            return end, v
-        left = end / v
-        late = left if looking else left - span / 2
-        v = max(-restitution * v + (1 + restitution) * a * late, 0.0)
-        return v * left, v
-
-    x, v = fly(x, v, h / 2, False)
+    seen = []
+    half = h / 4 * force(0.0, x, v)
+    kick = deviation / math.sqrt(2) * bridge_pair(key, path, 0, 0xFFFFF)[1]
+    if friction:
+        numbers = pair(philox((2**32 - 1, 0xFFF00000, path, 1), [int(word) for word in key]))
+        v = half + rub(v + half, friction, h / 2, deviation / math.sqrt(2), kick, numbers)
+    else:
+        v += 2 * half + kick
     for step, number in enumerate(noise):
-        t, kick = (step + 0.5) * h, deviation * number
+        # The flight, in which impacts are under the force at the stop.
+        a = force((step + 0.5) * h, 0.0, 0.0)
+        end, after, left, u = x + v * h, v, h, v - a * h / 2
+        while end < 0:
+            out = math.sqrt(max(u * u - 2 * a * x, 0.0))
+            flight = 2 * x / (-u + out) if u < 0 else (out + u) / -a
+            x, left = 0.0, left - flight
+            u = restitution * out
+            end = u * left + a * left**2 / 2
+            if end < 0 and 2 * u < -a * (1 - restitution) * left:
+                end = u = left = 0.0  # what is left of the rebounds ends within the step
+            after = u + a * (left - h / 2)
+        x, v = end, after
+
+        t, kick = (step + 1) * h, deviation * number
         here = force(t, x, v)
         a = (here + force(t, x, v + h * here + kick)) / 2
+        before = v + a * h / 2
         if friction:
-            numbers = bridge_pair(key, path, step, 0)
-            v = a * h / 2 + rub(v + a * h / 2, friction, h, deviation, kick, numbers)
+            after = rub(before, friction, h, deviation, kick, bridge_pair(key, path, step, 0))
         else:
-            v += a * h + kick
-        seen.append(fly(x, v, h / 2, True))
-        x, v = fly(x, v, h, False)
+            after = before + kick
+        v = after + a * h / 2
+        middle = before if step % 2 else after
+        pull = a - (math.copysign(friction, middle) if friction else 0)
+        seen.append((abs(x + pull * h * h / 8), middle))
     return np.array(seen)

@@ -18,9 +18,9 @@ SPRING, PUSHER, HERTZ = range(3)
 # Columns of `Problem.soft`. LOSS is the damping of a Kelvin-Voigt stop, or the loss per velocity of
 # Hunt and Crossley; RETURN the restitution coefficient of Lankarani and Nikravesh, or -1.
 PLACE, SIDE, LAW, STIFFNESS, LOSS, EXPONENT, RETURN, STOP = range(8)
-# Rows of the state: position, velocity, acceleration at the last kick, the filtered force, then for
-# each soft stop the approach velocity of its last contact.
-Q, V, A, F, APPROACH = range(5)
+# Rows of the state: position, velocity, the filtered force, then for each soft stop the approach
+# velocity of its last contact.
+Q, V, F, APPROACH = range(4)
 # Columns of the events that a path is asked for: instant, stop, approach velocity.
 INSTANT, WHICH, SPEED, COLUMNS = range(4)
 BLOCK = 64  # steps whose random numbers are drawn together

@@ -124,7 +124,7 @@ def resolve(p, w, f, key, path, r, count, events, lane, step, uq, uv, uq1, uv1):
 
 
 @kernel
-def begin(p, f, state, count, events):
+def begin(p, f, key, path, r, state, count, events):
     """Nothing: the state is that at t = 0."""
 
 

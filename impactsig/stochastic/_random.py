@@ -16,6 +16,8 @@ import numpy as np
 from ..simulate._flow import kernel
 
 FORCE, BRIDGE = range(2)  # what the numbers are for: a part of the counter
+START = 0xFFFFF  # number of the pair that a path starts from
+LAST = 2**44 - 1  # a step that none comes to, for what is drawn at the start
 PI_4 = math.pi / 4
 LN2 = math.log(2)
 LOW = 0xFFFFFFFF

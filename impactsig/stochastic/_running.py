@@ -14,7 +14,6 @@ from ._posing import filtered_deviation, functions, pose, transition
 Method = Literal["splitting", "runge-kutta", "zhuravlev", "gaussian"]
 METHODS = ("splitting", "runge-kutta", "zhuravlev", "gaussian")
 LANES = 8  # paths that are moved together
-START = 0xFFFFF  # number of the pair of random numbers that a filtered force starts from
 NO_EVENTS = np.empty((0, 3))
 
 
@@ -102,7 +101,7 @@ class Mover:
     def start(self, q: np.ndarray, v: np.ndarray, paths: np.ndarray) -> Group:
         """A group of paths at t = 0, at these positions and velocities relative to the stops."""
         from ._equation import APPROACH, F, Q, V
-        from ._random import draw_pair, room
+        from ._random import START, draw_pair, room
 
         state = np.zeros((APPROACH + len(self.problem.soft), len(paths)))
         state[Q], state[V] = q, v
@@ -112,7 +111,10 @@ class Mover:
                 draw_pair(room(2), self.key, path, 0, START, pair)
                 state[F, lane] = self._deviation * pair[0]
         group = Group(self, state, np.asarray(paths, np.uint32))
-        self._kernels().begin(self.problem, self.functions, state, group.count, NO_EVENTS)
+        self._kernels().begin(
+            self.problem, self.functions, self.key, group.paths, group.room, state, group.count,
+            NO_EVENTS,
+        )  # fmt: skip
         return group
 
     def _kernels(self) -> Any:
@@ -140,7 +142,8 @@ class Group:
         self.mover, self.state, self.paths = mover, state, paths
         self.count = np.zeros(len(paths), np.int64)
         self.step = 0
-        self._room = room(normals * BLOCK), np.empty((len(paths), normals * BLOCK))
+        self.room = room(normals * BLOCK)
+        self._numbers = np.empty((len(paths), normals * BLOCK))
 
     def move(
         self,
@@ -153,7 +156,16 @@ class Group:
         seen = np.empty((len(self.paths), looks, 2))
         last = self.step + steps
         self.mover.move(
-            self.paths, *self._room, self.state, self.count, self.step, last, every, seen, events
+            self.paths,
+            self.room,
+            self._numbers,
+            self.state,
+            self.count,
+            self.step,
+            last,
+            every,
+            seen,
+            events,
         )
         self.step = last
         return seen

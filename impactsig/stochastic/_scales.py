@@ -12,7 +12,7 @@ from ..oscillators import Hertz, KelvinVoigt, Oscillator
 from ._posing import hertz_rate, potential
 from ._running import LANES, Group, Mover
 
-FINE = 0.1  # default step by the fastest scale
+FINE = 0.2  # default step by the fastest scale
 PILOT_KEY = np.array([0x696D7061, 0x63747369], np.uint32)  # the pilot's own: a seed has no part
 PILOT_STEPS = 100_000
 PILOT_LOOKS = 4096
@@ -54,7 +54,7 @@ class Survey:
 
     @property
     def default(self) -> float:
-        """The default step, in the oscillator's unit of time: two digits of a tenth of a scale."""
+        """The default step, in the oscillator's unit of time: two digits of a fifth of a scale."""
         step = FINE / self.rate
         digit = 10.0 ** (math.floor(math.log10(step)) - 1)
         return math.floor(step / digit * (1 + 1e-9)) * digit
@@ -119,7 +119,7 @@ def survey(
             continue
         rate, fastest = max(known + _rates_met(oscillator, group, seen, step * every))
         if rate < least:
-            rate, fastest = least, f"the run, 1/{1 / (least * span):g} of it"
+            rate, fastest = least, f"the run, 1/{100 * FINE:g} of it"
         if not bent or step <= 1.25 * FINE / rate:
             return Survey(rate, fastest, _ranges(oscillator, group, seen, step * every))
         step = FINE / rate

@@ -163,7 +163,7 @@ def pass_through(p, f, count, events, lane, t, y, u, y1, u1):
 
 
 @kernel
-def begin(p, f, state, count, events):
+def begin(p, f, key, path, r, state, count, events):
     """From positions to coordinates."""
     if p.fold != 0.0:
         for lane in range(state.shape[1]):

@@ -165,7 +165,7 @@ def simulate_ensemble(
         "gaussian" draws a linear oscillator with rigid stops under white noise from its exact
         transition, and looks between the steps by bridges; it has no error to speak of.
     step : float, optional
-        Step [s]; by default a tenth of the fastest time scale: of oscillation, damping, contacts,
+        Step [s]; by default a fifth of the fastest time scale: of oscillation, damping, contacts,
         forcing and filter, and of the law where a few short paths go.
     every : float, optional
         Time from one look to the next [s]; 8 steps by default. The forcing period makes the

@@ -77,6 +77,7 @@ def test_a_sample_path_is_that_of_the_ensemble(method):
     np.testing.assert_allclose(ensemble.displacement.density * width * len(x), counts, atol=1.01)
     # Looked at as often, the path is the same; so it is looked at from the start on.
     finer = sample_path(LINEAR, path=3, **options | {"every": 0.2, "step": paths[3].step})
+    assert math.isclose(finer.step, paths[3].step)
     np.testing.assert_array_equal(finer.x[1::2], paths[3].x)
     whole = sample_path(LINEAR, path=3, **options | {"transient": 0.0, "duration": 23.2})
     np.testing.assert_array_equal(whole.x[-50:], paths[3].x)
@@ -170,7 +171,7 @@ def test_energy_counts_load_law_and_soft_stops():
     )  # fmt: skip
     for x, v in ((0.0, 1.0), (0.7, -0.4), (-0.9, 0.3), (3.0, 0.0)):
         found = simulate_ensemble(
-            machine, paths=2, duration=1e-6, step=1e-7, every=1e-7, initial=(x, v), seed=1
+            machine, paths=2, duration=1e-6, step=1e-8, every=1e-8, initial=(x, v), seed=1
         )
         expected = v * v + 1.5 * x * x - 0.5 * x + x**4
         expected += 25 * max(x - 0.2, 0) ** 2 + 32 * max(x - 0.5, 0) ** 2.5
@@ -208,7 +209,8 @@ def test_without_noise_it_moves_as_simulate_does(method):
         errors.append(np.abs(found - truth.sample(time))[:, ~near].max())
     assert errors[0] < (1e-5 if method == "gaussian" else 1e-2)
     if method != "gaussian":
-        assert errors[0] / errors[1] > 2.5  # order 2 and more, but for where the impacts fall
+        # Order 2, but for drag, which an impact turns amid a step.
+        assert errors[0] / errors[1] > (1.5 if method == "splitting" else 2.5)
 
 
 def test_friction_under_filtered_noise_holds_the_mass():
@@ -238,7 +240,7 @@ def test_a_law_that_feeds_energy_in_ends_diverged():
         simulate_ensemble(runaway, paths=8, duration=5.0, initial=(3.0, 0.0))
 
 
-def test_the_default_step_is_a_tenth_of_the_fastest_scale():
+def test_the_default_step_is_a_fifth_of_the_fastest_scale():
     stiff = KelvinVoigt(1e4, 3.0)
     cases = {
         Oscillator(stiffness=9.0, noise=Noise(1.0)): 1 / 3,
@@ -248,7 +250,7 @@ def test_the_default_step_is_a_tenth_of_the_fastest_scale():
     }
     for machine, scale in cases.items():
         found = simulate_ensemble(machine, paths=2, duration=20.0, seed=1)
-        assert 0.085 * scale < found.step <= 0.1 * scale * (1 + 1e-9)
+        assert 0.17 * scale < found.step <= 0.2 * scale * (1 + 1e-9)
         with pytest.raises(InvalidInput, match="time scale"):
             simulate_ensemble(machine, paths=2, duration=20.0, seed=1, step=1.01 * scale)
         simulate_ensemble(machine, paths=2, duration=20.0, seed=1, step=0.99 * scale)
