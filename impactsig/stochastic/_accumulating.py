@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..simulate._flow import inner, kernel
+from ..simulate._flow import inlined, inner, kernel
 from ._equation import EXPONENT, HERTZ, LAW, PLACE, SIDE, STIFFNESS, ground_at
 
 # Columns of `Kept.sums`.
@@ -47,7 +47,7 @@ def forces(law, x, out):
         out[i] = law(0.0, x[i], 0.0)
 
 
-@inner
+@inlined
 def potential_at(u, law, x):
     """Potential energy per mass, 0 at x = 0."""
     energy = (0.5 * u.kappa * x - u.constant) * x
@@ -86,12 +86,12 @@ def contact_energy(p, q):
 @kernel
 def energies(p, u, law, seen, first, apart, out):
     """Energy of every state seen, in the oscillator's units, the first of each path at `first`."""
-    for i in range(seen.shape[1]):
-        at, _ = ground_at(p, first + i * apart)
-        for lane in range(seen.shape[0]):
+    for lane in range(seen.shape[0]):
+        for i in range(seen.shape[1]):
             x, v = seen[lane, i, 0], seen[lane, i, 1]
             energy = 0.5 * v * v + potential_at(u, law, x)
             if len(p.soft) > 0:
+                at, _ = ground_at(p, first + i * apart)
                 energy += contact_energy(p, x - at)
             out[lane, i] = p.mass * energy
 
@@ -106,29 +106,40 @@ def cell(value, edges, size):
 @kernel
 def keep(kept, seen, energy, total):
     """Count and add what was seen, of `total` looks a path."""
-    slices, fine, coarse = kept.course.shape[1], kept.x.shape[1], kept.joint.shape[1]
+    slices, coarse = kept.course.shape[1], kept.joint.shape[1]
+    share = coarse / kept.x.shape[1]
     for lane in range(seen.shape[0]):
+        # Sums as numbers, and no division, which would take longer than all else.
+        sums = kept.sums[lane]
+        e1, e2, x1 = sums[ENERGY], sums[ENERGY2], sums[DISPLACEMENT]
+        x2, v1, v2 = sums[DISPLACEMENT2], sums[VELOCITY], sums[VELOCITY2]
+        part = (kept.looks[lane] * slices) // total
+        over = kept.looks[lane] * slices - part * total
         for i in range(seen.shape[1]):
             x, v, e = seen[lane, i, 0], seen[lane, i, 1], energy[lane, i]
             one = cell(e, kept.edges[0], kept.energy.shape[1])
             if one >= 0:
                 kept.energy[lane, one] += 1
-            one, two = cell(x, kept.edges[1], fine), cell(v, kept.edges[2], fine)
+            one = cell(x, kept.edges[1], kept.x.shape[1])
+            two = cell(v, kept.edges[2], kept.v.shape[1])
             if one >= 0:
                 kept.x[lane, one] += 1
             if two >= 0:
                 kept.v[lane, two] += 1
             if one >= 0 and two >= 0:
-                kept.joint[lane, one * coarse // fine, two * coarse // fine] += 1
-            kept.course[lane, (kept.looks[lane] * slices) // total] += e
-            kept.looks[lane] += 1
-            sums = kept.sums[lane]
-            sums[ENERGY] += e
-            sums[ENERGY2] += e * e
-            sums[DISPLACEMENT] += x
-            sums[DISPLACEMENT2] += x * x
-            sums[VELOCITY] += v
-            sums[VELOCITY2] += v * v
+                row = int((x - kept.edges[1, 0]) * kept.edges[1, 1] * share)
+                column = int((v - kept.edges[2, 0]) * kept.edges[2, 1] * share)
+                kept.joint[lane, min(row, coarse - 1), min(column, coarse - 1)] += 1
+            kept.course[lane, part] += e
+            over += slices
+            while over >= total:
+                over -= total
+                part += 1
+            e1, e2, x1 = e1 + e, e2 + e * e, x1 + x
+            x2, v1, v2 = x2 + x * x, v1 + v, v2 + v * v
+        kept.looks[lane] += seen.shape[1]
+        sums[ENERGY], sums[ENERGY2], sums[DISPLACEMENT] = e1, e2, x1
+        sums[DISPLACEMENT2], sums[VELOCITY], sums[VELOCITY2] = x2, v1, v2
 
 
 @kernel

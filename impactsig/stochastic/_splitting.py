@@ -26,6 +26,7 @@ from ._equation import (
 )
 from ._random import LAST, START, draw, draw_pair
 
+FAR = 20.0  # velocities before and after a step, by the noise squared: 0 between has exp(-2 FAR)
 BOUNCES = 64  # impacts in one flight, beyond which the mass is left at the stop
 
 
@@ -99,7 +100,7 @@ def rub_shaken(loss, spread, r, key, path, step, v, noise):
     """
     size = abs(v)
     end = size - loss + (noise if v >= 0 else -noise)
-    if size * end > 20 * spread * spread:  # it has not been 0: exp(-40)
+    if size * end > FAR * spread * spread:
         return math.copysign(end, v)
     draw_pair(r, key, path, step, 0, r.pair)
     one, two = r.pair[0], r.pair[1]
@@ -160,7 +161,7 @@ def advance(p, f, key, path, r, z, state, count, first, last, every, looks, seen
     """Steps `first` to `last` with given random numbers, z[lane, 0] for the first; looks so far."""
     h, lanes = p.step, state.shape[1]
     decay, root = math.exp(-p.damping * h), math.exp(-0.5 * p.damping * h)
-    shaken = p.sigma * math.sqrt(h)
+    shaken, loss = p.sigma * math.sqrt(h), p.kinetic * h
     spread = shaken
     if p.damping > 0:
         spread = p.sigma * math.sqrt(-math.expm1(-2 * p.damping * h) / (2 * p.damping))
@@ -186,9 +187,14 @@ def advance(p, f, key, path, r, z, state, count, first, last, every, looks, seen
             if p.kinetic > 0:
                 if p.sigma > 0:
                     noise = shaken * z[lane, k]
-                    after = root * rub_shaken(
-                        p.kinetic * h, shaken, r, key, path[lane], step, root * before, noise
-                    )
+                    after = root * before
+                    end = abs(after) - loss + (noise if after >= 0 else -noise)
+                    if abs(after) * end > FAR * shaken * shaken:
+                        after = root * math.copysign(end, after)
+                    else:  # not called where it need not be: passing `r` on takes long
+                        after = root * rub_shaken(
+                            loss, shaken, r, key, path[lane], step, after, noise
+                        )
                     new = after + 0.5 * h * a
                 else:
                     new = rub(v, a - p.damping * v, h, p.kinetic, p.static)
