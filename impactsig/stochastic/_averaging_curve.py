@@ -133,7 +133,9 @@ class Curve:
         between = np.concatenate([[self.grid.edges[0]], found, [self.grid.edges[-1]]])
         middle = np.sqrt(between[:-1] * between[1:])
         # A panel's ends may both have, or both miss, a root that is on them.
-        falls = evaluate(self.balance, *self.grid.locate(middle)) < 0
+        slope = evaluate(self.balance, *self.grid.locate(middle))
+        # Where nothing damps small orbits the density is level, up to where it falls or rises.
+        falls = np.where(slope == 0, np.diff(self.log_joint(between)) < 0, slope < 0)
         turns = np.concatenate([[True], falls[1:] != falls[:-1]])
         return np.concatenate([[0.0], found])[turns], falls[turns]
 

@@ -116,7 +116,7 @@ def roots(coefficients: np.ndarray) -> list[tuple[int, float]]:
     """Panels and places of all roots, in order; panels that can hold none are not searched."""
     found = []
     bound = np.abs(coefficients[:, 1:]).sum(axis=1)
-    for k in np.flatnonzero(np.abs(coefficients[:, 0]) <= bound):
+    for k in np.flatnonzero((np.abs(coefficients[:, 0]) <= bound) & (bound > 0)):
         row = coefficients[k] / np.abs(coefficients[k]).max()
         every = chebyshev.chebroots(row)
         real = every[(np.abs(every.imag) < 1e-9) & (np.abs(every.real) <= 1)].real

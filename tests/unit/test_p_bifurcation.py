@@ -130,6 +130,17 @@ def test_shapes_with_a_stop_that_only_large_orbits_meet():
     assert held.peaks("displacement") == 2
 
 
+def test_nothing_damps_orbits_that_meet_no_stop():
+    """The density is level up to the energy of grazing, 0.5, and falls from there."""
+    machine = Oscillator(noise=Noise(0.1), stops=(Stop(1.0, Rigid(0.8)),))
+    density = averaged_density(machine)
+    assert density.joint_density(0.0, [0.0, 0.5, 0.99]) == pytest.approx(
+        np.full(3, density.shape.height[0]), rel=1e-12
+    )
+    assert density.joint_density(0.0, 1.2) < 0.99 * density.shape.height[0]
+    assert density.shape.name == "peak"
+
+
 @pytest.mark.parametrize(
     ("arguments", "argument"),
     [
