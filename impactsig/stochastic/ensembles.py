@@ -161,7 +161,8 @@ def simulate_ensemble(
         each exactly but for Heun's method in the kick; it moves every oscillator.
         "runge-kutta" is the classical method with the noise held over a step, cut at the stop,
         where the noise is split by a Brownian bridge; "zhuravlev" the same without cuts, in
-        Zhuravlev's coordinate, for one rigid stop [Zhuravlev1976]_. Weak orders measured: 1.8, 1.4, 1.7.
+        Zhuravlev's coordinate, for one rigid stop [Zhuravlev1976]_. Under lossy impacts their
+        weak orders were measured as 1.8, 1.4 and 1.7.
         "gaussian" draws a linear oscillator with rigid stops under white noise from its exact
         transition, and looks between the steps by bridges; it has no error to speak of.
     step : float, optional
