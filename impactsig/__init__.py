@@ -136,6 +136,9 @@ if TYPE_CHECKING:
     from .simulate.trajectories import Trajectory, trajectory
     from .stochastic.averaging import AveragedDensity, averaged_density
     from .stochastic.bifurcation import PBifurcation, p_bifurcation
+    from .stochastic.density import Density, JointDensity
+    from .stochastic.ensembles import Ensemble, simulate_ensemble
+    from .stochastic.sample_paths import SamplePath, sample_path
     from .stochastic.shapes import DensityShape
     from .studies.study import Study, open_study
     from .studies.sweeping import sweep
@@ -250,6 +253,9 @@ _HOME = {
     ),
     "dynamics.response": ("ResponseSpectrum", "response_spectrum"),
     "dynamics.matching": ("MatchRate", "match_rate", "strobe_distance"),
+    "stochastic.density": ("Density", "JointDensity"),
+    "stochastic.ensembles": ("Ensemble", "simulate_ensemble"),
+    "stochastic.sample_paths": ("SamplePath", "sample_path"),
     "stochastic.averaging": ("AveragedDensity", "averaged_density"),
     "stochastic.bifurcation": ("PBifurcation", "p_bifurcation"),
     "stochastic.shapes": ("DensityShape",),
@@ -285,6 +291,9 @@ __all__ = [
     "DelayedFeedback",
     "DensityShape",
     "Detected",
+    "Density",
+    "DensityShape",
+    "Ensemble",
     "EquivalenceError",
     "FalseNeighbors",
     "FixedStep",
@@ -298,6 +307,7 @@ __all__ = [
     "IntervalHistogram",
     "InvalidInput",
     "Join",
+    "JointDensity",
     "KelvinVoigt",
     "Limits",
     "LoadCell",
@@ -328,6 +338,7 @@ __all__ = [
     "ReturnMapDeterminism",
     "Rigid",
     "RungeKutta",
+    "SamplePath",
     "Section",
     "SoftStopFit",
     "Split",
@@ -392,10 +403,12 @@ __all__ = [
     "response_spectrum",
     "return_map",
     "return_map_determinism",
+    "sample_path",
     "scenes",
     "simulate",
     "simulate_beam",
     "simulate_blocks",
+    "simulate_ensemble",
     "simulate_many",
     "stability_chart",
     "stop_damping",

@@ -16,6 +16,7 @@ from .correlation import correlation_sum
 from .diagrams import basins, bifurcation_diagram, periodicity_chart, response_spectrum
 from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
+from .ensembles import density, joint_density, sample_path
 from .equivalence import match_rate
 from .exponents import stretch_curve
 from .fitting import oscillator_fit
@@ -48,11 +49,13 @@ __all__ = [
     "correlation_sum",
     "decay",
     "delay_choice",
+    "density",
     "dimension",
     "false_neighbors",
     "histogram",
     "interval_densities",
     "interval_sequence",
+    "joint_density",
     "lyapunov_convergence",
     "match_rate",
     "mode_shapes",
@@ -71,6 +74,7 @@ __all__ = [
     "restitution_over_modes",
     "return_map",
     "return_maps",
+    "sample_path",
     "section",
     "spike_train",
     "stability_chart",

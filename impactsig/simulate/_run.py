@@ -39,6 +39,12 @@ class Run:
     ) -> None:
         if not isinstance(oscillator, Oscillator):
             raise InvalidInput("oscillator", oscillator, "an Oscillator, as impactsig.scenes makes")
+        if oscillator.noise is not None and oscillator.noise.intensity > 0:
+            raise InvalidInput(
+                "oscillator", repr(oscillator.noise), "an oscillator without noise",
+                "Under a random force, simulate_ensemble() gives densities and sample_path() a "
+                "path; replace(oscillator, noise=None) moves without it",
+            )  # fmt: skip
         if (periods is None) == (duration is None):
             raise InvalidInput(
                 "periods, duration", f"{periods}, {duration}", "one of them, and only one"

@@ -69,7 +69,8 @@ def simulate(
     Raises
     ------
     InvalidInput
-        If an argument is out of its range, or the mass starts beyond a rigid stop.
+        If an argument is out of its range, the mass starts beyond a rigid stop, or the oscillator
+        has noise: then `simulate_ensemble` and `sample_path` move it.
     """
     if keep not in ("all", "counts"):
         raise InvalidInput("keep", keep, '"all" or "counts"')

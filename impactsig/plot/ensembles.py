@@ -1,0 +1,102 @@
+"""An oscillator under a random force: densities with their bands, joint densities, a path."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ._axes import BLUE, VERMILLION, axes, seconds
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..stochastic.density import Density, JointDensity
+    from ..stochastic.sample_paths import SamplePath
+
+SYMBOLS = {"energy": "H", "displacement": "x", "velocity": "v"}
+
+
+def density(result: Density, ax: Axes | None = None, label: str = "simulated") -> Axes:
+    """Draw a density cell by cell, with the band that holds each with 95 %.
+
+    Parameters
+    ----------
+    result : Density
+        Such as `Ensemble.energy`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    label : str
+        What the legend calls it.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax, width=5.2)
+    ax.stairs(result.density, result.edges, color=BLUE, linewidth=1.1, label=label)
+    ax.fill_between(
+        result.edges,
+        np.append(result.low, result.low[-1]),
+        np.append(result.high, result.high[-1]),
+        step="post", color=BLUE, alpha=0.25, linewidth=0, label="95 % of each cell",
+    )  # fmt: skip
+    symbol = SYMBOLS[result.quantity]
+    ax.set(xlabel=f"{result.quantity} ${symbol}$", ylabel=f"density $p({symbol})$")
+    ax.set_xlim(result.edges[0], result.edges[-1])
+    ax.set_ylim(bottom=0)
+    ax.legend(frameon=False)
+    return ax
+
+
+def joint_density(result: JointDensity, ax: Axes | None = None) -> Axes:
+    """Draw a joint density as a map, with a scale.
+
+    Parameters
+    ----------
+    result : JointDensity
+        Such as `Ensemble.joint`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax, width=4.8, height=3.8)
+    mesh = ax.pcolormesh(
+        result.x_edges, result.v_edges, result.density, cmap="viridis", vmin=0, rasterized=True
+    )
+    ax.figure.colorbar(mesh, ax=ax, label="density $p(x, v)$")
+    ax.set(xlabel="displacement $x$", ylabel="velocity $v$")
+    return ax
+
+
+def sample_path(result: SamplePath, ax: Axes | None = None) -> Axes:
+    """Draw displacement over time, with a mark where the path hits a stop.
+
+    Parameters
+    ----------
+    result : SamplePath
+        What moved.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = axes(ax)
+    ax.plot(result.time, result.x, color=BLUE, linewidth=0.8)
+    hits = result.impacts.time
+    if len(hits) and len(result.time):
+        at = np.interp(hits, result.time, result.x)
+        base = result.oscillator.base
+        if base is None or not base.stops:  # where the stop is, not where the path was seen next
+            places = np.array([stop.position for stop in result.oscillator.stops])
+            at = places[np.abs(at[:, None] - places).argmin(axis=1)]
+        ax.plot(hits, at, "o", color=VERMILLION, markersize=3, label="impacts")
+        ax.legend(loc="lower right", bbox_to_anchor=(1, 1), frameon=False)
+    seconds(ax.xaxis, "time", result.time)
+    ax.set_ylabel("displacement $x$")
+    return ax

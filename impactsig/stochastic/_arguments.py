@@ -1,0 +1,141 @@
+"""Arguments that ensembles and single paths share."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .._arguments import number
+from ..errors import InvalidInput
+from ..oscillators import Oscillator
+from ..simulate._frame import reference_frequency
+from ..simulate._run import _start
+from ._running import Method, check_method
+from ._scales import Survey, survey
+
+TURN = 2 * math.pi
+
+
+@dataclass(frozen=True)
+class Course:
+    """How long to look at an oscillator, from where, and in which steps.
+
+    Attributes
+    ----------
+    q, v : numpy.ndarray, shape (paths,)
+        Positions and velocities at t = 0, relative to the stops.
+    phase : float
+        Phase of the reference forcing at t = 0 [rad].
+    step : float
+        In the oscillator's unit of time.
+    every : int
+        Steps from one look to the next.
+    before, looks : int
+        Steps that are not looked at, and how often is looked after them.
+    survey : Survey
+        What the step was chosen by.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    phase: float
+    step: float
+    every: int
+    before: int
+    looks: int
+    survey: Survey
+
+
+def course(
+    oscillator: Oscillator,
+    paths: int,
+    *,
+    periods: float | None,
+    duration: float | None,
+    transient: float,
+    initial: Any,
+    phase: float,
+    method: Method,
+    step: float | None,
+    every: float | None,
+    look: int,
+) -> Course:
+    """The arguments of `simulate_ensemble` and `sample_path`, checked.
+
+    Raises
+    ------
+    InvalidInput
+        If one is out of its range.
+    """
+    if not isinstance(oscillator, Oscillator):
+        raise InvalidInput("oscillator", oscillator, "an Oscillator, as impactsig.scenes makes")
+    if oscillator.noise is None:
+        raise InvalidInput(
+            "oscillator", repr(oscillator), "an oscillator with noise",
+            "Give it noise=Noise(intensity); without noise, simulate() moves it",
+        )  # fmt: skip
+    check_method(oscillator, method)
+    if (periods is None) == (duration is None):
+        raise InvalidInput(
+            "periods, duration", f"{periods}, {duration}", "one of them, and only one"
+        )
+    unit = 1.0  # of transient and duration, in the oscillator's unit of time
+    if periods is not None:
+        if oscillator.forcing_frequency is None:
+            raise InvalidInput(
+                "periods", periods, "an oscillator with forcing to count by",
+                "There is no forcing: give duration= in seconds",
+            )  # fmt: skip
+        unit = TURN / oscillator.forcing_frequency
+        span = number("periods", periods, positive=True) * unit
+    else:
+        unit = 1 / oscillator.time_unit
+        span = number("duration", duration, positive=True) * unit
+    before = number("transient", transient, least=0.0) * unit
+    phase = number("phase", phase) % TURN
+    q, v = starts(oscillator, paths, initial, phase)
+    found = survey(oscillator, before + span, q, v, phase)
+    if step is None:
+        size = found.default
+    else:
+        found.check(number("step", step, positive=True), oscillator.time_unit)
+        size = step / oscillator.time_unit
+    if every is None:
+        size = min(size, span)
+        stride = min(look, max(int(span / size * (1 + 1e-9)), 1))
+    else:
+        apart = number("every", every, positive=True) / oscillator.time_unit
+        if apart > span * (1 + 1e-9):
+            raise InvalidInput("every", every, "no longer than the time that is looked at")
+        stride = math.ceil(apart / size * (1 - 1e-9))
+        size = apart / stride
+    looks = int(span / (stride * size) * (1 + 1e-9))
+    before_steps = math.ceil(before / (stride * size) * (1 - 1e-9)) * stride
+    return Course(q, v, phase, size, stride, before_steps, looks, found)
+
+
+def starts(
+    oscillator: Oscillator, paths: int, initial: Any, phase: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities at t = 0, relative to the stops.
+
+    Raises
+    ------
+    InvalidInput
+        If there is not one for all paths or one for each, or one is beyond a rigid stop.
+    """
+    try:
+        given = np.asarray(initial, float)
+    except (TypeError, ValueError):
+        given = np.array(np.nan)
+    if given.shape not in ((2,), (paths, 2)):
+        raise InvalidInput(
+            "initial", initial, f"displacement and velocity, shape (2,) or ({paths}, 2)"
+        )
+    omega = reference_frequency(oscillator)
+    found = np.array([_start(oscillator, row, phase, omega) for row in given.reshape(-1, 2)])
+    q, v = np.broadcast_to(found, (paths, 2)).T
+    return q.copy(), v * omega

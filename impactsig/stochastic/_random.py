@@ -1,0 +1,159 @@
+"""Normal numbers from a counter: the same for the same key and counter, whoever asks, and when.
+
+The generator is Philox4x32-10 [SalmonEtAl2011]_, the transformation Box and Muller's
+[BoxMuller1958]_ with 53 bits for the radius, which reaches 8.6 standard deviations, and 53 for the
+angle. Logarithm, sine and cosine are polynomials (fdlibm's, below one unit in the last place), so
+that the loops are compiled to vector instructions, and give the same bits on every machine.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..simulate._flow import kernel
+
+FORCE, BRIDGE = range(2)  # what the numbers are for: a part of the counter
+START = 0xFFFFF  # number of the pair that a path starts from
+LAST = 2**44 - 1  # a step that none comes to, for what is drawn at the start
+PI_4 = math.pi / 4
+LN2 = math.log(2)
+LOW = 0xFFFFFFFF
+# Splits a double in (0, 1) so that the mantissa lies from sqrt(1/2) to sqrt(2).
+LIFT = (0x3FF00000 - 0x3FE6A09E) << 32
+FLOOR = 0x3FE6A09E << 32
+MANTISSA = 0x000FFFFFFFFFFFFF
+
+
+class Room(NamedTuple):
+    """Room for the numbers on their way."""
+
+    radius: np.ndarray  # uint64
+    angle: np.ndarray  # uint64
+    real: np.ndarray  # float64
+    bits: np.ndarray  # the same as uint64
+    pair: np.ndarray  # two normal numbers
+    stack: np.ndarray  # shape (32, 3): parts of a step that are still to be looked at
+
+
+def room(size: int) -> Room:
+    """Room for `size` normal numbers, an even number."""
+    real, words = np.empty(size // 2), np.empty((2, size // 2), np.uint64)
+    return Room(words[0], words[1], real, real.view(np.uint64), np.empty(2), np.empty((32, 3)))
+
+
+@kernel
+def philox(key, first, c1, c2, c3, left, right):
+    """Philox4x32-10 for the counters (first + i, c1, c2, c3): words 0, 1 and words 2, 3 of each."""
+    low, half = np.uint64(LOW), np.uint64(32)
+    for i in range(len(left)):
+        x0, x1 = (np.uint64(first) + np.uint64(i)) & low, np.uint64(c1)
+        x2, x3 = np.uint64(c2), np.uint64(c3)
+        k0, k1 = np.uint64(key[0]), np.uint64(key[1])
+        for _ in range(10):
+            p0, p1 = np.uint64(0xD2511F53) * x0, np.uint64(0xCD9E8D57) * x2
+            x0, x1 = (p1 >> half) ^ x1 ^ k0, p1 & low
+            x2, x3 = (p0 >> half) ^ x3 ^ k1, p0 & low
+            k0 = (k0 + np.uint64(0x9E3779B9)) & low
+            k1 = (k1 + np.uint64(0xBB67AE85)) & low
+        left[i], right[i] = (x0 << half) | x1, (x2 << half) | x3
+
+
+@kernel
+def normals(r, cosine, sine):
+    """Two normal numbers for each pair of words in `r.radius` and `r.angle`.
+
+    One loop for each kind of operation: together they are not compiled to vector instructions.
+    """
+    n = len(cosine)
+    a, b, m, bits = r.radius, r.angle, r.real, r.bits
+    for i in range(n):
+        m[i] = (np.float64(np.int64(a[i] >> np.uint64(11))) + 0.5) * 2.0**-53
+    for i in range(n):
+        lifted = bits[i] + np.uint64(LIFT)
+        a[i] = lifted >> np.uint64(52)
+        bits[i] = (lifted & np.uint64(MANTISSA)) + np.uint64(FLOOR)
+    for i in range(n):
+        exponent = np.float64(np.int64(a[i])) - 1023.0
+        f = m[i] - 1.0
+        s = f / (2.0 + f)
+        z = s * s
+        w = z * z
+        even = w * (
+            3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01)
+        )
+        odd = z * (
+            6.666666666666735130e-01
+            + w
+            * (
+                2.857142874366239149e-01
+                + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)
+            )
+        )
+        square = 0.5 * f * f
+        m[i] = math.sqrt(-2.0 * (exponent * LN2 + (s * (square + even + odd) - square + f)))
+    for i in range(n):
+        word = b[i]
+        t = (np.float64(np.int64(word >> np.uint64(11))) + 0.5) * (2.0**-53 * PI_4)
+        z = t * t
+        s = t + t * z * (
+            -1.66666666666666324348e-01
+            + z
+            * (
+                8.33333333332248946124e-03
+                + z
+                * (
+                    -1.98412698298579493134e-04
+                    + z
+                    * (
+                        2.75573137070700676789e-06
+                        + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)
+                    )
+                )
+            )
+        )
+        c = (
+            1.0
+            - 0.5 * z
+            + z
+            * z
+            * (
+                4.16666666666666019037e-02
+                + z
+                * (
+                    -1.38888888888741095749e-03
+                    + z
+                    * (
+                        2.48015872894767294178e-05
+                        + z
+                        * (
+                            -2.75573143513906633035e-07
+                            + z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11)
+                        )
+                    )
+                )
+            )
+        )
+        # The three lowest bits, which the angle within an eighth of a turn leaves, choose which.
+        one, two = (s, c) if word & np.uint64(1) else (c, s)
+        cosine[i] = m[i] * (-one if word & np.uint64(2) else one)
+        sine[i] = m[i] * (-two if word & np.uint64(4) else two)
+
+
+@kernel
+def draw(r, key, path, block, out):
+    """Fill `out` with the normal numbers of that block of a path's random force."""
+    half = len(out) // 2
+    first = np.uint64(block) * np.uint64(half)
+    philox(key, first, first >> np.uint64(32), path, FORCE, r.radius, r.angle)
+    normals(r, out[:half], out[half:])
+
+
+@kernel
+def draw_pair(r, key, path, step, number, out):
+    """Fill `out` with the two normal numbers of that number within a step, for a bridge."""
+    high = (np.uint64(step) >> np.uint64(32)) << np.uint64(20) | np.uint64(number)
+    philox(key, step, high, path, BRIDGE, r.radius[:1], r.angle[:1])
+    normals(r, out[:1], out[1:])

@@ -1,0 +1,183 @@
+"""How fast an oscillator is, and where its motion goes: what step and bins follow from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..oscillators import Hertz, KelvinVoigt, Oscillator
+from ._posing import hertz_rate, potential
+from ._running import LANES, Group, Mover
+
+FINE = 0.2  # default step by the fastest scale
+PILOT_KEY = np.array([0x696D7061, 0x63747369], np.uint32)  # the pilot's own: a seed has no part
+PILOT_STEPS = 100_000
+PILOT_LOOKS = 4096
+TRIES = 60
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a few short paths have shown.
+
+    Attributes
+    ----------
+    rate : float
+        Greatest rate of change, per unit of the oscillator's time.
+    fastest : str
+        What changes so fast.
+    ranges : tuple of (float, float)
+        Of energy, displacement and velocity.
+    """
+
+    rate: float
+    fastest: str
+    ranges: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+
+    def check(self, step: float, unit: float) -> None:
+        """Refuse a step [s] that is larger than the fastest scale.
+
+        Raises
+        ------
+        InvalidInput
+            If it is.
+        """
+        scale = unit / self.rate
+        if step > scale:
+            raise InvalidInput(
+                "step", step, f"at most {scale:.3g} s, the time scale of {self.fastest}",
+                f"Leave it out for {self.default * unit:.3g} s",
+            )  # fmt: skip
+
+    @property
+    def default(self) -> float:
+        """The default step, in the oscillator's unit of time: two digits of a fifth of a scale."""
+        step = FINE / self.rate
+        digit = 10.0 ** (math.floor(math.log10(step)) - 1)
+        return math.floor(step / digit * (1 + 1e-9)) * digit
+
+
+def known_rates(oscillator: Oscillator) -> list[tuple[float, str]]:
+    """Rates that the numbers of an oscillator tell, and whose they are."""
+    mass, stiffness, damping = oscillator.mass, oscillator.stiffness, oscillator.damping
+    rates = [
+        (oscillator.natural_frequency, "the natural oscillation"),
+        (damping / mass, "the damping"),
+    ]
+    for stop in oscillator.stops:
+        if isinstance(stop.law, KelvinVoigt):
+            contact = f"the contact with the stop at {stop.position:g}"
+            rates.append((math.sqrt((stiffness + stop.law.stiffness) / mass), contact))
+            rates.append(((damping + stop.law.damping) / mass, contact))
+    for force in oscillator.forces:
+        rates.append((force.frequency, f"the forcing at frequency {force.frequency:g}"))
+    if oscillator.base:
+        rates.append((oscillator.base.frequency, "the motion of the base"))
+    if oscillator.noise and oscillator.noise.correlation_time:
+        rates.append((1 / oscillator.noise.correlation_time, "the filtered noise"))
+    return rates
+
+
+def survey(
+    oscillator: Oscillator, span: float, q: np.ndarray, v: np.ndarray, phase: float
+) -> Survey:
+    """Look at a few short paths from the first of the starts, with a step that suits them.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        What moves.
+    span : float
+        How long it will, in its own unit of time.
+    q, v : numpy.ndarray, shape (n,)
+        Positions and velocities at t = 0, relative to the stops.
+    phase : float
+        Phase of the reference forcing at t = 0 [rad].
+
+    Raises
+    ------
+    InvalidInput
+        If the motion is lost however short the steps.
+    """
+    known = known_rates(oscillator)
+    bent = oscillator.law is not None or any(isinstance(s.law, Hertz) for s in oscillator.stops)
+    lanes = np.arange(LANES) % len(q)
+    least = 100 * FINE / span  # at least a hundred steps
+    step = FINE / max(*(rate for rate, _ in known), 10 * least)
+    for _ in range(TRIES):
+        steps = min(max(round(span / step), 1), PILOT_STEPS)
+        every = max(steps // PILOT_LOOKS, 1)
+        group = Mover(oscillator, step, "splitting", phase, PILOT_KEY).start(
+            q[lanes], v[lanes], np.arange(LANES)
+        )
+        seen = group.move(steps, every, steps // every)
+        if not np.all(np.isfinite(seen)):
+            step /= 4
+            continue
+        rate, fastest = max(known + _rates_met(oscillator, group, seen, step * every))
+        if rate < least:
+            rate, fastest = least, f"the run, 1/{100 * FINE:g} of it"
+        if not bent or step <= 1.25 * FINE / rate:
+            return Survey(rate, fastest, _ranges(oscillator, group, seen, step * every))
+        step = FINE / rate
+    raise InvalidInput(
+        "oscillator", repr(oscillator), "a motion that stays finite",
+        f"With steps down to {step * oscillator.time_unit:.1g} s it is lost",
+    )  # fmt: skip
+
+
+def _rates_met(
+    oscillator: Oscillator, group: Group, seen: np.ndarray, apart: float
+) -> list[tuple[float, str]]:
+    """Rates that show in the motion only: of what is not linear, and of flights."""
+    from ._accumulating import local_rates
+
+    p, law = group.mover.problem, group.mover.functions.law
+    x, v = seen[..., 0].ravel(), seen[..., 1].ravel()
+    speed = float(np.abs(v).max())
+    rates = []
+    if oscillator.law is not None:
+        time = np.tile(apart * np.arange(1, seen.shape[1] + 1), len(seen))
+        dx, dv = (1e-5 * max(float(np.ptp(values)), 1e-9) for values in (x, v))
+        stiff, drag = local_rates(law, time, x, v, dx, dv, oscillator.mass)
+        rates += [(stiff, "the law, by x"), (drag, "the law, by v")]
+    elif not oscillator.stiffness and p.sigma:
+        pull = abs(p.constant) + p.kinetic
+        rates.append(((pull / p.sigma) ** 2, "load and friction against the noise"))
+    for stop in oscillator.stops:
+        if isinstance(stop.law, Hertz):
+            contact = f"the contact with the stop at {stop.position:g}"
+            rates.append((hertz_rate(stop.law, oscillator.mass, speed), contact))
+    if math.isfinite(p.high - p.low):
+        rates.append((speed / (p.high - p.low), "the flights between the stops"))
+    return rates
+
+
+def _ranges(
+    oscillator: Oscillator, group: Group, seen: np.ndarray, apart: float
+) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
+    """Of energy, displacement and velocity, with room for what a few short paths have not met."""
+    from ._accumulating import energies
+
+    p, law = group.mover.problem, group.mover.functions.law
+    late = seen[:, seen.shape[1] // 2 :]  # where the start is forgotten, if it is
+    x, v = late[..., 0], late[..., 1]
+    wide = 0.3 * float(np.ptp(x)) + 1e-12
+    low, high = float(x.min()) - wide, float(x.max()) + wide
+    if p.swing == 0.0:
+        low, high = max(low, p.low), min(high, p.high)
+    u = potential(oscillator, law, low, high)
+    energy = np.empty(seen.shape[:2])
+    energies(p, u, law, seen, apart, apart, energy)
+    energy = energy[:, seen.shape[1] // 2 :]
+    ground = np.empty((1, 512))
+    rest = np.zeros((1, 512, 2))
+    rest[0, :, 0] = np.linspace(low, high, 512)
+    energies(p, u, law, rest, 0.0, 0.0, ground)
+    least = float(ground.min())
+    fast = 1.3 * float(np.abs(v).max()) + 1e-12
+    most = least + 1.6 * (float(energy.max()) - least) + 1e-12
+    return (least, most), (low, high), (-fast, fast)

@@ -1,0 +1,124 @@
+"""Probability densities as an ensemble gives them: histograms with the doubt of each cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False)
+class Density:
+    """The density of one quantity, with its moments.
+
+    Attributes
+    ----------
+    quantity : str
+        "energy", "displacement" or "velocity".
+    edges : numpy.ndarray, shape (n + 1,)
+        Of the cells.
+    density : numpy.ndarray, shape (n,)
+        Mean density in each cell. What lay beyond the edges is not in any, so that the cells hold
+        ``1 - outside``.
+    standard_error : numpy.ndarray, shape (n,)
+        Of the density, from the scatter between the paths.
+    low, high : numpy.ndarray, shape (n,)
+        Band that holds the density of a cell with 95 %, cell by cell (Student's t).
+    outside : float
+        Share of what was seen that lay beyond the edges.
+    mean, sd : float
+        Mean and standard deviation, of all that was seen, in a cell or not.
+    mean_error, sd_error : float
+        Their standard errors.
+    """
+
+    quantity: str
+    edges: np.ndarray = field(repr=False)
+    density: np.ndarray = field(repr=False)
+    standard_error: np.ndarray = field(repr=False)
+    low: np.ndarray = field(repr=False)
+    high: np.ndarray = field(repr=False)
+    outside: float
+    mean: float
+    sd: float
+    mean_error: float
+    sd_error: float
+
+    @property
+    def centers(self) -> np.ndarray:
+        """Middles of the cells."""
+        return (self.edges[1:] + self.edges[:-1]) / 2
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the density with its band; see `impactsig.plot.density`."""
+        from ..plot import density
+
+        return density(self, ax=ax)
+
+
+@dataclass(frozen=True, eq=False)
+class JointDensity:
+    """The joint density of displacement and velocity.
+
+    Attributes
+    ----------
+    x_edges, v_edges : numpy.ndarray, shapes (n + 1,) and (m + 1,)
+        Of the cells.
+    density : numpy.ndarray, shape (m, n)
+        Mean density in each cell, velocity over displacement.
+    standard_error : numpy.ndarray, shape (m, n)
+        Of the density, from the scatter between the paths.
+    outside : float
+        Share of what was seen that lay beyond the edges.
+    """
+
+    x_edges: np.ndarray = field(repr=False)
+    v_edges: np.ndarray = field(repr=False)
+    density: np.ndarray = field(repr=False)
+    standard_error: np.ndarray = field(repr=False)
+    outside: float
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the density as a map; see `impactsig.plot.joint_density`."""
+        from ..plot import joint_density
+
+        return joint_density(self, ax=ax)
+
+
+def shares(
+    counts: np.ndarray, squares: np.ndarray, looks: int, paths: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Share of each cell in what was seen, and its standard error from the scatter of the paths.
+
+    Parameters
+    ----------
+    counts, squares : numpy.ndarray
+        Sums over the paths of a cell's count, and of the square of it.
+    looks, paths : int
+        Looks at a path, and paths.
+    """
+    share = counts / (looks * paths)
+    scatter = squares / looks**2 / paths - share**2
+    return share, np.sqrt(np.maximum(scatter, 0.0) / (paths - 1))
+
+
+def moments(one: np.ndarray, two: np.ndarray) -> tuple[float, float, float, float]:
+    """Mean and deviation of a quantity, and their standard errors.
+
+    Parameters
+    ----------
+    one, two : numpy.ndarray, shape (paths,)
+        Means over each path of the quantity and of its square.
+    """
+    paths = len(one)
+    mean, square = float(one.mean()), float(two.mean())
+    sd = float(np.sqrt(max(square - mean**2, 0.0)))
+    mean_error = float(one.std(ddof=1) / np.sqrt(paths))
+    # The variance is a function of both means: its error to first order in both.
+    variance_error = float((two - 2 * mean * one).std(ddof=1) / np.sqrt(paths))
+    sd_error = variance_error / (2 * sd) if sd > 0 else 0.0
+    return mean, sd, mean_error, sd_error

@@ -1,0 +1,99 @@
+"""Slow readable twins of the stochastic kernels."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+WORD = 0xFFFFFFFF
+
+
+def philox(counter, key):
+    """Philox4x32-10 of one counter of four words [SalmonEtAl2011]."""
+    x0, x1, x2, x3 = counter
+    k0, k1 = key
+    for _ in range(10):
+        p0, p1 = 0xD2511F53 * x0, 0xCD9E8D57 * x2
+        x0, x1, x2, x3 = (p1 >> 32) ^ x1 ^ k0, p1 & WORD, (p0 >> 32) ^ x3 ^ k1, p0 & WORD
+        k0, k1 = (k0 + 0x9E3779B9) & WORD, (k1 + 0xBB67AE85) & WORD
+    return x0, x1, x2, x3
+
+
+def pair(words):
+    """Box and Muller's two normal numbers of four words."""
+    left, right = words[0] << 32 | words[1], words[2] << 32 | words[3]
+    radius = math.sqrt(-2 * math.log(((left >> 11) + 0.5) * 2.0**-53))
+    angle = ((right >> 11) + 0.5) * 2.0**-53 * math.pi / 4
+    c, s = math.cos(angle), math.sin(angle)
+    if right & 1:
+        c, s = s, c
+    return radius * (-c if right & 2 else c), radius * (-s if right & 4 else s)
+
+
+def normals(key, path, block, size=64):
+    """A block of the normal numbers of a path."""
+    both = [
+        pair(philox((block * size // 2 + i, 0, path, 0), [int(word) for word in key]))
+        for i in range(size // 2)
+    ]
+    return np.concatenate(np.transpose(both))
+
+
+def bridge_pair(key, path, step, number):
+    """The pair of that number within a step."""
+    return pair(philox((step, number, path, 1), [int(word) for word in key]))
+
+
+def rub(v, friction, h, deviation, noise, pair):
+    """Velocity after v' = -friction sgn v + white noise over h: a reflected Brownian motion."""
+    sign = math.copysign(1, v)
+    size, end = abs(v), abs(v) - friction * h + sign * noise
+    exponential = (pair[0] ** 2 + pair[1] ** 2) / 2  # -ln of a uniform number
+    least = (size + end - math.sqrt((end - size) ** 2 + 2 * deviation**2 * exponential)) / 2
+    if least > 0:
+        return sign * end
+    return math.copysign(end - least, pair[0])
+
+
+def split(force, deviation, noise, restitution, friction, x, v, h, key, path):
+    """The splitting of a unit mass above a rigid stop at 0: states at h, 2 h, ...
+
+    `force` is a function of t, x and v, `noise` the normal numbers of the steps.
+    """
+    seen = []
+    half = h / 4 * force(0.0, x, v)
+    kick = deviation / math.sqrt(2) * bridge_pair(key, path, 0, 0xFFFFF)[1]
+    if friction:
+        numbers = pair(philox((2**32 - 1, 0xFFF00000, path, 1), [int(word) for word in key]))
+        v = half + rub(v + half, friction, h / 2, deviation / math.sqrt(2), kick, numbers)
+    else:
+        v += 2 * half + kick
+    for step, number in enumerate(noise):
+        # The flight, in which impacts are under the force at the stop.
+        a = force((step + 0.5) * h, 0.0, 0.0)
+        end, after, left, u = x + v * h, v, h, v - a * h / 2
+        while end < 0:
+            out = math.sqrt(max(u * u - 2 * a * x, 0.0))
+            flight = 2 * x / (-u + out) if u < 0 else (out + u) / -a
+            x, left = 0.0, left - flight
+            u = restitution * out
+            end = u * left + a * left**2 / 2
+            if end < 0 and 2 * u < -a * (1 - restitution) * left:
+                end = u = left = 0.0  # what is left of the rebounds ends within the step
+            after = u + a * (left - h / 2)
+        x, v = end, after
+
+        t, kick = (step + 1) * h, deviation * number
+        here = force(t, x, v)
+        a = (here + force(t, x, v + h * here + kick)) / 2
+        before = v + a * h / 2
+        if friction:
+            after = rub(before, friction, h, deviation, kick, bridge_pair(key, path, step, 0))
+        else:
+            after = before + kick
+        v = after + a * h / 2
+        middle = before if step % 2 else after
+        pull = a - (math.copysign(friction, middle) if friction else 0)
+        seen.append((abs(x + pull * h * h / 8), middle))
+    return np.array(seen)
