@@ -11,8 +11,7 @@ import numpy as np
 from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ..simulate._frame import reference_frequency
-from ..simulate._run import _start
+from ..simulate._frame import first_place, reference_frequency
 from ._running import Method, check_method
 from ._scales import Survey, survey
 
@@ -136,6 +135,6 @@ def starts(
             "initial", initial, f"displacement and velocity, shape (2,) or ({paths}, 2)"
         )
     omega = reference_frequency(oscillator)
-    found = np.array([_start(oscillator, row, phase, omega) for row in given.reshape(-1, 2)])
+    found = np.array([first_place(oscillator, row, phase) for row in given.reshape(-1, 2)])
     q, v = np.broadcast_to(found, (paths, 2)).T
     return q.copy(), v * omega

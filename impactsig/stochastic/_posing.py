@@ -28,7 +28,7 @@ def pose(oscillator: Oscillator, step: float, phase: float, unfold: bool = False
     turned = phase / omega  # the reference has come to `phase` at t = 0
     waves = [
         (ratio * omega, abs(amplitude) * omega**2, cmath.phase(amplitude) + ratio * phase)
-        for ratio, amplitude in zip(*forcing(oscillator), strict=True)
+        for ratio, amplitude in forcing(oscillator)
         if amplitude
     ]
     soft, walls = [], {"upper": (math.inf, 1.0, -1), "lower": (-math.inf, 1.0, -1)}
