@@ -69,10 +69,22 @@ def thread_count(workers: int | None) -> int:
 
 
 def streams(seed: Seed, count: int) -> list[np.random.Generator]:
-    """Independent generators, the same ones for the same seed.
+    """Independent generators, the same ones for the same seed; see `seed_sequence`."""
+    import numpy as np
 
-    A SeedSequence is not spawned from but read: given twice, it gives the same streams twice. A
-    Generator is drawn from, so that successive calls with it differ.
+    seed = seed_sequence(seed)
+    children = (
+        np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, child))
+        for child in range(count)
+    )
+    return [np.random.default_rng(child) for child in children]
+
+
+def seed_sequence(seed: Seed) -> np.random.SeedSequence:
+    """What random numbers start from.
+
+    A SeedSequence is not spawned from but read: given twice, it means the same twice. A Generator
+    is drawn from, so that successive calls with it differ.
 
     Raises
     ------
@@ -81,17 +93,13 @@ def streams(seed: Seed, count: int) -> list[np.random.Generator]:
     """
     import numpy as np
 
+    if isinstance(seed, np.random.SeedSequence):
+        return seed
     if isinstance(seed, np.random.Generator):
-        seed = np.random.SeedSequence(seed.integers(2**63, size=2).tolist())
-    if not isinstance(seed, np.random.SeedSequence):
-        try:
-            seed = np.random.SeedSequence(seed)
-        except (TypeError, ValueError):
-            raise InvalidInput(
-                "seed", seed, "a whole number >= 0, a SeedSequence or a Generator"
-            ) from None
-    children = (
-        np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, child))
-        for child in range(count)
-    )
-    return [np.random.default_rng(child) for child in children]
+        return np.random.SeedSequence(seed.integers(2**63, size=2).tolist())
+    try:
+        return np.random.SeedSequence(seed)
+    except (TypeError, ValueError):
+        raise InvalidInput(
+            "seed", seed, "a whole number >= 0, a SeedSequence or a Generator"
+        ) from None

@@ -16,7 +16,7 @@ import numpy as np
 from ..simulate._flow import inlined, inner
 from ..simulate._rates import accelerate
 from ..simulate._roots import first_root
-from ..simulate._step import error, first_step
+from ..simulate._step import error, expand, first_step
 from ..simulate._tableau import DEGREE
 from ._line import DISPLACEMENT, FORCE, SIGNAL, VELOCITY, read
 
@@ -137,25 +137,8 @@ def interpolate(tab, f, leg, s, fb, line, past, room, region, h, y, v, dq, dv, c
                 line, past.step, past.last, past.first, fb.signal, past.offset + tab.c[i] * h
             )
     stages(tab, f.law, leg, s, fb, region, room.late, 13, 16, h, y, v)
-    for gain, rates, out in ((dq, s.kq, s.q), (dv, s.kv, s.v)):
-        for n in range(DEGREE + 1):
-            out[n] = 0.0
-        for m in range(DEGREE):
-            if m == 0:
-                part = gain
-            elif m == 1:
-                part = h * rates[0] - gain
-            elif m == 2:
-                part = 2 * gain - h * (rates[12] + rates[0])
-            else:
-                part = 0.0
-                for i in range(16):
-                    part += tab.d[m - 3, i] * rates[i]
-                part *= h
-            for n in range(DEGREE + 1):
-                out[n] += tab.bernstein[n, m] * part
-        out[1] = h * rates[0] / DEGREE  # without the rounding: small gaps live on it
-        out[DEGREE] = gain
+    expand(tab, h, dq, s.kq, s.q)
+    expand(tab, h, dv, s.kv, s.v)
     for n in range(DEGREE + 1):
         course[DISPLACEMENT, n] = y + s.q[n] + leg.origin
         course[VELOCITY, n] = v + s.v[n]

@@ -121,25 +121,31 @@ def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def expand(tab, h, gain, rates, out):
+    """Bernstein coefficients of what one of them gains over a step, from its rates of change."""
+    for n in range(DEGREE + 1):
+        out[n] = 0.0
+    for m in range(DEGREE):
+        if m == 0:
+            part = gain
+        elif m == 1:
+            part = h * rates[0] - gain
+        elif m == 2:
+            part = 2 * gain - h * (rates[12] + rates[0])
+        else:
+            part = 0.0
+            for i in range(16):
+                part += tab.d[m - 3, i] * rates[i]
+            part *= h
+        for n in range(DEGREE + 1):
+            out[n] += tab.bernstein[n, m] * part
+    out[1] = h * rates[0] / DEGREE  # without the rounding: small gaps live on it
+    out[DEGREE] = gain
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def interpolate(tab, f, leg, s, h, y, v, dq, dv):
     """Bernstein coefficients of what position and velocity gain over the step just taken."""
     stages(f.law, leg, s.waves, s.hertz, tab.a, tab.c, s.kq, s.kv, 13, 16, h, y, v)
-    for gain, rates, out in ((dq, s.kq, s.q), (dv, s.kv, s.v)):
-        for n in range(DEGREE + 1):
-            out[n] = 0.0
-        for m in range(DEGREE):
-            if m == 0:
-                part = gain
-            elif m == 1:
-                part = h * rates[0] - gain
-            elif m == 2:
-                part = 2 * gain - h * (rates[12] + rates[0])
-            else:
-                part = 0.0
-                for i in range(16):
-                    part += tab.d[m - 3, i] * rates[i]
-                part *= h
-            for n in range(DEGREE + 1):
-                out[n] += tab.bernstein[n, m] * part
-        out[1] = h * rates[0] / DEGREE  # without the rounding: small gaps live on it
-        out[DEGREE] = gain
+    expand(tab, h, dq, s.kq, s.q)
+    expand(tab, h, dv, s.kv, s.v)

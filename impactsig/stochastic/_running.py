@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._arguments import Seed
+from .._arguments import Seed, seed_sequence
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ._posing import filtered_deviation, functions, pose, transition
@@ -25,16 +25,7 @@ def key_of(seed: Seed) -> np.ndarray:
     InvalidInput
         If the seed is not of a kind that NumPy knows.
     """
-    if isinstance(seed, np.random.Generator):
-        seed = np.random.SeedSequence(seed.integers(2**63, size=2).tolist())
-    if not isinstance(seed, np.random.SeedSequence):
-        try:
-            seed = np.random.SeedSequence(seed)
-        except (TypeError, ValueError):
-            raise InvalidInput(
-                "seed", seed, "a whole number >= 0, a SeedSequence or a Generator"
-            ) from None
-    return seed.generate_state(2, np.uint32)
+    return seed_sequence(seed).generate_state(2, np.uint32)
 
 
 def check_method(oscillator: Oscillator, method: Method) -> None:
