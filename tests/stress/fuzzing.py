@@ -92,6 +92,8 @@ def serve() -> None:
     """Go through the jobs: mutants first to last of a sample."""
     import resource
 
+    from tests.memory import peak
+
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESSES, ADDRESSES))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     warnings.simplefilter("ignore")
@@ -106,8 +108,7 @@ def serve() -> None:
             path.write_bytes(mutant(held[number % len(samples)], (job["seed"], number)))
             print(json.dumps(["begins", number]), flush=True)
             became = attempt(path, number, sample.suffix == ".raw")
-            peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-            print(json.dumps(["ends", number, became, peak]), flush=True)
+            print(json.dumps(["ends", number, became, peak()]), flush=True)
         print(json.dumps(["done"]), flush=True)
 
 

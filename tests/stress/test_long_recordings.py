@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,10 +16,10 @@ from benchmarks.recordings import load_cell
 RATE = 50_000
 
 ANALYSE = """
-import json, resource, sys, impactsig
+import json, sys, impactsig
+from tests.memory import peak
 found = impactsig.detect_impacts(sys.argv[1], sensor="force")
-peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-print(json.dumps({"impacts": len(found), "duration": found.duration, "MB": peak}))
+print(json.dumps({"impacts": len(found), "duration": found.duration, "MB": peak()}))
 """
 
 
@@ -34,7 +35,11 @@ def repeat_to_wav(path, minutes):
 
 def analyse(path):
     run = subprocess.run(
-        [sys.executable, "-c", ANALYSE, str(path)], capture_output=True, text=True, check=True
+        [sys.executable, "-c", ANALYSE, str(path)],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=Path(__file__).resolve().parents[2],
     )
     return json.loads(run.stdout)
 
