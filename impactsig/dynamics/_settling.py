@@ -13,11 +13,11 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import Motion
 from ..simulate._events import COLUMNS, DONE, STATUS
-from ..simulate._exact import begun, piecewise_linear, stacked
+from ..simulate._exact import ExactEngine, begun, piecewise_linear, stacked
 from ..simulate._frame import base_motion, first_phase, first_place, pace, reference_frequency
 from ..simulate._modes import restitution_laws, shape
 from ..simulate._run import Run
-from ._strobing import closing, follow_machines, least
+from ._strobing import closing, follow, follow_machines, least
 from .tangent import tangent_map
 
 LONGEST = 32  # periods of an orbit that are told
@@ -176,11 +176,27 @@ def settle_all(
             found[k] = _stepped(oscillator, periods, rule, start)
     for members in alike.values():
         machines = [oscillators[k] for k in members]
-        found |= zip(members, _exact(machines, periods, rule, start), strict=True)
+        if len(machines) == 1:  # its tables are kept for what else is asked of it
+            found[members[0]] = _alone(machines[0], periods, rule, start)
+        else:
+            found |= zip(members, _together(machines, periods, rule, start), strict=True)
     return [found[k] for k in range(len(oscillators))]
 
 
-def _exact(
+def _alone(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, Any]) -> Settled:
+    """One by the exact engine."""
+    run = Run(oscillator, periods=1, **start)
+    engine, where = run.engine, (run.clock, run.state, run.count)
+    assert isinstance(engine, ExactEngine)
+    strobes = np.empty((periods + 1, 4))
+    strobes[0] = engine.place(run.count[0], run.state[0]), run.state[1], 0, 0.0
+    status, last, closed, _ = follow(
+        engine.problem, engine.scratch, *engine.laws, *where, strobes, rule, NOTHING_KNOWN
+    )
+    return Settled(oscillator, start, strobes[: last + 1], closed, STATUS[status], where)
+
+
+def _together(
     oscillators: list[Oscillator], periods: int, rule: Any, start: dict[str, Any]
 ) -> Iterator[Settled]:
     """Those of one shape, by the exact engine."""
