@@ -15,6 +15,10 @@ if TYPE_CHECKING:  # the command's help needs no arrays
 Seed: TypeAlias = "int | np.random.SeedSequence | np.random.Generator | None"
 
 
+READING = ("channel", "start", "stop", "rate", "scale", "offset", "unit", "sensor")
+"""Arguments of `read` that say how a recording is read."""
+
+
 def number(
     name: str,
     value: Any,

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ._options import DETECTING, READING, given
+from ._arguments import READING
+from ._options import DETECTING, given
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -25,12 +26,9 @@ def impacts_of(path: Path, chosen: argparse.Namespace) -> Impacts:
 
 def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
     """The impacts found in a recording, with the options of the command line."""
-    from .detect import detect_impacts
-    from .io import info as read_info
-    from .report.analysis import open_recording
+    from .report.analysis import detect_file
 
-    source = open_recording(read_info(path), **given(chosen, READING))
-    return detect_impacts(source, **given(chosen, DETECTING))
+    return detect_file(path, given(chosen, READING), given(chosen, DETECTING))
 
 
 def _holds_impacts(path: Path) -> bool:

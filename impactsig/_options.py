@@ -8,7 +8,6 @@ import re
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-READING = ("channel", "start", "stop", "rate", "scale", "offset", "unit", "sensor")
 DETECTING = ("threshold", "polarity", "contact_level", "merge_within", "dead_time", "gaps")
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from . import __version__
+from ._arguments import READING
 from ._command_files import (
     FIGURES,
     TABLES,
@@ -28,7 +29,6 @@ from ._command_files import (
 from ._dimension_command import add_dimension_options, dimension_in_words
 from ._options import (
     DETECTING,
-    READING,
     Parser,
     detecting_options,
     given,

@@ -9,10 +9,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from .._watched import progress
 from ..errors import InvalidInput
 from ..recording import Recording, Sensor, channel_index
 from ._stream import Piece, finite_runs
-from ._watching import progress
 
 Gaps = Literal["refuse", "split"]
 
@@ -35,7 +35,7 @@ class Source:
         self.samples, self.spans = 0, []
         rate, start = self.head.rate, self.head.start
         expected = 0
-        with progress(self.total) as advance:
+        with progress(self.total, "S", leave=False) as advance:
             for block in self.blocks:
                 if not isinstance(block, Recording):
                     kind = type(block).__name__

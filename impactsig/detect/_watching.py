@@ -3,23 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from .._watched import watched
-
-
-@contextmanager
-def progress(total: int | None) -> Iterator[Callable[[int], Any]]:
-    """A progress bar over samples, for work longer than a second."""
-    if not watched():
-        yield lambda count: None
-        return
-    from tqdm import tqdm
-
-    with tqdm(total=total, unit="S", unit_scale=True, delay=1.0, leave=False) as bar:
-        yield bar.update
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from .._arguments import thread_count
-from .._watched import watched
+from .._watched import progress as bar
 from ..errors import ImpactsigError, InvalidInput
 from ..recording import Recording
 from .reading import read
@@ -65,9 +65,9 @@ def _ahead(
 ) -> Iterator[tuple[Path, Recording | ImpactsigError]]:
     waiting: deque[tuple[Path, Future[Recording]]] = deque()
     upcoming = iter(paths)
-    with ThreadPoolExecutor(threads) as pool:
+    with ThreadPoolExecutor(threads) as pool, bar(len(paths), " files", progress) as advance:
         try:
-            for _ in _shown(paths, progress):
+            for _ in paths:
                 while len(waiting) < threads and (path := next(upcoming, None)) is not None:
                     waiting.append((path, pool.submit(read, path, **options)))
                 path, future = waiting.popleft()
@@ -75,15 +75,8 @@ def _ahead(
                     found: Recording | ImpactsigError = future.result()
                 except ImpactsigError as error:
                     found = error
+                advance(1)
                 yield path, found
         finally:
             for _, future in waiting:
                 future.cancel()
-
-
-def _shown(paths: list[Path], progress: bool | None) -> Iterable[Path]:
-    if not (watched() if progress is None else progress):
-        return paths
-    from tqdm import tqdm
-
-    return tqdm(paths, unit=" files", delay=1.0 if progress is None else 0.0)

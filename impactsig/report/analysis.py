@@ -213,6 +213,14 @@ def _collected_warnings() -> Iterator[list[str]]:
                     told.append(message)
 
 
+def detect_file(path: Path, reading: Mapping[str, Any], detecting: Mapping[str, Any]) -> Impacts:
+    """The impacts of one channel of a file; a long one goes through in blocks."""
+    from ..detect import detect_impacts
+    from ..io import info
+
+    return detect_impacts(open_recording(info(path), **reading), **detecting)
+
+
 def open_recording(file: FileInfo, **reading: Any) -> Recording | Blocks:
     """One channel of a file: the recording, or its blocks where it is too long for memory.
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+from .._arguments import READING
 from .._atomic import atomic_path
 from ..errors import ImpactsigError, InvalidInput, UnwritableFile
 from ..studies.each import each
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from ..impacts import Impacts
 
 INDEX = "index.html"
-READING = ("channel", "start", "stop", "rate", "scale", "offset", "unit", "sensor")
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,13 +157,11 @@ def write_reports(
 
 
 def _detect(path: Path, options: dict[str, Any]) -> Impacts:
-    from ..detect import detect_impacts
-    from ..io import info
-    from .analysis import open_recording
+    from .analysis import detect_file
 
     reading = {name: value for name, value in options.items() if name in READING}
     detecting = {name: value for name, value in options.items() if name not in READING}
-    return detect_impacts(open_recording(info(path), **reading), **detecting)
+    return detect_file(path, reading, detecting)
 
 
 def _report(task: tuple[Path, Path], options: dict[str, Any]) -> Entry:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 
 from .._arguments import Seed, streams, thread_count, whole
+from .._watched import progress as bar
 from ..errors import ImpactsigWarning, InvalidInput
 from ._cells import Job, Outcome, run_cells
 from ._fingerprint import code_of
@@ -21,7 +22,6 @@ from ._identity import identity_of, refuse_other
 from ._payload import pack
 from ._pool import Serial, Threads
 from ._processes import Processes
-from ._progress import progress as bar
 from ._results import Results
 from ._store import Store, claim, locked
 from .study import Study, stored
@@ -181,7 +181,7 @@ def sweep(
             run.learn(first)
         left = [n for n in range(len(tiling)) if n not in run.done]
         before = grid.size - sum(_cells(tiling, n) for n in left)
-        advance = stack.enter_context(bar(grid.size, before, progress))
+        advance = stack.enter_context(bar(grid.size, " cells", progress, done=before))
         for number, task, outcome in pool.run((n, tiling.task(n)) for n in left):
             run.take(number, task, outcome)
             advance(len(task.cells))

@@ -9,7 +9,8 @@ import numpy as np
 from numba import njit
 
 import impactsig
-from impactsig.detect._watching import compiling, progress
+from impactsig._watched import progress
+from impactsig.detect._watching import compiling
 
 
 class Terminal(io.StringIO):
@@ -19,7 +20,7 @@ class Terminal(io.StringIO):
 
 def test_a_terminal_sees_progress_and_compilation(monkeypatch):
     monkeypatch.setattr(sys, "stderr", Terminal())
-    with progress(1000) as advance:
+    with progress(1000, "S", leave=False) as advance:
         advance.__self__.delay = 0
         advance.__self__.mininterval = 0
         advance(500)
