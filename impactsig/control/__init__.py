@@ -5,9 +5,8 @@ package was imported first.
 """
 
 import sys
-from types import ModuleType
-from typing import Any
 
+from .._called import Called
 from .controlled import ControlledMotion
 from .controlling import control
 from .feedback import DelayedFeedback
@@ -26,10 +25,4 @@ __all__ = [
     "stability_chart",
 ]
 
-
-class _Callable(ModuleType):
-    def __call__(self, *args: Any, **options: Any) -> Any:
-        return control(*args, **options)
-
-
-sys.modules[__name__].__class__ = _Callable
+sys.modules[__name__].__class__ = Called

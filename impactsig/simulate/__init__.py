@@ -5,9 +5,8 @@ package was imported first.
 """
 
 import sys
-from types import ModuleType
-from typing import Any
 
+from .._called import Called
 from .many import simulate_blocks, simulate_many
 from .motion import Motion
 from .runge_kutta import FixedStep, RungeKutta
@@ -15,10 +14,4 @@ from .simulation import simulate
 
 __all__ = ["FixedStep", "Motion", "RungeKutta", "simulate", "simulate_blocks", "simulate_many"]
 
-
-class _Callable(ModuleType):
-    def __call__(self, *args: Any, **options: Any) -> Motion:
-        return simulate(*args, **options)
-
-
-sys.modules[__name__].__class__ = _Callable
+sys.modules[__name__].__class__ = Called

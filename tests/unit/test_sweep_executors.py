@@ -238,6 +238,20 @@ def test_a_payload_arrives_as_it_left():
         unpack(pack(job, code_of(waves) | {"numpy": "0.1"}))
 
 
+def test_packages_that_are_called_travel_with_a_function():
+    # As in a notebook that has simulated before: cloudpickle takes along the packages named.
+    lines = """
+import impactsig
+impactsig.simulate, impactsig.control
+def ratio(frequency):
+    beam = impactsig.scenes.karpodinis(frequency)
+    return impactsig.simulate(beam, periods=2).oscillator.forces[0].frequency
+study = impactsig.sweep(ratio, {"frequency": [11.1, 22.2]}, executor="processes", workers=1)
+assert study["value"].tolist() == [0.5, 1.0], study["value"]
+"""
+    subprocess.run([sys.executable, "-c", lines], check=True)
+
+
 def test_what_a_function_prints_is_no_answer():
     def loud(a):
         print("loud", flush=True)
