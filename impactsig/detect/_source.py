@@ -111,6 +111,13 @@ def open_source(
     in_memory = isinstance(source, Recording)
     blocks: Iterable[Recording]
     total: int | None
+    if isinstance(source, np.ndarray):
+        raise InvalidInput(
+            "source",
+            f"an array of shape {source.shape}",
+            "a Recording, which knows its sampling rate",
+            "impactsig.Recording(samples, rate=50_000) makes one",
+        )
     if isinstance(source, Recording):
         blocks, total = [source], len(source)
     elif isinstance(source, Iterable) and iter(source) is not source:
@@ -124,7 +131,8 @@ def open_source(
         )
     head = next(iter(blocks), None)
     if not isinstance(head, Recording):
-        raise InvalidInput("source", f"blocks of {type(head).__name__}", "blocks of Recordings")
+        kind = "no blocks" if head is None else f"blocks of {type(head).__name__}"
+        raise InvalidInput("source", kind, "blocks of Recordings")
     _one_channel(head, channel)
     head = head.channel(0 if channel is None else channel)
     return Source(blocks, channel, gaps, head, in_memory, total)

@@ -55,3 +55,14 @@ def test_rates_beyond_sound_are_refused():
     rec = Recording(np.random.default_rng(0).standard_normal(5000), 1e9, sensor="sound")
     with pytest.raises(InvalidInput, match="1 MHz"):
         detect_impacts(rec)
+
+
+@pytest.mark.parametrize("samples", [np.zeros(100), np.array(1.0)])
+def test_an_array_is_told_to_become_a_recording(samples):
+    with pytest.raises(InvalidInput, match=r"source: got an array.*impactsig\.Recording\("):
+        detect_impacts(samples)
+
+
+def test_no_blocks_at_all():
+    with pytest.raises(InvalidInput, match="got no blocks"):
+        detect_impacts([])
