@@ -135,7 +135,8 @@ def test_ctrl_c_at_a_terminal(tmp_path):
     """It reaches the worker processes too; the study ends at once and is kept."""
     folder = tmp_path / "study"
     program = (
-        "import sys, time; from impactsig import sweep\n"
+        "import signal, sys, time; from impactsig import sweep\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's & ignores it
         "def cell(a):\n"
         "    time.sleep(0.05)\n"
         "    return a\n"
