@@ -20,6 +20,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
@@ -116,10 +117,10 @@ def batch_table(folder: Path) -> list[dict]:
         taken: dict[int, list[tuple[float, float]]] = {1: [], 2: []}
         for _ in range(ROUNDS):  # in turn, for the machine may be busy
             for workers in taken:
-                taken[workers].append(timed(lambda k=workers: way(files, k)))
+                taken[workers].append(timed(partial(way, files, workers)))
         gains = [one[0] / two[0] for one, two in zip(taken[1], taken[2], strict=True)]
         own = [np.median([found[1] for found in taken[workers]]) for workers in (1, 2)]
-        starting = min(timed(lambda: way(files[:2], 2))[0] for _ in range(2))  # noqa: B023
+        starting = min(timed(partial(way, files[:2], 2))[0] for _ in range(2))
         lines.append(
             {
                 f"{FILES} files": name,

@@ -60,8 +60,8 @@ def draw_figure(paint: Callable[[Figure], object], width: float, height: float) 
             for points in ax.collections:
                 drawn = max(np.shape(points.get_offsets())[0], len(points.get_paths()))
                 points.set_rasterized(drawn > MANY)
-        for part in (figure, *figure.axes):  # the page shows through
-            part.patch.set_visible(False)
+        for patch in (figure.patch, *(ax.patch for ax in figure.axes)):
+            patch.set_visible(False)  # the page shows through
         held = io.BytesIO()
         # Not by savefig, which lays a figure out in a drawing of its own first.
         FigureCanvasSVG(figure).print_svg(held, metadata={"Date": None})
