@@ -2,10 +2,10 @@
 
 The page is of 3 million samples and 1326 impacts; it is drawn by headless Chromium, where that is
 installed, told from the start of its loading until the waveform stands. The batch is of 200 records
-of ten seconds, on one process and on two: reports, and tables of impacts. Wall time tells the truth on
-idle cores only. Told beside it is what processor time allows: that of one process over that of the
-caller and half of that of the two, their starts included. Ratios to the limits are under 1 where
-these are kept. Writes results/reports.json and reports.md.
+of ten seconds, on one process and on two: reports, and tables of impacts. Wall time tells the truth
+on idle cores only. Told beside it is what processor time allows: that of one process over that of
+the caller and half of that of the two, their starts included. Ratios to the limits are under 1
+where these are kept. Writes results/reports.json and reports.md.
 
     python -m benchmarks.reports              # needs: pip install -e ".[test]"
 """
