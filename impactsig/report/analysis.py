@@ -241,7 +241,10 @@ def open_recording(file: FileInfo, **reading: Any) -> Recording | Blocks:
     if len(source.channels) > 1:
         listed = ", ".join(f"{i}: {channel.name!r}" for i, channel in enumerate(file.channels))
         raise InvalidInput(
-            "channel", None, f"one of {listed}", "Impacts are looked for in one channel"
+            "channel",
+            None,
+            f"one of {listed}",
+            "Impacts are looked for in one channel: give channel= (--channel)",
         )
     return source
 
