@@ -1,9 +1,10 @@
 """Loading beside the bare library and beside pandas or NumPy: samples a second, and memory.
 
-Each reader runs in a process of its own, several times over one file that the system has in memory;
-the least time counts, and the memory is what the process grew by since it had imported what it
-needs. Partial and block-wise reads are of two hours at 20 kS/s. Writes results/loading.json and
-loading.md.
+The readers of a format take turns in one process, over one file that the system has in memory, so
+that a busy machine slows them alike: told are the medians, and of the ratio to the bare library its
+standard error too. Memory is what a process of a reader's own grew by since it had imported what it
+needs. Partial and block-wise reads are of two hours at 20 kS/s, and of HDF5 with its unit as a text
+of any length too. Writes results/loading.json and loading.md.
 
     python -m benchmarks.loading              # needs: pip install -e ".[benchmarks]"
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import json
 import platform
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -29,7 +31,7 @@ COUNT = {"CSV": 3_000_000, "LVM": 3_000_000}
 BINARY = 20_000_000  # so many that opening the file is no part of it
 LONG_RATE = 20_000
 LONG = 2 * 3600 * LONG_RATE
-REPEATS, ROUNDS = 5, 3
+REPEATS, ROUNDS = 5, 15
 
 
 # -- files -------------------------------------------------------------------------------------
@@ -53,13 +55,15 @@ def _tdms(path: Path, x: np.ndarray, rate: int) -> None:
         file.write_segment([ChannelObject("g", "x", x, {"wf_increment": 1 / rate})])
 
 
-def _hdf5(**packing: Any) -> Callable[[Path, np.ndarray, int], None]:
+def _hdf5(unit: str = "", **packing: Any) -> Callable[[Path, np.ndarray, int], None]:
     def write(path: Path, x: np.ndarray, rate: int) -> None:
         import h5py
 
         with h5py.File(path, "w") as file:
             chunks = (min(1 << 16, len(x)),) if packing else None
             file.create_dataset("x", data=x, chunks=chunks, **packing).attrs["fs"] = float(rate)
+            if unit:
+                file["x"].attrs["unit"] = unit
 
     return write
 
@@ -143,6 +147,7 @@ FILES = {
     "LVM": ("a.lvm", _lvm),
 }
 LONG_FILES = {name: FILES[name] for name in ("WAV", "TDMS", "HDF5", "HDF5 packed", "npy")}
+LONG_FILES["HDF5 with a unit"] = "c.h5", _hdf5(unit="N")
 
 
 # -- readers: path -> samples ------------------------------------------------------------------
@@ -267,14 +272,40 @@ def one(reader: str, path: Path) -> dict[str, float]:
     return {"s": min(seconds), "MS/s": count / min(seconds) / 1e6, "MB": grown}
 
 
+def turns(path: Path) -> dict[str, dict[str, float]]:
+    """Speed of whole, bare and peer over one file, one after the other in one process."""
+    small = path.with_name("small" + path.suffix)
+    taken: dict[str, list[float]] = {}
+    counts = {}
+    for name in ("whole", "bare", "peer"):
+        try:
+            READERS[name](small)  # imports what it needs
+            taken[name] = []
+        except LookupError:
+            continue
+    for _ in range(ROUNDS):
+        for name, seconds in taken.items():
+            start = time.perf_counter()
+            counts[name] = READERS[name](path)
+            seconds.append(time.perf_counter() - start)
+    # A row of text is a time and a sample, for every reader.
+    counts["whole"] *= 2 if path.suffix in (".csv", ".lvm") else 1
+    found = {n: {"MS/s": counts[n] / statistics.median(s) / 1e6} for n, s in taken.items()}
+    for name in set(taken) - {"whole"}:
+        ratios = [b / a for a, b in zip(taken["whole"], taken[name], strict=True)]
+        error = 1.25 * statistics.stdev(ratios) / len(ratios) ** 0.5
+        found[name] |= {"ratio": statistics.median(ratios), "error": error}
+    return found
+
+
 def memory(kind: str) -> float:
     """Memory of this process [MB]: now (VmRSS), or at most so far (VmHWM)."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith(kind)) / 1024
 
 
-def alone(reader: str, path: Path) -> dict[str, float]:
-    """`one`, in a process of its own."""
+def alone(reader: str, path: Path) -> Any:
+    """`one`, or `turns`, in a process of its own."""
     command = [sys.executable, "-m", "benchmarks.loading", reader, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
@@ -292,13 +323,11 @@ def whole_table(folder: Path) -> list[dict]:
         write(folder / f"small{Path(file).suffix}", x[:2000], RATE)
         line: dict[str, Any] = {"format": name}
         shown = {"whole": "impactsig", "bare": "library", "peer": "pandas/NumPy"}
-        for reader in [*shown] * ROUNDS:  # in turn, for the machine may be busy
-            if result := alone(reader, folder / file):
-                # A row of text is a time and a sample, for every reader.
-                text = 2 if file.endswith((".csv", ".lvm")) and reader == "whole" else 1
-                speed = f"{shown[reader]} MS/s"
-                line[speed] = max(result["MS/s"] * text, line.get(speed, 0.0))
-                line[f"{shown[reader]} MB"] = result["MB"]
+        for reader, result in alone("turns", folder / file).items():
+            line[f"{shown[reader]} MS/s"] = result["MS/s"]
+            line[f"{shown[reader]} MB"] = alone(reader, folder / file)["MB"]
+            if reader == "bare":
+                line["ours to library"], line["±"] = result["ratio"], result["error"]
         lines.append(line)
         print(line, file=sys.stderr)
         (folder / file).unlink()
@@ -349,6 +378,7 @@ def main() -> None:
 
 if __name__ == "__main__":
     if len(sys.argv) == 3:
-        print(json.dumps(one(sys.argv[1], Path(sys.argv[2]))))
+        reader, path = sys.argv[1], Path(sys.argv[2])
+        print(json.dumps(turns(path) if reader == "turns" else one(reader, path)))
     else:
         main()

@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ._arguments import READING
-from ._options import DETECTING, given
+from ._options import DETECTING, given, reading
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -28,7 +27,7 @@ def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
     """The impacts found in a recording, with the options of the command line."""
     from .report.analysis import detect_file
 
-    return detect_file(path, given(chosen, READING), given(chosen, DETECTING))
+    return detect_file(path, reading(chosen), given(chosen, DETECTING))
 
 
 def _holds_impacts(path: Path) -> bool:

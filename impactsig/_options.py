@@ -6,7 +6,13 @@ import argparse
 import math
 import re
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from ._arguments import READING
+from .errors import InvalidInput
+
+if TYPE_CHECKING:
+    from .io import RawLayout
 
 DETECTING = ("threshold", "polarity", "contact_level", "merge_within", "dead_time", "gaps")
 
@@ -19,6 +25,57 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"error: {message} (usage: {self.prog} --help)\n")
 
 
+def file_options() -> Parser:
+    """What a file without a header does not tell of itself."""
+    options = Parser(add_help=False)
+    group = options.add_argument_group("what the file does not tell")
+    group.add_argument("--rate", type=number, metavar="HZ", help="samples per second")
+    group.add_argument(
+        "--raw",
+        metavar="TYPE",
+        help="take the file for numbers without a header, each an int16, uint8, float32, ...",
+    )
+    group.add_argument(
+        "--raw-channels", type=int, metavar="N", help="channels side by side (default: 1)"
+    )
+    group.add_argument(
+        "--raw-byte-order",
+        choices=("little", "big"),
+        help="which byte of a number comes first (default: little)",
+    )
+    group.add_argument(
+        "--raw-skip", type=int, metavar="BYTES", help="bytes before the first number (default: 0)"
+    )
+    return options
+
+
+def raw_layout(chosen: argparse.Namespace) -> RawLayout | None:
+    """How the numbers of a file without a header are laid out, if the user said so.
+
+    Raises
+    ------
+    InvalidInput
+        If something was said of them but their type.
+    """
+    told = given(chosen, ("raw_channels", "raw_byte_order", "raw_skip"))
+    if chosen.raw is None:
+        if told:
+            option = "--" + next(iter(told)).replace("_", "-")
+            raise InvalidInput(
+                "raw", None, "the type of the numbers", f"Give --raw int16, say, with {option}"
+            )
+        return None
+    from .io import RawLayout
+
+    return RawLayout(chosen.raw, **{name.removeprefix("raw_"): told[name] for name in told})
+
+
+def reading(chosen: argparse.Namespace) -> dict[str, Any]:
+    """How the user wants a recording read: arguments of `impactsig.read`."""
+    layout = raw_layout(chosen)
+    return given(chosen, READING) | ({} if layout is None else {"raw": layout})
+
+
 def reading_options() -> Parser:
     """How a recording is read."""
     options = Parser(add_help=False)
@@ -26,7 +83,6 @@ def reading_options() -> Parser:
     group.add_argument("--channel", metavar="NAME", help="channel, by name or number from 0")
     group.add_argument("--start", type=number, metavar="S", help="begin here [s]")
     group.add_argument("--stop", type=number, metavar="S", help="end before here [s]")
-    group.add_argument("--rate", type=number, metavar="HZ", help="samples per second")
     group.add_argument("--scale", type=number, metavar="X", help="multiply the samples by this")
     group.add_argument("--offset", type=number, metavar="X", help="then add this")
     group.add_argument("--unit", help="unit of the result")

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 from . import __version__
-from ._arguments import READING
 from ._command_files import (
     FIGURES,
     TABLES,
@@ -31,8 +30,11 @@ from ._options import (
     DETECTING,
     Parser,
     detecting_options,
+    file_options,
     given,
     number,
+    raw_layout,
+    reading,
     reading_options,
     with_negative_numbers,
 )
@@ -98,7 +100,7 @@ def report(chosen: argparse.Namespace) -> None:
     """Analyse files and write an HTML report of each."""
     from .report import analyse_to_page
 
-    options = given(chosen, ("forcing_frequency", "dynamics", *READING, *DETECTING))
+    options = reading(chosen) | given(chosen, ("forcing_frequency", "dynamics", *DETECTING))
     if len(chosen.files) > 1:
         _report_all(chosen.files, chosen.output or Path(_REPORTS), chosen.workers, options)
         return
@@ -196,7 +198,9 @@ def info(chosen: argparse.Namespace) -> None:
     """Say what a file holds, without reading its samples where its format allows that."""
     from .io import info as read_info
 
-    found = read_info(chosen.file)
+    if chosen.rate is not None and chosen.rate <= 0:
+        raise InvalidInput("rate", chosen.rate, "a positive number [Hz]")
+    found = read_info(chosen.file, raw=raw_layout(chosen))
     print(f"{one_line(found.path)}: {found.format}, {found.bytes:,} bytes")
     if found.recorded_at is not None:
         print(f"recorded at {found.recorded_at.isoformat(sep=' ')}")
@@ -207,9 +211,10 @@ def info(chosen: argparse.Namespace) -> None:
     head = f"{'':>4}  {'channel':<{widest}}  {'unit':<8} {'rate [Hz]':>12} {'samples':>12}"
     print(f"{head} {'span [s]':>12}")
     for index, (name, channel) in enumerate(zip(names, found.channels, strict=True)):
-        rate = f"{channel.rate:g}" if channel.rate else "unknown"
-        span = f"{channel.length / channel.rate:.6g}" if channel.rate else ""
-        row = f"{index:>4}  {name:<{widest}}  {one_line(channel.unit):<8} {rate:>12}"
+        rate = chosen.rate or channel.rate
+        span = f"{channel.length / rate:.6g}" if rate else ""
+        told = f"{rate:g}" if rate else "unknown"
+        row = f"{index:>4}  {name:<{widest}}  {one_line(channel.unit):<8} {told:>12}"
         print(f"{row} {channel.length:>12} {span:>12}".rstrip())
 
 
@@ -263,10 +268,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"impactsig {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    reading, detecting = reading_options(), detecting_options()
+    untold, read, searched = file_options(), reading_options(), detecting_options()
     for name, run in COMMANDS.items():
         text = (run.__doc__ or "").strip()
-        parents = [reading, detecting] if name in _SEARCHING else []
+        parents = [untold] if name == "info" else []
+        if name in _SEARCHING:
+            parents = [read, untold, searched]
         command = commands.add_parser(
             name, help=text, description=text, parents=parents, allow_abbrev=False
         )

@@ -15,3 +15,9 @@ def peak() -> float:
         if found:
             return int(found[0]) / 1024
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def forget() -> None:
+    """Let `peak` begin anew with what is held now, where the system can."""
+    if STATUS.exists():
+        STATUS.with_name("clear_refs").write_text("5")

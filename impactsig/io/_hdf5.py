@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ._arrays import Array, Facts, Place, bytes_of, fact, source_of, unusable
-from ._hdf5_heaps import Heaps
 from ._hdf5_objects import attributes, check_size, members
+from ._hdf5_texts import Texts
 from ._limits import Limits
 from ._source import Source, sample_type
 
@@ -52,22 +52,22 @@ def _arrays(
     import h5py
 
     arrays: list[Array] = []
-    facts, notes, heaps = Facts(path), [], Heaps(path)
-    for name, value in attributes(file, heaps):
+    facts, notes, texts = Facts(path), [], Texts(path)
+    for name, value in attributes(file, texts):
         facts.add((), name, value)
     for place, item, refused in members(path, file, matlab):
         shown = "/".join(place)
         if refused:
             notes.append(f"{shown!r} is left out: it {refused}")
             continue
-        for name, value in attributes(item, heaps):
+        for name, value in attributes(item, texts):
             facts.add(place, name, value)
         if not isinstance(item, h5py.Dataset):
             continue
         if item.shape is None:
             continue
         if item.size == 1 or _is_text(item):
-            _tell(facts, place, item, heaps)
+            _tell(facts, place, item, texts)
         elif item.dtype.names and len(item.shape) == 1:
             if reason := check_size(path, item, limits):
                 notes.append(f"{shown!r} is left out: it {reason}")
@@ -77,8 +77,8 @@ def _arrays(
             notes.append(f"{shown!r} is left out: it {reason}")
         else:
             arrays.append(Array(place, item.shape, item.dtype, _reader(path, item, limits)))
-    if heaps.asked and heaps.doubt:
-        notes.append(f"units and names in HDF5 heaps are not read: these {heaps.doubt}")
+    for doubt in texts.doubts:
+        notes.append(f"units and names in HDF5 heaps are not read: these {doubt}")
     return arrays, facts, notes
 
 
@@ -96,18 +96,20 @@ def _is_text(dataset: Any) -> bool:
     return kind == "S" and dataset.attrs["MATLAB_class"] == b"char"
 
 
-def _tell(facts: Facts, place: Place, dataset: Any, heaps: Heaps) -> None:
+def _tell(facts: Facts, place: Place, dataset: Any, texts: Texts) -> None:
     """Keep a single number, or a text, if it tells something of the arrays beside it."""
     if fact(place[-1]) is None or bytes_of(dataset.shape, dataset.dtype) > 4096:
         return
-    if dataset.dtype.kind == "O" and heaps.doubt:
-        return
+    value: Any = None
     if _is_text(dataset):
-        facts.add(place[:-1], place[-1], "".join(chr(code) for code in dataset[()].ravel()))
-    elif dataset.dtype.kind in "biufSO":
-        facts.add(
-            place[:-1], place[-1], dataset[()].reshape(-1)[0] if dataset.shape else dataset[()]
-        )
+        value = "".join(chr(code) for code in dataset[()].ravel())
+    elif dataset.dtype.kind == "O":
+        value = texts.dataset(dataset)
+    elif dataset.dtype.kind in "biufS":
+        value = dataset[()]
+    if value is not None:
+        value = value.reshape(-1)[0] if isinstance(value, np.ndarray) else value
+        facts.add(place[:-1], place[-1], value)
 
 
 def _table(path: Path, place: Place, dataset: Any, limits: Limits) -> list[Array]:

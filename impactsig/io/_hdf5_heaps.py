@@ -15,23 +15,21 @@ from pathlib import Path
 from typing import BinaryIO
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_HEAP = b"GCOL"
+HEAP = b"GCOL"
 _LARGEST = 1 << 30  # bytes that are searched for heaps
 _BLOCK = 1 << 24
 _MOST = 1_000_000  # objects; overlapping heaps could have any number
 
 
 class Heaps:
-    """The heaps of one file, looked at when a text is first asked for."""
+    """The heaps of one file, looked at when HDF5 is first asked for a text."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self.asked = False
 
     @property
     def doubt(self) -> str:
         """Why no text may be read from them; "" if any may."""
-        self.asked = True
         status = self._path.stat()
         state = self._path, status.st_size, status.st_mtime_ns, status.st_ino
         # Of a file changed just now the time of change does not tell this state from the next.
@@ -49,7 +47,7 @@ def _known(path: Path, size: int, *_: int) -> str:
 def _doubt(file: BinaryIO, size: int) -> str:
     if size > _LARGEST:
         return f"are not looked for in more than {_LARGEST >> 30} GiB"
-    if not _has_long_sizes(file.read(4096)):
+    if not has_long_sizes(file.read(4096)):
         return "have sizes of another length than 8 bytes"
     left = _MOST
     for start in _starts(file):
@@ -61,7 +59,7 @@ def _doubt(file: BinaryIO, size: int) -> str:
     return ""
 
 
-def _has_long_sizes(head: bytes) -> bool:
+def has_long_sizes(head: bytes) -> bool:
     """Whether lengths and offsets take 8 bytes, as whoever writes HDF5 lets them."""
     at = next((at for at in (0, 512, 1024, 2048) if head[at : at + 8] == SIGNATURE), -1)
     if at < 0:
@@ -75,11 +73,11 @@ def _starts(file: BinaryIO) -> Iterator[int]:
     begin = 0
     while True:
         file.seek(begin)
-        block = file.read(_BLOCK + len(_HEAP) - 1)
-        at = block.find(_HEAP)
+        block = file.read(_BLOCK + len(HEAP) - 1)
+        at = block.find(HEAP)
         while at >= 0:
             yield begin + at
-            at = block.find(_HEAP, at + 1)
+            at = block.find(HEAP, at + 1)
         if len(block) < _BLOCK:
             return
         begin += _BLOCK

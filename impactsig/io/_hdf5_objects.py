@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import UnreadableFile
 from ._arrays import Place, bytes_of, fact
-from ._hdf5_heaps import Heaps
+from ._hdf5_texts import Texts
 from ._limits import DEFAULT_LIMITS, HARMLESS, Limits
 
 _MATLABS_OWN = ("#refs#", "#subsystem#")
@@ -139,7 +139,7 @@ def check_size(path: Path, dataset: Any, limits: Limits) -> str:
     return ""
 
 
-def attributes(item: Any, heaps: Heaps) -> Iterator[tuple[str, Any]]:
+def attributes(item: Any, texts: Texts) -> Iterator[tuple[str, Any]]:
     """Small attributes of a group or dataset that tell something of samples."""
     for name in item.attrs:
         if fact(name) is None:
@@ -147,10 +147,9 @@ def attributes(item: Any, heaps: Heaps) -> Iterator[tuple[str, Any]]:
         kind = item.attrs.get_id(name)
         if np.prod(kind.shape, dtype=object) > 4096 or kind.dtype.kind not in "biufOS":
             continue
-        if kind.dtype.kind == "O" and heaps.doubt:
-            continue
         try:
-            value = item.attrs[name]
+            value = texts.attribute(item, name) if kind.dtype.kind == "O" else item.attrs[name]
         except (OSError, TypeError, ValueError, RuntimeError, KeyError):
             continue  # of a type that h5py does not know: nothing that is looked for
-        yield name, value.item() if isinstance(value, np.ndarray) and value.size == 1 else value
+        if value is not None:
+            yield name, value.item() if isinstance(value, np.ndarray) and value.size == 1 else value

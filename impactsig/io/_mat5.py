@@ -13,10 +13,11 @@ from ..errors import UnreadableFile
 from ._arrays import Array, Facts, along_time, source_of, unusable
 from ._limits import Limits
 from ._mat5_elements import COMPRESSED, Elements, Leaf
-from ._source import Source
+from ._source import Source, sample_type
 
 _HEADER = 128
 _PEEK = 1 << 16  # more than the names and sizes of one array take
+_PIECE = 1 << 14  # packed bytes that are unpacked while they stay in the cache
 _NO_RATE = "The file has no number named fs or dt beside these samples, and no array of times"
 
 
@@ -67,6 +68,26 @@ def open_source(path: Path, limits: Limits) -> Source:
     )
 
 
+def _inflate(raw: memoryview, content: np.ndarray) -> tuple[int, bool]:
+    """Fill `content` from a stream: how many bytes came, and whether that is all of the stream.
+
+    In pieces that stay in the cache: zlib would gather the whole, and copy it then.
+    """
+    stream = zlib.decompressobj()
+    count = 0
+    for at in range(0, len(raw), _PIECE):
+        rest: bytes | memoryview = raw[at : at + _PIECE]
+        while len(rest) and not stream.eof:
+            # At the end one byte more is asked for, so that the checksum is reached.
+            part = stream.decompress(rest, min(16 * _PIECE, len(content) - count) or 1)
+            if count + len(part) > len(content):
+                return count, False
+            content[count : count + len(part)] = np.frombuffer(part, np.uint8)
+            count += len(part)
+            rest = stream.unconsumed_tail
+    return count, stream.eof and count == len(content)
+
+
 class _Store:
     """The arrays of a file, and their bytes."""
 
@@ -109,18 +130,17 @@ class _Store:
         if packed.start not in self._held:
             held = sum(len(other) for other in self._held.values())
             self._limits.check(self._path, held + packed.unpacked, at_once=True)
-            stream = zlib.decompressobj()
+            content = np.empty(packed.unpacked, np.uint8)
             raw = self._content[packed.start : packed.start + packed.size].data
-            content = stream.decompress(raw, packed.unpacked)
-            stream.decompress(stream.unconsumed_tail, 1)  # as far as its checksum
-            if len(content) < packed.unpacked or not stream.eof:
+            count, whole = _inflate(raw, content)
+            if not whole:
                 raise UnreadableFile(
                     self._path,
-                    f"the variable at byte {packed.start} unpacks to {len(content)} bytes and "
+                    f"the variable at byte {packed.start} unpacks to {count} bytes and "
                     f"announces {packed.unpacked}",
                     "It is cut short or corrupt",
                 )
-            self._held[packed.start] = np.frombuffer(content, np.uint8)
+            self._held[packed.start] = content
         return self._held[packed.start]
 
     def bytes(self, leaf: Leaf, packed: _Packed | None) -> np.ndarray:
@@ -140,6 +160,9 @@ class _Store:
         def read(columns: list[int], first: int, last: int) -> np.ndarray:
             samples = along_time(self.numbers(leaf, packed))
             whole = columns == list(range(samples.shape[1]))
-            return np.array(samples[first:last] if whole else samples[first:last, columns])
+            part = samples[first:last] if whole else samples[first:last, columns]
+            # What is unpacked is in memory; a map of the file is not to outlive this.
+            kind = sample_type(leaf.dtype)
+            return np.array(part, kind) if packed is None else np.require(part, kind, "A")
 
         return read

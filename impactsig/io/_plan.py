@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -69,6 +70,12 @@ def prepare(
                 None,
                 f"the number of samples per second of {path}",
                 f"{chosen.no_rate or 'The file does not tell it'}; give rate= (--rate)",
+            )
+        if not chosen.start < chosen.start + chosen.length / chosen.rate < math.inf:
+            raise UnreadableFile(
+                path,
+                f"its samples begin at {chosen.start:g} s, and are {chosen.length / chosen.rate:g} "
+                "s long: no clock tells them apart",
             )
         first, last = sample_span(start, stop, chosen.rate, chosen.length, chosen.start)
         if sensor is None:

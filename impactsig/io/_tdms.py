@@ -17,7 +17,6 @@ from ._source import Signal, Source, sample_type
 from ._tdms_layout import layout
 from ._timebase import TimeBase, rate_of_step, time_base, time_factor
 
-_STEP = 1 << 18  # samples that are read and converted while they stay in the cache
 _EPOCH = np.datetime64("1904-01-01")  # what NI writes for "no time"
 
 
@@ -90,10 +89,8 @@ def open_source(path: Path, limits: Limits) -> Source:
                 known = layouts[index]
                 if known is None:
                     samples[:, column] = channels[index][first : first + len(samples)]
-                    continue
-                for at in range(0, len(samples), _STEP):
-                    part = samples[at : at + _STEP, column]
-                    part[:] = known.read(file, first + at, first + at + len(part))
+                else:
+                    known.read(file, first, samples[:, column])
         return samples
 
     return Source(

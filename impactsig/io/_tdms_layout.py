@@ -13,6 +13,7 @@ from typing import Any, BinaryIO, NamedTuple
 import numpy as np
 
 _BIG_ENDIAN, _INTERLEAVED = 1 << 6, 1 << 5
+_STEP = 1 << 18  # samples that are read and converted while they stay in the cache
 
 
 class Layout(NamedTuple):
@@ -29,25 +30,38 @@ class Layout(NamedTuple):
     strides: np.ndarray
     swapped: np.ndarray
 
-    def read(self, file: BinaryIO, first: int, last: int) -> np.ndarray:
-        """Samples [first, last), scaled."""
-        samples = np.empty(max(0, last - first), self.dtype)
+    def read(self, file: BinaryIO, first: int, samples: np.ndarray) -> None:
+        """Fill `samples` with those of the channel from number `first` on, scaled."""
+        held = np.empty(min(len(samples), _STEP), self.dtype)
+        for at in range(0, len(samples), _STEP):
+            part = samples[at : at + _STEP]
+            stored = held[: len(part)]
+            self._fill(file, first + at, stored)
+            part[:] = stored if self.scaling is None else self._scaled(stored)
+
+    def _fill(self, file: BinaryIO, first: int, stored: np.ndarray) -> None:
         run = int(np.searchsorted(self.starts, first, side="right")) - 1
-        done = 0
-        while done < len(samples):
+        done, size = 0, self.dtype.itemsize
+        while done < len(stored):
             within = first + done - int(self.starts[run])
-            count = min(int(self.starts[run + 1] - self.starts[run]) - within, len(samples) - done)
-            stride, size = int(self.strides[run]), self.dtype.itemsize
+            count = min(int(self.starts[run + 1] - self.starts[run]) - within, len(stored) - done)
+            part, stride = stored[done : done + count], int(self.strides[run])
             file.seek(int(self.offsets[run]) + within * stride)
-            raw = file.read((count - 1) * stride + size if count else 0)
-            stored = self.dtype.newbyteorder(">" if self.swapped[run] else "<")
-            samples[done : done + count] = np.ndarray((count,), stored, raw, strides=(stride,))
+            if stride == size:
+                # Without a copy; arrays show their bytes only where they are not empty.
+                if count and file.readinto(part.view(np.uint8)) < part.nbytes:  # type: ignore[attr-defined]
+                    raise EOFError("the file has become shorter")
+            else:
+                raw = file.read((count - 1) * stride + size if count else 0)
+                part[:] = np.ndarray((count,), self.dtype, raw, strides=(stride,))
+            if self.swapped[run]:
+                part.byteswap(inplace=True)
             done, run = done + count, run + 1
-        if self.scaling is None:
-            return samples
+
+    def _scaled(self, stored: np.ndarray) -> np.ndarray:
         from nptdms.base_segment import RawChannelDataChunk
 
-        return self.scaling.scale(RawChannelDataChunk.channel_data(samples))
+        return self.scaling.scale(RawChannelDataChunk.channel_data(stored))
 
 
 def layout(tdms: Any, channel: Any, size: int) -> Layout | None:

@@ -172,7 +172,11 @@ def _recognised(path: Path, head: bytes) -> Format:
             f"is named as {named.name}, but its content is not ({begins})",
             f"Known formats: {known}",
         )
-    raise UnreadableFile(path, f"is of no known format ({begins})", f"Known formats: {known}")
+    raise UnreadableFile(
+        path,
+        f"is of no known format ({begins})",
+        f"Known formats: {known}. For numbers without a header give raw=RawLayout(...) (--raw)",
+    )
 
 
 def _first_bytes(path: Path) -> bytes:

@@ -18,7 +18,7 @@ from .dynamics import Dynamics, read_dynamics
 if TYPE_CHECKING:
     from ..impacts import Impacts
     from ..intervals import Periodicity
-    from ..io import Blocks, FileInfo
+    from ..io import Blocks, FileInfo, RawLayout
 
 WHOLE_BELOW = 20_000_000
 """Samples up to which a recording is held in memory; longer ones go through in blocks."""
@@ -96,6 +96,7 @@ def analyse(
     unit: str | None = None,
     rate: float | None = None,
     sensor: Sensor | None = None,
+    raw: RawLayout | None = None,
     threshold: float | str | None = None,
     polarity: Literal["auto", "positive", "negative"] | None = None,
     contact_level: float | None = None,
@@ -117,7 +118,7 @@ def analyse(
         Whether to add what takes seconds: the correlation dimension of the intervals, their largest
         Lyapunov exponent, and the test against surrogates. A train that is periodic for certain has
         the dimension 0 in any case.
-    channel, start, stop, scale, offset, unit, rate, sensor : optional
+    channel, start, stop, scale, offset, unit, rate, sensor, raw : optional
         As for `impactsig.read`.
     threshold, polarity, contact_level, merge_within, dead_time, gaps : optional
         As for `impactsig.detect_impacts`.
@@ -156,6 +157,7 @@ def analyse(
         unit=unit,
         rate=rate,
         sensor=sensor,
+        raw=raw,
     )
     detecting = _given(
         threshold=threshold,
@@ -166,7 +168,7 @@ def analyse(
         gaps=gaps,
     )
     with _collected_warnings() as told:
-        file = info(path)
+        file = info(path, raw=raw)
         source = open_recording(file, **reading)
         impacts = detect_impacts(source, **detecting)
         period = None if forcing_frequency is None else 1 / forcing_frequency
@@ -218,7 +220,8 @@ def detect_file(path: Path, reading: Mapping[str, Any], detecting: Mapping[str, 
     from ..detect import detect_impacts
     from ..io import info
 
-    return detect_impacts(open_recording(info(path), **reading), **detecting)
+    file = info(path, raw=reading.get("raw"))
+    return detect_impacts(open_recording(file, **reading), **detecting)
 
 
 def open_recording(file: FileInfo, **reading: Any) -> Recording | Blocks:
@@ -238,7 +241,10 @@ def open_recording(file: FileInfo, **reading: Any) -> Recording | Blocks:
     if len(source.channels) > 1:
         listed = ", ".join(f"{i}: {channel.name!r}" for i, channel in enumerate(file.channels))
         raise InvalidInput(
-            "channel", None, f"one of {listed}", "Impacts are looked for in one channel"
+            "channel",
+            None,
+            f"one of {listed}",
+            "Impacts are looked for in one channel: give channel= (--channel)",
         )
     return source
 

@@ -79,7 +79,7 @@ def detect_many(
     progress : bool, optional
         Whether to show how far it is; by default where a terminal or notebook is watching.
     **options
-        As for `read` (channel, start, stop, rate, scale, offset, unit, sensor) and for
+        As for `read` (channel, start, stop, rate, scale, offset, unit, sensor, raw) and for
         `detect_impacts`, the same for all files.
 
     Returns

@@ -45,13 +45,14 @@ def draw(paint: Callable[[Axes], object], width: float, height: float) -> str:
 def draw_figure(paint: Callable[[Figure], object], width: float, height: float) -> str:
     """A whole figure, likewise."""
     import matplotlib
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
     settings: Any = {"svg.hashsalt": "impactsig", "svg.fonttype": "path", "font.size": 9.5}
     with matplotlib.rc_context(settings), warnings.catch_warnings():
         # A channel named in a script the font does not have is drawn with boxes; that is enough.
         warnings.filterwarnings("ignore", "Glyph .* missing")
-        figure = Figure(figsize=(width, height), layout="constrained")
+        figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
         paint(figure)
         for ax in figure.axes:
             for line in ax.lines:
@@ -59,8 +60,11 @@ def draw_figure(paint: Callable[[Figure], object], width: float, height: float) 
             for points in ax.collections:
                 drawn = max(np.shape(points.get_offsets())[0], len(points.get_paths()))
                 points.set_rasterized(drawn > MANY)
+        for patch in (figure.patch, *(ax.patch for ax in figure.axes)):
+            patch.set_visible(False)  # the page shows through
         held = io.BytesIO()
-        figure.savefig(held, format="svg", transparent=True, dpi=200, metadata={"Date": None})
+        # Not by savefig, which lays a figure out in a drawing of its own first.
+        FigureCanvasSVG(figure).print_svg(held, metadata={"Date": None})
     return "data:image/svg+xml;base64," + base64.b64encode(held.getvalue()).decode()
 
 

@@ -101,9 +101,10 @@ def _delay_plot(analysis: Analysis) -> Finding:
             "A curve, or a cloud with structure, speaks of a motion that decides its next impact; "
             "a cloud without structure of chance."
         )
+    width = 4.4 if len(lags) == 1 else 3.7 * len(lags)
     before = "the one before it" if len(lags) == 1 else "the one, two and three before it"
     picture = Picture(
-        draw_figure(lambda figure: _return_maps(impacts, lags, figure), 3.7 * len(lags), 3.3),
+        draw_figure(lambda figure: _return_maps(impacts, lags, figure), width, 3.3),
         f"Delay plot of {dynamics.intervals} interspike intervals, each against {before}",
         f"Each interval against {before} (return map).",
     )

@@ -47,7 +47,7 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
     **options
         As for `impactsig.report.analyse`: forcing_frequency, dynamics, threshold, polarity,
         contact_level, merge_within, dead_time, gaps, channel, start, stop, scale, offset, unit,
-        rate, sensor.
+        rate, sensor, raw.
 
     Returns
     -------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from .dynamics import DIMENSIONS, READ, SEED, TESTED
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def command(analysis: Analysis) -> str:
     """The command line that makes this report again."""
-    given = {**analysis.reading, **analysis.detecting}
+    given = {**_as_options(analysis.reading), **analysis.detecting}
     if analysis.forcing_frequency is not None:
         given["forcing_frequency"] = analysis.forcing_frequency
     # An equals sign keeps a value that begins with a minus from being taken for an option.
@@ -25,6 +25,20 @@ def command(analysis: Analysis) -> str:
     path = str(analysis.file.path)
     words = ["impactsig", "report", *options, *(["--"] if path.startswith("-") else []), path]
     return " ".join(shlex.quote(word) for word in words)
+
+
+def _as_options(reading: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `read` as the command line has them."""
+    options = dict(reading)
+    if raw := options.pop("raw", None):
+        options["raw"] = raw.sample.name
+        if raw.channels != 1:
+            options["raw_channels"] = raw.channels
+        if raw.sample.str[0] == ">":
+            options["raw_byte_order"] = "big"
+        if raw.skip:
+            options["raw_skip"] = raw.skip
+    return options
 
 
 def python_lines(analysis: Analysis) -> str:
@@ -55,4 +69,6 @@ def _lines_of_dynamics(dynamics: Dynamics) -> Iterator[str]:
 
 
 def _arguments(given: Any) -> str:
-    return "".join(f", {name}={value!r}" for name, value in given.items())
+    # A layout is the only one that is neither number nor text.
+    home = {"raw": "impactsig."}
+    return "".join(f", {name}={home.get(name, '')}{value!r}" for name, value in given.items())

@@ -92,7 +92,7 @@ def serve() -> None:
     """Go through the jobs: mutants first to last of a sample."""
     import resource
 
-    from tests.memory import peak
+    from tests.memory import forget, peak
 
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESSES, ADDRESSES))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -100,6 +100,7 @@ def serve() -> None:
     np.seterr(all="ignore")
     for line in sys.stdin:
         job = json.loads(line)
+        forget()  # what another format took
         samples = [Path(path) for path in job["samples"]]
         held = [path.read_bytes() for path in samples]
         for number in range(job["first"], job["last"]):

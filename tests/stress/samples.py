@@ -93,6 +93,19 @@ def hdf5_packed(folder: Path) -> Path:
     return folder / "b.h5"
 
 
+def hdf5_indexed(folder: Path) -> Path:
+    import h5py
+
+    with h5py.File(folder / "c.h5", "w", libver="latest") as file:
+        file.create_dataset("x", data=X[:, 0], track_order=True).attrs["unit"] = "N"
+        file["x"].attrs["fs"] = 1000.0
+        for number in range(12):  # so many attributes are kept in a heap of another kind
+            file.attrs[f"{number}"] = number
+        file.attrs["channels"] = ["left", "right"]
+        file["unit"] = "kN"
+    return folder / "c.h5"
+
+
 def mat73(folder: Path) -> Path:
     import h5py
 
@@ -190,7 +203,7 @@ SAMPLES = {
     "text": [csv, comma],
     "npy": [npy],
     "npz": [npz, npz_packed],
-    "HDF5": [hdf5, hdf5_packed],
+    "HDF5": [hdf5, hdf5_packed, hdf5_indexed],
     "MATLAB 7.3": [mat73],
     "MATLAB 5": [mat5(False), mat5(True)],
     "UFF 58": [uff],

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import io
-import json
-import shutil
 
 import numpy as np
 import pytest
@@ -15,34 +12,12 @@ from matplotlib.image import imread
 from impactsig import LoadCell, scenes, simulate, synthesize
 from impactsig.report import write_report
 
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
-DRIVER = shutil.which("chromedriver")
-MISSING = [
-    name
-    for name, there in (
-        ("Chromium (Debian: chromium)", CHROMIUM),
-        ("ChromeDriver (Debian: chromium-driver)", DRIVER),
-        ('selenium (pip install "impactsig[test]")', importlib.util.find_spec("selenium")),
-    )
-    if not there
-]
+from ..browser import MISSING, Browser
+
 pytestmark = [
     pytest.mark.browser,
     pytest.mark.skipif(bool(MISSING), reason=f"no {', no '.join(MISSING)} here"),
 ]
-SWITCHES = (
-    "headless=new no-sandbox disable-gpu disable-quic no-first-run disable-background-networking "
-    "disable-component-update disable-sync force-color-profile=srgb window-size=1280,1000"
-)
-DRAWN = """
-const done = arguments[0];
-(function look() {
-  const waveform = document.querySelector("#waveform");
-  const idle = window.Bokeh && Bokeh.documents.length && Bokeh.documents[0].is_idle;
-  if (!waveform || (idle && waveform.children.length)) done(performance.now());
-  else requestAnimationFrame(look);
-})();
-"""
 PAYLOADS = (
     "<script>window.canary=1</script>",
     "</script><script>window.canary=1</script>",
@@ -50,45 +25,6 @@ PAYLOADS = (
     "\"'><svg onload=window.canary=1>",
     "$$\\href{javascript:window.canary=1}{x}$$<b>",
 )
-
-
-class Browser:
-    """A page at a time, with what it told and asked for."""
-
-    def __init__(self):
-        from selenium import webdriver
-        from selenium.webdriver.chrome.service import Service
-
-        options = webdriver.ChromeOptions()
-        options.binary_location = CHROMIUM
-        for switch in SWITCHES.split():
-            options.add_argument(f"--{switch}")
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-        self.driver = webdriver.Chrome(options=options, service=Service(DRIVER))
-        self.driver.set_script_timeout(60)
-
-    def open(self, path):
-        """Until it is drawn; all that was told and asked for on the way."""
-        self.driver.get("about:blank")
-        self.driver.get_log("browser"), self.driver.get_log("performance")
-        self.driver.get(path.as_uri())
-        self.driver.execute_async_script(DRAWN)
-        told = [entry for entry in self.driver.get_log("browser") if entry["level"] != "INFO"]
-        messages = [json.loads(e["message"])["message"] for e in self.driver.get_log("performance")]
-        asked = {
-            message["params"]["request"]["url"]
-            for message in messages
-            if message["method"] == "Network.requestWillBeSent"
-        }
-        return told, {url for url in asked if not url.startswith(("data:", "blob:"))}
-
-    def run(self, script):
-        return self.driver.execute_script(f"return {script}")
-
-    def emulate(self, media="", **features):
-        named = [{"name": n.replace("_", "-"), "value": v} for n, v in features.items()]
-        settings = {"media": media, "features": named}
-        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", settings)
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -152,6 +153,64 @@ def test_a_report_that_cannot_be_written_leaves_nothing(recording, tmp_path, cap
     assert run("report", recording, "-o", tmp_path / "no" / "such.html") == 1
     assert capsys.readouterr().err.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["rig.wav"]
+
+
+def test_numbers_without_a_header_are_read_as_told(recording, tmp_path, capsys):
+    samples, _ = soundfile.read(recording)
+    force = np.round(samples * 30_000)
+    path = tmp_path / "rig.bin"
+    path.write_bytes(b"12345" + np.column_stack([0 * force, force]).astype(">i2").tobytes())
+    laid = ["--raw", "int16", "--raw-channels", 2, "--raw-byte-order", "big", "--raw-skip", 5]
+    assert run("info", path, *laid, "--rate", RATE) == 0
+    told = capsys.readouterr().out
+    assert "raw binary" in told
+    assert told.count(f"{RATE}        {len(force)}            1\n") == 2
+    table, page = tmp_path / "table.csv", tmp_path / "page.html"
+    assert run("detect", path, *laid, "--rate", RATE, "--channel", 1, "-o", table) == 0
+    np.testing.assert_allclose(Impacts.read_csv(table).time, TOUCH, atol=2e-5)
+    assert run("report", path, *laid, "--rate", RATE, "--channel", 1, "-o", page) == 0
+    # The page says how it is made again.
+    again = page.read_text().partition("<code>impactsig ")[2].partition("</code>")[0].split()
+    assert run(*again) == 0
+    assert "19 impacts" in capsys.readouterr().out
+
+
+def test_of_several_files_without_a_header_each_is_read_as_told(tmp_path, capsys):
+    pulse = np.sin(np.pi * np.arange(20) / 20)
+    for name, count in (("a.bin", 5), ("b.bin", 9)):
+        samples = np.random.default_rng(0).normal(0, 1e-3, 50_000).astype("f4")
+        for k in range(count):
+            samples[1000 + 4000 * k : 1020 + 4000 * k] += pulse
+        samples.tofile(tmp_path / name)
+    words = ["--raw", "float32", "--rate", RATE, "--workers", 1, "-o", tmp_path / "pages"]
+    assert run("report", tmp_path / "a.bin", tmp_path / "b.bin", *words) == 0
+    told = capsys.readouterr().out
+    assert "5 impacts in 1 s" in told
+    assert "9 impacts in 1 s" in told
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ([], "of no known format .* numbers without a header .*--raw"),
+        (["--raw", "int16"], r"rate: got None; .*give rate= \(--rate\)"),
+        (["--raw", "int17", "--rate", 1], "raw.dtype: got int17; required: .*int16"),
+        (["--raw-channels", 2, "--rate", 1], "raw: .*Give --raw int16, say, with --raw-channels"),
+        (["--raw-byte-order", "big"], "Give --raw int16, say, with --raw-byte-order"),
+        (["--raw", "int16", "--raw-channels", 0, "--rate", 1], "raw.channels: got 0; .*at least 1"),
+        (["--raw", "int16", "--raw-skip", 99, "--rate", 1], "holds no row .*Check dtype, channels"),
+    ],
+)
+def test_what_is_untold_of_numbers_without_a_header_is_asked_for(words, told, tmp_path, capsys):
+    path = tmp_path / "rig.bin"
+    path.write_bytes(bytes(range(60)))
+    assert run("detect", path, *words) == 1
+    assert re.search(told, capsys.readouterr().err)
+
+
+def test_a_rate_that_is_none_is_refused_by_info(recording, capsys):
+    assert run("info", recording, "--rate", -5) == 1
+    assert "rate: got -5.0; required: a positive number" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

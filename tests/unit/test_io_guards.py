@@ -132,3 +132,16 @@ def test_a_layout_that_is_a_text_is_told_what_it_should_be(tmp_path):
     (tmp_path / "a.bin").write_bytes(X.tobytes())
     with pytest.raises(InvalidInput, match=r'raw=impactsig\.RawLayout\("int16"\)'):
         io.read(tmp_path / "a.bin", rate=1, raw="int16")
+
+
+@pytest.mark.parametrize("start", [1e200, -1e200, 1e308])
+def test_times_too_far_for_their_steps_are_the_files_fault(tmp_path, start):
+    np.savez(tmp_path / "a.npz", x=np.ones(100), fs=1000.0, t_start=start)
+    with pytest.raises(UnreadableFile, match=r"begin at .* no clock tells them apart"):
+        io.read(tmp_path / "a.npz")
+
+
+def test_steps_of_no_length_are_refused(tmp_path):
+    np.savez(tmp_path / "a.npz", x=np.ones(100), fs=1e-308)
+    with pytest.raises(UnreadableFile, match="no clock tells them apart"):
+        io.read(tmp_path / "a.npz")

@@ -7,7 +7,7 @@ import pytest
 
 import impactsig.io as io
 from impactsig.errors import ImpactsigWarning, InvalidInput, UnreadableFile
-from impactsig.io import _hdf5_heaps
+from impactsig.io import _hdf5_heaps, _hdf5_texts
 
 h5py = pytest.importorskip("h5py")
 
@@ -249,11 +249,89 @@ def test_hdf5_needs_its_extra(path, monkeypatch):
         io.read(path)
 
 
-def with_a_heap_changed(path, at, value):
-    """A file whose unit is a text in a heap, of which 8 bytes at `at` are overwritten."""
+# -- texts of any length -------------------------------------------------------------------
+
+TEXTS = {"unit": "kN", "label": "Kraft über Zeit", "empty": "", "long": "x" * 5000}
+NAMES = ["links", "rechts", "mitte"]
+VERSIONS = {"earliest": {}, "latest": {"libver": "latest"}, "v110": {"libver": ("v110", "v110")}}
+
+
+def texts_of(path):
+    """What is read of the attributes of x and of the dataset text, and the doubts."""
+    with h5py.File(path) as file:
+        texts = _hdf5_texts.Texts(path)
+        found = {name: texts.attribute(file["x"], name) for name in file["x"].attrs}
+        return found, texts.dataset(file["text"]), texts.doubts
+
+
+def never_asked(monkeypatch):
+    def asked(self):
+        raise AssertionError("the whole file would be gone through")
+
+    monkeypatch.setattr(_hdf5_texts.Heaps, "doubt", property(asked))
+
+
+@pytest.mark.parametrize("ordered", [False, True])
+@pytest.mark.parametrize("before", [0, 512, 2048])
+@pytest.mark.parametrize("version", VERSIONS)
+def test_texts_of_any_length_are_found_without_hdf5(path, monkeypatch, version, before, ordered):
+    with h5py.File(path, "w", userblock_size=before, **VERSIONS[version]) as file:
+        file.create_dataset("x", data=X, track_times=ordered, track_order=ordered)
+        for name, text in TEXTS.items():
+            file["x"].attrs[name] = text
+            file["x"].attrs[name + " again"] = 1.0  # headers are continued elsewhere
+            del file["x"].attrs[name + " again"]
+        file["x"].attrs["names"] = np.array(NAMES, object)
+        file["text"] = "Newton"
+    never_asked(monkeypatch)
+    found, text, doubts = texts_of(path)
+    assert found.pop("names").tolist() == NAMES
+    assert (found, text, doubts) == (TEXTS, "Newton", [])
+
+
+def test_what_hdf5_keeps_otherwise_is_left_to_it(path, monkeypatch):
+    with h5py.File(path, "w", libver="latest") as file:
+        file["x"] = X
+        for number in range(20):  # from the ninth on they are kept in an index
+            file["x"].attrs[f"{number}"] = f"text {number}"
+        file.create_dataset("text", data=["Newton"], chunks=(1,), dtype=h5py.string_dtype())
+    found, text, doubts = texts_of(path)
+    assert found == {f"{number}": f"text {number}" for number in range(20)}
+    assert (text.tolist(), doubts) == ([b"Newton"], [])
+    never_asked(monkeypatch)
+    with pytest.raises(AssertionError, match="gone through"):
+        texts_of(path)
+
+
+def test_a_text_costs_what_it_takes_and_not_the_whole_file(path, monkeypatch):
     with h5py.File(path, "w") as file:
+        file.create_dataset("x", (1 << 31,), "f8", chunks=(1 << 12,))  # of which one is stored
+        file["x"][5000:5010] = 1.0
+        file["x"].attrs.update({"unit": "N", "fs": 1000.0})
+    never_asked(monkeypatch)
+    rec = io.read(path, start=5.0, stop=5.01)
+    assert (rec.unit, rec.samples.tolist()) == ("N", [1.0] * 10)
+
+
+def test_headers_without_number_are_given_up(path, monkeypatch):
+    with h5py.File(path, "w") as file:
+        file["x"] = X
+        file["x"].attrs.update(TEXTS)
+        file["text"] = "Newton"
+    monkeypatch.setattr(_hdf5_texts, "_MOST", 3)
+    monkeypatch.setattr(_hdf5_texts.Heaps, "doubt", "are not trusted")
+    found, text, doubts = texts_of(path)
+    assert {*found.values(), text} == {None}
+    assert doubts == ["are not trusted"]
+
+
+def with_a_heap_changed(path, at, value, indexed=True):
+    """A file whose unit is a text in a heap, of which 8 bytes at `at` are overwritten."""
+    with h5py.File(path, "w", libver="latest" if indexed else "earliest") as file:
         file["x"] = X[:, 0]
         file["x"].attrs.update({"unit": "N", "fs": 100.0})
+        for number in range(20 if indexed else 0):  # an index of them HDF5 alone can read
+            file["x"].attrs[f"{number}"] = number
     content = bytearray(path.read_bytes())
     heap = content.index(b"GCOL")
     place = heap + 16  # its first object; the next is what is free of it
@@ -273,8 +351,20 @@ def test_a_heap_without_end_would_hang_hdf5_and_is_not_read(path, at, size):
     np.testing.assert_array_equal(rec.samples, X[:, 0])
 
 
-def test_a_heap_in_order_is_read(path):
-    with_a_heap_changed(path, "first", 1)
+@pytest.mark.parametrize("size", [0, 2**64 - 16, 2**63])
+def test_of_a_heap_without_end_the_texts_before_it_are_read(path, size):
+    with_a_heap_changed(path, "free", size, indexed=False)
+    assert io.read(path).unit == "N"
+    with_a_heap_changed(path, "first", size, indexed=False)
+    with pytest.warns(ImpactsigWarning, match="units and names .* not read: these hold no text 1"):
+        rec = io.read(path)
+    assert (rec.rate, rec.unit) == (100.0, "")
+    np.testing.assert_array_equal(rec.samples, X[:, 0])
+
+
+@pytest.mark.parametrize("indexed", [False, True])
+def test_a_heap_in_order_is_read(path, indexed):
+    with_a_heap_changed(path, "first", 1, indexed)
     assert io.read(path).unit == "N"
 
 

@@ -157,7 +157,7 @@ def test_warnings_are_passed_on_although_the_analysis_failed(tmp_path, monkeypat
 
     from impactsig import io as readers
 
-    def warn(path):
+    def warn(path, raw):
         warnings.warn("the header lies", ImpactsigWarning, stacklevel=2)
         raise UnreadableFile(path, "cannot be read")
 
