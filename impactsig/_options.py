@@ -18,7 +18,14 @@ DETECTING = ("threshold", "polarity", "contact_level", "merge_within", "dead_tim
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that tells an error in one line, as the commands do."""
+    """A parser whose errors are one line, as all errors of the command are.
+
+    What it has parsed has the last of the parsers that had a say as `parser`.
+    """
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.set_defaults(parser=self)
 
     def error(self, message: str) -> NoReturn:
         """Leave with that message."""

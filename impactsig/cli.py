@@ -13,7 +13,7 @@ import sys
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import __version__
 from ._command_files import (
@@ -42,6 +42,9 @@ from ._simulate_options import add_scenes, in_words, simulated
 from ._sweep_options import add_plot_options, add_sweep, drawn, swept
 from .errors import ImpactsigError, ImpactsigWarning, InvalidInput, UnreadableFile
 
+if TYPE_CHECKING:
+    from .io import RawLayout
+
 DEBUG = "IMPACTSIG_DEBUG"
 INTERRUPTED, PIPE_CLOSED = 128 + 2, 128 + 13
 """Exit codes a shell gives to a command ended by SIGINT and by SIGPIPE."""
@@ -62,7 +65,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         the reader of standard output has gone. A wrong command line exits with 2.
     """
     words = sys.argv[1:] if arguments is None else arguments
-    chosen = _parser().parse_args(with_negative_numbers(words))
+    chosen, unknown = _parser().parse_known_args(with_negative_numbers(words))
+    if unknown:
+        chosen.parser.error(f"unrecognized arguments: {' '.join(unknown)}")
     run: Callable[[argparse.Namespace], None] = chosen.run
     if isinstance(sys.stdout, io.TextIOWrapper):
         # A channel may be named in letters that the terminal's encoding does not have.
@@ -195,12 +200,27 @@ def plot(chosen: argparse.Namespace) -> None:
 
 
 def info(chosen: argparse.Namespace) -> None:
-    """Say what a file holds, without reading its samples where its format allows that."""
-    from .io import info as read_info
-
+    """Say what files hold, without reading their samples where their format allows that."""
     if chosen.rate is not None and chosen.rate <= 0:
         raise InvalidInput("rate", chosen.rate, "a positive number [Hz]")
-    found = read_info(chosen.file, raw=raw_layout(chosen))
+    layout, failed = raw_layout(chosen), 0
+    for path in chosen.files:
+        try:
+            _tell(path, layout, chosen.rate)
+        except ImpactsigError as error:
+            if len(chosen.files) == 1:
+                raise
+            print(f"error: {one_line(error)}", file=sys.stderr)
+            failed += 1
+    if failed:
+        raise ImpactsigError(f"{failed} of {len(chosen.files)} files could not be read")
+
+
+def _tell(path: Path, layout: RawLayout | None, rate: float | None) -> None:
+    """What one file holds."""
+    from .io import info as read_info
+
+    found = read_info(path, raw=layout)
     print(f"{one_line(found.path)}: {found.format}, {found.bytes:,} bytes")
     if found.recorded_at is not None:
         print(f"recorded at {found.recorded_at.isoformat(sep=' ')}")
@@ -211,9 +231,9 @@ def info(chosen: argparse.Namespace) -> None:
     head = f"{'':>4}  {'channel':<{widest}}  {'unit':<8} {'rate [Hz]':>12} {'samples':>12}"
     print(f"{head} {'span [s]':>12}")
     for index, (name, channel) in enumerate(zip(names, found.channels, strict=True)):
-        rate = chosen.rate or channel.rate
-        span = f"{channel.length / rate:.6g}" if rate else ""
-        told = f"{rate:g}" if rate else "unknown"
+        pace = rate or channel.rate
+        span = f"{channel.length / pace:.6g}" if pace else ""
+        told = f"{pace:g}" if pace else "unknown"
         row = f"{index:>4}  {name:<{widest}}  {one_line(channel.unit):<8} {told:>12}"
         print(f"{row} {channel.length:>12} {span:>12}".rstrip())
 
@@ -284,17 +304,18 @@ def _parser() -> argparse.ArgumentParser:
             add_sweep(command)
         elif name == "plot":
             add_plot_options(command)
-        elif name == "report":
+        elif name in ("report", "info"):
             command.add_argument(
                 "files", type=Path, nargs="+", metavar="FILE", help="recordings, one or more"
             )
-            command.add_argument("--dynamics", action="store_true", help=_DYNAMICS)
-            command.add_argument("--workers", type=int, metavar="N", help=_WORKERS)
         elif name == "compare":
             command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_EITHER)
         elif name != "demo":
             told = _EITHER if name == "dimension" else "the recording"
             command.add_argument("file", type=Path, metavar="FILE", help=told)
+        if name == "report":
+            command.add_argument("--dynamics", action="store_true", help=_DYNAMICS)
+            command.add_argument("--workers", type=int, metavar="N", help=_WORKERS)
         if name == "dimension":
             add_dimension_options(command)
         if name in _FORCING:

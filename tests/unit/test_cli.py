@@ -98,6 +98,30 @@ def test_info_lists_the_channels(recording, capsys):
     assert "TRUNCATED" not in out
 
 
+def test_info_goes_on_after_a_file_that_cannot_be_read(recording, tmp_path, capsys):
+    assert run("info", tmp_path / "none.wav", recording) == 1
+    out, err = capsys.readouterr()
+    assert out.startswith(f"{recording}: ")
+    assert err.splitlines() == [
+        f"error: {tmp_path / 'none.wav'}: no such file. Check the path",
+        "error: 1 of 2 files could not be read",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "command"),
+    [
+        (["detect", "x.wav", "--nope"], "impactsig detect"),
+        (["simulate", "karpodinis", "--nope", "3"], "impactsig simulate karpodinis"),
+    ],
+)
+def test_an_unknown_option_names_the_command_that_lacks_it(words, command, capsys):
+    assert run(*words) == 2
+    unknown = " ".join(words[2:])
+    told = capsys.readouterr().err
+    assert told == f"error: unrecognized arguments: {unknown} (usage: {command} --help)\n"
+
+
 def test_report_says_what_was_found_and_where_it_stands(recording, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run("report", recording, "--sensor=force", "--forcing-frequency=20") == 0
