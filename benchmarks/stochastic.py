@@ -159,9 +159,10 @@ def driven(machine, step, z, every=None, kick=None):
         group.state[V] = -step / 2 + kick
     every = every or count
     seen = np.empty((paths, count // every, 2))
+    normal = np.ascontiguousarray(z.T)
     _splitting.advance(
-        mover.problem, mover.functions, mover.key, group.paths, room(2), z, group.state,
-        group.count, 0, count, every, 0, seen, np.empty((0, COLUMNS)),
+        mover.problem, mover.functions, group.scratch, normal, normal, group.state, group.count,
+        0, count, every, 0, seen, np.empty((0, COLUMNS)),
     )  # fmt: skip
     return seen
 

@@ -15,12 +15,12 @@ import numpy as np
 
 from ..simulate._flow import kernel
 
-FORCE, BRIDGE = range(2)  # what the numbers are for: a part of the counter
+FORCE, BRIDGE, RUB = range(3)  # what the numbers are for: a part of the counter
 START = 0xFFFFF  # number of the pair that a path starts from
-LAST = 2**44 - 1  # a step that none comes to, for what is drawn at the start
 PI_4 = math.pi / 4
 LN2 = math.log(2)
 LOW = 0xFFFFFFFF
+UPPER = 0xFFFFFFFE00000000
 # Splits a double in (0, 1) so that the mantissa lies from sqrt(1/2) to sqrt(2).
 LIFT = (0x3FF00000 - 0x3FE6A09E) << 32
 FLOOR = 0x3FE6A09E << 32
@@ -44,13 +44,24 @@ def room(size: int) -> Room:
     return Room(words[0], words[1], real, real.view(np.uint64), np.empty(2), np.empty((32, 3)))
 
 
+class Numbers(NamedTuple):
+    """Normal numbers of a group of paths, and room for them on their way."""
+
+    room: Room
+    normal: np.ndarray  # shape (lanes, size)
+
+
+def numbers(lanes: int, size: int) -> Numbers:
+    """Room for `size` normal numbers, an even number, of each of so many paths."""
+    return Numbers(room(size), np.empty((lanes, size)))
+
+
 @kernel
-def philox(key, first, c1, c2, c3, left, right):
-    """Philox4x32-10 for the counters (first + i, c1, c2, c3): words 0, 1 and words 2, 3 of each."""
+def mix(key, c1, c3, left, right):
+    """Philox4x32-10 of the counters (left[i], c1, right[i], c3): left with its words 0 and 1, ..."""
     low, half = np.uint64(LOW), np.uint64(32)
     for i in range(len(left)):
-        x0, x1 = (np.uint64(first) + np.uint64(i)) & low, np.uint64(c1)
-        x2, x3 = np.uint64(c2), np.uint64(c3)
+        x0, x1, x2, x3 = left[i], np.uint64(c1), right[i], np.uint64(c3)
         k0, k1 = np.uint64(key[0]), np.uint64(key[1])
         for _ in range(10):
             p0, p1 = np.uint64(0xD2511F53) * x0, np.uint64(0xCD9E8D57) * x2
@@ -62,22 +73,44 @@ def philox(key, first, c1, c2, c3, left, right):
 
 
 @kernel
-def normals(r, cosine, sine):
-    """Two normal numbers for each pair of words in `r.radius` and `r.angle`.
+def philox(key, first, c1, c2, c3, left, right):
+    """Philox4x32-10 for the counters (first + i, c1, c2, c3): words 0, 1 and words 2, 3 of each."""
+    for i in range(len(left)):
+        left[i] = (np.uint64(first) + np.uint64(i)) & np.uint64(LOW)
+        right[i] = c2
+    mix(key, c1, c3, left, right)
+
+
+@kernel
+def philox_all(key, first, paths, c3, left, right):
+    """The same for many paths at once: left[i * paths + k] is of counter first + i and path k."""
+    lanes = len(paths)
+    for i in range(len(left) // lanes):
+        counter = (np.uint64(first) + np.uint64(i)) & np.uint64(LOW)
+        for lane in range(lanes):
+            left[i * lanes + lane] = counter
+        for lane in range(lanes):
+            right[i * lanes + lane] = paths[lane]
+    mix(key, np.uint64(first) >> np.uint64(32), c3, left, right)
+
+
+@kernel
+def logarithms(words, real, bits):
+    """-2 log U for the uniform number U in each word's 53 highest bits, left in `real`.
 
     One loop for each kind of operation: together they are not compiled to vector instructions.
+    The words are overwritten.
     """
-    n = len(cosine)
-    a, b, m, bits = r.radius, r.angle, r.real, r.bits
+    n = len(words)
     for i in range(n):
-        m[i] = (np.float64(np.int64(a[i] >> np.uint64(11))) + 0.5) * 2.0**-53
+        real[i] = (np.float64(np.int64(words[i] >> np.uint64(11))) + 0.5) * 2.0**-53
     for i in range(n):
         lifted = bits[i] + np.uint64(LIFT)
-        a[i] = lifted >> np.uint64(52)
+        words[i] = lifted >> np.uint64(52)
         bits[i] = (lifted & np.uint64(MANTISSA)) + np.uint64(FLOOR)
     for i in range(n):
-        exponent = np.float64(np.int64(a[i])) - 1023.0
-        f = m[i] - 1.0
+        exponent = np.float64(np.int64(words[i])) - 1023.0
+        f = real[i] - 1.0
         s = f / (2.0 + f)
         z = s * s
         w = z * z
@@ -89,11 +122,21 @@ def normals(r, cosine, sine):
             + w
             * (
                 2.857142874366239149e-01
-                + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)
+                + w * (1.818357216161805012e-01 + w * 1.479819860510658591e-01)
             )
         )
         square = 0.5 * f * f
-        m[i] = math.sqrt(-2.0 * (exponent * LN2 + (s * (square + even + odd) - square + f)))
+        real[i] = -2.0 * (exponent * LN2 + (s * (square + even + odd) - square + f))
+
+
+@kernel
+def normals(r, cosine, sine):
+    """Two normal numbers for each pair of words in `r.radius` and `r.angle`."""
+    n = len(cosine)
+    b, m = r.angle, r.real
+    logarithms(r.radius[:n], m, r.bits)
+    for i in range(n):
+        m[i] = math.sqrt(m[i])
     for i in range(n):
         word = b[i]
         t = (np.float64(np.int64(word >> np.uint64(11))) + 0.5) * (2.0**-53 * PI_4)
@@ -149,6 +192,36 @@ def draw(r, key, path, block, out):
     first = np.uint64(block) * np.uint64(half)
     philox(key, first, first >> np.uint64(32), path, FORCE, r.radius, r.angle)
     normals(r, out[:half], out[half:])
+
+
+@kernel
+def draw_all(r, key, paths, block, out):
+    """The same for many paths at once, shape (steps, lanes)."""
+    half = len(out) // 2
+    philox_all(key, np.uint64(block) * np.uint64(half), paths, FORCE, r.radius, r.angle)
+    flat = out.reshape(out.size)
+    normals(r, flat[: len(r.radius)], flat[len(r.radius) :])
+
+
+@kernel
+def draw_coins(r, key, paths, block, out):
+    """Fill `out`, shape (steps, lanes), with numbers for friction: -2 log U, negative by chance.
+
+    A number takes 32 bits: one for the sign, and 31 for U.
+    """
+    quarter, half = out.size // 4, out.size // 2
+    first = np.uint64(block) * np.uint64(len(out) // 4)
+    words, flat = r.radius, out.reshape(out.size)
+    philox_all(key, first, paths, RUB, words[:quarter], words[quarter:])
+    for part in range(2):
+        for i in range(half):
+            r.angle[i] = (words[i] << np.uint64(1)) & np.uint64(UPPER) | np.uint64(1 << 32)
+        logarithms(r.angle, r.real, r.bits)
+        for i in range(half):
+            r.bits[i] |= words[i] & np.uint64(1 << 63)
+            words[i] <<= np.uint64(32)
+        for i in range(half):
+            flat[part * half + i] = r.real[i]
 
 
 @kernel
