@@ -13,7 +13,7 @@ from ._posing import filtered_deviation, functions, pose, transition
 
 Method = Literal["splitting", "runge-kutta", "zhuravlev", "gaussian"]
 METHODS = ("splitting", "runge-kutta", "zhuravlev", "gaussian")
-LANES = 8  # paths that are moved together
+LANES = 32  # paths that are moved together
 NO_EVENTS = np.empty((0, 3))
 
 
