@@ -58,7 +58,10 @@ def numbers(lanes: int, size: int) -> Numbers:
 
 @kernel
 def mix(key, c1, c3, left, right):
-    """Philox4x32-10 of the counters (left[i], c1, right[i], c3): left with its words 0 and 1, ..."""
+    """Philox4x32-10 of the counters (left[i], c1, right[i], c3), in place.
+
+    Words 0 and 1 of an answer are left in `left`, words 2 and 3 in `right`.
+    """
     low, half = np.uint64(LOW), np.uint64(32)
     for i in range(len(left)):
         x0, x1, x2, x3 = left[i], np.uint64(c1), right[i], np.uint64(c3)
@@ -83,7 +86,7 @@ def philox(key, first, c1, c2, c3, left, right):
 
 @kernel
 def philox_all(key, first, paths, c3, left, right):
-    """The same for many paths at once: left[i * paths + k] is of counter first + i and path k."""
+    """The same for many paths: entry i * len(paths) + k is of counter first + i and path k."""
     lanes = len(paths)
     for i in range(len(left) // lanes):
         counter = (np.uint64(first) + np.uint64(i)) & np.uint64(LOW)
@@ -99,7 +102,7 @@ def logarithms(words, real, bits):
     """-2 log U for the uniform number U in each word's 53 highest bits, left in `real`.
 
     One loop for each kind of operation: together they are not compiled to vector instructions.
-    The words are overwritten.
+    The words are overwritten, and `bits` is `real` as they.
     """
     n = len(words)
     for i in range(n):
@@ -196,7 +199,7 @@ def draw(r, key, path, block, out):
 
 @kernel
 def draw_all(r, key, paths, block, out):
-    """The same for many paths at once, shape (steps, lanes)."""
+    """Fill `out`, shape (steps, lanes), with those of many paths; `r` has room for all of them."""
     half = len(out) // 2
     philox_all(key, np.uint64(block) * np.uint64(half), paths, FORCE, r.radius, r.angle)
     flat = out.reshape(out.size)
