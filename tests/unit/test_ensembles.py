@@ -101,7 +101,7 @@ def test_the_splitting_is_its_twin(friction, restitution):
     found = sample_path(machine, duration=steps * h, step=h, seed=2, path=9, initial=(0.3, -0.5))
     key = key_of(2)
     z = np.concatenate([naive_stochastic.normals(key, 9, block) for block in range(steps // 64)])
-    tossed = sum((naive_stochastic.coins(key, 9, block) for block in range(steps // 64)), [])
+    tossed = [coin for k in range(steps // 64) for coin in naive_stochastic.coins(key, 9, k)]
     deviation = math.sqrt(2 * 0.08 * h)
     expected = naive_stochastic.split(
         law, deviation, z, tossed, restitution, friction, 0.3, -0.5, h, key_of(2), 9

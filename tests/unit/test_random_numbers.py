@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from impactsig.stochastic._random import draw, draw_all, draw_coins, draw_pair, normals, philox, room
+from impactsig.stochastic._random import (
+    draw,
+    draw_all,
+    draw_coins,
+    draw_pair,
+    normals,
+    philox,
+    room,
+)
 from tests import naive_stochastic
 
 # kat_vectors of the Random123 distribution: philox4x32, 10 rounds.
