@@ -237,7 +237,7 @@ def speed():
     }
     for name, (machine, duration) in cases.items():
         for workers in (1, 2):
-            options = {"paths": 64 * LANES, "duration": duration, "initial": (0.5, 1.0)}
+            options = {"paths": 16 * LANES, "duration": duration, "initial": (0.5, 1.0)}
             ensemble(machine, seed=1, workers=workers, **options | {"duration": duration / 100})
             best, busy = math.inf, math.inf
             for _ in range(3):
