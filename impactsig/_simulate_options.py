@@ -19,6 +19,7 @@ from .oscillators import Oscillator, scenes
 
 if TYPE_CHECKING:
     from .simulate.motion import Motion
+    from .stochastic.sample_paths import SamplePath
 
 PERIODS = 1000
 """Forcing periods simulated unless told otherwise."""
@@ -42,15 +43,20 @@ def add_scenes(
         for parameter in parameters.values():
             _add_parameter(group, scene, parameter, told.get(parameter.name, ""), required)
         _add_run_options(parser)
-        (add_options or _add_output_options)(parser)
+        (add_options or _add_own_options)(parser)
         parser.set_defaults(make=scene, parameters=list(parameters))
 
 
-def simulated(chosen: argparse.Namespace) -> Motion:
-    """The motion that the command line asks for."""
+def simulated(chosen: argparse.Namespace) -> Motion | SamplePath:
+    """The motion that the command line asks for; one path, where there is noise."""
+    scene = chosen.make(**given(chosen, chosen.parameters))
+    if scene.noise is not None and scene.noise.intensity > 0:
+        from .stochastic.sample_paths import sample_path
+
+        return sample_path(scene, seed=chosen.seed, **run_of(chosen))
     from .simulate import simulate
 
-    return simulate(chosen.make(**given(chosen, chosen.parameters)), **run_of(chosen))
+    return simulate(scene, **run_of(chosen))
 
 
 def run_of(chosen: argparse.Namespace) -> dict[str, Any]:
@@ -66,25 +72,30 @@ def run_of(chosen: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def in_words(motion: Motion) -> str:
+def in_words(motion: Motion | SamplePath) -> str:
     """What the motion was: a paragraph."""
     from .intervals import identify_period
+    from .simulate.motion import Motion
 
-    forcing, impacts = motion.oscillator.forcing_period, motion.impacts
+    oscillator, impacts = motion.oscillator, motion.impacts
     assert impacts is not None
-    span = f"{motion.duration:.6g} s"
+    forcing, met = oscillator.forcing_period, _count(len(impacts), "impact")
+    span, rate = f"{impacts.duration:.6g} s", ""
     if forcing is not None:
-        span = f"{motion.duration / forcing:.6g} forcing periods ({span})"
-    rate = "" if forcing is None else f", {motion.impacts_per_period:.4g} per period"
-    period = identify_period(impacts, forcing)
-    parts = [
-        f"{_count(motion.impact_count, 'impact')} in {span}{rate}",
-        _count(motion.stick_count, "stick"),
-        # The rebounds of a chatter may hide the period of a motion: not found is not aperiodic.
-        "no period(m, n) identified" if period.aperiodic else period.describe(),
-        f"status: {motion.status}",
-    ]
-    return f"{motion.oscillator.name}: {'; '.join(parts)}."
+        periods = impacts.duration / forcing
+        span = f"{periods:.6g} forcing periods ({span})"
+        rate = f", {len(impacts) / periods:.4g} per period"
+    if isinstance(motion, Motion):
+        period = identify_period(impacts, forcing)
+        parts = [
+            _count(motion.stick_count, "stick"),
+            # The rebounds of a chatter may hide the period of a motion: not found is not aperiodic.
+            "no period(m, n) identified" if period.aperiodic else period.describe(),
+        ]
+    else:
+        parts = [f"one path under noise, in steps of {motion.step:.3g} s"]
+    told = "; ".join([f"{met} in {span}{rate}", *parts, f"status: {motion.status}"])
+    return f"{oscillator.name}: {told}."
 
 
 def _count(number: int, what: str) -> str:
@@ -121,7 +132,16 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_output_options(parser: argparse.ArgumentParser) -> None:
+def _add_own_options(parser: argparse.ArgumentParser) -> None:
+    """Those of `simulate` alone."""
+    group = parser.add_argument_group("noise")
+    group.add_argument(
+        "--seed",
+        type=int,
+        default=0,
+        metavar="N",
+        help="what the noise of a scene that has any is drawn from (0)",
+    )
     group = parser.add_argument_group("output")
     group.add_argument(
         "-o",
@@ -131,7 +151,10 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         help="a .csv or .parquet file for the impacts (default: CSV to standard output)",
     )
     group.add_argument(
-        "--figure", type=Path, metavar="OUT", help="a .png, .pdf or .svg file: phase portrait"
+        "--figure",
+        type=Path,
+        metavar="OUT",
+        help="a .png, .pdf or .svg file: phase portrait, or displacement over time under noise",
     )
 
 

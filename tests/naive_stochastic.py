@@ -45,28 +45,40 @@ def bridge_pair(key, path, step, number):
     return pair(philox((step, number, path, 1), [int(word) for word in key]))
 
 
-def rub(v, friction, h, deviation, noise, pair):
+def coins(key, path, block, size=64):
+    """A block of a path's pairs for friction: -ln of a uniform number, and a sign."""
+    drawn = [
+        philox((block * size // 4 + i, 0, path, 2), [int(word) for word in key])
+        for i in range(size // 4)
+    ]
+    words = [word for part in (0, 2, 1, 3) for word in np.transpose(drawn)[part].tolist()]
+    return [(-math.log((word % 2**31 + 0.5) / 2**31), -1 if word >> 31 else 1) for word in words]
+
+
+def rub(v, friction, h, deviation, noise, coin):
     """Velocity after v' = -friction sgn v + white noise over h: a reflected Brownian motion."""
     sign = math.copysign(1, v)
     size, end = abs(v), abs(v) - friction * h + sign * noise
-    exponential = (pair[0] ** 2 + pair[1] ** 2) / 2  # -ln of a uniform number
+    exponential, side = coin
     least = (size + end - math.sqrt((end - size) ** 2 + 2 * deviation**2 * exponential)) / 2
     if least > 0:
         return sign * end
-    return math.copysign(end - least, pair[0])
+    return math.copysign(end - least, side)
 
 
-def split(force, deviation, noise, restitution, friction, x, v, h, key, path):
+def split(force, deviation, noise, tossed, restitution, friction, x, v, h, key, path):
     """The splitting of a unit mass above a rigid stop at 0: states at h, 2 h, ...
 
-    `force` is a function of t, x and v, `noise` the normal numbers of the steps.
+    `force` is a function of t, x and v, `noise` the normal numbers of the steps, `tossed` those for
+    friction.
     """
     seen = []
     half = h / 4 * force(0.0, x, v)
     kick = deviation / math.sqrt(2) * bridge_pair(key, path, 0, 0xFFFFF)[1]
     if friction:
-        numbers = pair(philox((2**32 - 1, 0xFFF00000, path, 1), [int(word) for word in key]))
-        v = half + rub(v + half, friction, h / 2, deviation / math.sqrt(2), kick, numbers)
+        one, two = bridge_pair(key, path, 0, 0)
+        coin = (one**2 + two**2) / 2, math.copysign(1, one)
+        v = half + rub(v + half, friction, h / 2, deviation / math.sqrt(2), kick, coin)
     else:
         v += 2 * half + kick
     for step, number in enumerate(noise):
@@ -89,7 +101,7 @@ def split(force, deviation, noise, restitution, friction, x, v, h, key, path):
         a = (here + force(t, x, v + h * here + kick)) / 2
         before = v + a * h / 2
         if friction:
-            after = rub(before, friction, h, deviation, kick, bridge_pair(key, path, step, 0))
+            after = rub(before, friction, h, deviation, kick, tossed[step])
         else:
             after = before + kick
         v = after + a * h / 2

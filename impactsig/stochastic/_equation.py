@@ -58,6 +58,7 @@ class Functions(NamedTuple):
     """The user's functions: further force, restitution of the upper and of the lower stop."""
 
     law: object
+    laws: object  # the same for many paths at one instant: (t, x, v, out)
     upper: object
     lower: object
 

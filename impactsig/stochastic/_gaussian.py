@@ -19,7 +19,7 @@ import numpy as np
 
 from ..simulate._flow import inlined, inner, kernel
 from ._equation import BLOCK, Q, V, ground_at, note, restitution
-from ._random import draw, draw_pair
+from ._random import Numbers, draw, draw_pair, numbers
 
 LEVELS = 14  # fewer than `Room.stack` has room for
 CERTAIN = 6.0  # standard deviations
@@ -123,15 +123,21 @@ def resolve(p, w, f, key, path, r, count, events, lane, step, uq, uv, uq1, uv1):
     return uq + dq, uv + dv
 
 
+def scratch(lanes: int) -> Numbers:
+    """Room for the numbers of so many paths."""
+    return numbers(lanes, 2 * BLOCK)
+
+
 @kernel
-def begin(p, f, key, path, r, state, count, events):
+def begin(p, f, key, path, given, state, count, events):
     """Nothing: the state is that at t = 0."""
 
 
 @kernel
-def move(p, w, f, key, path, r, z, state, count, first, last, every, seen, events):
+def move(p, w, f, key, path, given, state, count, first, last, every, seen, events):
     """Move a group of paths from step `first` to step `last`; as `_splitting.move` does."""
     h, lanes = p.step, state.shape[1]
+    r, z = given.room, given.normal
     m = w.flow[0]
     looks = 0
     step = first

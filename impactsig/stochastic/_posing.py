@@ -97,13 +97,16 @@ def functions(oscillator: Oscillator) -> Functions:
     from ..simulate._passing import constant_law
     from ..simulate._rates import no_law
     from ._equation import Functions
+    from ._laws import no_laws, over_paths
 
-    law = no_law if oscillator.law is None else compiled("law", oscillator.law, 3)
+    law, laws = no_law, no_laws
+    if oscillator.law is not None:
+        law, laws = compiled("law", oscillator.law, 3), over_paths(oscillator.law)
     found = {"upper": constant_law, "lower": constant_law}
     for stop in oscillator.stops:
         if isinstance(stop.law, Rigid) and callable(stop.law.restitution):
             found[stop.side] = compiled("restitution", stop.law.restitution, 1)
-    return Functions(law, found["upper"], found["lower"])
+    return Functions(law, laws, found["upper"], found["lower"])
 
 
 def potential(oscillator: Oscillator, law: object, low: float, high: float) -> Potential:

@@ -13,7 +13,7 @@ from ._posing import filtered_deviation, functions, pose, transition
 
 Method = Literal["splitting", "runge-kutta", "zhuravlev", "gaussian"]
 METHODS = ("splitting", "runge-kutta", "zhuravlev", "gaussian")
-LANES = 8  # paths that are moved together
+LANES = 32  # paths that are moved together
 NO_EVENTS = np.empty((0, 3))
 
 
@@ -103,10 +103,14 @@ class Mover:
                 state[F, lane] = self._deviation * pair[0]
         group = Group(self, state, np.asarray(paths, np.uint32))
         self._kernels().begin(
-            self.problem, self.functions, self.key, group.paths, group.room, state, group.count,
-            NO_EVENTS,
+            self.problem, self.functions, self.key, group.paths, group.scratch, state,
+            group.count, NO_EVENTS,
         )  # fmt: skip
         return group
+
+    def scratch(self, lanes: int) -> Any:
+        """Room that the method's kernels want for so many paths."""
+        return self._kernels().scratch(lanes)
 
     def _kernels(self) -> Any:
         if self._method == "splitting":
@@ -126,15 +130,10 @@ class Group:
     """Paths that are moved together, and how far they are."""
 
     def __init__(self, mover: Mover, state: np.ndarray, paths: np.ndarray) -> None:
-        from ._equation import BLOCK
-        from ._random import room
-
-        normals = 2 if mover._extra else 1
         self.mover, self.state, self.paths = mover, state, paths
         self.count = np.zeros(len(paths), np.int64)
         self.step = 0
-        self.room = room(normals * BLOCK)
-        self._numbers = np.empty((len(paths), normals * BLOCK))
+        self.scratch = mover.scratch(len(paths))
 
     def move(
         self,
@@ -148,8 +147,7 @@ class Group:
         last = self.step + steps
         self.mover.move(
             self.paths,
-            self.room,
-            self._numbers,
+            self.scratch,
             self.state,
             self.count,
             self.step,

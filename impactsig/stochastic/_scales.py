@@ -10,10 +10,11 @@ import numpy as np
 from ..errors import InvalidInput
 from ..oscillators import Hertz, KelvinVoigt, Oscillator
 from ._posing import hertz_rate, potential
-from ._running import LANES, Group, Mover
+from ._running import Group, Mover
 
 FINE = 0.2  # default step by the fastest scale
 PILOT_KEY = np.array([0x696D7061, 0x63747369], np.uint32)  # the pilot's own: a seed has no part
+PILOT_PATHS = 8
 PILOT_STEPS = 100_000
 PILOT_LOOKS = 4096
 TRIES = 60
@@ -104,14 +105,14 @@ def survey(
     """
     known = known_rates(oscillator)
     bent = oscillator.law is not None or any(isinstance(s.law, Hertz) for s in oscillator.stops)
-    lanes = np.arange(LANES) % len(q)
+    lanes = np.arange(PILOT_PATHS) % len(q)
     least = 100 * FINE / span  # at least a hundred steps
     step = FINE / max(*(rate for rate, _ in known), 10 * least)
     for _ in range(TRIES):
         steps = min(max(round(span / step), 1), PILOT_STEPS)
         every = max(steps // PILOT_LOOKS, 1)
         group = Mover(oscillator, step, "splitting", phase, PILOT_KEY).start(
-            q[lanes], v[lanes], np.arange(LANES)
+            q[lanes], v[lanes], np.arange(PILOT_PATHS)
         )
         seen = group.move(steps, every, steps // every)
         if not np.all(np.isfinite(seen)):

@@ -23,7 +23,7 @@ from ._equation import (
     push_at,
     restitution,
 )
-from ._random import draw, draw_pair
+from ._random import Numbers, draw, draw_pair, numbers
 
 BOUNCES = 64  # impacts in one step, beyond which the mass is left at the stop
 CORRECTIONS = 8
@@ -162,8 +162,13 @@ def pass_through(p, f, count, events, lane, t, y, u, y1, u1):
     return y1 - (1 - r) * speed * (1 - share) * h, u1 - (1 - r) * speed
 
 
+def scratch(lanes: int) -> Numbers:
+    """Room for the numbers of so many paths."""
+    return numbers(lanes, BLOCK)
+
+
 @kernel
-def begin(p, f, key, path, r, state, count, events):
+def begin(p, f, key, path, given, state, count, events):
     """From positions to coordinates."""
     if p.fold != 0.0:
         for lane in range(state.shape[1]):
@@ -172,9 +177,10 @@ def begin(p, f, key, path, r, state, count, events):
 
 
 @kernel
-def move(p, f, key, path, r, z, state, count, first, last, every, seen, events):
+def move(p, f, key, path, given, state, count, first, last, every, seen, events):
     """Move a group of paths from step `first` to step `last`; as `_splitting.move` does."""
     h, lanes = p.step, state.shape[1]
+    r, z = given.room, given.normal
     scale = p.sigma / math.sqrt(h)
     pair = r.pair
     looks = 0

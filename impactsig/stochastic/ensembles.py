@@ -255,10 +255,10 @@ def _look_at(
         keep(kept, seen, energy, found.looks)
         done += some
     finite = np.isfinite(kept.sums).all(axis=1)
-    counts = [each[finite].astype(np.int64) for each in (kept.energy, kept.x, kept.v, kept.joint)]
+    counts = [each[finite] for each in (kept.energy, kept.x, kept.v, kept.joint)]
     return _Part(
-        [each.sum(axis=0) for each in counts],
-        [np.square(each).sum(axis=0) for each in counts],
+        [each.sum(axis=0, dtype=np.int64) for each in counts],
+        [np.square(each, dtype=np.int64).sum(axis=0) for each in counts],
         kept.sums[finite],
         kept.course[finite],
         group.count[finite],

@@ -27,7 +27,6 @@ from impactsig import (
 )
 from impactsig.stochastic import _splitting
 from impactsig.stochastic._equation import COLUMNS, V
-from impactsig.stochastic._random import room
 from impactsig.stochastic._running import Mover, key_of
 
 METHODS = ("splitting", "runge-kutta", "zhuravlev", "gaussian")
@@ -271,10 +270,10 @@ def strong_errors(machine, steps, span=4.0, paths=400):
         group = mover.start(np.full(paths, 1.0), np.zeros(paths), np.arange(paths))
         group.state[V] = -step / 2 + sigma * middles[:, 0]  # in both machines the force is -1
         seen = np.empty((paths, 1, 2))
+        normal = np.ascontiguousarray(np.diff(middles, axis=1).T) / math.sqrt(step)
         _splitting.advance(
-            mover.problem, mover.functions, mover.key, group.paths, room(2),
-            np.diff(middles, axis=1) / math.sqrt(step), group.state, group.count, 0, last, last, 0,
-            seen, np.empty((0, COLUMNS)),
+            mover.problem, mover.functions, group.scratch, normal, normal, group.state, group.count,
+            0, last, last, 0, seen, np.empty((0, COLUMNS)),
         )  # fmt: skip
         ends.append(seen[:, 0])
     return [np.mean(np.abs(end - ends[-1])[:, 0]) for end in ends[:-1]]

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from impactsig import Impacts, Oscillator, cli, scenes, simulate
+from impactsig import Impacts, Oscillator, cli, sample_path, scenes, simulate
 from impactsig import _simulate_options as options
 from impactsig._options import with_negative_numbers
 
@@ -136,6 +136,28 @@ def test_the_figure_is_written(ending, magic, tmp_path, capsys):
     assert run("simulate", "karpodinis", "--periods=60", "--figure", path) == 0
     assert path.read_bytes().startswith(magic)
     assert capsys.readouterr().out.startswith("# impactsig ")
+
+
+def test_under_noise_it_is_one_path(tmp_path, capsys):
+    path, figure = tmp_path / "impacts.csv", tmp_path / "path.png"
+    words = ["van_der_pol_duffing", "--restitution=0.95", "--duration=60", "--transient=10"]
+    words += ["--initial", "0.5", "1"]
+    assert run("simulate", *words, "--seed=7", "-o", path, "--figure", figure) == 0
+    told = capsys.readouterr().err
+    wanted = sample_path(
+        scenes.van_der_pol_duffing(0.95), duration=60, transient=10, initial=(0.5, 1.0), seed=7
+    )
+    found = Impacts.read_csv(path)
+    assert len(found) > 10
+    np.testing.assert_array_equal(found.time, wanted.impacts.time)
+    assert told.startswith(f"{wanted.oscillator.name}: {len(found)} impacts in 59.9")  # whole looks
+    assert "one path under noise" in told
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    tables = []
+    for more in ([], ["--seed=0"], ["--seed=1"]):
+        assert run("simulate", *words, *more) == 0
+        tables.append(capsys.readouterr().out)
+    assert tables[0] == tables[1] != tables[2]
 
 
 def test_the_table_can_be_compared_with_another(tmp_path, capsys):

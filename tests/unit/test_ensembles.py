@@ -101,9 +101,10 @@ def test_the_splitting_is_its_twin(friction, restitution):
     found = sample_path(machine, duration=steps * h, step=h, seed=2, path=9, initial=(0.3, -0.5))
     key = key_of(2)
     z = np.concatenate([naive_stochastic.normals(key, 9, block) for block in range(steps // 64)])
+    tossed = [coin for k in range(steps // 64) for coin in naive_stochastic.coins(key, 9, k)]
     deviation = math.sqrt(2 * 0.08 * h)
     expected = naive_stochastic.split(
-        law, deviation, z, restitution, friction, 0.3, -0.5, h, key_of(2), 9
+        law, deviation, z, tossed, restitution, friction, 0.3, -0.5, h, key_of(2), 9
     )
     assert len(found.impacts) > 10
     # Roundings grow: the motion is chaotic under the force.
@@ -365,6 +366,47 @@ def test_figures_can_be_drawn():
         assert ax.get_ylabel()
     ax = sample_path(LINEAR, duration=20.0, seed=1).plot()
     assert "displacement" in ax.get_ylabel()
+
+
+def crooked(t, x, v):
+    """A law that cannot be vectorised: it branches, calls, and raises beyond 3."""
+    if x > 3.0:
+        raise ValueError
+    return math.sin(2 * x + t) - (v * v if v > 0.5 else 0.1 * math.exp(-abs(x)))
+
+
+BASE = BaseMotion(0.1, 1.3, 0.2, stops=True)
+SOFT = (Stop(0.6, KelvinVoigt(60.0, 0.5)), Stop(-0.5, Hertz(40.0, restitution=0.7), "lower"))
+MACHINES = {
+    "linear": LINEAR,
+    "scene": SCENE,
+    "law, two stops, base": replace(
+        LINEAR, law=crooked, mass=1.7, base=BASE, stops=(*LINEAR.stops, Stop(1.1, Rigid(0.5)))
+    ),
+    "law that raises": replace(LINEAR, law=crooked, noise=Noise(2.0)),
+    "soft stops, friction": replace(LINEAR, stops=SOFT, friction=Friction(0.2)),
+    "filtered, friction, law": replace(
+        LINEAR, noise=Noise(0.5, 0.3), friction=Friction(0.2, 0.3), law=crooked
+    ),
+    "filtered": replace(LINEAR, noise=Noise(0.5, 0.3), forces=(Force(0.5, 2.0),)),
+}
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_path_is_the_same_alone_and_among_others(name):
+    """To the last bit: with its impacts, a law of any kind, and whatever the others come to."""
+    mover = Mover(MACHINES[name], 0.05, "splitting", 0.4, key_of(3))
+    n, steps = 37, 640
+    q, v = np.linspace(0.05, 0.9, n), np.linspace(-1.0, 1.0, n)
+    together = mover.start(q, v, np.arange(n))
+    seen = together.move(steps, 2, steps // 2)
+    for path in (0, 8, 31, 36):
+        alone = mover.start(q[path : path + 1], v[path : path + 1], np.array([path]))
+        np.testing.assert_array_equal(alone.move(steps, 2, steps // 2)[0], seen[path])
+        assert alone.count[0] == together.count[path]
+    lost = ~np.isfinite(seen).all(axis=(1, 2))
+    assert (0 < lost.sum() < n) if name == "law that raises" else not lost.any()
+    assert len(np.unique(seen[~lost, -1, 0])) == n - lost.sum()
 
 
 def test_groups_can_be_cut_anywhere():

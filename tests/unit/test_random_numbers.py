@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from impactsig.stochastic._random import draw, draw_pair, normals, philox, room
+from impactsig.stochastic._random import (
+    draw,
+    draw_all,
+    draw_coins,
+    draw_pair,
+    normals,
+    philox,
+    room,
+)
 from tests import naive_stochastic
 
 # kat_vectors of the Random123 distribution: philox4x32, 10 rounds.
@@ -98,6 +106,32 @@ def test_blocks_are_those_of_the_twin_and_differ_between_paths_and_purposes():
         draw_pair(r, key, path, 0, 0, pair)
         seen.append(pair)
     assert len({float(value) for values in seen for value in values}) == sum(map(len, seen))
+
+
+@pytest.mark.parametrize("lanes", [1, 5, 32])
+def test_numbers_of_many_paths_are_those_of_each(lanes):
+    key, paths = np.array([3, 0xFFFFFFFF], np.uint32), np.arange(lanes, dtype=np.uint32) + 7
+    many, z = np.empty((64, lanes)), np.empty(64)
+    for block in (0, 5, 2**27 + 5):  # 32 counters a block: 2^32 of them later
+        draw_all(room(64 * lanes), key, paths, block, many)
+        for lane in range(lanes):
+            draw(room(64), key, paths[lane], block, z)
+            np.testing.assert_array_equal(many[:, lane], z)
+
+
+def test_coins_are_those_of_the_twin_and_as_distributed():
+    key, paths = np.array([3, 4], np.uint32), np.arange(20, dtype=np.uint32) + 7
+    found = np.empty((300, 64, 20))
+    for block in range(300):
+        draw_coins(room(64 * 20), key, paths, block, found[block])
+    for block, lane in ((0, 0), (299, 19)):
+        expected = [2 * e * side for e, side in naive_stochastic.coins(key, 7 + lane, block)]
+        np.testing.assert_allclose(found[block, :, lane], expected, rtol=1e-14)
+    found = found.ravel()
+    assert stats.kstest(np.abs(found) / 2, "expon").pvalue > 1e-3
+    assert abs(np.sign(found).sum()) < 4.5 * math.sqrt(len(found))
+    assert abs(np.corrcoef(np.abs(found), np.sign(found))[0, 1]) < 4.5 / math.sqrt(len(found))
+    assert len(np.unique(found)) > 0.999 * len(found)  # 32 bits: a few meet by chance
 
 
 def test_counters_do_not_repeat_beyond_32_bits():
