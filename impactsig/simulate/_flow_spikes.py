@@ -118,7 +118,7 @@ def spikes(tab, field, task, s, course, steps):
     found = 0
     y = course.state
     if course.pace[0] == 0.0:
-        rates_at(field, task.fires, course.clock[0], y, course.rate)
+        rates_at(field, task.fires, course.clock[0], 0.0, y, course.rate)
         if task.fires:
             course.pace[1] = -1.0
     for _ in range(steps):
@@ -127,7 +127,7 @@ def spikes(tab, field, task, s, course, steps):
             return DONE, times[:found]
         if t > 1e300:  # at rest, steps grow without end
             return ENDLESS, times[:found]
-        h = stride(tab, field, task.fires, s, course, task.end)
+        h = stride(tab, field, task.fires, s, course, task.end - t)
         if h == 0.0:
             return DIVERGED, times[:found]
         if out_of_reach(field, task, s, h, y, task.level) and course.pace[1] != 0.0:

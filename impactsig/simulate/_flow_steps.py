@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from ._delay import DISPLACEMENT, fed
+
 MORE, DONE, DIVERGED, ENDLESS = range(4)
 TOLERANCE = 1e-13
 
@@ -20,6 +22,7 @@ class Field(NamedTuple):
     coordinate: int  # the signal is that one; -1: a function
     parameters: np.ndarray
     size: int  # coordinates of the flow
+    control: object = None  # a `Control` where there is one
 
 
 class Course(NamedTuple):
@@ -54,11 +57,20 @@ class Scratch(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def rates_at(field, fires, t, y, out):
-    """Rates of the coordinates and, where one fires, of the integral."""
-    field.rates(t, y.ctypes, field.parameters.ctypes, out.ctypes)
+def rates_at(field, fires, t, tau, y, out):
+    """Rates of the coordinates and, where one fires, of the integral, tau after the instant t."""
+    field.rates(t + tau, y.ctypes, field.parameters.ctypes, out.ctypes)
+    steer(field.control, tau, y, out)
     if fires:
         out[field.size] = field.signal(y.ctypes, field.coordinate)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def steer(control, tau, y, out):
+    """Add what is fed back to the rate of the coordinate that it is of."""
+    if control is not None:
+        k = control.feedback.signal - DISPLACEMENT
+        out[k] += fed(control, tau, y[k])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
@@ -88,7 +100,9 @@ def weigh(weights, i, k, stages, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def stages(a, c, rates, signal, number, p, size, fires, k, stage, rate, first, last, t, h, y):
+def stages(
+    a, c, rates, signal, number, p, size, control, fires, k, stage, rate, first, last, t, h, y
+):
     """Work out some stages from those before them.
 
     Arrays one by one: to pass them in tuples costs more than the stages do.
@@ -101,6 +115,7 @@ def stages(a, c, rates, signal, number, p, size, fires, k, stage, rate, first, l
         for n in range(len(y)):
             stage[n] = y[n] + h * stage[n]
         rates(t + c[i] * h, at, parameters, out)
+        steer(control, c[i] * h, stage, rate)
         if fires:
             rate[size] = signal(at, number)
         for n in range(len(y)):
@@ -112,7 +127,7 @@ def take(tab, field, fires, s, t, h, y, into):
     """A step of h; stage 0 has been worked out."""
     stages(
         tab.a, tab.c, field.rates, field.signal, field.coordinate, field.parameters, field.size,
-        fires, s.k, s.stage, s.rate, 1, 12, t, h, y,
+        field.control, fires, s.k, s.stage, s.rate, 1, 12, t, h, y,
     )  # fmt: skip
     weigh(tab.a, 12, s.k, 12, into)
     for n in range(len(y)):
@@ -146,8 +161,8 @@ def error_of(tab, s, h, y, size):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def stride(tab, field, fires, s, course, end):
-    """A step within the tolerance, not beyond `end`, into `s.new`; its length, 0 where none is."""
+def stride(tab, field, fires, s, course, most):
+    """A step within the tolerance, no longer than `most`, into `s.new`; 0 where none is."""
     t, y = course.clock[0], course.state
     s.k[0] = course.rate
     wish = course.pace[0]
@@ -159,9 +174,9 @@ def stride(tab, field, fires, s, course, end):
         wish = 0.01 * size / speed if size > 0 and speed > 0 else 1e-6
     grow = 6.0
     while True:
-        h = min(wish, end - t)
+        h = min(wish, most)
         take(tab, field, fires, s, t, h, y, s.new)
-        rates_at(field, fires, t + h, s.new, s.k[12])
+        rates_at(field, fires, t, h, s.new, s.k[12])
         error = error_of(tab, s, h, y, field.size + fires)
         if math.isfinite(error) and error <= 1.0:
             factor = grow if error == 0.0 else min(grow, 0.9 * error**-0.125)
@@ -191,12 +206,18 @@ def go(s, course, h, end):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def interpolate(tab, field, fires, s, t, h, y):
-    """Prepare the interpolant: of the integral where one fires, else of the coordinates."""
+def finish(tab, field, fires, s, t, h, y):
+    """The last stages of the step just taken, which serve its interpolant."""
     stages(
         tab.a, tab.c, field.rates, field.signal, field.coordinate, field.parameters, field.size,
-        fires, s.k, s.stage, s.rate, 13, 16, t, h, y,
+        field.control, fires, s.k, s.stage, s.rate, 13, 16, t, h, y,
     )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def interpolate(tab, field, fires, s, t, h, y):
+    """Prepare the interpolant: of the integral where one fires, else of the coordinates."""
+    finish(tab, field, fires, s, t, h, y)
     first = field.size if fires else 0
     for n in range(first, field.size + fires):
         gain = s.new[n] - y[n]
@@ -224,7 +245,7 @@ def states(tab, field, s, course, instants, out, done, steps):
     """States at instants, ascending; those from `done` on. How it ended, and how many are done."""
     y = course.state
     if course.pace[0] == 0.0:
-        rates_at(field, False, course.clock[0], y, course.rate)
+        rates_at(field, False, course.clock[0], 0.0, y, course.rate)
     for _ in range(steps):
         t = course.clock[0]
         while done < len(instants) and instants[done] <= t:
@@ -233,7 +254,7 @@ def states(tab, field, s, course, instants, out, done, steps):
         if done == len(instants):
             return DONE, done
         end = instants[-1]
-        h = stride(tab, field, False, s, course, end)
+        h = stride(tab, field, False, s, course, end - t)
         if h == 0.0:
             return DIVERGED, done
         after = end if h >= end - t else t + h

@@ -32,9 +32,10 @@ from impactsig import (
     simulate,
     stability_chart,
 )
-from impactsig.control._line import bernstein, cut
+from impactsig.control._line import cut
 from impactsig.control._variation import chebyshev
 from impactsig.oscillators import BaseMotion, Force
+from impactsig.simulate._delay import bernstein
 
 BEAM = scenes.karpodinis(20.3355)
 LOCK = DelayedFeedback(0.15, 1, limit=0.1)
