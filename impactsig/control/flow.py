@@ -103,6 +103,21 @@ class ControlledTrajectory:
         return f"ControlledTrajectory({self.flow!r}, t = 0 to {self.duration:g}{told})"
 
 
+def number_of(flow: Flow, signal: str | int) -> int:
+    """Number of the coordinate that is fed back.
+
+    Raises
+    ------
+    InvalidInput
+        If there is none of that name.
+    """
+    try:
+        return coordinate_of(flow, signal)
+    except InvalidInput:
+        names = ", ".join(flow.coordinates)
+        raise InvalidInput("signal", signal, f"a coordinate of the flow: {names}") from None
+
+
 def control_flow(
     flow: Flow,
     phases: tuple[tuple[float, Any], ...],
@@ -150,17 +165,9 @@ class _Going(Running):
             phase=own.delay - turns * TURN,
             delay=own.delay,
             limit=math.inf if own.limit is None else own.limit,
-            signal=COORDINATES + self._coordinate(own.signal),
+            signal=COORDINATES + number_of(self.flow, own.signal),
             memory=own.memory,
         )
-
-    def _coordinate(self, signal: str | int) -> int:
-        """Number of the coordinate that is fed back."""
-        try:
-            return coordinate_of(self.flow, signal)
-        except InvalidInput:
-            names = ", ".join(self.flow.coordinates)
-            raise InvalidInput("signal", signal, f"a coordinate of the flow: {names}") from None
 
     def to(self, until: float, fb: Feedback, laps: np.ndarray) -> None:
         """Move to that time under that feedback, from its beginning."""

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..control import ControlledMotion, ControlledTrajectory
+    from ..dynamics.flow_orbits import FlowOrbit
     from ..studies.study import Study
 
 FLOOR = 1e-18  # below which a force is drawn as none
@@ -161,6 +162,36 @@ def controlled_flow(
     return ax
 
 
+def flow_orbit(
+    orbit: FlowOrbit, ax: Axes | None = None, *, x: str | int = 0, y: str | int = 1
+) -> Axes:
+    """Draw a periodic orbit of a flow in the plane of two coordinates.
+
+    Parameters
+    ----------
+    orbit : FlowOrbit
+        Of `find_flow_orbit`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    x, y : str or int
+        Which coordinates; by default the first two.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    from ..simulate._course import coordinate_of
+
+    i, j = coordinate_of(orbit.flow, x), coordinate_of(orbit.flow, y)
+    ax = axes(ax, width=4.2, height=3.8)
+    states = orbit.sample(np.linspace(0.0, orbit.period, 2000, endpoint=False))
+    states = np.concatenate([states, states[:1]])
+    ax.plot(states[:, i], states[:, j], color=BLUE, linewidth=1.1)
+    ax.set_xlabel(orbit.flow.coordinates[i])
+    ax.set_ylabel(orbit.flow.coordinates[j])
+    return ax
+
+
 def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
     """Draw how differences from an orbit grow over the gain, a curve for each delay.
 
@@ -179,14 +210,14 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
     gain, growth = chart.parameters["gain"], chart["growth"]
     for k, delay in enumerate(chart.parameters["delay"]):
         colour = CHANNEL_COLOURS[k % len(CHANNEL_COLOURS)]
-        ax.plot(gain, growth[:, k], color=colour, linewidth=1.2, label=f"delay {delay:g}")
+        ax.plot(gain, growth[:, k], color=colour, linewidth=1.2, label=f"{delay:.6g}")
     level(ax, 1.0)
     ax.fill_between(gain, 0.0, 1.0, color=GREY, alpha=0.08, linewidth=0)
     ax.set_xlim(gain[0], gain[-1])
     ax.set_ylim(0.0, min(1.05 * np.nanmax(growth), 2.5))
     ax.set_xlabel("gain K")
     ax.set_ylabel("growth in one period of the orbit")
-    ax.legend(frameon=False, fontsize="small", title="forcing periods")
+    ax.legend(frameon=False, fontsize="small", title="delay")
     return ax
 
 
