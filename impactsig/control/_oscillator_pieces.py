@@ -39,8 +39,8 @@ def of_oscillator(orbit: PeriodicOrbit, feedback: DelayedFeedback) -> Variation:
     laps = laps_in(feedback, orbit.periods, f"the orbit's {orbit.periods} periods")
     if feedback.signal not in ("velocity", "displacement"):
         raise InvalidInput("signal", feedback.signal, '"velocity" or "displacement"')
-    if any(getattr(stop.law, "exponent", 0) and stop.law.restitution is not None
-           for stop in orbit.oscillator.stops):  # fmt: skip
+    laws = [stop.law for stop in orbit.oscillator.stops]
+    if any(isinstance(law, Hertz) and law.restitution is not None for law in laws):
         raise InvalidInput(
             "orbit", orbit, "an orbit without Lankarani-Nikravesh stops",
             "Their loss goes by the approach velocity; Hertz(stiffness, damping=...) will do",

@@ -103,7 +103,8 @@ def find_flow_orbit(
     """A periodic orbit of a flow, stable or not.
 
     Newton's method on ``y(T) - y(0)``, for the state and, where the rates do not depend on time,
-    the period T, the state being moved across the flow only. The derivative comes from the
+    the period T, the state being moved across the flow only ([Cvitanovic2020]_, on fixed points and
+    how to get them). The derivative comes from the
     variational equation along the course, by collocation. A step that leads away is halved.
 
     Parameters

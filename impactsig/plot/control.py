@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,7 +73,7 @@ def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
 
 
 def control_effort(
-    motion: ControlledMotion, ax: Axes | None = None, *, periods: float = 1.0
+    motion: ControlledMotion, ax: Axes | None = None, *, periods: float | None = None
 ) -> Axes:
     """Draw the root mean square of the control force over time, on a logarithmic scale.
 
@@ -82,14 +83,18 @@ def control_effort(
         Of `control`.
     ax : matplotlib Axes, optional
         Where to draw; a new figure by default.
-    periods : float
-        Length of the windows in which it is taken [forcing periods].
+    periods : float, optional
+        Length of the windows in which it is taken [forcing periods]; by default the longest period
+        of what is controlled, over which the force need not alternate.
 
     Returns
     -------
     matplotlib Axes
     """
     ax = axes(ax)
+    if periods is None:
+        periods = max([1.0, *(_period_of(own) for _, own in motion.schedule)])
+        periods = min(periods, motion.duration / (motion.oscillator.forcing_period or math.inf))
     time, rms = motion.effort(periods)
     if not (rms > FLOOR).any():
         return explain(ax, "no control force")
@@ -102,29 +107,41 @@ def control_effort(
 
 
 def control_force(
-    motion: ControlledMotion, ax: Axes | None = None, *, span: tuple[float, float] | None = None
+    motion: ControlledMotion | ControlledTrajectory,
+    ax: Axes | None = None,
+    *,
+    span: tuple[float, float] | None = None,
 ) -> Axes:
     """Draw the control force over time.
 
     Parameters
     ----------
-    motion : ControlledMotion
+    motion : ControlledMotion or ControlledTrajectory
         Of `control`.
     ax : matplotlib Axes, optional
         Where to draw; a new figure by default.
     span : (float, float), optional
-        From when to when [s]; all of it by default.
+        From when to when [s, or the flow's unit of time]; all of it by default.
 
     Returns
     -------
     matplotlib Axes
     """
+    from ..control import ControlledTrajectory
+
     ax = axes(ax)
-    begin, end = (motion.start, motion.stop) if span is None else span
-    time = np.linspace(max(begin, motion.start), min(end, motion.stop), 20_000)
+    if isinstance(motion, ControlledTrajectory):
+        start, stop = 0.0, motion.duration
+    else:
+        start, stop = motion.start, motion.stop
+    begin, end = (start, stop) if span is None else span
+    time = np.linspace(max(begin, start), min(end, stop), 20_000)
     ax.plot(time, motion.force(time), color=BLUE, linewidth=0.7)
     _phases(ax, motion, (begin, end))
-    seconds(ax.xaxis, "time", [end])
+    if isinstance(motion, ControlledTrajectory):
+        ax.set_xlabel("time")
+    else:
+        seconds(ax.xaxis, "time", [end])
     ax.set_ylabel("control force")
     return ax
 
@@ -153,10 +170,7 @@ def controlled_flow(
     ax = axes(ax)
     time = np.linspace(0.0, course.duration, 8000)
     ax.plot(time, course.sample(time)[:, k], color=BLUE, linewidth=0.7)
-    for start, own in course.schedule:
-        ax.axvline(start, color=VERMILLION, linewidth=0.9)
-        _label(ax, start, "off" if own is None else f"K {own.gain:g}, delay {own.delay:g}")
-    ax.set_xlim(0.0, course.duration)
+    _phases(ax, course, (0.0, course.duration))
     ax.set_xlabel("time")
     ax.set_ylabel(course.flow.coordinates[k])
     return ax
@@ -221,13 +235,12 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _phases(ax: Axes, motion: ControlledMotion, span: tuple[float, float] | None = None) -> None:
+def _phases(ax: Axes, motion: Any, span: tuple[float, float] | None = None) -> None:
     """Mark when which control began."""
-    period = motion.oscillator.forcing_period
-    assert period is not None
+    unit = 1.0 if hasattr(motion, "flow") else motion.oscillator.forcing_period
     low, high = span or (motion.start, motion.stop)
     for start, own in motion.schedule:
-        at = start * period
+        at = start * unit
         if low <= at <= high:
             ax.axvline(at, color=VERMILLION, linewidth=0.9)
             _label(ax, at, _told(own))
@@ -240,6 +253,13 @@ def _told(own: Any) -> str:
     if hasattr(own, "orbit"):
         return f"OGY ({own.orbit.impacts}, {own.orbit.periods})"
     return f"K {own.gain:g}, delay {own.delay:g}"
+
+
+def _period_of(own: Any) -> float:
+    """Forcing periods in which what it controls closes."""
+    if own is None:
+        return 1.0
+    return float(own.orbit.periods) if hasattr(own, "orbit") else float(math.ceil(own.delay))
 
 
 def _label(ax: Axes, at: float, text: str) -> None:

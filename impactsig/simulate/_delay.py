@@ -3,7 +3,9 @@
 What a motion did is kept step by step, as polynomials of degree 7 in Bernstein form (what is fed
 back, control force, then displacement and velocity, or the coordinates of a flow). The package
 `control` writes these rows, and ends steps where what is fed back is not smooth; so within a step
-the force is, and Dormand and Prince's method keeps its order. Where nothing is controlled the
+the force is, and Dormand and Prince's method keeps its order, and so does its interpolant, from
+which what is fed back comes one delay later (the conditions of [BellenZennaro2003]_, chapter 6, are
+met for order 8). Where nothing is controlled the
 engines are compiled with None in place of a `Control`, and know nothing of it.
 """
 

@@ -50,8 +50,8 @@ def test_cycles_of_roessler_are_those_of_the_tables(near, period, multiplier):
     orbit = find_flow_orbit(ROSSLER, near)
     assert orbit.found
     assert not orbit.stable
-    assert orbit.period == pytest.approx(period, abs=2e-10)
-    assert orbit.multipliers[0].real == pytest.approx(multiplier, rel=2e-9)
+    assert orbit.period == pytest.approx(period, abs=1e-9)
+    assert orbit.multipliers[0].real == pytest.approx(multiplier, rel=1e-8)
     assert orbit.multipliers[1] == pytest.approx(1, abs=1e-7)
 
 
