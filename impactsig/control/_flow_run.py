@@ -6,11 +6,9 @@ As `_run`, for any number of coordinates and without impacts, by the steps of
 
 from __future__ import annotations
 
-from numba import njit
-
 from ..simulate._delay import DISPLACEMENT, Control
 from ..simulate._events import DIVERGED, DONE, EXHAUSTED
-from ..simulate._flow import TURN
+from ..simulate._flow import TURN, inner, kernel
 from ..simulate._flow_steps import Field, finish, rates_at, stride, take
 from ..simulate._passing import pass_time
 from ..simulate._step import expand
@@ -31,7 +29,7 @@ COORDINATES = DISPLACEMENT  # the first of their courses
 HUGE = 1e6  # times what it was without control: on its way to infinity
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def write(feedback, line, past, room, region, tab, s, count, h, y, size):
     """Write the courses of the step just taken."""
     course = line.course[count[ROWS] - 1]
@@ -43,7 +41,7 @@ def write(feedback, line, past, room, region, tab, s, count, h, y, size):
     feed(feedback, line, past, room, region, h, course)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def run(
     tab, field, s, course, fb, line, room, laps, clock, count, greatest, end_turns, end_phase, most
 ):

@@ -115,9 +115,12 @@ class Pieces:
 
     def _holder(self, angle: float) -> str:
         """What holds a mass that sticks."""
+        if self.oscillator.friction is None:
+            return "stop"
         q = self._relative(np.array([angle]))[0][0]
+        near = 1e-9 * np.abs(self.motion._segments[:, 5:7]).max()
         rigid = [stop.position for stop in self.oscillator.stops if isinstance(stop.law, Rigid)]
-        return "stop" if any(abs(q - at) <= 1e-12 * abs(at) for at in rigid) else "friction"
+        return "stop" if any(abs(q - at) <= near for at in rigid) else "friction"
 
     def _pressed(self, angle: float) -> set[int]:
         """Numbers of the soft stops that are pressed on where the orbit begins."""

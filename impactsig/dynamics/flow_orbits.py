@@ -23,6 +23,7 @@ PARTS, MOST_PARTS = 8, 256  # of the orbit, in which the tangent map is worked o
 ROUNDED = 1e-9  # of the tangent map, between so many parts and twice as many
 RETURNS, TURNS, PER_TURN = 12, 400, 100  # close returns that are tried; where they are looked for
 WIDTH = 0.2  # of the period: how far from the one asked for a close return may be
+AT_REST = 1e-6  # of the size of the attractor, in a period
 SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding
 
 
@@ -48,7 +49,8 @@ class FlowOrbit:
     iterations : int
         Steps of Newton's method.
     status : str
-        "found"; "not converged", where the state is the best that was met.
+        "found"; "not converged", where the state is the best that was met; "at rest", where it is
+        an equilibrium.
     """
 
     flow: Flow
@@ -226,7 +228,7 @@ def _settled(
         size = float((np.abs(end - state) / scale).max())
         return size if np.isfinite(size) else np.inf
 
-    state, parts = np.array(start), PARTS
+    state, parts, asked = np.array(start), PARTS, period
     end, tangent = _shoot(flow, state, period, parts)
     residual = off(end, state)
     iterations = 0
@@ -242,7 +244,7 @@ def _settled(
         step, *_ = np.linalg.lstsq(border, np.append(state - end, 0.0), rcond=None)
         for share in 0.5 ** np.arange(8):
             then, after = state + share * step[:d], period + share * step[d]
-            if not 0 < after < 3 * period:
+            if not asked / 2 < after < 2 * asked:
                 continue
             came, moved = _shoot(flow, then, after, parts)
             if off(came, then) < residual:
@@ -260,6 +262,9 @@ def _settled(
     values = np.linalg.eigvals(tangent)
     values = values[np.argsort(-np.abs(values), kind="stable")]
     status = "found" if residual <= tolerance else "not converged"
+    if status == "found" and not forced:
+        moves = float((np.abs(rate_at(flow, 0.0, state)) / scale).max()) * period
+        status = status if moves > AT_REST else "at rest"
     return FlowOrbit(flow, state, period, values, forced, residual, iterations, status, parts)
 
 
@@ -275,25 +280,26 @@ def _close_returns(
     flow: Flow, period: float, forced: bool
 ) -> Iterator[tuple[np.ndarray, float, np.ndarray]]:
     """States after which a long course comes back near them, the time it takes, and its size."""
-    per_turn = 1 if forced else PER_TURN
     course = trajectory(
-        flow, interval=period / per_turn, count=TURNS * per_turn, transient=20 * period
+        flow, interval=period / PER_TURN, count=TURNS * PER_TURN, transient=20 * period
     )
     states = course.state
-    if len(states) < 4 * per_turn or not np.isfinite(states).all():
+    if len(states) < 4 * PER_TURN or not np.isfinite(states).all():
         return
     scale = np.maximum(states.std(axis=0), 1e-9 * np.maximum(np.abs(states).max(axis=0), 1e-9))
-    around = round(WIDTH * per_turn)
-    lags = np.arange(per_turn - around, per_turn + around + 1)
+    around = 0 if forced else round(WIDTH * PER_TURN)
+    lags = np.arange(PER_TURN - around, PER_TURN + around + 1)
     number = len(states) - lags[-1]
     best, lag = np.full(number, np.inf), np.zeros(number, int)
     for own in lags:
         apart = (np.abs(states[own : own + number] - states[:number]) / scale).max(axis=1)
         nearer = apart < best
         best[nearer], lag[nearer] = apart[nearer], own
+    if forced:  # an orbit begins at t = 0, so a multiple of its period later
+        best[np.arange(number) % PER_TURN != 0] = np.inf
     for _ in range(RETURNS):
         k = int(best.argmin())
         if not np.isfinite(best[k]):
             return
-        yield states[k], period * lag[k] / per_turn, scale
-        best[max(k - per_turn // 2, 0) : k + per_turn // 2 + 1] = np.inf
+        yield states[k], period * lag[k] / PER_TURN, scale
+        best[max(k - PER_TURN // 2, 0) : k + PER_TURN // 2 + 1] = np.inf

@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from ._delay import DISPLACEMENT, fed
+from ._flow import inlined, inner, kernel
 
 MORE, DONE, DIVERGED, ENDLESS = range(4)
 TOLERANCE = 1e-13
@@ -56,7 +56,7 @@ class Scratch(NamedTuple):
     ladder: np.ndarray  # (GAUGE_DEGREE + 1,)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def rates_at(field, fires, t, tau, y, out):
     """Rates of the coordinates and, where one fires, of the integral, tau after the instant t."""
     field.rates(t + tau, y.ctypes, field.parameters.ctypes, out.ctypes)
@@ -65,7 +65,7 @@ def rates_at(field, fires, t, tau, y, out):
         out[field.size] = field.signal(y.ctypes, field.coordinate)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def steer(control, tau, y, out):
     """Add what is fed back to the rate of the coordinate that it is of."""
     if control is not None:
@@ -73,7 +73,7 @@ def steer(control, tau, y, out):
         out[k] += fed(control, tau, y[k])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def weigh(weights, i, k, stages, out):
     """Sum of the first rates by a row of weights.
 
@@ -99,7 +99,7 @@ def weigh(weights, i, k, stages, out):
         out[n + 3] = d + h
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def stages(
     a, c, rates, signal, number, p, size, control, fires, k, stage, rate, first, last, t, h, y
 ):
@@ -122,7 +122,7 @@ def stages(
             k[i, n] = rate[n]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def take(tab, field, fires, s, t, h, y, into):
     """A step of h; stage 0 has been worked out."""
     stages(
@@ -134,7 +134,7 @@ def take(tab, field, fires, s, t, h, y, into):
         into[n] = y[n] + h * into[n]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def error_of(tab, s, h, y, size):
     """Error of the step just taken, in units of the tolerance.
 
@@ -160,11 +160,12 @@ def error_of(tab, s, h, y, size):
     return h * sum5 / math.sqrt((sum5 + 0.01 * sum3) * size)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def stride(tab, field, fires, s, course, most):
     """A step within the tolerance, no longer than `most`, into `s.new`; 0 where none is."""
     t, y = course.clock[0], course.state
-    s.k[0] = course.rate
+    for n in range(len(y)):
+        s.k[0, n] = course.rate[n]
     wish = course.pace[0]
     if wish == 0.0:
         size, speed = 0.0, 0.0
@@ -190,7 +191,7 @@ def stride(tab, field, fires, s, course, most):
             return 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def go(s, course, h, end):
     """To the end of the step."""
     clock = course.clock
@@ -201,11 +202,11 @@ def go(s, course, h, end):
         total = clock[0] + step
         clock[1] = step - (total - clock[0])
         clock[0] = total
-    course.state[:] = s.new
-    course.rate[:] = s.k[12]
+    for n in range(len(s.new)):
+        course.state[n], course.rate[n] = s.new[n], s.k[12, n]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def finish(tab, field, fires, s, t, h, y):
     """The last stages of the step just taken, which serve its interpolant."""
     stages(
@@ -214,7 +215,7 @@ def finish(tab, field, fires, s, t, h, y):
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def interpolate(tab, field, fires, s, t, h, y):
     """Prepare the interpolant: of the integral where one fires, else of the coordinates."""
     finish(tab, field, fires, s, t, h, y)
@@ -231,7 +232,7 @@ def interpolate(tab, field, fires, s, t, h, y):
             s.dense[3 + m, n] = h * total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def between(s, y, share, n):
     """A coordinate at a share of the step."""
     value = 0.0
@@ -240,7 +241,7 @@ def between(s, y, share, n):
     return y[n] + value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def states(tab, field, s, course, instants, out, done, steps):
     """States at instants, ascending; those from `done` on. How it ended, and how many are done."""
     y = course.state
@@ -249,7 +250,8 @@ def states(tab, field, s, course, instants, out, done, steps):
     for _ in range(steps):
         t = course.clock[0]
         while done < len(instants) and instants[done] <= t:
-            out[done] = y[: field.size]
+            for n in range(field.size):
+                out[done, n] = y[n]
             done += 1
         if done == len(instants):
             return DONE, done
