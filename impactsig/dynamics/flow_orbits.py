@@ -13,7 +13,7 @@ from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ..simulate._course import Running, state_of
 from ..simulate.trajectories import trajectory
-from ._collocation import chebyshev, solve
+from ._flow_shooting import depends_on_time, rate_at, shoot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +24,6 @@ ROUNDED = 1e-9  # of the tangent map, between so many parts and twice as many
 RETURNS, TURNS, PER_TURN = 12, 400, 100  # close returns that are tried; where they are looked for
 WIDTH = 0.2  # of the period: how far from the one asked for a close return may be
 AT_REST = 1e-6  # of the size of the attractor, in a period
-SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -140,6 +139,7 @@ def find_flow_orbit(
         raise InvalidInput("flow", flow, "a Flow", "impactsig.flows has some")
     period = number("period", period, positive=True)
     tolerance = number("tolerance", tolerance, positive=True)
+    Running(flow)  # what is wrong with the function is said here
     forced = depends_on_time(flow)
     if guess is not None:
         start = state_of(flow, guess)
@@ -160,64 +160,6 @@ def find_flow_orbit(
     return least
 
 
-def depends_on_time(flow: Flow) -> bool:
-    """Whether the rates at a state are not the same at all times."""
-    y = np.array(flow.initial)
-    rates = [np.array(flow.function(t, y, *flow.parameters), float) for t in (0.0, 0.37, 1.91)]
-    return not all(np.array_equal(own, rates[0]) for own in rates[1:])
-
-
-def rate_at(flow: Flow, t: float, y: np.ndarray) -> np.ndarray:
-    """Rates of the coordinates, shape (d,)."""
-    return np.array(flow.function(t, y, *flow.parameters), float)
-
-
-def tangent_pieces(
-    flow: Flow, state: np.ndarray, period: float, parts: int
-) -> Iterator[tuple[float, np.ndarray, np.ndarray, np.ndarray]]:
-    """Piece by piece: its length, and times, states and Jacobians at its nodes."""
-    nodes, _ = chebyshev()
-    h = period / parts
-    times = h * (np.arange(parts)[:, None] + nodes)
-    times[:, -1] = h * np.arange(1, parts + 1)
-    times[-1, -1] = period
-    flat, back = np.unique(times, return_inverse=True)
-    states, _ = Running(flow, None, state.tolist()).sample(flat)
-    if len(states) < len(flat):
-        lost = np.full((len(flat) - len(states), flow.dimension), np.nan)
-        states = np.concatenate([states, lost])
-    states = states[back.ravel()].reshape(*times.shape, flow.dimension)
-    sizes = np.maximum(np.abs(states).max(axis=(0, 1)), 1e-12)
-    for k in range(parts):
-        jacobians = [_jacobian(flow, t, y, sizes) for t, y in zip(times[k], states[k], strict=True)]
-        yield h, times[k], states[k], np.array(jacobians)
-
-
-def _jacobian(flow: Flow, t: float, y: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Central differences of the rates: exact but for rounding where these are quadratic."""
-    columns = []
-    for n, h in enumerate(SMALL * sizes):
-        high, low = y.copy(), y.copy()
-        high[n], low[n] = y[n] + h, y[n] - h
-        columns.append((rate_at(flow, t, high) - rate_at(flow, t, low)) / (high[n] - low[n]))
-    return np.stack(columns, axis=1)
-
-
-def _shoot(
-    flow: Flow, state: np.ndarray, period: float, parts: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Where the state comes to after a period, and the derivative of that."""
-    tangent = np.eye(flow.dimension)
-    end = state
-    for h, _, states, jacobians in tangent_pieces(flow, state, period, parts):
-        if not np.isfinite(jacobians).all():
-            return np.full(flow.dimension, np.nan), tangent
-        by_start, _ = solve(h, jacobians, np.zeros(flow.dimension))
-        tangent = by_start[-1] @ tangent
-        end = states[-1]
-    return end, tangent
-
-
 def _settled(
     flow: Flow, start: np.ndarray, period: float, scale: np.ndarray, forced: bool, tolerance: float
 ) -> FlowOrbit:
@@ -229,7 +171,7 @@ def _settled(
         return size if np.isfinite(size) else np.inf
 
     state, parts, asked = np.array(start), PARTS, period
-    end, tangent = _shoot(flow, state, period, parts)
+    end, tangent = shoot(flow, state, period, parts)
     residual = off(end, state)
     iterations = 0
     for _ in range(ITERATIONS):
@@ -246,7 +188,7 @@ def _settled(
             then, after = state + share * step[:d], period + share * step[d]
             if not asked / 2 < after < 2 * asked:
                 continue
-            came, moved = _shoot(flow, then, after, parts)
+            came, moved = shoot(flow, then, after, parts)
             if off(came, then) < residual:
                 break
         else:
@@ -255,7 +197,7 @@ def _settled(
         state, period, end, tangent, residual = then, after, came, moved, off(came, then)
     while parts < MOST_PARTS and np.isfinite(residual):
         parts *= 2
-        _, finer = _shoot(flow, state, period, parts)
+        _, finer = shoot(flow, state, period, parts)
         change, tangent = float(np.abs(finer - tangent).max()), finer
         if change <= ROUNDED * float(np.abs(finer).max()):
             break

@@ -54,6 +54,7 @@ def test_what_is_not_found_says_so():
     ("make", "argument"),
     [
         (lambda: find_flow_orbit("lorenz", 1.5), "flow"),
+        (lambda: find_flow_orbit(Flow(driven, (0.0, 1.0)), 1.5), "function"),
         (lambda: find_flow_orbit(flows.lorenz(), 0), "period"),
         (lambda: find_flow_orbit(flows.lorenz(), math.nan), "period"),
         (lambda: find_flow_orbit(flows.lorenz(), 1.5, guess=(1, 2)), "initial"),
