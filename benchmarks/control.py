@@ -34,6 +34,7 @@ from impactsig import (
     DelayedFeedback,
     RungeKutta,
     control,
+    find_flow_orbit,
     find_periodic_orbit,
     flows,
     orbit_stability,
@@ -237,9 +238,14 @@ def others() -> list[dict]:
     how = OGY(orbit, 0.03)
     _, nudged = timed(lambda: control(BEAM, how, periods=LONG))
     _, linear = timed(lambda: orbit_stability(orbit, FEEDBACK))
+    cycle, search = timed(lambda: find_flow_orbit(flows.rossler(), DELAY))
+    own = DelayedFeedback(0.2, cycle.period, signal="y")
+    _, multipliers = timed(lambda: orbit_stability(cycle, own))
     return [
         {"what": "OGY, a forcing period, on average [us]", "value": 1e6 * nudged / LONG},
         {"what": "orbit_stability, 1200 periods [ms]", "value": 1e3 * linear},
+        {"what": "find_flow_orbit, Rössler, one turn [ms]", "value": 1e3 * search},
+        {"what": "orbit_stability of it [ms]", "value": 1e3 * multipliers},
     ]
 
 

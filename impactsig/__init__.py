@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         equivalence_error,
         fit_soft_stop,
     )
+    from .dynamics.flow_orbits import FlowOrbit, find_flow_orbit
     from .dynamics.lyapunov import LyapunovSpectrum, lyapunov_spectrum
     from .dynamics.matching import MatchRate, match_rate, strobe_distance
     from .dynamics.orbits import PeriodicOrbit, find_periodic_orbit, find_periodic_orbits
@@ -169,6 +170,7 @@ _HOME = {
     "dynamics": (),
     "dynamics.branches": ("Branch",),
     "dynamics.continuation": ("continue_orbit",),
+    "dynamics.flow_orbits": ("FlowOrbit", "find_flow_orbit"),
     "dynamics.lyapunov": ("LyapunovSpectrum", "lyapunov_spectrum"),
     "dynamics.orbits": ("PeriodicOrbit", "find_periodic_orbit", "find_periodic_orbits"),
     "dynamics.periodicity": ("OrbitPeriod", "orbit_period"),
@@ -297,6 +299,7 @@ __all__ = [
     "FalseNeighbors",
     "FixedStep",
     "Flow",
+    "FlowOrbit",
     "Force",
     "Friction",
     "Hertz",
@@ -368,6 +371,7 @@ __all__ = [
     "displacement_section",
     "equivalence_error",
     "false_nearest_neighbors",
+    "find_flow_orbit",
     "find_periodic_orbit",
     "find_periodic_orbits",
     "fit_oscillator",

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import mpmath as mp
+import numpy as np
 
 ORDER = 30
 LONGEST = mp.mpf("0.4")  # of a piece
@@ -138,3 +139,35 @@ def state(pieces, t):
     """Displacement, velocity and control force at an instant."""
     own = next(p for p in reversed(pieces) if p.start <= t)
     return tuple(value(c, t - own.start) for c in (own.x, own.v, own.force))
+
+
+def flow_multipliers(rates, jacobian, state, period, coordinate, gain, steps):
+    """Multipliers of an orbit of a flow under feedback of a coordinate one period later.
+
+    The orbit by the classical Runge-Kutta method; ``z' = A z + K e (s(t - T) - s(t))``, s the
+    coordinate of z, by the trapezoidal rule, so with an error of the square of the step. The map
+    of a period takes z and the history of s, here as columns of a matrix.
+    """
+    h = period / steps
+    orbit = [np.array(state, float)]
+    for _ in range(steps):
+        y = orbit[-1]
+        k1 = rates(y)
+        k2 = rates(y + h / 2 * k1)
+        k3 = rates(y + h / 2 * k2)
+        k4 = rates(y + h * k3)
+        orbit.append(y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
+    d = len(state)
+    columns = np.eye(d + steps + 1)
+    z, late = columns[:d], columns[d:]
+    fed = np.zeros((d, 1))
+    fed[coordinate] = gain
+    history = [z[coordinate]]
+    for n in range(steps):
+        before, after = (jacobian(y) - fed * np.eye(d)[coordinate] for y in orbit[n : n + 2])
+        push = fed * (late[n] + late[n + 1])
+        right = z + h / 2 * (before @ z + push)
+        z = np.linalg.solve(np.eye(d) - h / 2 * after, right)
+        history.append(z[coordinate])
+    values = np.linalg.eigvals(np.concatenate([z, np.array(history)]))
+    return values[np.argsort(-np.abs(values))]

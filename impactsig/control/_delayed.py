@@ -21,8 +21,8 @@ from .feedback import DelayedFeedback
 from .schedule import Phase
 
 if TYPE_CHECKING:
-    from ._line import Line
-    from ._step import Feedback, Room
+    from ..simulate._delay import Feedback, Line
+    from ._force import Room
 
 SIGNALS = ("displacement", "velocity")
 ROWS = 4096  # of the delay line, to begin with
@@ -49,7 +49,7 @@ class DelayedRun:
         method: RungeKutta,
         chatter: float,
     ) -> None:
-        from ._run import COUNTS
+        from ._rows import COUNTS
 
         self.oscillator = oscillator
         self.phase = phase
@@ -70,8 +70,9 @@ class DelayedRun:
     def to(self, until: float, feedback: Any) -> None:
         """Move to `until` forcing periods under that feedback, from its beginning."""
         from ._line import locate
-        from ._run import AT, EDGE, FIRST, LAPS, LONG, run
-        from ._run import ROWS as NUMBER
+        from ._rows import AT, EDGE, FIRST, LAPS, LONG
+        from ._rows import ROWS as NUMBER
+        from ._run import run
 
         if self.status != "complete":
             return
@@ -99,8 +100,7 @@ class DelayedRun:
 
     def feedback(self, feedback: DelayedFeedback | None) -> Feedback:
         """The feedback in the engine's units."""
-        from ._line import DISPLACEMENT, VELOCITY
-        from ._step import Feedback
+        from ..simulate._delay import DISPLACEMENT, VELOCITY, Feedback
 
         if feedback is None:
             return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, DISPLACEMENT, 0.0)
@@ -142,7 +142,7 @@ class DelayedRun:
     @property
     def number(self) -> int:
         """Rows of the line."""
-        from ._run import ROWS as NUMBER
+        from ._rows import ROWS as NUMBER
 
         return int(self.count[NUMBER])
 
@@ -177,7 +177,7 @@ def laps_of(feedback: DelayedFeedback | None) -> np.ndarray:
 
 def new_line(rows: int, coordinates: int) -> Line:
     """Room for a delay line."""
-    from ._line import Line
+    from ..simulate._delay import Line
 
     return Line(
         np.zeros((rows, 3)),
@@ -187,14 +187,14 @@ def new_line(rows: int, coordinates: int) -> Line:
 
 
 def new_room() -> Room:
-    """Room for a step."""
-    from ._step import Room
+    """Room for the force over a step."""
+    from ._force import Room
 
     nodes = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
     return Room(
-        late=np.zeros(16),
         nodes=nodes,
         fit=np.ascontiguousarray(np.linalg.inv(basis(nodes))),
         values=np.zeros(DEGREE + 1),
         gap=np.zeros(DEGREE + 1),
+        stack=np.zeros((64, DEGREE + 3)),
     )

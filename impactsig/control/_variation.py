@@ -13,217 +13,65 @@ positively homogeneous.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from ..dynamics.orbits import PeriodicOrbit
+from ..dynamics._collocation import NODES, solve
 from ..errors import InvalidInput
-from ..oscillators import Hertz, KelvinVoigt, Rigid
-from ..simulate._events import IMPACT, PART, TOUCH
-from ..simulate._frame import base_motion, forcing, pace
-from ..simulate.motion import TURN
 from .feedback import DelayedFeedback
 
-NODES = 28
-LONGEST = TURN / 2  # of a piece
 FAINT = 1e-15  # share of a memory
 
 
 @dataclass(frozen=True)
 class Piece:
-    """From one event to the next."""
+    """From one event to the next; d is 2 for an oscillator."""
 
-    end: np.ndarray  # (2, 2) of the difference at the end by that at the beginning
-    driven: np.ndarray  # (2, nodes) of the end by what is fed back
-    course: np.ndarray  # (nodes, 2) of the signal at the nodes by the difference at the beginning
+    end: np.ndarray  # (d, d) of the difference at the end by that at the beginning
+    driven: np.ndarray  # (d, nodes) of the end by what is fed back
+    course: np.ndarray  # (nodes, d) of the signal at the nodes by the difference at the beginning
     echo: np.ndarray  # (nodes, nodes) and by what is fed back
-    jump: np.ndarray  # (2, 2) saltation at its end
-    lag: np.ndarray  # (2,) how much later the event is, by the difference just before it
-    height: float  # of the pulse of control force per unit of what is late, before the limit
-    kept: float  # what an impact makes of a velocity
+    jump: np.ndarray  # (d, d) saltation at its end
+    lag: np.ndarray  # (d,) how much later the event is, by the difference just before it
+    height: float = 0.0  # of the pulse of control force per unit of what is late, before the limit
+    kept: float = 1.0  # what an impact makes of a velocity
 
 
+@dataclass(frozen=True)
 class Variation:
-    """The map of the differences from an orbit over one lap of it.
+    """The map of the differences from an orbit over one lap of it."""
 
-    Parameters
-    ----------
-    orbit : PeriodicOrbit
-        Without friction or rest.
-    feedback : DelayedFeedback
-        Its delay a multiple of the orbit's period.
+    pieces: list[Piece]
+    laps: int  # of the orbit, in a delay
+    memory: float
+    gain: float  # in the units of the pieces
+    limit: float = np.inf
+    along: State | None = None  # the difference along the orbit, which stays: of flows
 
-    Raises
-    ------
-    InvalidInput
-        If the orbit is of another kind, or the delay is none of its multiples.
-    """
+    @property
+    def linear(self) -> bool:
+        """Whether there are no pulses."""
+        return not (self.gain and any(piece.height for piece in self.pieces))
 
-    def __init__(self, orbit: PeriodicOrbit, feedback: DelayedFeedback) -> None:
-        laps = round(feedback.delay / orbit.periods)
-        if laps < 1 or abs(feedback.delay - laps * orbit.periods) > 1e-12 * feedback.delay:
-            raise InvalidInput(
-                "delay", feedback.delay, f"a multiple of the orbit's {orbit.periods} periods",
-                "With another the orbit is not one of the controlled oscillator",
-            )  # fmt: skip
-        if feedback.signal not in ("velocity", "displacement"):
-            raise InvalidInput("signal", feedback.signal, '"velocity" or "displacement"')
-        oscillator = self.oscillator = orbit.oscillator
-        motion = orbit.motion()
-        if oscillator.friction is not None or motion.stick_count:
-            raise InvalidInput("orbit", orbit, "an orbit without friction or rest")
-        self.laps = laps
-        self.memory = feedback.memory
-        self.of_velocity = feedback.signal == "velocity"
-        omega: float = motion._engine.omega
-        inertia = oscillator.mass * omega**2
-        self.gain = feedback.gain / (oscillator.mass * omega if self.of_velocity else inertia)
-        self.limit = np.inf if feedback.limit is None else feedback.limit / inertia
-        self.omega = omega
-        self.waves = forcing(oscillator)
-        self.pieces = self._pieces(motion)
-        self.linear = not (
-            self.gain and self.of_velocity and any(piece.height for piece in self.pieces)
-        )
+    @property
+    def forgets(self) -> bool:
+        """Whether every lap comes where nothing is left of the differences, as in a rest at a stop.
 
-    def _pieces(self, motion: Any) -> list[Piece]:
-        rows = motion._segments
-        which = np.isin(rows[:, 2], (IMPACT, TOUCH, PART))
-        begins = rows[:, 0] * TURN + rows[:, 1]
-        start = begins[0]
-        stop = motion._last[0] * TURN + motion._last[1]
-        edges = [start, *begins[which], stop]
-        events = [*rows[which], None]
-        out = []
-        for low, high, row in zip(edges[:-1], edges[1:], events, strict=True):
-            if high - low <= 0:
-                continue
-            parts = max(1, int(np.ceil((high - low) / LONGEST)))
-            cuts = np.linspace(low, high, parts + 1)
-            middle = self._relative(motion, np.array([(low + high) / 2]))[0][0]
-            pressed = [
-                stop for stop in self.oscillator.stops
-                if not isinstance(stop.law, Rigid)
-                and (1 if stop.side == "upper" else -1) * (middle - stop.position) > 0
-            ]  # fmt: skip
-            for k in range(parts):
-                event = row if k == parts - 1 else None
-                out.append(self._piece(motion, cuts[k], cuts[k + 1], pressed, event))
-        return out
+        What is fed back is then all that makes new ones, from there on, and each time less: the
+        map has no eigenvalue but 0 and, of what the memory holds, the memory.
+        """
+        return any(not piece.jump.any() for piece in self.pieces)
 
-    def _relative(self, motion: Any, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Position and velocity of the orbit against the stops, in the engine's units."""
-        turns = np.floor(angle / TURN)
-        x, v = motion._at(turns, angle - TURN * turns)
-        at, moving = base_motion(self.oscillator, pace(self.oscillator) * angle)
-        return x - at, (v - moving) / self.omega
-
-    def acceleration(self, angle: Any, q: Any, v: Any, pressed: Any) -> Any:
-        """Of the oscillator, against the stops, with these soft stops pressed on."""
-        own, omega = self.oscillator, self.omega
-        inertia = own.mass * omega**2
-        a = (own.load - own.stiffness * q) / inertia - own.damping / (own.mass * omega) * v
-        for ratio, force in self.waves:
-            a = a + (force * np.exp(1j * ratio * angle)).real
-        for stop in pressed:
-            side, law = (1 if stop.side == "upper" else -1), stop.law
-            depth, inward = side * (q - stop.position), side * v * omega
-            if isinstance(law, KelvinVoigt):
-                push = law.stiffness * depth + law.damping * inward
-            else:
-                assert isinstance(law, Hertz)
-                push = law.stiffness * np.maximum(depth, 0.0) ** law.exponent
-                push = push * (1 + law.damping * inward)
-            a = a - side * push / inertia
-        if own.law is not None:
-            at, moving = base_motion(own, pace(own) * angle)
-            law_of = getattr(own.law, "py_func", own.law)
-            seen = np.broadcast_arrays(angle / omega, q + at, v * omega + moving)
-            rows = zip(*seen, strict=True)
-            a = a + np.array([law_of(*row) for row in rows]) / inertia
-        return a
-
-    def _piece(self, motion: Any, low: float, high: float, pressed: Any, row: Any) -> Piece:
-        """Collocation from `low` to `high`, and the event in `row` (None: there is none)."""
-        nodes, slope = chebyshev(NODES)
-        h = high - low
-        angle = low + h * nodes
-        q, v = self._relative(motion, np.clip(angle, low, high))
-        # At an event's very instant the motion is sampled after it: the last node is before.
-        if row is not None:
-            k = int(row[3])
-            stop = self.oscillator.stops[k]
-            side = 1 if stop.side == "upper" else -1
-            q[-1] = stop.position
-            v[-1] = side * row[7] if row[2] == IMPACT else row[6]
-        small = 1e-6 * max(np.abs(q).max(), np.abs(v).max())
-
-        def rate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-            return self.acceleration(angle, q, v, pressed)
-
-        of_q = (rate(q + small, v) - rate(q - small, v)) / (2 * small)
-        of_v = (rate(q, v + small) - rate(q, v - small)) / (2 * small)
-        if self.of_velocity:
-            of_v = of_v - self.gain
-        else:
-            of_q = of_q - self.gain
-        n, eye, zero = NODES, np.eye(NODES), np.zeros((NODES, NODES))
-        system = np.block([[slope / h, -eye], [-np.diag(of_q), slope / h - np.diag(of_v)]])
-        right = np.block([[np.zeros((n, 2)), zero], [np.zeros((n, 2)), self.gain * eye]])
-        for equation, unknown in ((0, 0), (n, n)):
-            system[equation], right[equation] = 0.0, 0.0
-            system[equation, unknown] = 1.0
-            right[equation, equation // n] = 1.0
-        solved = np.linalg.solve(system, right)
-        own = solved[n:] if self.of_velocity else solved[:n]
-        last = np.stack([solved[n - 1], solved[-1]])
-        jump, lag, height, kept = self._event(row, angle[-1], q[-1], v[-1], pressed)
-        return Piece(
-            last[:, :2], last[:, 2:], own[:, :2], own[:, 2:], jump, lag, height, kept
-        )  # fmt: skip
-
-    def _event(self, row: Any, angle: float, q: float, v: float, pressed: Any) -> Any:
-        """Saltation, how late the event is, height of the pulse, and what is kept of a velocity."""
-        jump, lag, none = np.eye(2), np.zeros(2), (0.0, 1.0)
-        if row is None or v == 0.0:
-            return jump, lag, *none
-        stop = self.oscillator.stops[int(row[3])]
-        lag = np.array([-1 / v, 0.0])
-
-        def pull(q: float, v: float, pressed: Any) -> float:
-            here = (np.array([angle]), np.array([q]), np.array([v]))
-            return float(self.acceleration(here[0], here[1], here[2], pressed)[0])
-
-        before = pull(q, v, pressed)
-        if row[2] == IMPACT:
-            after, slope = self._returned(stop.law, v)
-            gained = pull(q, after, pressed)
-            jump = np.array([[after / v, 0.0], [(gained - slope * before) / v, slope]])
-            return jump, lag, v - after if self.of_velocity else 0.0, slope
-        others = [own for own in pressed if own is not stop]
-        then = others if row[2] == PART else [*pressed, stop]
-        gained = pull(q, row[6], then)
-        jump = np.array([[1.0, 0.0], [(gained - before) / v, 1.0]])
-        return jump, lag, *none
-
-    def _returned(self, law: Any, v: float) -> tuple[float, float]:
-        """Velocity after an impact, and its derivative by that before."""
-        r = law.restitution
-        if not callable(r):
-            return -r * v, -r
-        r = getattr(r, "py_func", r)
-        speed, h = abs(v) * self.omega, 1e-6 * abs(v) * self.omega
-        slope = r(speed) + speed * (r(speed + h) - r(speed - h)) / (2 * h)
-        return -r(speed) * v, -slope
-
-    # -- going round ---------------------------------------------------------------------------
+    @property
+    def dimension(self) -> int:
+        """Of the differences at an instant."""
+        return len(self.pieces[0].end)
 
     def start(self, rng: np.random.Generator, count: int) -> State:
         """Some differences at random, `count` of them side by side."""
         size = len(self.pieces)
         return State(
-            rng.standard_normal((2, count)),
+            rng.standard_normal((self.dimension, count)),
             [rng.standard_normal((size, NODES, count)) for _ in range(self.laps)],
             [np.zeros((size, 1, count)) for _ in range(self.laps)],
         )
@@ -268,7 +116,7 @@ class Variation:
 class State:
     """Differences from the orbit: now, and as what is fed back in the laps to come."""
 
-    now: np.ndarray  # (2, count)
+    now: np.ndarray  # (d, count)
     late: list[np.ndarray]  # for each lap of the delay: (pieces, nodes, count)
     came: list[np.ndarray]  # how late its impacts were: (pieces, remembered, count)
 
@@ -283,13 +131,46 @@ class State:
         late, came = [own / by for own in self.late], [own / by for own in self.came]
         return State(self.now / by, late, came)
 
+    def flat(self) -> np.ndarray:
+        """As one vector; without impacts, where there is one difference."""
+        return np.concatenate([self.now.ravel(), *(own.ravel() for own in self.late)])
 
-def chebyshev(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes on [0, 1], ascending, and the matrix of differentiation [Trefethen2000]_, chapter 6."""
-    k = np.arange(n)
-    x = np.cos(np.pi * k / (n - 1))
-    c = np.where((k == 0) | (k == n - 1), 2.0, 1.0) * (-1.0) ** k
-    apart = x[:, None] - x[None, :]
-    d = np.outer(c, 1 / c) / (apart + np.eye(n))
-    d -= np.diag(d.sum(axis=1))
-    return (1 - x) / 2, -2 * d
+
+def moving(length: float, slopes: np.ndarray, row: int, signal: int, gain: float) -> Piece:
+    """A piece without event at its end.
+
+    Parameters
+    ----------
+    length : float
+        Of the piece.
+    slopes : ndarray, shape (nodes, d, d)
+        Derivatives of the rates by the coordinates at the nodes, without control.
+    row, signal : int
+        Coordinate whose rate the feedback is added to, and that which is fed back.
+    gain : float
+        Of the feedback.
+    """
+    d = slopes.shape[1]
+    slopes = slopes.copy()
+    slopes[:, row, signal] -= gain
+    by_start, by_late = solve(length, slopes, gain * (np.arange(d) == row))
+    return Piece(
+        by_start[-1], by_late[-1], by_start[:, signal], by_late[:, signal], np.eye(d), np.zeros(d)
+    )
+
+
+def laps_in(feedback: DelayedFeedback, period: float, told: str) -> int:
+    """How many laps of the orbit the delay is.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none of their multiples.
+    """
+    laps = round(feedback.delay / period)
+    if laps < 1 or abs(feedback.delay - laps * period) > 1e-12 * feedback.delay:
+        raise InvalidInput(
+            "delay", feedback.delay, f"a multiple of {told}",
+            "With another the orbit is not one of what is controlled",
+        )  # fmt: skip
+    return laps

@@ -12,7 +12,7 @@ from ..simulate._tableau import DEGREE
 from ..simulate.runge_kutta import SteppingEngine
 
 if TYPE_CHECKING:
-    from ._line import Line
+    from ..simulate._delay import Line
 
 
 class DelayLine:
@@ -45,19 +45,20 @@ class DelayLine:
         self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity at instants."""
-        from ._line import DISPLACEMENT, VELOCITY
+        from ..simulate._delay import DISPLACEMENT, VELOCITY
 
         return self.course(DISPLACEMENT, turns, phase), self.course(VELOCITY, turns, phase)
 
     def force(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
         """Control force at instants."""
-        from ._line import FORCE
+        from ..simulate._delay import FORCE
 
         return self.course(FORCE, turns, phase) * self._inertia
 
     def squared(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
         """Integrals of the square of the control force between instants, over the phase."""
-        from ._line import FORCE, locate, since
+        from ..simulate._delay import FORCE
+        from ._line import locate, since
 
         line = self.line
         number = len(line.laps)
@@ -89,7 +90,8 @@ class DelayLine:
         self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
     ) -> np.ndarray:
         """Greatest force of contacts, from the TOUCH in row `first` to row `last` or the end."""
-        from ._line import DISPLACEMENT, VELOCITY, locate
+        from ..simulate._delay import DISPLACEMENT, VELOCITY
+        from ._line import locate
 
         problem = self.engine._problem
         shares = np.linspace(0.0, 1.0, 65)

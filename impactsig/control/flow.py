@@ -11,9 +11,9 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
-from ..simulate._course import _check_rates, coordinate_of, state_of
+from ..simulate._course import STEPS, Running, coordinate_of
 from ..simulate._events import STATUS
-from ..simulate._tableau import DEGREE, tableau
+from ..simulate._tableau import tableau
 from ..simulate.motion import TURN
 from ._delayed import ROWS, laps_of, new_line, new_room
 from .feedback import DelayedFeedback
@@ -21,10 +21,8 @@ from .feedback import DelayedFeedback
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ._line import Line
-    from ._step import Feedback
+    from ..simulate._delay import Feedback, Line
 
-STEPS = 50_000  # in a call of the kernel, so that a run can be interrupted
 AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
 
 
@@ -76,7 +74,7 @@ class ControlledTrajectory:
         InvalidInput
             If a time is outside the span.
         """
-        from ._line import FORCE
+        from ..simulate._delay import FORCE
 
         return self._course(FORCE, time)
 
@@ -105,6 +103,21 @@ class ControlledTrajectory:
         return f"ControlledTrajectory({self.flow!r}, t = 0 to {self.duration:g}{told})"
 
 
+def number_of(flow: Flow, signal: str | int) -> int:
+    """Number of the coordinate that is fed back.
+
+    Raises
+    ------
+    InvalidInput
+        If there is none of that name.
+    """
+    try:
+        return coordinate_of(flow, signal)
+    except InvalidInput:
+        names = ", ".join(flow.coordinates)
+        raise InvalidInput("signal", signal, f"a coordinate of the flow: {names}") from None
+
+
 def control_flow(
     flow: Flow,
     phases: tuple[tuple[float, Any], ...],
@@ -112,9 +125,7 @@ def control_flow(
     initial: Sequence[float] | None,
 ) -> ControlledTrajectory:
     """The course of a flow under a schedule of feedbacks."""
-    from ._run import COUNTS
-
-    going = _Going(flow, initial, COUNTS)
+    going = _Going(flow, initial)
     fed = [going.feedback(own) for _, own in phases]
     laps = np.max([laps_of(own) for _, own in phases], axis=0)
     ends = [start for start, _ in phases[1:]] + [length]
@@ -125,40 +136,24 @@ def control_flow(
     return going.trajectory(phases)
 
 
-class _Going:
-    """A flow under way."""
+class _Going(Running):
+    """A flow under way, and its delay line."""
 
-    def __init__(self, flow: Flow, initial: Sequence[float] | None, counters: int) -> None:
-        from ..simulate._fields import rates_of
-        from ._flow_run import Scratch
+    def __init__(self, flow: Flow, initial: Sequence[float] | None) -> None:
+        from ._rows import COUNTS
 
+        super().__init__(flow, None, initial)
         self.flow = flow
-        start = state_of(flow, initial)
-        self.parameters = np.array(flow.parameters, float)
-        self.rates = rates_of(flow.function, flow.dimension, len(self.parameters))
-        _check_rates(flow, start)
-        d = -(-flow.dimension // 4) * 4
-        self.state = np.zeros(d)
-        self.state[: flow.dimension] = start
-        self.clock, self.pace = np.zeros(3), np.zeros(2)
-        self.count = np.zeros(counters, np.int64)
+        self.clock, self.greatest = np.zeros(3), np.zeros(1)
+        self.count = np.zeros(COUNTS, np.int64)
         self.line = new_line(ROWS, flow.dimension)
         self.room = new_room()
-        self.scratch = Scratch(
-            k=np.zeros((16, d)),
-            state=np.zeros(d),
-            rate=np.zeros(d),
-            error3=np.zeros(d),
-            error5=np.zeros(d),
-            new=np.zeros(d),
-            stack=np.zeros((64, DEGREE + 3)),
-        )
         self.status = "complete"
 
     def feedback(self, own: DelayedFeedback | None) -> Feedback:
         """In the kernel's terms."""
+        from ..simulate._delay import Feedback
         from ._flow_run import COORDINATES
-        from ._step import Feedback
 
         if own is None:
             return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, COORDINATES, 0.0)
@@ -170,24 +165,16 @@ class _Going:
             phase=own.delay - turns * TURN,
             delay=own.delay,
             limit=math.inf if own.limit is None else own.limit,
-            signal=COORDINATES + self._coordinate(own.signal),
+            signal=COORDINATES + number_of(self.flow, own.signal),
             memory=own.memory,
         )
-
-    def _coordinate(self, signal: str | int) -> int:
-        """Number of the coordinate that is fed back."""
-        try:
-            return coordinate_of(self.flow, signal)
-        except InvalidInput:
-            names = ", ".join(self.flow.coordinates)
-            raise InvalidInput("signal", signal, f"a coordinate of the flow: {names}") from None
 
     def to(self, until: float, fb: Feedback, laps: np.ndarray) -> None:
         """Move to that time under that feedback, from its beginning."""
         from ._flow_run import run
         from ._line import locate
-        from ._run import AT, EDGE, FIRST, LAPS, LONG
-        from ._run import ROWS as NUMBER
+        from ._rows import AT, EDGE, FIRST, LAPS, LONG
+        from ._rows import ROWS as NUMBER
 
         if self.status != "complete":
             return
@@ -199,9 +186,8 @@ class _Going:
         most = AT_LEAST + PER_TIME * until
         for _ in range(1 + int(most / STEPS)):
             found = run(
-                self.rates, self.parameters, self.flow.dimension, tableau(), fb, self.line,
-                self.room, self.scratch, laps, clock, self.state, self.pace, count,
-                float(turns), until - turns * TURN, STEPS,
+                tableau(), self.field, self.scratch, self.course, fb, self.line, self.room, laps,
+                clock, count, self.greatest, float(turns), until - turns * TURN, STEPS,
             )  # fmt: skip
             status = "" if found == LONG else STATUS[found]
             if found == LONG:
@@ -216,14 +202,14 @@ class _Going:
 
     def trajectory(self, phases: Any) -> ControlledTrajectory:
         """What there is."""
-        from ._run import ROWS as NUMBER
+        from ._rows import ROWS as NUMBER
 
         number = int(self.count[NUMBER])
         return ControlledTrajectory(
             self.flow,
             float(self.clock[0] * TURN + self.clock[1]),
             phases,
-            self.state[: self.flow.dimension].copy(),
+            self.course.state[: self.flow.dimension].copy(),
             self.status,
             type(self.line)(*(part[:number] for part in self.line)),
         )

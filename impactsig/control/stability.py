@@ -12,8 +12,12 @@ import numpy as np
 from .._arguments import whole
 from ..dynamics._arguments import parameter_values
 from ..dynamics._batch import batch_error
+from ..dynamics._collocation import NODES
+from ..dynamics.flow_orbits import FlowOrbit
 from ..dynamics.orbits import PeriodicOrbit
 from ..errors import InvalidInput
+from ._flow_pieces import of_flow
+from ._oscillator_pieces import of_oscillator
 from ._variation import State, Variation
 from .feedback import DelayedFeedback
 
@@ -31,7 +35,7 @@ class ControlledStability:
 
     Attributes
     ----------
-    orbit : PeriodicOrbit
+    orbit : PeriodicOrbit or FlowOrbit
         The orbit, on which the control force vanishes.
     feedback : DelayedFeedback
         What controls it.
@@ -42,10 +46,11 @@ class ControlledStability:
         Standard error of its logarithm; 0 where it is that of a multiplier.
     multipliers : ndarray of complex
         The greatest Floquet multipliers over the orbit's period, the greatest in modulus first.
-        None of them where the map of differences is not linear: see `orbit_stability`.
+        None of them where the map of differences is not linear: see `orbit_stability`. Of a flow
+        whose rates do not depend on time, all but the one that is 1, along the orbit.
     """
 
-    orbit: PeriodicOrbit
+    orbit: PeriodicOrbit | FlowOrbit
     feedback: DelayedFeedback
     growth: float
     error: float
@@ -58,28 +63,38 @@ class ControlledStability:
 
     @property
     def exponent(self) -> float:
-        """Greatest Lyapunov exponent, per unit of the oscillator's time."""
-        frequency = self.orbit.oscillator.forcing_frequency
+        """Greatest Lyapunov exponent, per unit of the oscillator's or the flow's time."""
+        orbit = self.orbit
+        if self.growth == 0.0:
+            return -math.inf
+        if isinstance(orbit, FlowOrbit):
+            return math.log(self.growth) / orbit.period
+        frequency = orbit.oscillator.forcing_frequency
         assert frequency is not None
-        return math.log(self.growth) * frequency / (self.orbit.periods * 2 * math.pi)
+        return math.log(self.growth) * frequency / (orbit.periods * 2 * math.pi)
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
         orbit = self.orbit
+        told = f"period {orbit.period:.9g}" if isinstance(orbit, FlowOrbit) else (
+            f"period({orbit.impacts}, {orbit.periods})"
+        )  # fmt: skip
         return (
-            f"ControlledStability(period({orbit.impacts}, {orbit.periods}), {self.feedback}: "
+            f"ControlledStability({told}, {self.feedback}: "
             f"{kind}; growth {self.growth:.6g} a period of the orbit)"
         )
 
 
 def orbit_stability(
-    orbit: PeriodicOrbit, feedback: DelayedFeedback, *, laps: int = 1200
+    orbit: PeriodicOrbit | FlowOrbit, feedback: DelayedFeedback, *, laps: int = 1200
 ) -> ControlledStability:
     """How fast differences from an orbit shrink, or grow, under delayed feedback.
 
     The motion with its delay is linearised about the orbit, with saltation at the events, and
     solved piece by piece by Chebyshev collocation [Trefethen2000]_. Where displacements are fed
-    back, or stops are soft, the map over a period is linear, and its multipliers are worked out.
+    back, or stops are soft, or a flow is controlled, the map over a period is linear, and its
+    multipliers are worked out. Friction that turns, holds and lets go is among the events. A rest
+    at a rigid stop leaves nothing of a difference: the one multiplier is then the memory, or 0.
 
     Where velocities are fed back and a stop is rigid, it is not, however small the differences
     are: an impact that comes ds later than the delayed one leaves for that time a control force of
@@ -90,8 +105,8 @@ def orbit_stability(
 
     Parameters
     ----------
-    orbit : PeriodicOrbit
-        Stable or not; without friction or rest.
+    orbit : PeriodicOrbit or FlowOrbit
+        Stable or not.
     feedback : DelayedFeedback
         Its delay a multiple of the orbit's period.
     laps : int
@@ -104,21 +119,32 @@ def orbit_stability(
     Raises
     ------
     InvalidInput
-        If the orbit was not found, rests or rubs, or the delay is no multiple of its period.
+        If the orbit was not found, or has a stop whose loss goes by the approach velocity, the
+        delay is no multiple of its period, or velocities are fed back on an orbit that sticks
+        under friction greater at rest than in motion.
 
     Examples
     --------
     >>> orbit = find_periodic_orbit(scenes.karpodinis(20.3355), 1, impacts=1)
     >>> orbit_stability(orbit, DelayedFeedback(0.15, 1, limit=0.1)).growth
+    >>> orbit = find_flow_orbit(flows.rossler(), 5.88)
+    >>> orbit_stability(orbit, DelayedFeedback(0.2, orbit.period, signal="y")).multipliers
     """
-    if not isinstance(orbit, PeriodicOrbit):
-        raise InvalidInput("orbit", orbit, "a PeriodicOrbit, as find_periodic_orbit finds")
+    if not isinstance(orbit, (PeriodicOrbit, FlowOrbit)):
+        raise InvalidInput(
+            "orbit", orbit, "a PeriodicOrbit or a FlowOrbit",
+            "find_periodic_orbit and find_flow_orbit find them",
+        )  # fmt: skip
     if not orbit.found:
         raise InvalidInput("orbit", orbit, "an orbit that was found")
     if not isinstance(feedback, DelayedFeedback):
         raise InvalidInput("feedback", feedback, "a DelayedFeedback")
     laps = whole("laps", laps, 40)
-    variation = Variation(orbit, feedback)
+    variation = _variation(orbit, feedback)
+    if variation.forgets:
+        return ControlledStability(
+            orbit, feedback, feedback.memory, 0.0, np.array([feedback.memory], complex)
+        )
     if variation.linear:
         multipliers = _multipliers(variation)
         growth = float(np.abs(multipliers[0]))
@@ -131,12 +157,12 @@ def orbit_stability(
 
 
 def stability_chart(
-    orbit: PeriodicOrbit,
+    orbit: PeriodicOrbit | FlowOrbit,
     gains: Sequence[float],
     delays: Sequence[int] | None = None,
     *,
     limit: float | None = None,
-    signal: str = "velocity",
+    signal: str | int = "velocity",
     memory: float = 0.0,
     laps: int = 400,
     **options: Any,
@@ -145,7 +171,7 @@ def stability_chart(
 
     Parameters
     ----------
-    orbit : PeriodicOrbit
+    orbit : PeriodicOrbit or FlowOrbit
         As for `orbit_stability`.
     gains : sequence of float
         Gains.
@@ -161,8 +187,8 @@ def stability_chart(
     Returns
     -------
     Study
-        Of "growth", with the parameters "gain" and "delay" [forcing periods]; see
-        `impactsig.plot.stability_chart`.
+        Of "growth", with the parameters "gain" and "delay" [forcing periods, or the flow's unit of
+        time]; see `impactsig.plot.stability_chart`.
 
     Raises
     ------
@@ -175,15 +201,24 @@ def stability_chart(
     multiples = parameter_values("delays", (1, 2, 3) if delays is None else delays)
     if not ((multiples >= 1) & (multiples == np.round(multiples))).all():
         raise InvalidInput("delays", delays, "whole numbers, 1 or greater: periods of the orbit")
-    proto = DelayedFeedback(0.0, orbit.periods, limit, signal, memory)
+    if not isinstance(orbit, (PeriodicOrbit, FlowOrbit)):
+        raise InvalidInput("orbit", orbit, "a PeriodicOrbit or a FlowOrbit")
+    period = orbit.period if isinstance(orbit, FlowOrbit) else orbit.periods
+    proto = DelayedFeedback(0.0, period, limit, signal, memory)
     orbit_stability(orbit, proto, laps=laps)  # what is wrong is said here, not by every cell
 
     def growth(gain: float, delay: float) -> dict[str, float]:
         own = replace(proto, gain=float(gain), delay=float(delay))
         return {"growth": orbit_stability(orbit, own, laps=laps).growth}
 
-    grid = {"gain": values, "delay": multiples * orbit.periods}
+    grid = {"gain": values, "delay": multiples * period}
     return sweep(growth, grid, **options)
+
+
+def _variation(orbit: PeriodicOrbit | FlowOrbit, feedback: DelayedFeedback) -> Variation:
+    if isinstance(orbit, FlowOrbit):
+        return of_flow(orbit, feedback)
+    return of_oscillator(orbit, feedback)
 
 
 def _logs(variation: Variation, laps: int) -> np.ndarray:
@@ -199,17 +234,25 @@ def _logs(variation: Variation, laps: int) -> np.ndarray:
 
 
 def _multipliers(variation: Variation) -> np.ndarray:
-    """The greatest eigenvalues of the map of a lap."""
+    """The greatest eigenvalues of the map of a lap, but for that of the direction along the orbit.
+
+    What is left of the map across that direction, an eigenvector, has all the other eigenvalues.
+    """
     from scipy.sparse.linalg import LinearOperator, eigs
 
-    shape = (len(variation.pieces), len(variation.pieces[0].echo))
-    size = 2 + variation.laps * shape[0] * shape[1]
+    d, shape = variation.dimension, (len(variation.pieces), NODES)
+    size = d + variation.laps * shape[0] * shape[1]
     none = [np.zeros((shape[0], 1, 1))] * variation.laps
+    along = np.zeros(size)
+    if variation.along is not None:
+        along = variation.along.flat()
+        along /= np.linalg.norm(along)
 
     def lap(vector: np.ndarray) -> np.ndarray:
-        late = vector[2:].reshape(variation.laps, *shape, 1)
-        after = variation.lap(State(vector[:2, None], list(late), none))
-        return np.concatenate([after.now.ravel(), *(own.ravel() for own in after.late)])
+        vector = vector - along * (along @ vector)
+        late = vector[d:].reshape(variation.laps, *shape, 1)
+        after = variation.lap(State(vector[:d, None], list(late), none)).flat()
+        return after - along * (along @ after)
 
     operator = LinearOperator((size, size), matvec=lap, dtype=float)
     start = np.random.default_rng(0).standard_normal(size)

@@ -11,15 +11,14 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from ..simulate._flow import inner, kernel
 from ..simulate._flow_steps import DIVERGED, DONE, MORE, go, rates_at, stride
 
 TOLERANCE = 1e-11  # of what a step does to a column, relative to its length
 SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def jacobian(field, t, y, sizes, low, high, out):
     """Central differences of the rates by every coordinate; `y` is changed and put back."""
     d = field.size
@@ -37,7 +36,7 @@ def jacobian(field, t, y, sizes, low, high, out):
             out[m, n] = (high[m] - low[m]) / width
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def vary(tab, field, s, t, h, y, columns, new, sizes, slopes, j, low, high):
     """The columns after the step whose stages are in `s`, into `new`.
 
@@ -81,7 +80,7 @@ def vary(tab, field, s, t, h, y, columns, new, sizes, slopes, j, low, high):
     return trace, worst
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def orthonormalize(columns, growth):
     """Gram and Schmidt's, each column twice; adds the logarithms of the lengths."""
     d = len(columns)
@@ -102,7 +101,7 @@ def orthonormalize(columns, growth):
             columns[n, column] /= x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def carry(tab, field, s, course, end, steps, columns, growth, new, sizes, slopes, j, low, high):
     """Move the flow and its columns to `end`, in at most so many steps; how it ended.
 
@@ -111,12 +110,12 @@ def carry(tab, field, s, course, end, steps, columns, growth, new, sizes, slopes
     d = field.size
     y = course.state
     if course.pace[0] == 0.0:
-        rates_at(field, False, course.clock[0], y, course.rate)
+        rates_at(field, False, course.clock[0], 0.0, y, course.rate)
     for _ in range(steps):
         t = course.clock[0]
         if t >= end:
             return DONE
-        h = stride(tab, field, False, s, course, end)
+        h = stride(tab, field, False, s, course, end - t)
         if h == 0.0:
             return DIVERGED
         for n in range(d):
@@ -129,7 +128,9 @@ def carry(tab, field, s, course, end, steps, columns, growth, new, sizes, slopes
             return DIVERGED
         course.pace[0] = min(course.pace[0], h * (0.9 * error**-0.125 if error > 1e-6 else 5.0))
         growth[d] += h * trace
-        columns[:] = new
+        for n in range(d):
+            for m in range(d):
+                columns[n, m] = new[n, m]
         orthonormalize(columns, growth)
         go(s, course, h, end)
     return MORE

@@ -39,7 +39,7 @@ class Follower:
     """
 
     def __init__(self, oscillator: Oscillator, orthonormal: bool, **options: Any) -> None:
-        from ._tangent import KIND, MODE, PHASE, TOTALS
+        from ._columns import KIND, MODE, PHASE, TOTALS
 
         if isinstance(options.get("method"), FixedStep):
             raise InvalidInput("method", options["method"], "RungeKutta(...) or None")
@@ -66,7 +66,7 @@ class Follower:
 
         Both count as the run does, in periods or seconds; instants are turns and phases.
         """
-        from ._tangent import NEXT
+        from ._columns import NEXT
 
         run, status = self.run, self.run.status
         instants = np.array([_after(run.phase, edge * run.per_turn) for edge in edges])
@@ -86,7 +86,7 @@ class Follower:
 
     def forget(self) -> None:
         """Count from here; the columns stay as they are, and a stick under way counts."""
-        from ._tangent import BY_FRICTION, DETERMINANT, FREE, HELD, LINES, POINTS
+        from ._columns import BY_FRICTION, DETERMINANT, FREE, HELD, LINES, POINTS
 
         self.totals[:] = 0.0
         if self.place[HELD] != FREE:
@@ -118,8 +118,8 @@ class _Stepped:
 
     def __init__(self, run: Run, place: np.ndarray) -> None:
         from ..simulate._retrace import mode_of
-        from ._stepped_tangent import STOPS, Q, V
-        from ._tangent import MODE
+        from ._columns import MODE
+        from ._stepped_variation import STOPS, Q, V
 
         engine: Any = run.engine
         stops = len(run.oscillator.stops)

@@ -1,45 +1,35 @@
 """Kernels: how the neighbours of a stepped motion move with it, from event to event.
 
-The motion is stepped again from row to row, and with every step the variational equation
-``x'' = a_q x + a_v x'`` by the same stages: the columns are the derivative of the step as it is
-taken; it must fulfil the tolerance for them too, because a direction that the motion has left
-still contracts. Derivatives of a force of the user's are central differences, good to about 1e-10.
-Saltation matrices are those of `_tangent`; that of a Hertz stop with a restitution coefficient,
-whose loss goes by its approach velocity, needs what that velocity gains by either column as well.
+The motion is stepped again from row to row, and the columns with it (`_stepped_variation`). At an
+event they jump (`_saltation`); what a Hertz stop with a restitution coefficient loses goes by its
+approach velocity, so what that gains by either column is carried as well.
 """
 
 from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ..simulate._events import IMPACT, MARK, PART, RELEASE, REVERSE, START, STICK, TOUCH
-from ..simulate._flow import TURN
+from ..simulate._flow import TURN, inner, kernel
 from ..simulate._passing import pass_time
 from ..simulate._rates import (
-    EXPONENT,
     HERTZ,
     LAW,
     LOSS,
     PLACE,
     PUSHER,
-    PUSHING,
     RESTITUTION,
     SIDE,
     SPRING,
-    STIFFNESS,
     jerk,
     open_leg,
     origin,
     pull,
-    status,
 )
 from ..simulate._retrace import mode_of
 from ..simulate._step import stride
-from ._tangent import (
+from ._columns import (
     BY_FRICTION,
-    BY_STOP,
     DETERMINANT,
     FIRST,
     FREE,
@@ -52,110 +42,18 @@ from ._tangent import (
     SINGULAR,
     TURNS,
     due,
-    list_collapse,
     multiply,
     orthonormalize,
     rescale,
     take,
 )
+from ._saltation import approach_of, hit, set_off, slope_of_return, stick, turn
+from ._stepped_variation import STOPS, SWIFT, WISH, Q, V, pull_slopes, vary
 
-# What `motion` holds: position and velocity, step to try next, greatest speed; then for each stop
-# the approach velocity of its last contact, and what that gains by either column.
-Q, V, WISH, SWIFT, STOPS = range(5)
-SMALL = 6e-6  # of a quantity, to difference a function by: the cube root of rounding
 FINE = 1e-8  # of the time that the motion takes: step where a Hertz contact begins or ends
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def pull_slopes(p, f, leg, mode, motion, tau, y, v, by_approach):
-    """Derivatives of the acceleration by position and velocity, and by the approach velocities."""
-    of_q, of_v = -leg.kappa, -leg.damping
-    count = len(p.stops)
-    for k in range(count):
-        by_approach[k] = 0.0
-        if p.stops[k, LAW] != HERTZ or status(p, mode, k) != PUSHING:
-            continue
-        side, n, stiffness = p.stops[k, SIDE], p.stops[k, EXPONENT], p.stops[k, STIFFNESS]
-        depth = side * (y - (p.stops[k, PLACE] - leg.origin))
-        if depth <= 0:
-            continue
-        loss, touched = p.stops[k, LOSS], motion[STOPS + k]
-        own = p.stops[k, RESTITUTION] >= 0
-        if own:
-            r = p.stops[k, RESTITUTION]
-            loss = 0.75 * (1 - r * r) / touched if touched > 0 else 0.0
-        power = stiffness * depth**n
-        of_q -= n * power / depth * (1 + loss * side * v)
-        of_v -= power * loss
-        if own and touched > 0:
-            by_approach[k] = power * v * loss / touched
-    if leg.forced:
-        x, u = y + leg.origin, v
-        if leg.swing != 0.0:
-            angle = leg.sway + leg.pace * tau
-            x += leg.swing * math.cos(angle)
-            u -= leg.swing * leg.pace * math.sin(angle)
-        t = (leg.elapsed + tau) / leg.omega
-        rate = max(1.0, math.sqrt(abs(of_q)))
-        h = SMALL * max(abs(x) + abs(u) / rate, 1e-12)
-        of_q += (f.law(t, x + h, u * leg.omega) - f.law(t, x - h, u * leg.omega)) / (
-            2 * h * leg.inertia
-        )
-        g = SMALL * max(abs(x) * rate + abs(u), 1e-12)
-        of_v += (f.law(t, x, (u + g) * leg.omega) - f.law(t, x, (u - g) * leg.omega)) / (
-            2 * g * leg.inertia
-        )
-    return of_q, of_v
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def vary(p, tab, f, s, leg, mode, motion, h, y, columns, new, slopes, by_approach):
-    """The columns after the step of h from y just taken, whose stages are in `s`, into `new`.
-
-    Returns the mean divergence over the step, and the error in units of the tolerance.
-    """
-    count = len(p.stops)
-    trace = 0.0
-    for i in range(13):
-        x = 0.0
-        for j in range(i):
-            x += tab.a[i, j] * s.kq[j]
-        of_q, of_v = pull_slopes(
-            p, f, leg, mode, motion, tab.c[i] * h, y + h * x, s.kq[i], by_approach
-        )
-        if i < 12:
-            trace += tab.a[12, i] * of_v
-        for j in range(2):
-            dq = dv = 0.0
-            for m in range(i):
-                weight = tab.a[i, m]
-                dq += weight * slopes[m, j]
-                dv += weight * slopes[m, 2 + j]
-            dq, dv = columns[0, j] + h * dq, columns[1, j] + h * dv
-            if i == 12:
-                new[0, j], new[1, j] = dq, dv
-            slope = of_q * dq + of_v * dv
-            for k in range(count):
-                if by_approach[k] != 0.0:
-                    slope += by_approach[k] * motion[STOPS + count + 2 * k + j]
-                    trace = math.nan  # the determinant is not that of a flow
-            slopes[i, j], slopes[i, 2 + j] = dv, slope
-    worst = 0.0
-    for j in range(2):
-        third = fifth = 0.0
-        for part, rate in ((j, leg.rate), (2 + j, 1.0)):
-            e3 = e5 = 0.0
-            for i in range(13):
-                e3 += tab.errors[0, i] * slopes[i, part]
-                e5 += tab.errors[1, i] * slopes[i, part]
-            third, fifth = third + (rate * e3) ** 2, fifth + (rate * e5) ** 2
-        size = math.hypot(leg.rate * columns[0, j], columns[1, j])
-        if fifth > 0:
-            worst = max(worst, h * fifth / math.sqrt(fifth + 0.01 * third) / size)
-    return trace, worst / max(p.tolerance, 1e-12)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def settle(p, motion, columns, totals, orthonormal):
     """Make the columns orthonormal, or of a common scale; what depends on them with them."""
     count = len(p.stops)
@@ -180,7 +78,7 @@ def settle(p, motion, columns, totals, orthonormal):
         motion[k + 1] = (second - (a * c + b * d) / norm**2 * first) * norm / area
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def retrace(
     p, tab, f, s, turns, phase, place, motion, columns, totals, orthonormal,
     slopes, by_approach, clock, new, parts,
@@ -208,7 +106,7 @@ def retrace(
             most = end / 2
         step, dq, dv, wish, _ = stride(p, tab, f, leg, s, wish, most, y, v, a, motion[SWIFT])
         if step == 0.0:
-            columns[:] = math.nan
+            multiply(columns, math.nan, math.nan, math.nan, math.nan)
             break
         trace, error = vary(
             p, tab, f, s, leg, mode, motion, step, y, columns, new, slopes, by_approach
@@ -217,7 +115,8 @@ def retrace(
             motion[WISH] = step * max(0.2, 0.9 * error**-0.125)
             continue
         totals[DETERMINANT] += step * trace
-        columns[:] = new
+        for j in range(2):
+            columns[0, j], columns[1, j] = new[0, j], new[1, j]
         if error > 1e-6:
             wish = min(wish, step * 0.9 * error**-0.125)
         motion[Q], motion[V] = y + dq, v + dv
@@ -228,14 +127,14 @@ def retrace(
     place[TURNS], place[PHASE] = turns, phase
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def pull_in(p, f, s, row, mode, approach, y, v):
     """Acceleration in a mode at the instant of a row, and the leg."""
     leg = open_leg(p, s, row[0], row[1], 0.0, mode, approach, y, v)
     return pull(f, leg, s, 0.0, y, v), leg
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def jump(p, f, s, row, after, place, motion, columns, totals, collapses, at_once):
     """Saltation at an impact, a change of contact or of the direction of friction."""
     before = int(place[MODE])
@@ -244,26 +143,16 @@ def jump(p, f, s, row, after, place, motion, columns, totals, collapses, at_once
     approach = motion[STOPS : STOPS + count]
     there = q + origin(p, after) - origin(p, before)
     if kind == IMPACT:
-        totals[IMPACTS] += 1
-        come = p.stops[k, SIDE] * row[7]
+        come = approach_of(row, p.stops[k, SIDE], totals)
         if come == 0.0:
-            totals[SINGULAR] += 1
             return
-        r = rho = -v / come
+        rho = -v / come
         if p.stops[k, RESTITUTION] < 0:
             law = f.upper if p.stops[k, SIDE] > 0 else f.lower
-            u, h = abs(come), 1e-3 * abs(come)
-            near = law((u + h) * p.omega) * (u + h) - law((u - h) * p.omega) * (u - h)
-            far = law((u + 2 * h) * p.omega) * (u + 2 * h)
-            far -= law((u - 2 * h) * p.omega) * (u - 2 * h)
-            rho = (8 * near - far) / (12 * h)
+            rho = slope_of_return(law, abs(come), p.omega)
         a, _ = pull_in(p, f, s, row, before, approach, there, come)
         b, _ = pull_in(p, f, s, row, after, approach, q, v)
-        multiply(columns, -r, 0.0, (b + rho * a) / come, -rho)
-        if r * rho == 0.0:
-            list_collapse(collapses, totals, row, 1)
-        else:
-            totals[DETERMINANT] += math.log(abs(r * rho))
+        hit(columns, totals, collapses, row, come, rho, a, b)
     elif kind in (TOUCH, PART):
         law = p.stops[k, LAW]
         at_gap = p.stops[k, PLACE] == q + origin(p, after)
@@ -288,14 +177,10 @@ def jump(p, f, s, row, after, place, motion, columns, totals, collapses, at_once
     elif kind == REVERSE and not (at_once and place[KIND] == START):
         a, _ = pull_in(p, f, s, row, before, approach, there, 0.0)
         b, _ = pull_in(p, f, s, row, after, approach, q, 0.0)
-        if a == 0.0 or b == 0.0:
-            totals[SINGULAR] += 1
-            return
-        multiply(columns, 1.0, 0.0, 0.0, b / a)
-        totals[DETERMINANT] += math.log(abs(b / a))
+        turn(columns, totals, a, b)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def let_go(p, f, s, row, after, motion, columns, totals, orthonormal, by_approach):
     """Saltation where a mass held by friction sets off; the column that was lost begins anew."""
     q = row[5]
@@ -311,15 +196,10 @@ def let_go(p, f, s, row, after, motion, columns, totals, orthonormal, by_approac
     if p.static != p.kinetic:
         a, _ = pull_in(p, f, s, row, after, approach, q, 0.0)
         off = a * of_q / of_t
-    multiply(columns, 1.0, 0.0, off, 0.0)
-    if orthonormal:
-        norm = math.hypot(columns[0, 0], columns[1, 0])
-        totals[FIRST] += math.log(norm)
-        columns[0, 0], columns[1, 0] = columns[0, 0] / norm, columns[1, 0] / norm
-        columns[0, 1], columns[1, 1] = -columns[1, 0], columns[0, 0]
+    set_off(columns, totals, off, orthonormal)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def carry_to(
     p, tab, f, s, turns, phase, place, motion, columns, totals, orthonormal,
     slopes, by_approach, clock, new,
@@ -333,7 +213,7 @@ def carry_to(
     place[TURNS], place[PHASE] = turns, phase
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def carry(
     p, tab, f, s, rows, end, instants, taken, place, motion, columns, totals, collapses,
     orthonormal, slopes, by_approach, clock, new,
@@ -363,9 +243,7 @@ def carry(
             approach[k] = row[7]
         mode = mode_of(p, f, s, row, approach)
         if kind == STICK and place[HELD] == FREE:
-            place[HELD] = BY_STOP if by_stop else BY_FRICTION
-            list_collapse(collapses, totals, row, 0 if by_stop else 1)
-            multiply(columns, 0.0 if by_stop else 1.0, 0.0, 0.0, 0.0)
+            stick(columns, totals, collapses, row, place, by_stop)
         elif kind == RELEASE:
             if place[HELD] == BY_FRICTION:
                 let_go(p, f, s, row, mode, motion, columns, totals, orthonormal, by_approach)

@@ -197,7 +197,7 @@ def lyapunov_spectrum(
 def _of_oscillator(
     oscillator: Oscillator, before: float | None, options: dict[str, Any]
 ) -> LyapunovSpectrum:
-    from ._tangent import DETERMINANT, FIRST, IMPACTS, LINES, POINTS, SECOND, SINGULAR
+    from ._columns import DETERMINANT, FIRST, IMPACTS, LINES, POINTS, SECOND, SINGULAR
 
     follower = Follower(oscillator, True, **options)
     length = follower.run.length

@@ -101,7 +101,7 @@ def tangent_map(oscillator: Oscillator, **options: Any) -> TangentMap:
     >>> motion = simulate(beam, periods=1, transient=2000)
     >>> tangent_map(beam, periods=1, initial=motion.final[:2]).multipliers
     """
-    from ._tangent import DETERMINANT, FIRST, IMPACTS, LINES, POINTS, SINGULAR
+    from ._columns import DETERMINANT, FIRST, IMPACTS, LINES, POINTS, SINGULAR
 
     follower = Follower(oscillator, False, **options)
     run, omega = follower.run, follower.omega

@@ -10,6 +10,7 @@ from .control import (
     control_intervals,
     control_strobe,
     controlled_flow,
+    flow_orbit,
     stability_chart,
 )
 from .correlation import correlation_sum
@@ -52,6 +53,7 @@ __all__ = [
     "density",
     "dimension",
     "false_neighbors",
+    "flow_orbit",
     "histogram",
     "interval_densities",
     "interval_sequence",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..control import ControlledMotion, ControlledTrajectory
+    from ..dynamics.flow_orbits import FlowOrbit
     from ..studies.study import Study
 
 FLOOR = 1e-18  # below which a force is drawn as none
@@ -71,7 +73,7 @@ def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
 
 
 def control_effort(
-    motion: ControlledMotion, ax: Axes | None = None, *, periods: float = 1.0
+    motion: ControlledMotion, ax: Axes | None = None, *, periods: float | None = None
 ) -> Axes:
     """Draw the root mean square of the control force over time, on a logarithmic scale.
 
@@ -81,14 +83,18 @@ def control_effort(
         Of `control`.
     ax : matplotlib Axes, optional
         Where to draw; a new figure by default.
-    periods : float
-        Length of the windows in which it is taken [forcing periods].
+    periods : float, optional
+        Length of the windows in which it is taken [forcing periods]; by default the longest period
+        of what is controlled, over which the force need not alternate.
 
     Returns
     -------
     matplotlib Axes
     """
     ax = axes(ax)
+    if periods is None:
+        periods = max([1.0, *(_period_of(own) for _, own in motion.schedule)])
+        periods = min(periods, motion.duration / (motion.oscillator.forcing_period or math.inf))
     time, rms = motion.effort(periods)
     if not (rms > FLOOR).any():
         return explain(ax, "no control force")
@@ -101,29 +107,41 @@ def control_effort(
 
 
 def control_force(
-    motion: ControlledMotion, ax: Axes | None = None, *, span: tuple[float, float] | None = None
+    motion: ControlledMotion | ControlledTrajectory,
+    ax: Axes | None = None,
+    *,
+    span: tuple[float, float] | None = None,
 ) -> Axes:
     """Draw the control force over time.
 
     Parameters
     ----------
-    motion : ControlledMotion
+    motion : ControlledMotion or ControlledTrajectory
         Of `control`.
     ax : matplotlib Axes, optional
         Where to draw; a new figure by default.
     span : (float, float), optional
-        From when to when [s]; all of it by default.
+        From when to when [s, or the flow's unit of time]; all of it by default.
 
     Returns
     -------
     matplotlib Axes
     """
+    from ..control import ControlledTrajectory
+
     ax = axes(ax)
-    begin, end = (motion.start, motion.stop) if span is None else span
-    time = np.linspace(max(begin, motion.start), min(end, motion.stop), 20_000)
+    if isinstance(motion, ControlledTrajectory):
+        start, stop = 0.0, motion.duration
+    else:
+        start, stop = motion.start, motion.stop
+    begin, end = (start, stop) if span is None else span
+    time = np.linspace(max(begin, start), min(end, stop), 20_000)
     ax.plot(time, motion.force(time), color=BLUE, linewidth=0.7)
     _phases(ax, motion, (begin, end))
-    seconds(ax.xaxis, "time", [end])
+    if isinstance(motion, ControlledTrajectory):
+        ax.set_xlabel("time")
+    else:
+        seconds(ax.xaxis, "time", [end])
     ax.set_ylabel("control force")
     return ax
 
@@ -152,12 +170,39 @@ def controlled_flow(
     ax = axes(ax)
     time = np.linspace(0.0, course.duration, 8000)
     ax.plot(time, course.sample(time)[:, k], color=BLUE, linewidth=0.7)
-    for start, own in course.schedule:
-        ax.axvline(start, color=VERMILLION, linewidth=0.9)
-        _label(ax, start, "off" if own is None else f"K {own.gain:g}, delay {own.delay:g}")
-    ax.set_xlim(0.0, course.duration)
+    _phases(ax, course, (0.0, course.duration))
     ax.set_xlabel("time")
     ax.set_ylabel(course.flow.coordinates[k])
+    return ax
+
+
+def flow_orbit(
+    orbit: FlowOrbit, ax: Axes | None = None, *, x: str | int = 0, y: str | int = 1
+) -> Axes:
+    """Draw a periodic orbit of a flow in the plane of two coordinates.
+
+    Parameters
+    ----------
+    orbit : FlowOrbit
+        Of `find_flow_orbit`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure by default.
+    x, y : str or int
+        Which coordinates; by default the first two.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    from ..simulate._course import coordinate_of
+
+    i, j = coordinate_of(orbit.flow, x), coordinate_of(orbit.flow, y)
+    ax = axes(ax, width=4.2, height=3.8)
+    states = orbit.sample(np.linspace(0.0, orbit.period, 2000, endpoint=False))
+    states = np.concatenate([states, states[:1]])
+    ax.plot(states[:, i], states[:, j], color=BLUE, linewidth=1.1)
+    ax.set_xlabel(orbit.flow.coordinates[i])
+    ax.set_ylabel(orbit.flow.coordinates[j])
     return ax
 
 
@@ -179,24 +224,23 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
     gain, growth = chart.parameters["gain"], chart["growth"]
     for k, delay in enumerate(chart.parameters["delay"]):
         colour = CHANNEL_COLOURS[k % len(CHANNEL_COLOURS)]
-        ax.plot(gain, growth[:, k], color=colour, linewidth=1.2, label=f"delay {delay:g}")
+        ax.plot(gain, growth[:, k], color=colour, linewidth=1.2, label=f"{delay:.6g}")
     level(ax, 1.0)
     ax.fill_between(gain, 0.0, 1.0, color=GREY, alpha=0.08, linewidth=0)
     ax.set_xlim(gain[0], gain[-1])
     ax.set_ylim(0.0, min(1.05 * np.nanmax(growth), 2.5))
     ax.set_xlabel("gain K")
     ax.set_ylabel("growth in one period of the orbit")
-    ax.legend(frameon=False, fontsize="small", title="forcing periods")
+    ax.legend(frameon=False, fontsize="small", title="delay")
     return ax
 
 
-def _phases(ax: Axes, motion: ControlledMotion, span: tuple[float, float] | None = None) -> None:
+def _phases(ax: Axes, motion: Any, span: tuple[float, float] | None = None) -> None:
     """Mark when which control began."""
-    period = motion.oscillator.forcing_period
-    assert period is not None
+    unit = 1.0 if hasattr(motion, "flow") else motion.oscillator.forcing_period
     low, high = span or (motion.start, motion.stop)
     for start, own in motion.schedule:
-        at = start * period
+        at = start * unit
         if low <= at <= high:
             ax.axvline(at, color=VERMILLION, linewidth=0.9)
             _label(ax, at, _told(own))
@@ -209,6 +253,13 @@ def _told(own: Any) -> str:
     if hasattr(own, "orbit"):
         return f"OGY ({own.orbit.impacts}, {own.orbit.periods})"
     return f"K {own.gain:g}, delay {own.delay:g}"
+
+
+def _period_of(own: Any) -> float:
+    """Forcing periods in which what it controls closes."""
+    if own is None:
+        return 1.0
+    return float(own.orbit.periods) if hasattr(own, "orbit") else float(math.ceil(own.delay))
 
 
 def _label(ax: Axes, at: float, text: str) -> None:

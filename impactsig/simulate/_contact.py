@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ._crossing import AGAIN, LEAVE, REACH
+from ._delay import pushed_swing
 from ._events import IMPACT, PART, REVERSE, STICK, TOUCH
-from ._passing import CALM, pass_time
+from ._flow import inner
+from ._passing import CALM
 from ._rates import (
     LAW,
     OUT,
@@ -36,7 +36,7 @@ STEP, SPEED, APPROACH = 4, 5, 6
 HOLDER, BEGUN = 7, 8
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def become(p, state, count, k, new):
     """Change the digit of a stop, and count the position from the new origin."""
     old = origin(p, count[0])
@@ -47,13 +47,13 @@ def become(p, state, count, k, new):
     state[STEP] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def slide(count, direction):
     """Change the digit of sliding."""
     count[0] += (0 if direction == 0 else (1 if direction > 0 else 2)) - count[0] % 3
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def note(events, count, clock, state, kind, k, approach):
     """Write one event."""
     if len(events) == 0:
@@ -64,7 +64,7 @@ def note(events, count, clock, state, kind, k, approach):
     count[5] += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def hold(p, clock, state, count, events, k):
     """Stick, to the rigid stop k or by friction alone (-1)."""
     state[1] = 0.0
@@ -76,7 +76,7 @@ def hold(p, clock, state, count, events, k):
     note(events, count, clock, state, STICK, k, 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def rest_or_turn(p, f, s, clock, state, count, events):
     """A sliding mass comes to rest: it turns, unless it is held (which the next pass finds)."""
     state[1] = 0.0
@@ -88,7 +88,7 @@ def rest_or_turn(p, f, s, clock, state, count, events):
         note(events, count, clock, state, REVERSE, -1, 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def touched(p, mode):
     """How many stops push."""
     number = 0
@@ -97,7 +97,7 @@ def touched(p, mode):
     return number
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def change_contact(p, clock, state, count, events, kind, k):
     """Touch a soft stop, or part from it, or pass one left behind.
 
@@ -128,7 +128,7 @@ def change_contact(p, clock, state, count, events, kind, k):
         note(events, count, clock, state, PART, k, 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def restitution_at(p, f, k, v):
     """Restitution coefficient of a rigid stop at an approach velocity; NaN if it cannot be."""
     if p.stops[k, RESTITUTION] >= 0:
@@ -137,17 +137,19 @@ def restitution_at(p, f, k, v):
     return r if 0 <= r <= 1 else math.nan
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def rebound(p, f, s, clock, state, count, events, k, end, end_turns, end_phase):
-    """Reset the velocity at a rigid stop; sum chatter to its end, where the mass sticks.
+@inner
+def rebound(p, f, s, clock, state, count, events, k, calm):
+    """Reset the velocity at a rigid stop.
 
-    False if the user's restitution is none.
+    Returns how long a chatter takes that is to be summed, and ends in a stick (0: there is none),
+    or -1 if the user's restitution is none. It is summed where it ends within `calm`, the time in
+    which the forces are smooth, and nothing that presses on the mass changes by much.
     """
     side = p.stops[k, SIDE]
     v = abs(state[1])
     r = restitution_at(p, f, k, v)
     if math.isnan(r):
-        return False
+        return -1.0
     out = r * v
     state[1] = -side * out if out > 0 else 0.0
     state[2] = max(state[2], v)
@@ -159,14 +161,14 @@ def rebound(p, f, s, clock, state, count, events, k, end, end_turns, end_phase):
         slide(count, 0 if out == 0.0 else -side)
     note(events, count, clock, state, IMPACT, k, v)
     if out == 0.0 or out > p.chatter * state[2] or r == 1.0:
-        return True
+        return 0.0
     rest = count[0] - count[0] % 3
     leg = open_leg(
         p, s, clock[0], clock[1], clock[2], rest, state[APPROACH:], state[0], state[1]
     )  # fmt: skip
     pressing = side * pull(f, leg, s, 0.0, state[0], 0.0)
     if not pressing > p.static:
-        return True
+        return 0.0
     # Friction shortens the way out and slows the way back.
     up, down = pressing + p.kinetic, pressing - p.kinetic
     kept = math.sqrt(down / up)
@@ -181,20 +183,18 @@ def rebound(p, f, s, clock, state, count, events, k, end, end_turns, end_phase):
                 break
             share = restitution_at(p, f, k, kept * speed)
             if math.isnan(share):
-                return False
+                return -1.0
             speed *= kept * share
+    if left >= calm:
+        return 0.0
     most = 0.0
     for j in range(len(p.waves)):
         most += abs(p.waves[j, 1]) * p.waves[j, 0] ** 2
     change = abs(jerk(p, f, leg, s, state[0])) + most * left
     change += leg.rate * (pressing * (leg.damping > 0) + leg.rate * out)
-    if change * left > CALM * (pressing - p.static):
-        return True
+    swing = pushed_swing(f.control, left, p.stops[k, PLACE], out)
+    if change * left + swing > CALM * (pressing - p.static):
+        return 0.0
     if free:
         state[3] += out * out / 2
-    if left >= end:
-        clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
-    else:
-        pass_time(clock, left)
-    hold(p, clock, state, count, events, k)
-    return True
+    return left

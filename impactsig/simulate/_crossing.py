@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from ._flow import inlined, inner
 from ._rates import LAW, LOSS, OUT, PLACE, PUSHER, SIDE, SLACK, STIFFNESS, jerk, pull, status
 from ._roots import first_root
 from ._step import classical, interpolate, take
@@ -21,7 +20,7 @@ from ._tableau import DEGREE
 REACH, LEAVE, EXIT, AGAIN, REST = range(5)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def list_events(p, s, leg, mode, y, v):
     """Write the event functions of a mode, positive while it lasts, to `events`; their number."""
     n = 0
@@ -52,14 +51,14 @@ def list_events(p, s, leg, mode, y, v):
     return n
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def enter(events, n, at, of_position, of_velocity, kind, k):
     """Write one event function."""
     row = events[n]
     row[0], row[1], row[2], row[3], row[4] = at, of_position, of_velocity, kind, k
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def zeros_at_start(p, f, leg, s, row, y, v, a, balanced):
     """How many times an event function is zero where the step starts; -1 if it falls from there.
 
@@ -81,7 +80,7 @@ def zeros_at_start(p, f, leg, s, row, y, v, a, balanced):
     return 3 if row[1] * jerk(p, f, leg, s, y) >= 0 else -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def event_root(s, row, zeros):
     """First root of an event function over the step, past those where it starts; 2 if none."""
     c = s.stack[0]
@@ -96,7 +95,7 @@ def event_root(s, row, zeros):
     return first_root(s.stack, n)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def earliest(p, tab, f, leg, s, number, step, y, v, dq, dv):
     """The event that comes first on the interpolant of a step, and its share of the step."""
     due, at = -1, 2.0
@@ -109,7 +108,7 @@ def earliest(p, tab, f, leg, s, number, step, y, v, dq, dv):
     return due, at
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def polish(p, tab, f, leg, s, row, h, most, y, v, a):
     """The step that ends at an event, from its instant on the interpolant.
 
@@ -117,7 +116,7 @@ def polish(p, tab, f, leg, s, row, h, most, y, v, a):
     and the interpolant has the last word.
     """
     first = h
-    dq, dv = take(p.fixed, tab, f.law, leg, s, h, y, v, a)
+    dq, dv = take(p.fixed, tab, f, leg, s, h, y, v, a)
     last = math.inf
     for _ in range(8):
         at = row[0] + row[1] * dq + row[2] * dv
@@ -131,13 +130,13 @@ def polish(p, tab, f, leg, s, row, h, most, y, v, a):
             break
         last = abs(move)
         h += move
-        dq, dv = take(p.fixed, tab, f.law, leg, s, h, y, v, a)
+        dq, dv = take(p.fixed, tab, f, leg, s, h, y, v, a)
         if last <= 4e-16 * h:
             break
     return h, dq, dv
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def passed(s, number, dq, dv):
     """The first listed event function that is negative after a gain, or -1."""
     for i in range(number):
@@ -147,7 +146,7 @@ def passed(s, number, dq, dv):
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def halve(p, tab, f, leg, s, number, step, y, v, a, dq, dv):
     """The way of the thesis: where a step passes an event, halves of it that do not, to the end.
 
@@ -162,7 +161,9 @@ def halve(p, tab, f, leg, s, number, step, y, v, a, dq, dv):
     while part > least:
         part /= 2
         start = pull(f, leg, s, t, y + x, v + u) if t > 0 else a
-        more, faster = classical(f.law, leg, s.waves, s.hertz, t, part, y + x, v + u, start)
+        more, faster = classical(
+            f.law, f.control, leg, s.waves, s.hertz, t, part, y + x, v + u, start
+        )  # fmt: skip
         i = passed(s, number, x + more, u + faster)
         if i < 0:
             t, x, u = t + part, x + more, u + faster

@@ -6,17 +6,17 @@ there is one, and else halving decides.
 
 from __future__ import annotations
 
-from numba import njit
-
+from ._flow import inner
 from ._tableau import GAUGE_DEGREE
 
 DEPTH = 44  # halvings of a step after which two roots are one, that only touches zero
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def value_at(c, ladder, x):
     """Value and slope of a polynomial in Bernstein form (de Casteljau)."""
-    ladder[:] = c
+    for m in range(GAUGE_DEGREE + 1):
+        ladder[m] = c[m]
     for m in range(GAUGE_DEGREE, 1, -1):
         for i in range(m):
             ladder[i] = (1 - x) * ladder[i] + x * ladder[i + 1]
@@ -24,7 +24,7 @@ def value_at(c, ladder, x):
     return ladder[0] + x * slope, GAUGE_DEGREE * slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def root_in(c, ladder, low, high, side):
     """The root between low and high, where the polynomial leaves `side`."""
     x = 0.5 * (low + high)
@@ -43,7 +43,7 @@ def root_in(c, ladder, low, high, side):
     return x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def halve(stack, top):
     """Put both halves of the part on top of the stack in its place, the first one on top."""
     left, right = stack[top + 1], stack[top]
@@ -58,15 +58,16 @@ def halve(stack, top):
     right[GAUGE_DEGREE + 1], right[GAUGE_DEGREE + 2] = middle, high
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def begin(s):
     """Put the whole step on the stack."""
-    s.stack[0, : GAUGE_DEGREE + 1] = s.coefficients
+    for m in range(GAUGE_DEGREE + 1):
+        s.stack[0, m] = s.coefficients[m]
     s.stack[0, GAUGE_DEGREE + 1], s.stack[0, GAUGE_DEGREE + 2] = 0.0, 1.0
     return 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def next_crossing(s, top, side):
     """The next crossing: what is left on the stack, where (-1: nowhere), and the side after it.
 

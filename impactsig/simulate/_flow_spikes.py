@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from ._flow import inner
 from ._flow_crossings import begin, next_crossing, value_at
 from ._flow_steps import (
     DIVERGED,
@@ -40,13 +41,13 @@ class Task(NamedTuple):
     wanted: int  # spikes to find
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def watched(field, task):
     """Which entry of the state is compared with the level; -1: a function of them."""
     return field.size if task.fires else field.coordinate
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def out_of_reach(field, task, s, h, y, level):
     """Whether what is watched cannot come to the level within the step.
 
@@ -63,7 +64,7 @@ def out_of_reach(field, task, s, h, y, level):
     return abs(level - y[n]) > 4 * h * greatest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def gauge(tab, field, task, s, y):
     """What is compared with the level, at the nodes of the step."""
     only = watched(field, task)
@@ -77,7 +78,7 @@ def gauge(tab, field, task, s, y):
         s.gauge[j] = field.signal(s.stage.ctypes, -1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def pose(tab, s, level):
     """Bernstein coefficients of the gauge less the level, over the whole step."""
     for i in range(GAUGE_DEGREE + 1):
@@ -90,7 +91,7 @@ def pose(tab, s, level):
     s.coefficients[GAUGE_DEGREE] = s.gauge[GAUGE_DEGREE] - level
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def correct(tab, field, task, s, t, h, y, level, share):
     """Correct a root by steps that end there; stages 1 to 11 of the step are lost."""
     for _ in range(5):
@@ -118,7 +119,7 @@ def spikes(tab, field, task, s, course, steps):
     found = 0
     y = course.state
     if course.pace[0] == 0.0:
-        rates_at(field, task.fires, course.clock[0], y, course.rate)
+        rates_at(field, task.fires, course.clock[0], 0.0, y, course.rate)
         if task.fires:
             course.pace[1] = -1.0
     for _ in range(steps):
@@ -127,7 +128,7 @@ def spikes(tab, field, task, s, course, steps):
             return DONE, times[:found]
         if t > 1e300:  # at rest, steps grow without end
             return ENDLESS, times[:found]
-        h = stride(tab, field, task.fires, s, course, task.end)
+        h = stride(tab, field, task.fires, s, course, task.end - t)
         if h == 0.0:
             return DIVERGED, times[:found]
         if out_of_reach(field, task, s, h, y, task.level) and course.pace[1] != 0.0:

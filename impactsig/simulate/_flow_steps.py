@@ -6,7 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from ._delay import DISPLACEMENT, fed
+from ._flow import inlined, inner, kernel
 
 MORE, DONE, DIVERGED, ENDLESS = range(4)
 TOLERANCE = 1e-13
@@ -20,6 +22,7 @@ class Field(NamedTuple):
     coordinate: int  # the signal is that one; -1: a function
     parameters: np.ndarray
     size: int  # coordinates of the flow
+    control: object = None  # a `Control` where there is one
 
 
 class Course(NamedTuple):
@@ -53,15 +56,24 @@ class Scratch(NamedTuple):
     ladder: np.ndarray  # (GAUGE_DEGREE + 1,)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def rates_at(field, fires, t, y, out):
-    """Rates of the coordinates and, where one fires, of the integral."""
-    field.rates(t, y.ctypes, field.parameters.ctypes, out.ctypes)
+@inner
+def rates_at(field, fires, t, tau, y, out):
+    """Rates of the coordinates and, where one fires, of the integral, tau after the instant t."""
+    field.rates(t + tau, y.ctypes, field.parameters.ctypes, out.ctypes)
+    steer(field.control, tau, y, out)
     if fires:
         out[field.size] = field.signal(y.ctypes, field.coordinate)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
+def steer(control, tau, y, out):
+    """Add what is fed back to the rate of the coordinate that it is of."""
+    if control is not None:
+        k = control.feedback.signal - DISPLACEMENT
+        out[k] += fed(control, tau, y[k])
+
+
+@inlined
 def weigh(weights, i, k, stages, out):
     """Sum of the first rates by a row of weights.
 
@@ -87,8 +99,10 @@ def weigh(weights, i, k, stages, out):
         out[n + 3] = d + h
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def stages(a, c, rates, signal, number, p, size, fires, k, stage, rate, first, last, t, h, y):
+@inlined
+def stages(
+    a, c, rates, signal, number, p, size, control, fires, k, stage, rate, first, last, t, h, y
+):
     """Work out some stages from those before them.
 
     Arrays one by one: to pass them in tuples costs more than the stages do.
@@ -101,25 +115,26 @@ def stages(a, c, rates, signal, number, p, size, fires, k, stage, rate, first, l
         for n in range(len(y)):
             stage[n] = y[n] + h * stage[n]
         rates(t + c[i] * h, at, parameters, out)
+        steer(control, c[i] * h, stage, rate)
         if fires:
             rate[size] = signal(at, number)
         for n in range(len(y)):
             k[i, n] = rate[n]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def take(tab, field, fires, s, t, h, y, into):
     """A step of h; stage 0 has been worked out."""
     stages(
         tab.a, tab.c, field.rates, field.signal, field.coordinate, field.parameters, field.size,
-        fires, s.k, s.stage, s.rate, 1, 12, t, h, y,
+        field.control, fires, s.k, s.stage, s.rate, 1, 12, t, h, y,
     )  # fmt: skip
     weigh(tab.a, 12, s.k, 12, into)
     for n in range(len(y)):
         into[n] = y[n] + h * into[n]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def error_of(tab, s, h, y, size):
     """Error of the step just taken, in units of the tolerance.
 
@@ -145,11 +160,12 @@ def error_of(tab, s, h, y, size):
     return h * sum5 / math.sqrt((sum5 + 0.01 * sum3) * size)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def stride(tab, field, fires, s, course, end):
-    """A step within the tolerance, not beyond `end`, into `s.new`; its length, 0 where none is."""
+@inner
+def stride(tab, field, fires, s, course, most):
+    """A step within the tolerance, no longer than `most`, into `s.new`; 0 where none is."""
     t, y = course.clock[0], course.state
-    s.k[0] = course.rate
+    for n in range(len(y)):
+        s.k[0, n] = course.rate[n]
     wish = course.pace[0]
     if wish == 0.0:
         size, speed = 0.0, 0.0
@@ -159,9 +175,9 @@ def stride(tab, field, fires, s, course, end):
         wish = 0.01 * size / speed if size > 0 and speed > 0 else 1e-6
     grow = 6.0
     while True:
-        h = min(wish, end - t)
+        h = min(wish, most)
         take(tab, field, fires, s, t, h, y, s.new)
-        rates_at(field, fires, t + h, s.new, s.k[12])
+        rates_at(field, fires, t, h, s.new, s.k[12])
         error = error_of(tab, s, h, y, field.size + fires)
         if math.isfinite(error) and error <= 1.0:
             factor = grow if error == 0.0 else min(grow, 0.9 * error**-0.125)
@@ -175,7 +191,7 @@ def stride(tab, field, fires, s, course, end):
             return 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def go(s, course, h, end):
     """To the end of the step."""
     clock = course.clock
@@ -186,17 +202,23 @@ def go(s, course, h, end):
         total = clock[0] + step
         clock[1] = step - (total - clock[0])
         clock[0] = total
-    course.state[:] = s.new
-    course.rate[:] = s.k[12]
+    for n in range(len(s.new)):
+        course.state[n], course.rate[n] = s.new[n], s.k[12, n]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def interpolate(tab, field, fires, s, t, h, y):
-    """Prepare the interpolant: of the integral where one fires, else of the coordinates."""
+@inner
+def finish(tab, field, fires, s, t, h, y):
+    """The last stages of the step just taken, which serve its interpolant."""
     stages(
         tab.a, tab.c, field.rates, field.signal, field.coordinate, field.parameters, field.size,
-        fires, s.k, s.stage, s.rate, 13, 16, t, h, y,
+        field.control, fires, s.k, s.stage, s.rate, 13, 16, t, h, y,
     )  # fmt: skip
+
+
+@inner
+def interpolate(tab, field, fires, s, t, h, y):
+    """Prepare the interpolant: of the integral where one fires, else of the coordinates."""
+    finish(tab, field, fires, s, t, h, y)
     first = field.size if fires else 0
     for n in range(first, field.size + fires):
         gain = s.new[n] - y[n]
@@ -210,7 +232,7 @@ def interpolate(tab, field, fires, s, t, h, y):
             s.dense[3 + m, n] = h * total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def between(s, y, share, n):
     """A coordinate at a share of the step."""
     value = 0.0
@@ -219,21 +241,22 @@ def between(s, y, share, n):
     return y[n] + value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def states(tab, field, s, course, instants, out, done, steps):
     """States at instants, ascending; those from `done` on. How it ended, and how many are done."""
     y = course.state
     if course.pace[0] == 0.0:
-        rates_at(field, False, course.clock[0], y, course.rate)
+        rates_at(field, False, course.clock[0], 0.0, y, course.rate)
     for _ in range(steps):
         t = course.clock[0]
         while done < len(instants) and instants[done] <= t:
-            out[done] = y[: field.size]
+            for n in range(field.size):
+                out[done, n] = y[n]
             done += 1
         if done == len(instants):
             return DONE, done
         end = instants[-1]
-        h = stride(tab, field, False, s, course, end)
+        h = stride(tab, field, False, s, course, end - t)
         if h == 0.0:
             return DIVERGED, done
         after = end if h >= end - t else t + h

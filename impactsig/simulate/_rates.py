@@ -12,9 +12,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import cfunc, njit
+from numba import cfunc
 
-from ._flow import TURN, phase_of
+from ._delay import pushed, pushed_rate
+from ._flow import TURN, inlined, inner, phase_of
 
 OUT, PUSHING, SLACK = range(3)
 # Kinds of stop: Kelvin-Voigt stops end contact at zero gap (SPRING) or at zero force (PUSHER).
@@ -54,11 +55,12 @@ class Problem(NamedTuple):
 
 
 class Functions(NamedTuple):
-    """The user's functions: further force, restitution of the upper and of the lower stop."""
+    """What acts beside the oscillator itself, and how its stops return."""
 
-    law: object
+    law: object  # the user's: further force, restitution of the upper and of the lower stop
     upper: object
     lower: object
+    control: object = None  # a `Control` where there is one
 
 
 class Scratch(NamedTuple):
@@ -103,13 +105,13 @@ def no_law(t, x, v):
     return 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def status(p, mode, k):
     """Digit of a stop."""
     return (mode // int(p.stops[k, WEIGHT])) % 3
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def origin(p, mode):
     """Where the positions of a mode count from."""
     at = 0.0
@@ -119,7 +121,7 @@ def origin(p, mode):
     return at
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def open_leg(p, s, turns, phase, low, mode, approach, y, v):
     """The equation of motion in a mode from that instant."""
     at = origin(p, mode)
@@ -179,8 +181,8 @@ def open_leg(p, s, turns, phase, low, mode, approach, y, v):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def accelerate(law, leg, waves, hertz, tau, y, v):
+@inlined
+def accelerate(law, control, leg, waves, hertz, tau, y, v):
     """Acceleration tau after the start of the step."""
     a = leg.constant - leg.kappa * y - leg.damping * v
     for j in range(leg.waves):
@@ -198,16 +200,18 @@ def accelerate(law, leg, waves, hertz, tau, y, v):
             x += leg.swing * math.cos(angle)
             u -= leg.swing * leg.pace * math.sin(angle)
         a += law((leg.elapsed + tau) / leg.omega, x, u * leg.omega) / leg.inertia
+    if control is not None:
+        a += pushed(control, tau, y + leg.origin, v)
     return a
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def pull(f, leg, s, tau, y, v):
     """`accelerate`, where it need not be fast."""
-    return accelerate(f.law, leg, s.waves, s.hertz, tau, y, v)
+    return accelerate(f.law, f.control, leg, s.waves, s.hertz, tau, y, v)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def jerk(p, f, leg, s, y):
     """Rate of the acceleration of a mass that rests at y, at the start of the step."""
     rate = 0.0
@@ -215,9 +219,10 @@ def jerk(p, f, leg, s, y):
         rate -= p.waves[j, 0] * p.waves[j, 1] * math.sin(s.waves[j, 2])
     if p.forced:  # only the law's own part is differenced
         h = 1e-5
-        later = pull(f, leg, s, h, y, 0.0) - pull(f, leg, s, -h, y, 0.0)
+        later = accelerate(f.law, None, leg, s.waves, s.hertz, h, y, 0.0)
+        later -= accelerate(f.law, None, leg, s.waves, s.hertz, -h, y, 0.0)
         known = 0.0
         for j in range(len(p.waves)):
             known -= 2 * p.waves[j, 1] * math.sin(s.waves[j, 2]) * math.sin(p.waves[j, 0] * h)
         rate += (later - known) / (2 * h)
-    return rate
+    return rate + pushed_rate(f.control, y + leg.origin)

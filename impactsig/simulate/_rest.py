@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
-from ._flow import TURN
+from ._flow import TURN, inner
 from ._rates import LAW, PLACE, RIGID, SIDE, jerk, pull
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def rigid_at(p, leg, y):
     """The rigid stop that the mass is at, or -1."""
     for k in range(len(p.stops)):
@@ -19,7 +17,7 @@ def rigid_at(p, leg, y):
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def holding(p, k):
     """The forces that friction and the rigid stop k (-1: none) hold."""
     low = -math.inf if k >= 0 and p.stops[k, SIDE] < 0 else -p.static
@@ -27,7 +25,7 @@ def holding(p, k):
     return low, high
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def departure(p, f, leg, s, y, k):
     """Where a mass at rest goes: 1 up, -1 down, 0 stays, 2 no number; and if from a balance."""
     low, high = holding(p, k)
@@ -44,20 +42,21 @@ def departure(p, f, leg, s, y, k):
     return 1 if force > high else -1, False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def unstick(p, f, leg, s, y, low, high, end):
     """Time until the force on a mass that rests leaves [low, high], or `end` if that is sooner.
 
     Returns it with the direction in which the mass goes, 0 if it stays, 2 if the law is no number.
     Without a law no root can be jumped, as the second derivative of the forcing is bounded; with
-    one, its force is looked at 64 times in the period of the fastest forcing.
+    one, or under control, the force is looked at 64 times in the period of the fastest forcing.
     """
+    looks = p.forced or f.control is not None
     reach, most = 0.0, 0.0
     for j in range(len(p.waves)):
         reach += abs(p.waves[j, 1])
         most += abs(p.waves[j, 1]) * p.waves[j, 0] ** 2
     tau, before = 0.0, 0.0
-    if not p.forced:
+    if not looks:
         mean = leg.constant - leg.kappa * y
         for i in range(leg.hertz):
             depth = max(s.hertz[i, 0] * (y - s.hertz[i, 1]), 0.0)
@@ -71,10 +70,10 @@ def unstick(p, f, leg, s, y, low, high, end):
         rate = 0.0
         for j in range(len(p.waves)):
             rate -= p.waves[j, 0] * p.waves[j, 1] * math.sin(s.waves[j, 2] + p.waves[j, 0] * tau)
-        out = 1 if force > high or (force == high and rate > 0 and not p.forced) else 0
-        if force < low or (force == low and rate < 0 and not p.forced):
+        out = 1 if force > high or (force == high and rate > 0 and not looks) else 0
+        if force < low or (force == low and rate < 0 and not looks):
             out = -1
-        if out != 0 and p.forced and tau > before:
+        if out != 0 and looks and tau > before:
             for _ in range(100):
                 middle = (before + tau) / 2
                 if not before < middle < tau:
@@ -88,7 +87,7 @@ def unstick(p, f, leg, s, y, low, high, end):
             return tau, out
         if tau >= end:
             return end, 0
-        if p.forced:
+        if looks:
             before = tau
             tau = min(tau + TURN / 64 / p.fastest, end)
             continue
@@ -102,7 +101,7 @@ def unstick(p, f, leg, s, y, low, high, end):
     return min(tau, end), 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def clear(gap, slope, most):
     """Time in which a gap stays open for certain, as |gap''| <= most."""
     root = math.sqrt(slope * slope + 2 * most * gap)

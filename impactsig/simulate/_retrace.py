@@ -96,7 +96,7 @@ def sample(p, tab, f, s, rows, where, turns, phase, order, q, v):
                 at, velocity = math.nan, math.nan
                 break
             if tau <= step:
-                more, faster = take(p.fixed, tab, f.law, leg, s, tau, x, u, a)
+                more, faster = take(p.fixed, tab, f, leg, s, tau, x, u, a)
                 at, velocity = x + more, u + faster
                 break
             x, u = x + dq, u + dv
@@ -158,7 +158,7 @@ def peaks(p, tab, f, s, rows, first, last, end_turns, end_phase, out):
                     break
                 top, greatest = 0, push_of(p, k, loss, side * (x - off), side * u)
                 for i in range(1, PARTS + 1):
-                    more, faster = take(p.fixed, tab, f.law, leg, s, step * i / PARTS, x, u, a)
+                    more, faster = take(p.fixed, tab, f, leg, s, step * i / PARTS, x, u, a)
                     force = push_of(p, k, loss, side * (x + more - off), side * (u + faster))
                     if force > greatest:
                         greatest, top = force, i
@@ -170,9 +170,9 @@ def peaks(p, tab, f, s, rows, first, last, end_turns, end_phase, out):
                     for _ in range(40):
                         left = high - 0.6180339887498949 * (high - low)
                         right = low + (high - left)
-                        more, faster = take(p.fixed, tab, f.law, leg, s, left, x, u, a)
+                        more, faster = take(p.fixed, tab, f, leg, s, left, x, u, a)
                         one = push_of(p, k, loss, side * (x + more - off), side * (u + faster))
-                        more, faster = take(p.fixed, tab, f.law, leg, s, right, x, u, a)
+                        more, faster = take(p.fixed, tab, f, leg, s, right, x, u, a)
                         two = push_of(p, k, loss, side * (x + more - off), side * (u + faster))
                         best = max(best, one, two)
                         if one < two:

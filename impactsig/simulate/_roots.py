@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from ._flow import inlined, kernel
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def value(c, w, n, x):
     """Polynomial in Bernstein form and its derivative, by de Casteljau's scheme, at x."""
     for i in range(n + 1):
@@ -24,7 +24,7 @@ def value(c, w, n, x):
     return w[0] + x * (w[1] - w[0]), n * (w[1] - w[0])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def first_root(stack, n):
     """First root in [0, 1] of the polynomial of degree n in stack[0], positive at first; or 2."""
     stack[0, 8], stack[0, 9] = 0.0, 1.0

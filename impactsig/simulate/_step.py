@@ -8,26 +8,25 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from ._flow import inlined, inner
 from ._rates import accelerate, pull
 from ._tableau import DEGREE
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def classical(law, leg, waves, hertz, t, h, y, v, a):
+@inlined
+def classical(law, control, leg, waves, hertz, t, h, y, v, a):
     """What position and velocity gain in a classical step, t after the start of the leg."""
     v1 = v + h / 2 * a
-    a1 = accelerate(law, leg, waves, hertz, t + h / 2, y + h / 2 * v, v1)
+    a1 = accelerate(law, control, leg, waves, hertz, t + h / 2, y + h / 2 * v, v1)
     v2 = v + h / 2 * a1
-    a2 = accelerate(law, leg, waves, hertz, t + h / 2, y + h / 2 * v1, v2)
+    a2 = accelerate(law, control, leg, waves, hertz, t + h / 2, y + h / 2 * v1, v2)
     v3 = v + h * a2
-    a3 = accelerate(law, leg, waves, hertz, t + h, y + h * v2, v3)
+    a3 = accelerate(law, control, leg, waves, hertz, t + h, y + h * v2, v3)
     return h / 6 * (v + 2 * v1 + 2 * v2 + v3), h / 6 * (a + 2 * a1 + 2 * a2 + a3)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def stages(law, leg, waves, hertz, a, c, kq, kv, first, last, h, y, v):
+@inlined
+def stages(law, control, leg, waves, hertz, a, c, kq, kv, first, last, h, y, v):
     """Work out some stages from those before them."""
     for i in range(first, last):
         x = u = 0.0
@@ -35,17 +34,17 @@ def stages(law, leg, waves, hertz, a, c, kq, kv, first, last, h, y, v):
             x += a[i, j] * kq[j]
             u += a[i, j] * kv[j]
         kq[i] = v + h * u
-        kv[i] = accelerate(law, leg, waves, hertz, c[i] * h, y + h * x, kq[i])
+        kv[i] = accelerate(law, control, leg, waves, hertz, c[i] * h, y + h * x, kq[i])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def take(fixed, tab, law, leg, s, h, y, v, a):
+@inner
+def take(fixed, tab, f, leg, s, h, y, v, a):
     """What position and velocity gain in a step of h from y, v, where the acceleration is a."""
     if fixed > 0:
-        return classical(law, leg, s.waves, s.hertz, 0.0, h, y, v, a)
+        return classical(f.law, f.control, leg, s.waves, s.hertz, 0.0, h, y, v, a)
     kq, kv = s.kq, s.kv
     kq[0], kv[0] = v, a
-    stages(law, leg, s.waves, s.hertz, tab.a, tab.c, kq, kv, 1, 12, h, y, v)
+    stages(f.law, f.control, leg, s.waves, s.hertz, tab.a, tab.c, kq, kv, 1, 12, h, y, v)
     dq = dv = 0.0
     for i in range(12):
         dq += tab.a[12, i] * kq[i]
@@ -53,7 +52,7 @@ def take(fixed, tab, law, leg, s, h, y, v, a):
     return h * dq, h * dv
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def error(tolerance, rate, tab, s, h, y, v, dv, speed):
     """Error of the step just taken, in units of the tolerance.
 
@@ -76,7 +75,7 @@ def error(tolerance, rate, tab, s, h, y, v, dv, speed):
     return h * n5 / math.sqrt(2 * (n5 + 0.01 * n3)) / allowed
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def first_step(p, leg, y):
     """A step to begin with; the error estimate corrects it."""
     if leg.hertz > 0:
@@ -85,7 +84,7 @@ def first_step(p, leg, y):
     return min(6 * p.tolerance**0.125 / leg.rate, p.longest)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
     """A step within the tolerance, no longer than `end`.
 
@@ -94,7 +93,7 @@ def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
     """
     if p.fixed > 0:
         h = min(p.fixed, end)
-        dq, dv = take(p.fixed, tab, f.law, leg, s, h, y, v, a)
+        dq, dv = take(p.fixed, tab, f, leg, s, h, y, v, a)
         return h if math.isfinite(dq) and math.isfinite(dv) else 0.0, dq, dv, p.fixed, 1
     h = wish if wish > 0 else first_step(p, leg, y)
     # A jump of the force costs an error of the step's length, so that shorter ones gain nothing.
@@ -104,7 +103,7 @@ def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
     while True:
         tries += 1
         step = min(h, end)
-        dq, dv = take(p.fixed, tab, f.law, leg, s, step, y, v, a)
+        dq, dv = take(p.fixed, tab, f, leg, s, step, y, v, a)
         s.kq[12] = v + dv
         s.kv[12] = pull(f, leg, s, step, y + dq, v + dv)
         size = error(p.tolerance, leg.rate, tab, s, step, y, v, dv, speed)
@@ -120,7 +119,7 @@ def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
         grow = 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def expand(tab, h, gain, rates, out):
     """Bernstein coefficients of what one of them gains over a step, from its rates of change."""
     for n in range(DEGREE + 1):
@@ -143,9 +142,11 @@ def expand(tab, h, gain, rates, out):
     out[DEGREE] = gain
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def interpolate(tab, f, leg, s, h, y, v, dq, dv):
     """Bernstein coefficients of what position and velocity gain over the step just taken."""
-    stages(f.law, leg, s.waves, s.hertz, tab.a, tab.c, s.kq, s.kv, 13, 16, h, y, v)
+    stages(
+        f.law, f.control, leg, s.waves, s.hertz, tab.a, tab.c, s.kq, s.kv, 13, 16, h, y, v
+    )  # fmt: skip
     expand(tab, h, dq, s.kq, s.q)
     expand(tab, h, dv, s.kv, s.v)

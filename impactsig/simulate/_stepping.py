@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ._contact import (
     APPROACH,
     BEGUN,
@@ -22,7 +20,7 @@ from ._contact import (
 )
 from ._crossing import REACH, REST, earliest, halve, list_events, polish, zeros_at_start
 from ._events import BROKEN, DIVERGED, DONE, EXHAUSTED, FULL, MARK, RELEASE
-from ._flow import TURN
+from ._flow import TURN, inner, kernel
 from ._passing import pass_time
 from ._rates import HERTZ, LAW, PLACE, PUSHING, RIGID, SIDE, open_leg, origin, pull, status
 from ._rest import departure, holding, rigid_at, unstick
@@ -31,7 +29,7 @@ from ._step import stride
 ROOM = 4  # rows that one pass of `run` may write, besides the first
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_steps):
     """Move to the end phase, writing events as rows; to be called again when they are full."""
     spent = 0
@@ -152,13 +150,21 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
                 state[1] = 0.0
                 if p.static > 0:
                     slide(count, 0)
-            elif not rebound(p, f, s, clock, state, count, events, k, end, end_turns, end_phase):
+                continue
+            left = rebound(p, f, s, clock, state, count, events, k, math.inf)
+            if left < 0:
                 return BROKEN
+            if left > 0:
+                if left >= end:
+                    clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+                else:
+                    pass_time(clock, left)
+                hold(p, clock, state, count, events, k)
         else:
             change_contact(p, clock, state, count, events, kind, k)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def inside(p, state, count):
     """Take back what rounding has put behind a rigid stop."""
     at = origin(p, count[0])

@@ -23,6 +23,7 @@ from impactsig import (
     RungeKutta,
     Stop,
     control,
+    find_flow_orbit,
     find_periodic_orbit,
     flows,
     impact_map,
@@ -32,9 +33,10 @@ from impactsig import (
     simulate,
     stability_chart,
 )
-from impactsig.control._line import bernstein, cut
-from impactsig.control._variation import chebyshev
+from impactsig.control._line import cut
+from impactsig.dynamics._collocation import chebyshev
 from impactsig.oscillators import BaseMotion, Force
+from impactsig.simulate._delay import bernstein
 
 BEAM = scenes.karpodinis(20.3355)
 LOCK = DelayedFeedback(0.15, 1, limit=0.1)
@@ -348,11 +350,22 @@ def test_bad_orbits_for_ogy(orbit):
 
 
 def test_bad_input_to_stability(orbit):
-    rubbing = replace(orbit, oscillator=replace(BEAM, friction=Friction(1e-9)))
+    lossy = replace(BEAM, stops=(Stop(1.0, Hertz(100.0, restitution=0.5)),))
+    slips = Oscillator(forces=(Force(1.0, 0.3),), damping=0.1, friction=Friction(0.4, 0.6))
+    sticking = find_periodic_orbit(slips, 1, guess=(0.85, 0.0))
+    assert sticking.found
+    assert sticking.motion().stick_count
+    cycle = find_flow_orbit(flows.rossler(), 5.88, guess=(0.4, -8.4, 0.2))
+    assert cycle.found
     cases = [
         (lambda: orbit_stability("orbit", LOCK), "orbit"),
         (lambda: orbit_stability(replace(orbit, status="lost"), LOCK), "orbit"),
-        (lambda: orbit_stability(rubbing, LOCK), "orbit"),
+        (lambda: orbit_stability(replace(orbit, oscillator=lossy), LOCK), "orbit"),
+        (lambda: orbit_stability(sticking, LOCK), "signal"),
+        (lambda: orbit_stability(replace(cycle, status="not converged"), LOCK), "orbit"),
+        (lambda: orbit_stability(cycle, DelayedFeedback(0.2, 5.88, signal="y")), "delay"),
+        (lambda: orbit_stability(cycle, DelayedFeedback(0.2, cycle.period)), "signal"),
+        (lambda: stability_chart("orbit", [0.1]), "orbit"),
         (lambda: orbit_stability(orbit, 0.15), "feedback"),
         (lambda: orbit_stability(orbit, DelayedFeedback(0.1, 1.5)), "delay"),
         (lambda: orbit_stability(orbit, DelayedFeedback(0.1, signal="y")), "signal"),
@@ -399,6 +412,10 @@ def test_figures(locked, orbit):
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), chart["growth"][:, 0])
     course = control(flows.rossler(), DelayedFeedback(0.1, 2, signal="y"), duration=5)
     assert course.plot(coordinate="y").get_ylabel() == "y"
+    cycle = find_flow_orbit(flows.rossler(), 5.88, guess=(0.4, -8.4, 0.2))
+    ax = cycle.plot(x="x", y="z")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x", "z")
+    np.testing.assert_allclose(ax.lines[0].get_xydata()[0], cycle.state[[0, 2]], atol=1e-12)
     quiet = control(BEAM, DelayedFeedback(0.0), periods=5, initial=(0.0, 0.0))
     assert "no control force" in plot.control_effort(quiet).texts[0].get_text()
 

@@ -1,0 +1,74 @@
+"""Where a state of a flow comes to after some time, and the derivative of that by collocation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..oscillators.flows import Flow
+from ..simulate._course import Running
+from ._collocation import chebyshev, solve
+
+SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding
+
+
+def depends_on_time(flow: Flow) -> bool:
+    """Whether the rates at a state are not the same at all times."""
+    y = np.array(flow.initial)
+    rates = [rate_at(flow, t, y) for t in (0.0, 0.37, 1.91)]
+    return not all(np.array_equal(own, rates[0], equal_nan=True) for own in rates[1:])
+
+
+def rate_at(flow: Flow, t: float, y: np.ndarray) -> np.ndarray:
+    """Rates of the coordinates, shape (d,); NaN where the function raises, as in the kernels."""
+    try:
+        return np.array(flow.function(t, y, *flow.parameters), float)
+    except (ArithmeticError, ValueError):
+        return np.full(flow.dimension, np.nan)
+
+
+def tangent_pieces(
+    flow: Flow, state: np.ndarray, period: float, parts: int
+) -> Iterator[tuple[float, np.ndarray, np.ndarray, np.ndarray]]:
+    """Piece by piece: its length, and times, states and Jacobians at its nodes."""
+    nodes, _ = chebyshev()
+    h = period / parts
+    times = h * (np.arange(parts)[:, None] + nodes)
+    times[:, -1] = h * np.arange(1, parts + 1)
+    times[-1, -1] = period
+    flat, back = np.unique(times, return_inverse=True)
+    states, _ = Running(flow, None, state.tolist()).sample(flat)
+    if len(states) < len(flat):
+        lost = np.full((len(flat) - len(states), flow.dimension), np.nan)
+        states = np.concatenate([states, lost])
+    states = states[back.ravel()].reshape(*times.shape, flow.dimension)
+    sizes = np.maximum(np.abs(states).max(axis=(0, 1)), 1e-12)
+    for k in range(parts):
+        jacobians = [_jacobian(flow, t, y, sizes) for t, y in zip(times[k], states[k], strict=True)]
+        yield h, times[k], states[k], np.array(jacobians)
+
+
+def _jacobian(flow: Flow, t: float, y: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Central differences of the rates: exact but for rounding where these are quadratic."""
+    columns = []
+    for n, h in enumerate(SMALL * sizes):
+        high, low = y.copy(), y.copy()
+        high[n], low[n] = y[n] + h, y[n] - h
+        columns.append((rate_at(flow, t, high) - rate_at(flow, t, low)) / (high[n] - low[n]))
+    return np.stack(columns, axis=1)
+
+
+def shoot(
+    flow: Flow, state: np.ndarray, period: float, parts: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where the state comes to after a period, and the derivative of that."""
+    tangent = np.eye(flow.dimension)
+    end = state
+    for h, _, states, jacobians in tangent_pieces(flow, state, period, parts):
+        if not np.isfinite(jacobians).all():
+            return np.full(flow.dimension, np.nan), tangent
+        by_start, _ = solve(h, jacobians, np.zeros(flow.dimension))
+        tangent = by_start[-1] @ tangent
+        end = states[-1]
+    return end, tangent
