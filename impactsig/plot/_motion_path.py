@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..errors import InvalidInput, finite_number
+from ._axes import ORANGE, VERMILLION, points
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from ..impacts import Impacts
     from ..simulate.motion import Motion
 
@@ -72,6 +75,16 @@ def events_of(motion: Motion) -> tuple[Impacts, np.ndarray]:
     if motion.impacts is None or motion.sticks is None:
         raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
     return motion.impacts, motion.sticks
+
+
+def mark_events(ax: Axes, motion: Any, hits: np.ndarray, sticks: np.ndarray, held: str) -> None:
+    """A point on every impact, and a shade over every stick, which the legend names once."""
+    if len(hits):
+        label = f"{len(hits)} impact{'s' * (len(hits) > 1)}"
+        points(ax, hits, motion.sample(hits)[0], color=VERMILLION, label=label, zorder=3)
+    for begin, end in sticks[sticks[:, 0] < sticks[:, 1]]:
+        ax.axvspan(begin, end, color=ORANGE, alpha=0.25, linewidth=0, label=held)
+        held = ""
 
 
 def span_drawn(

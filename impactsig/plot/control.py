@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._axes import BLUE, CHANNEL_COLOURS, GREY, VERMILLION, axes, explain, level, points, seconds
+from ._axes import BLUE, GREY, VERMILLION, axes, colour, explain, frame, level, points, seconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,14 +24,8 @@ def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: f
     ----------
     motion : ControlledMotion
         Of `control`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     phase : float
         Phase of the strobe [rad].
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     x, _ = motion.stroboscopic(phase)
@@ -41,8 +35,7 @@ def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: f
     points(ax, motion.start + np.arange(len(x)) * period, x, markersize=2.5)
     _phases(ax, motion)
     seconds(ax.xaxis, "time", [motion.stop])
-    ax.set_ylabel("displacement, strobed")
-    return ax
+    return frame(ax, None, "displacement, strobed")
 
 
 def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
@@ -52,12 +45,6 @@ def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
     ----------
     motion : ControlledMotion
         Of `control`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     impacts = motion.impacts
@@ -79,14 +66,8 @@ def control_effort(
     ----------
     motion : ControlledMotion
         Of `control`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     periods : float
         Length of the windows in which it is taken [forcing periods].
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     time, rms = motion.effort(periods)
@@ -96,8 +77,7 @@ def control_effort(
     ax.set_yscale("log")
     _phases(ax, motion)
     seconds(ax.xaxis, "time", [motion.stop])
-    ax.set_ylabel("RMS control force")
-    return ax
+    return frame(ax, None, "RMS control force")
 
 
 def control_force(
@@ -109,14 +89,8 @@ def control_force(
     ----------
     motion : ControlledMotion
         Of `control`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     span : (float, float), optional
         From when to when [s]; all of it by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     begin, end = (motion.start, motion.stop) if span is None else span
@@ -124,8 +98,7 @@ def control_force(
     ax.plot(time, motion.force(time), color=BLUE, linewidth=0.7)
     _phases(ax, motion, (begin, end))
     seconds(ax.xaxis, "time", [end])
-    ax.set_ylabel("control force")
-    return ax
+    return frame(ax, None, "control force")
 
 
 def controlled_flow(
@@ -137,14 +110,8 @@ def controlled_flow(
     ----------
     course : ControlledTrajectory
         Of `control`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     coordinate : str or int
         Which; by default the first.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     from ..simulate._course import coordinate_of
 
@@ -156,9 +123,7 @@ def controlled_flow(
         ax.axvline(start, color=VERMILLION, linewidth=0.9)
         _label(ax, start, "off" if own is None else f"K {own.gain:g}, delay {own.delay:g}")
     ax.set_xlim(0.0, course.duration)
-    ax.set_xlabel("time")
-    ax.set_ylabel(course.flow.coordinates[k])
-    return ax
+    return frame(ax, "time", course.flow.coordinates[k])
 
 
 def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
@@ -168,26 +133,17 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
     ----------
     chart : Study
         Of `impactsig.stability_chart`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=6.4, height=3.8)
     gain, growth = chart.parameters["gain"], chart["growth"]
     for k, delay in enumerate(chart.parameters["delay"]):
-        colour = CHANNEL_COLOURS[k % len(CHANNEL_COLOURS)]
-        ax.plot(gain, growth[:, k], color=colour, linewidth=1.2, label=f"delay {delay:g}")
+        ax.plot(gain, growth[:, k], color=colour(k), linewidth=1.2, label=f"delay {delay:g}")
     level(ax, 1.0)
     ax.fill_between(gain, 0.0, 1.0, color=GREY, alpha=0.08, linewidth=0)
     ax.set_xlim(gain[0], gain[-1])
     ax.set_ylim(0.0, min(1.05 * np.nanmax(growth), 2.5))
-    ax.set_xlabel("gain K")
-    ax.set_ylabel("growth in one period of the orbit")
-    ax.legend(frameon=False, fontsize="small", title="forcing periods")
-    return ax
+    words = {"fontsize": "small", "title": "forcing periods"}
+    return frame(ax, "gain K", "growth in one period of the orbit", "best", **words)
 
 
 def _phases(ax: Axes, motion: ControlledMotion, span: tuple[float, float] | None = None) -> None:

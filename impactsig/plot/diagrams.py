@@ -9,7 +9,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.patches import Patch
 
 from ..errors import InvalidInput
-from ._axes import BLUE, CHANNEL_COLOURS, GREY, RASTER_ABOVE, VERMILLION, axes, called
+from ._axes import BLUE, CHANNEL_COLOURS, GREY, RASTER_ABOVE, VERMILLION, axes, called, legend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,15 +48,9 @@ def bifurcation_diagram(
     ----------
     result : BifurcationDiagram
         From `impactsig.bifurcation_diagram`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     observe : str
         "displacement" once a forcing period; approach "velocity"; "impacts" and "energy" lost per
         period; "sticking" share; "exponents".
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -91,7 +85,7 @@ def bifurcation_diagram(
         ax.axhline(0, color=GREY, linewidth=0.6)
         for k, (colour, name) in enumerate(((BLUE, "greater"), (VERMILLION, "lesser"))):
             ax.plot(result.values, shown[:, k], color=colour, linewidth=0.8, label=name)
-        ax.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0, 1), borderpad=0)
+        legend(ax, "above")
     else:
         line = {
             "impacts": result.impacts_per_period,
@@ -111,12 +105,6 @@ def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
     ----------
     result : ResponseSpectrum
         From `impactsig.response_spectrum`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     for extreme, colour, name in (
@@ -125,7 +113,7 @@ def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
     ):
         ax.plot(result.values, extreme, color=colour, linewidth=1.0, label=name)
     ax.set(xlabel=called(result.parameter), ylabel="displacement")
-    ax.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0, 1), borderpad=0)
+    legend(ax, "above")
     ax.margins(x=0)
     return ax
 
@@ -142,15 +130,9 @@ def periodicity_chart(
     ----------
     result : PeriodicityChart
         From `impactsig.periodicity_chart`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     colours : {"orbits", "classes"}
         A colour for each of the twelve commonest (m, n), others grey, what has not closed black;
         or the three classes of [BegleyVirgin1998]_.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -182,12 +164,6 @@ def basins(result: Basins, ax: Axes | None = None) -> Axes:
     ----------
     result : Basins
         From `impactsig.basins_of_attraction`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=6.4, height=4.2)
     count = min(len(result.attractors), MOST_ORBITS)
@@ -245,7 +221,4 @@ def _cells(ax: Axes, x: np.ndarray, y: np.ndarray, codes: np.ndarray, palette: l
 
 def _key(ax: Axes, names: list[str], palette: list[str], present: np.ndarray) -> None:
     """What the colours mean, beside the axes."""
-    ax.legend(
-        handles=[Patch(color=palette[k], label=names[k]) for k in present],
-        loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False, borderaxespad=0,
-    )  # fmt: skip
+    legend(ax, "beside", handles=[Patch(color=palette[k], label=names[k]) for k in present])

@@ -19,6 +19,7 @@ from ._axes import (
     plain,
     points,
     seconds,
+    title,
     with_unit,
 )
 
@@ -54,14 +55,8 @@ def waveform(
         One or several channels.
     impacts : Impacts, optional
         The impacts to mark, on the first channel.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     start, stop : float, optional
         Span to draw [s].
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -165,15 +160,9 @@ def pulse(
         The impacts found in it.
     index : int
         Which of them; negative counts from the end.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     margin : float, optional
         Time shown before the contact, and three times that after it [s]; by default one contact
         time and at least 12 samples, or 5 ms where contact times were not measured.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -237,7 +226,7 @@ def pulse(
     ax.margins(x=0, y=0.15)
     seconds(ax.xaxis, f"time since {touch:.6f} s", shown.time - touch)
     ax.set_ylabel(with_unit(recording.channels[0] or "signal", recording.unit))
-    ax.set_title(f"impact {index + 1} of {len(impacts)}", fontsize="medium", loc="left")
+    title(ax, f"impact {index + 1} of {len(impacts)}")
     return ax
 
 
