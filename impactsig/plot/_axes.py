@@ -174,7 +174,7 @@ def bins(ax: Axes, height: np.ndarray, edges: np.ndarray, **options: Any) -> Non
 
 
 def delay_plane(ax: Axes, both: np.ndarray, shown: Any = None, lag: int = 1) -> Axes:
-    """The plane of intervals against earlier ones, with its diagonal, over all of them or `shown`."""
+    """The plane of intervals against earlier ones, and its diagonal, over all values or `shown`."""
     span = span_of(both if shown is None else shown)
     ax.plot(span, span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
     ax.set(xlim=span, ylim=span, aspect="equal")
@@ -233,11 +233,15 @@ def _told_by(shown: np.ndarray, decimals: int, size: float) -> bool:
     return bool(np.all(np.abs(shown - np.round(shown, decimals)) < 1e-9 * size + 1e-12))
 
 
-def seconds(axis: Axis, quantity: str, values: Any) -> None:
+def seconds(axis: Axis, quantity: str, values: Any, told: bool = True) -> None:
     """Label an axis whose data are seconds; ticks in s, ms or µs, whichever suits `values`.
 
-    The data stay in seconds, so that limits are set and further curves added in SI units.
+    The data stay in seconds, so that limits are set and further curves added in SI units. Where no
+    seconds are told, as of an oscillator without dimensions, the label is the quantity alone.
     """
+    if not told:
+        axis.set_label_text(quantity)
+        return
     finite = np.abs(np.asarray(values, float))
     largest = float(finite.max(initial=0.0))
     factor, unit = 1.0, "s"

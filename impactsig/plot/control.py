@@ -34,7 +34,7 @@ def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: f
         return explain(ax, "no forcing period has passed")
     points(ax, motion.start + np.arange(len(x)) * period, x, markersize=2.5)
     _phases(ax, motion)
-    seconds(ax.xaxis, "time", [motion.stop])
+    seconds(ax.xaxis, "time", [motion.stop], motion.oscillator.in_seconds)
     return frame(ax, None, "displacement, strobed")
 
 
@@ -52,8 +52,9 @@ def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
         return explain(ax, "fewer than two impacts: no interval")
     points(ax, impacts.time[1:], np.diff(impacts.time), markersize=2.5)
     _phases(ax, motion)
-    seconds(ax.xaxis, "time", [motion.stop])
-    seconds(ax.yaxis, "interspike interval", np.diff(impacts.time))
+    seconds(ax.xaxis, "time", [motion.stop], motion.oscillator.in_seconds)
+    told = motion.oscillator.in_seconds
+    seconds(ax.yaxis, "interspike interval", np.diff(impacts.time), told)
     return ax
 
 
@@ -76,7 +77,7 @@ def control_effort(
     ax.plot(time, np.where(rms > FLOOR, rms, np.nan), color=BLUE, linewidth=0.9)
     ax.set_yscale("log")
     _phases(ax, motion)
-    seconds(ax.xaxis, "time", [motion.stop])
+    seconds(ax.xaxis, "time", [motion.stop], motion.oscillator.in_seconds)
     return frame(ax, None, "RMS control force")
 
 
@@ -97,7 +98,7 @@ def control_force(
     time = np.linspace(max(begin, motion.start), min(end, motion.stop), 20_000)
     ax.plot(time, motion.force(time), color=BLUE, linewidth=0.7)
     _phases(ax, motion, (begin, end))
-    seconds(ax.xaxis, "time", [end])
+    seconds(ax.xaxis, "time", [end], motion.oscillator.in_seconds)
     return frame(ax, None, "control force")
 
 

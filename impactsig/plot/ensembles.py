@@ -76,5 +76,5 @@ def sample_path(result: SamplePath, ax: Axes | None = None) -> Axes:
             at = places[np.abs(at[:, None] - places).argmin(axis=1)]
         ax.plot(hits, at, "o", color=VERMILLION, markersize=3, label="impacts")
         legend(ax, "lower right", bbox_to_anchor=(1, 1))
-    seconds(ax.xaxis, "time", result.time)
+    seconds(ax.xaxis, "time", result.time, result.oscillator.in_seconds)
     return frame(ax, None, "displacement $x$")

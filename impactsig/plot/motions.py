@@ -130,7 +130,7 @@ def time_history(
     ax.set_ylim(low, high)
     if ax.get_legend_handles_labels()[0]:
         _legend_above(ax)
-    seconds(ax.xaxis, "time", [last])
+    seconds(ax.xaxis, "time", [last], motion.oscillator.in_seconds)
     return frame(ax, None, "displacement $x$")
 
 
@@ -173,12 +173,14 @@ def power_spectrum(
     ax.semilogy(spectrum.frequency[shown], density, color=BLUE, linewidth=0.9)
     ax.set_ylim(max(floor, density.min()), 3 * density.max())
     if forcing is not None and forcing <= highest:
-        label = f"forcing, {forcing:.4g} Hz"
+        label = f"forcing, {forcing:.4g}{' Hz' if spectrum.in_seconds else ''}"
         ax.axvline(forcing, color=GREY, linewidth=0.8, linestyle=":", label=label, zorder=1)
         legend(ax, "upper right", borderaxespad=0)
     ax.set_xlim(0, highest)
     symbol = "$x$" if spectrum.quantity == "displacement" else "$x'$"
-    return frame(ax, "frequency [Hz]", f"power density of {symbol} [unit$^2$/Hz]")
+    if spectrum.in_seconds:
+        return frame(ax, "frequency [Hz]", f"power density of {symbol} [unit$^2$/Hz]")
+    return frame(ax, "frequency", f"power density of {symbol}")
 
 
 def _legend_above(ax: Axes) -> None:

@@ -27,7 +27,8 @@ TURN = 2 * math.pi
 class Motion:
     """What an oscillator did.
 
-    Times are in seconds since the start of the simulation, transient included; displacements,
+    Times are in seconds since the start of the simulation, transient included, or in the
+    oscillator's unit of time where that has none (`Oscillator.in_seconds`); displacements,
     velocities and energies in the oscillator's own units.
 
     Attributes
@@ -176,7 +177,8 @@ class Motion:
         parts = [f"{self.impact_count} impacts"]
         if self.stick_count:
             parts.append(f"{self.stick_count} sticks")
-        text = f"Motion({', '.join(parts)} in {self.duration:.6g} s"
+        unit = " s" if self.oscillator.in_seconds else ""
+        text = f"Motion({', '.join(parts)} in {self.duration:.6g}{unit}"
         if self.oscillator.forcing_period and self.duration > 0:
             text += f"; {self.impacts_per_period:.4g} impacts per forcing period"
         return text + ("" if self.status == "complete" else f"; {self.status}") + ")"
