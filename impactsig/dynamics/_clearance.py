@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from ..simulate._frame import base_motion
 from .orbits import PeriodicOrbit
 
 LOOKS = 512  # at a forcing period, for its turning points
@@ -30,24 +29,12 @@ def gaps(orbit: PeriodicOrbit) -> tuple[float, float, float]:
 
 def clearance(orbit: PeriodicOrbit) -> float:
     """The least distance at which the orbit turns before a stop, without hitting it."""
-    machine, base = orbit.oscillator, orbit.oscillator.base
     motion = orbit.motion()
     assert motion.impacts is not None
     hits = motion.impacts.time
-
-    def state(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement and velocity against what carries the stops."""
-        x, v = motion.sample(time)
-        own = base.frequency if base is not None else 0.0
-        angle = own * (
-            time / machine.time_unit + orbit.phase / float(machine.forcing_frequency or 1.0)
-        )
-        at, moving = base_motion(machine, angle)
-        return x - at, v - moving
-
     grid = np.linspace(motion.start, motion.stop, LOOKS * orbit.periods + 1)
     time = np.sort(np.concatenate([grid, hits]))
-    _, v = state(time)
+    _, v = motion._from_stops(time)
     least = math.inf
     for side in (1, -1):
         turns = np.flatnonzero((side * v[:-1] > 0) & (side * v[1:] <= 0))
@@ -56,10 +43,10 @@ def clearance(orbit: PeriodicOrbit) -> float:
         low, high = time[turns], time[turns + 1]
         for _ in range(50):
             middle = (low + high) / 2
-            rises = side * state(middle)[1] > 0
+            rises = side * motion._from_stops(middle)[1] > 0
             low, high = np.where(rises, middle, low), np.where(rises, high, middle)
-        top, _ = state(low)
-        for stop in machine.stops_on("upper" if side > 0 else "lower"):
+        top, _ = motion._from_stops(low)
+        for stop in orbit.oscillator.stops_on("upper" if side > 0 else "lower"):
             off = side * (stop.position - top)
             least = min(least, off[off > 0].min(initial=math.inf))
     return least

@@ -173,14 +173,13 @@ def bins(ax: Axes, height: np.ndarray, edges: np.ndarray, **options: Any) -> Non
     ax.stairs(height, edges, color=look["color"], linewidth=0.8)
 
 
-def delay_plane(ax: Axes, both: np.ndarray, shown: Any = None, lag: int = 1) -> Axes:
+def delay_plane(ax: Axes, both: np.ndarray, shown: Any = None, lag: int = 1) -> None:
     """The plane of intervals against earlier ones, and its diagonal, over all values or `shown`."""
     span = span_of(both if shown is None else shown)
     ax.plot(span, span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
     ax.set(xlim=span, ylim=span, aspect="equal")
     seconds(ax.xaxis, "interval $I_k$", both)
     seconds(ax.yaxis, f"interval $I_{{k+{lag}}}$", both)
-    return ax
 
 
 def span_of(values: np.ndarray) -> tuple[float, float]:

@@ -133,5 +133,5 @@ def _map(ax: Axes, train: Train, colour: str, both: np.ndarray) -> None:
     if not len(first):
         explain(ax, "Too few intervals for a return map.")
         return
-    points(ax, first, later, color=colour)
     delay_plane(ax, both)
+    points(ax, first, later, color=colour)

@@ -48,9 +48,9 @@ def oscillator_fit(result: OscillatorFit, figure: Figure | SubFigure | None = No
 
 def _maps(ax: Axes, values: list[np.ndarray]) -> None:
     both = np.concatenate(values)
+    delay_plane(ax, both, np.quantile(both, [0.001, 0.999]))
     for one, colour, size in zip(values, (BLUE, VERMILLION), (4, 1.5), strict=True):
         points(ax, one[:-1], one[1:], color=colour, markersize=size)
-    delay_plane(ax, both, np.quantile(both, [0.001, 0.999]))
 
 
 def _words(ax: Axes, result: OscillatorFit) -> None:

@@ -12,7 +12,6 @@ from ._motion_path import (
     PER_PERIOD,
     base_at,
     events_of,
-    from_stops,
     mark_events,
     path_of,
     span_drawn,
@@ -71,7 +70,7 @@ def phase_portrait(
     ax.vlines(*spans_jumped(path), color=BLUE, linewidth=1.4, linestyle=(0, (3, 2)), zorder=2.5)
     if phase is not None and motion.oscillator.forcing_frequency is not None:
         time = strobe_times(motion, finite_number("phase", phase, "a finite angle [rad]"))
-        x, v = from_stops(motion, time)
+        x, v = motion._from_stops(time)
         label = "once a period" if phase == 0 else f"once a period, at phase {phase:.3g}"
         points(ax, x, v, color=VERMILLION, label=label, zorder=3)
         _legend_above(ax)

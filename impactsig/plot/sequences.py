@@ -40,8 +40,9 @@ def return_map(impacts: Impacts | Iterable[float], lag: int = 1, ax: Axes | None
     if not len(first):
         return explain(ax, f"Too few intervals for a return map at lag {lag}.")
     both = np.concatenate((first, later))
+    delay_plane(ax, both, lag=lag)
     points(ax, first, later)
-    return delay_plane(ax, both, lag=lag)
+    return ax
 
 
 def histogram(

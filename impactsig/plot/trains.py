@@ -64,8 +64,8 @@ def return_maps(
         if not len(first):
             explain(ax, f"Too few intervals for a return map at lag {lag}.")
             continue
-        points(ax, first, later)
         delay_plane(ax, both, lag=lag)
+        points(ax, first, later)
         if number % columns:
             ax.set_ylabel("")
     return grid
