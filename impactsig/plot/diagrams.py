@@ -9,7 +9,17 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.patches import Patch
 
 from ..errors import InvalidInput
-from ._axes import BLUE, CHANNEL_COLOURS, GREY, RASTER_ABOVE, VERMILLION, axes, called, legend
+from ._axes import (
+    BLUE,
+    CHANNEL_COLOURS,
+    GREY,
+    RASTER_ABOVE,
+    VERMILLION,
+    axes,
+    called,
+    frame,
+    legend,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -93,9 +103,8 @@ def bifurcation_diagram(
             "sticking": result.sticking,
         }[observe]
         ax.plot(result.values, line, color=BLUE, linewidth=0.8)
-    ax.set(xlabel=called(result.parameter), ylabel=LABELS[observe])
     ax.margins(x=0)
-    return ax
+    return frame(ax, called(result.parameter), LABELS[observe])
 
 
 def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
@@ -112,10 +121,8 @@ def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
         (result.least, VERMILLION, "least"),
     ):
         ax.plot(result.values, extreme, color=colour, linewidth=1.0, label=name)
-    ax.set(xlabel=called(result.parameter), ylabel="displacement")
-    legend(ax, "above")
     ax.margins(x=0)
-    return ax
+    return frame(ax, called(result.parameter), "displacement", "above")
 
 
 def periodicity_chart(
@@ -152,9 +159,8 @@ def periodicity_chart(
     if result.failed.any():
         names, palette = [*names, "ended early"], [*palette, ENDED_EARLY]
     _cells(ax, result.x, result.y, shown, palette)
-    ax.set(xlabel=called(result.names[0]), ylabel=called(result.names[1]))
     _key(ax, names, palette, np.unique(shown))
-    return ax
+    return frame(ax, *map(called, result.names))
 
 
 def basins(result: Basins, ax: Axes | None = None) -> Axes:
@@ -179,9 +185,8 @@ def basins(result: Basins, ax: Axes | None = None) -> Axes:
     ax.set(xlim=ax.get_xlim(), ylim=ax.get_ylim())  # those of the starts, whatever is drawn on them
     for attractor in result.attractors:
         ax.plot(*attractor.strobe.T, "o", color="white", markeredgecolor="black", markersize=4)
-    ax.set(xlabel="displacement at the start", ylabel="velocity at the start")
     _key(ax, names, palette, np.unique(shown))
-    return ax
+    return frame(ax, "displacement at the start", "velocity at the start")
 
 
 def _orbits(result: PeriodicityChart) -> tuple[np.ndarray, list[str], list[str]]:

@@ -94,4 +94,4 @@ def _region(ax: Axes, result: OscillatorFit) -> None:
     for (low, high), draw in zip(told, (ax.axvline, ax.axhline), strict=True):
         for value in (low, high):
             draw(value, color=GREY, linewidth=0.8, linestyle=":")
-    ax.set(xlabel=labels[0], ylabel=labels[1])
+    frame(ax, *labels)
