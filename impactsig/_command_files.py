@@ -32,9 +32,9 @@ def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
 
 def _holds_impacts(path: Path) -> bool:
     """Whether this is a table of impacts: written by `detect`, or of columns that impacts have."""
-    from .impacts import _PER_IMPACT
+    from ._impact_tables import COLUMNS, HEAD
 
-    known = {"time", *_PER_IMPACT, "flags"}
+    known = set(COLUMNS)
     if path.suffix == ".parquet":
         return _is_parquet_of(path, known)
     if path.suffix != ".csv":
@@ -45,7 +45,7 @@ def _holds_impacts(path: Path) -> bool:
     except (OSError, UnicodeDecodeError):
         return False  # the reader of recordings says what is wrong
     names = [name.strip() for name in head.split(",")]
-    return head.startswith("# impactsig ") or ("time" in names and known.issuperset(names))
+    return head.startswith(HEAD) or ("time" in names and known.issuperset(names))
 
 
 def _is_parquet_of(path: Path, known: set[str]) -> bool:

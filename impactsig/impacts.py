@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import html
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from datetime import datetime
 from functools import partial
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._atomic import atomic_path
-from .errors import InvalidInput, MissingExtra, UnreadableFile, finite_number
+from . import _impact_tables as tables
+from .errors import InvalidInput, finite_number
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,8 +37,6 @@ FLAG_NAMES = {
     UNRESOLVED: "unresolved",
     INFERRED: "inferred",
 }
-
-_PER_IMPACT = ("contact_time", "peak", "impulse", "rise_time", "approach_velocity")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -126,7 +122,7 @@ class Impacts:
                 "Sort them first",
             )
         store: dict[str, Any] = {"time": time}
-        for name in _PER_IMPACT:
+        for name in tables.MEASURED:
             value = getattr(self, name)
             store[name] = None if value is None else _vector(name, value, len(time))
         flags = np.asarray(self.flags, np.uint8)
@@ -182,7 +178,7 @@ class Impacts:
         """
         time = _vector("time", time)
         order = np.argsort(time, kind="stable")
-        for name in (*_PER_IMPACT, "flags"):
+        for name in (*tables.MEASURED, "flags"):
             if known.get(name) is not None:
                 known[name] = np.asarray(known[name])[order]
         known |= {"start": start, "duration": duration}
@@ -260,12 +256,7 @@ class Impacts:
         """The impacts at a slice, a mask or ascending indices, in the same run."""
         if isinstance(which, (int, np.integer)):
             which = [which]
-        chosen = {
-            name: getattr(self, name)[which]
-            for name in ("time", *_PER_IMPACT, "flags")
-            if getattr(self, name) is not None
-        }
-        return replace(self, **chosen)
+        return replace(self, **{name: own[which] for name, own in tables.columns(self).items()})
 
     def between(self, start: float | None = None, stop: float | None = None) -> Impacts:
         """The impacts with start <= time < stop [s]; the run becomes that span."""
@@ -288,12 +279,7 @@ class Impacts:
         """A table with a row an impact and a column for each thing measured, in SI units."""
         import pandas as pd
 
-        columns = {
-            name: getattr(self, name)
-            for name in ("time", *_PER_IMPACT, "flags")
-            if getattr(self, name) is not None
-        }
-        return pd.DataFrame(columns)
+        return pd.DataFrame(tables.columns(self))
 
     def to_csv(self, path: Any) -> None:
         """Write a CSV that `read_csv` reads back without loss; the run stands in its first line.
@@ -308,15 +294,7 @@ class Impacts:
         UnwritableFile
             If it cannot be written; what stood at `path` before is then untouched.
         """
-        if hasattr(path, "write"):
-            path.write(f"# impactsig {json.dumps(self._run(), ensure_ascii=True)}\n")
-            self.to_frame().to_csv(path, index=False, lineterminator="\n")
-            return
-        with (
-            atomic_path(path) as temporary,
-            temporary.open("w", encoding="utf-8", newline="") as file,
-        ):
-            self.to_csv(file)
+        tables.write_csv(self, path)
 
     @classmethod
     def read_csv(cls, path: Any) -> Impacts:
@@ -327,65 +305,16 @@ class Impacts:
         UnreadableFile
             If there is no such file, or it has no such column or no numbers in it.
         """
-        import pandas as pd
-
-        try:
-            with Path(path).open(encoding="utf-8") as file:
-                head = file.readline()
-            run = json.loads(head[len("# impactsig ") :]) if head.startswith("# impactsig ") else {}
-            # As text: Python's own conversion to float is exact, that of pandas is not.
-            frame = pd.read_csv(path, comment="#", dtype=str)
-        except (OSError, ValueError) as error:
-            raise UnreadableFile(path, f"not a table of impacts ({error})") from error
-        return cls._from_frame(path, frame, run)
+        return tables.read_csv(cls, path)
 
     def to_parquet(self, path: Any) -> None:
         """Write a Parquet file that `read_parquet` reads back without loss (needs pyarrow)."""
-        arrow, parquet = _pyarrow()
-        table = arrow.Table.from_pandas(self.to_frame(), preserve_index=False)
-        note = {**(table.schema.metadata or {}), b"impactsig": json.dumps(self._run()).encode()}
-        with atomic_path(path) as temporary:
-            parquet.write_table(table.replace_schema_metadata(note), temporary)
+        tables.write_parquet(self, path)
 
     @classmethod
     def read_parquet(cls, path: Any) -> Impacts:
         """Impacts from a Parquet file written by `to_parquet` (needs pyarrow)."""
-        arrow, parquet = _pyarrow()
-        try:
-            table = parquet.read_table(path)
-            run = json.loads((table.schema.metadata or {}).get(b"impactsig", b"{}"))
-        except (OSError, ValueError, arrow.ArrowException) as error:
-            raise UnreadableFile(path, f"not a Parquet table of impacts ({error})") from error
-        return cls._from_frame(path, table.to_pandas(), run)
-
-    def _run(self) -> dict[str, Any]:
-        """What is known of the run rather than of each impact, as JSON can hold it."""
-        run = {
-            item.name: getattr(self, item.name)
-            for item in fields(self)
-            if item.name not in ("time", *_PER_IMPACT, "flags")
-        }
-        run["gaps"] = self.gaps.tolist()
-        run["settings"] = dict(self.settings)
-        run["recorded_at"] = self.recorded_at.isoformat() if self.recorded_at else None
-        return run
-
-    @classmethod
-    def _from_frame(cls, path: Any, frame: pd.DataFrame, run: dict[str, Any]) -> Impacts:
-        if "time" not in frame:
-            raise UnreadableFile(path, f"no column 'time' among {list(frame.columns)}")
-        run = {key: value for key, value in run.items() if key in cls.__dataclass_fields__}
-        if run.get("recorded_at"):
-            run["recorded_at"] = datetime.fromisoformat(run["recorded_at"])
-        columns: dict[str, Any] = {
-            name: frame[name].to_numpy()
-            for name in ("time", *_PER_IMPACT, "flags")
-            if name in frame
-        }
-        try:
-            return cls(**columns, **run)
-        except (ValueError, TypeError) as error:
-            raise UnreadableFile(path, f"not a table of impacts ({error})") from error
+        return tables.read_parquet(cls, path)
 
     # -- showing ---------------------------------------------------------------------------
 
@@ -447,12 +376,3 @@ def _spans(gaps: Any) -> np.ndarray:
     if spans.ndim != 2 or spans.shape[1] != 2 or not np.all(spans[:, 0] <= spans[:, 1]):
         raise InvalidInput("gaps", gaps, "pairs of start and stop [s], start <= stop")
     return spans
-
-
-def _pyarrow() -> tuple[Any, Any]:
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError:
-        raise MissingExtra("pyarrow", "parquet", "Parquet") from None
-    return pyarrow, parquet

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
-from impactsig.detect import _pulse
+from impactsig.detect._pulse_fit import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
 
 
 def matched_response(x, gain, width, near, far):
@@ -54,10 +54,10 @@ def posterior_residuals(p, t, x, log_edge):
         (
             x - shape,
             [
-                (log_rise - log_fall) / _pulse.SKEW_SD,
-                (log_flat - 0.5 * (log_rise + log_fall) - _pulse.FLAT_MEAN) / _pulse.FLAT_SD,
-                log_power / _pulse.POWER_SD,
-                (0.5 * (log_rise + log_fall) - log_edge) / _pulse.LENGTH_SD,
+                (log_rise - log_fall) / SKEW_SD,
+                (log_flat - 0.5 * (log_rise + log_fall) - FLAT_MEAN) / FLAT_SD,
+                log_power / POWER_SD,
+                (0.5 * (log_rise + log_fall) - log_edge) / LENGTH_SD,
             ],
         )
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ..simulate._frame import base_motion
+from ._clearance import clearance, gaps, seconds_of
 from ._shooting import Shooting
 from .branches import Branch, Kind, SpecialPoint
 from .orbits import PeriodicOrbit, orbit_of
@@ -19,7 +19,6 @@ from .orbits import PeriodicOrbit, orbit_of
 FIRST, LONGEST, SHORTEST = 0.01, 0.04, 1e-9  # steps along the branch, in units of its extent
 CORRECTIONS = 8
 FLAT = 1e-6  # change of the parameter, in units of the range, to differentiate by
-LOOKS = 512  # at a forcing period, for its turning points
 FAINT = 1e-3  # least approach velocity, of the greatest it has been, at which a grazing is near
 CLOSING = 40  # last points whose clearance is looked at
 CLOSE = 0.2  # way from the section to the nearest impact, of that from the middle between two
@@ -55,7 +54,7 @@ class Continuation:
         self.scene, self.first, self.last, self.start = scene, first, last, start
         self.options = options
         omega = start.oscillator.forcing_frequency or 1.0
-        x, v = start.motion().sample(np.linspace(0, 0.99, 64) * start.periods * _period(start))
+        x, v = start.motion().sample(np.linspace(0, 0.99, 64) * start.periods * seconds_of(start))
         size = max(np.ptp(x), np.ptp(v) / omega, 1e-12)
         self.unit = np.array([size, size * omega, abs(last - first)])
 
@@ -202,15 +201,15 @@ class Continuation:
 
     def _near_impact(self, orbit: PeriodicOrbit) -> bool:
         """Whether an impact is about to pass the section, where the map jumps."""
-        away, widest, _ = _gaps(orbit)
+        away, widest, _ = gaps(orbit)
         return away < CLOSE * widest / 2
 
     def _elsewhere(self, point: _Point) -> _Point:
         """The same orbit on a section in the middle between two impacts."""
         orbit = point.orbit
-        _, _, phase = _gaps(orbit)
+        _, _, phase = gaps(orbit)
         ahead = (phase - orbit.phase) % (2 * math.pi)
-        seconds = ahead / (2 * math.pi) * _period(orbit)
+        seconds = ahead / (2 * math.pi) * seconds_of(orbit)
         x, v = orbit.motion().sample(seconds)
         before = self.options
         self.options = {**before, "phase": phase}
@@ -236,8 +235,8 @@ class Continuation:
         values = None
         if self._grazes(points):
             values = [point.orbit.approach_velocity.min() for point in points]
-        elif _clearance(last.orbit) < 1e-3 * self.unit[0]:
-            values = [_clearance(point.orbit) for point in points[-CLOSING:]]
+        elif clearance(last.orbit) < 1e-3 * self.unit[0]:
+            values = [clearance(point.orbit) for point in points[-CLOSING:]]
         if values is None:
             return "lost"
         place = _to_zero(points[-len(values) :], values)
@@ -297,57 +296,3 @@ def _to_zero(points: list[_Point], values: list[float]) -> float:
                 weight *= -values[j] / (values[k] - values[j])
         total += weight * points[k].parameter
     return float(total)
-
-
-def _gaps(orbit: PeriodicOrbit) -> tuple[float, float, float]:
-    """From the section to the nearest impact, the widest gap between impacts, and its middle."""
-    if not orbit.impacts:
-        return math.pi, 2 * math.pi, orbit.phase
-    angles = np.sort(orbit.impact_phase)
-    widths = np.diff(angles, append=angles[0] + 2 * math.pi)
-    k = int(widths.argmax())
-    away = np.abs((orbit.impact_phase - orbit.phase + math.pi) % (2 * math.pi) - math.pi).min()
-    return float(away), float(widths[k]), float((angles[k] + widths[k] / 2) % (2 * math.pi))
-
-
-def _clearance(orbit: PeriodicOrbit) -> float:
-    """The least distance at which the orbit turns before a stop, without hitting it."""
-    machine, base = orbit.oscillator, orbit.oscillator.base
-    motion = orbit.motion()
-    assert motion.impacts is not None
-    hits = motion.impacts.time
-
-    def state(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement and velocity against what carries the stops."""
-        x, v = motion.sample(time)
-        own = base.frequency if base is not None else 0.0
-        angle = own * (time / machine.time_unit + orbit.phase / _omega(orbit))
-        at, moving = base_motion(machine, angle)
-        return x - at, v - moving
-
-    grid = np.linspace(motion.start, motion.stop, LOOKS * orbit.periods + 1)
-    time = np.sort(np.concatenate([grid, hits]))
-    _, v = state(time)
-    least = math.inf
-    for side in (1, -1):
-        turns = np.flatnonzero((side * v[:-1] > 0) & (side * v[1:] <= 0))
-        # An impact turns the velocity at once; its instant is the latter of the two.
-        turns = turns[~np.isin(time[turns + 1], hits)]
-        low, high = time[turns], time[turns + 1]
-        for _ in range(50):
-            middle = (low + high) / 2
-            rises = side * state(middle)[1] > 0
-            low, high = np.where(rises, middle, low), np.where(rises, high, middle)
-        top, _ = state(low)
-        for stop in machine.stops_on("upper" if side > 0 else "lower"):
-            off = side * (stop.position - top)
-            least = min(least, off[off > 0].min(initial=math.inf))
-    return least
-
-
-def _omega(orbit: PeriodicOrbit) -> float:
-    return float(orbit.oscillator.forcing_frequency)  # type: ignore[arg-type]
-
-
-def _period(orbit: PeriodicOrbit) -> float:
-    return float(orbit.oscillator.forcing_period)  # type: ignore[arg-type]

@@ -51,6 +51,10 @@ class Oscillator:
         simulation tells time in seconds, and all else in the oscillator's own units.
     name : str
         What to call it.
+    in_seconds : bool
+        Whether the unit of time is known, as it always is where `time_unit` is not 1. False for
+        an oscillator that stands for no machine in particular: its time, which is then that of a
+        simulation, has no unit.
 
     Raises
     ------
@@ -73,11 +77,13 @@ class Oscillator:
     length_unit: float = 1.0
     mass_unit: float = 1.0
     name: str = ""
+    in_seconds: bool = True
 
     def __post_init__(self) -> None:
         numbers(self, "mass", "time_unit", "length_unit", "mass_unit", above=0.0)
         numbers(self, "damping", "stiffness", least=0.0)
         numbers(self, "load")
+        object.__setattr__(self, "in_seconds", bool(self.in_seconds) or self.time_unit != 1)
         for name, kind in (("forces", Force), ("stops", Stop)):
             items = getattr(self, name)
             if isinstance(items, kind):

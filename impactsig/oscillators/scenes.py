@@ -1,4 +1,7 @@
-"""The systems of the papers, with their parameters; a value that is our choice is marked so."""
+"""The systems of the papers, with their parameters; a value that is our choice is marked so.
+
+Those without dimensions tell no seconds: their time is in units of the papers' equations.
+"""
 
 from __future__ import annotations
 
@@ -103,6 +106,7 @@ def okolewski(
         "base": BaseMotion(0.0025, eta, -math.pi / 2, damper=False, stops=True),
         "stops": (Stop(0.0, law, "lower"),),
         "name": f"Okolewski's {stop} stop at eta = {eta:g}",
+        "in_seconds": False,
     }
     return Oscillator(**(known | changes))
 
@@ -162,6 +166,7 @@ def tian(
         forces=(Force(amplitude, omega, -math.pi / 2),),
         stops=(Stop(gap, soft if stop == "soft" else Rigid(restitution)),),
         name=f"Tian's {stop} stop at omega = {omega:g}, A = {amplitude:g}",
+        in_seconds=False,
     )
 
 
@@ -216,6 +221,7 @@ def begley_virgin(
         stops=(Stop(left, wall, "lower"), Stop(right, wall, "upper")),
         friction=Friction(kinetic_ratio * friction, friction) if friction else None,
         name=f"Begley and Virgin's walls at gamma = {gamma:g}",
+        in_seconds=False,
     )
 
 
@@ -261,6 +267,7 @@ def van_der_pol_duffing(
         law=_van_der_pol_duffing(epsilon * float(c1), epsilon * float(c2)),
         noise=Noise(epsilon * intensity),
         name=f"Van der Pol-Duffing, r = {restitution:g}, f_k = {friction:g}, D = {intensity:g}",
+        in_seconds=False,
     )
 
 

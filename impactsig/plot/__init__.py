@@ -1,4 +1,10 @@
-"""Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes."""
+"""Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes.
+
+Without `ax`, or `figure` where a result takes several axes, it draws on a new figure. The limits of
+what was drawn can be changed and more be drawn: time is in seconds and all else in the unit of the
+data, whatever prefix the ticks are written with. Results have a method `plot` that calls the
+function for them.
+"""
 
 from .averaging import averaged_density, p_bifurcation
 from .beams import apparent_restitution, mode_shapes, restitution_over_modes, tip_history

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from matplotlib.ticker import Formatter
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure, SubFigure
+    from matplotlib.legend import Legend
 
 # Okabe and Ito's palette: its colours stay apart in every common form of colour blindness.
 BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY = (
@@ -46,14 +47,37 @@ def axes(ax: Axes | None, width: float = 7.0, height: float = 3.2) -> Axes:
     return ax
 
 
-def canvas(figure: Figure | SubFigure | None, width: float, height: float) -> Figure | SubFigure:
-    """The given figure, or a new one, for several axes."""
+def panels(
+    figure: Figure | SubFigure | None,
+    rows: int,
+    columns: int,
+    size: tuple[float, float],
+    layout: Literal["constrained", "compressed"] = "constrained",
+    **options: Any,
+) -> np.ndarray:
+    """Several axes, in the given figure or a new one of that size."""
     if figure is None:
         # Only here: a figure handed in needs no window system, and so no pyplot.
         from matplotlib import pyplot
 
-        figure = pyplot.figure(figsize=(width, height), layout="constrained")
-    return figure
+        figure = pyplot.figure(figsize=size, layout=layout)
+    grid: np.ndarray = figure.subplots(rows, columns, **options)
+    for ax in grid.flat:
+        axes(ax)
+    return grid
+
+
+def colour(number: int) -> str:
+    """The colour of the curve of that number, from 0; there are six."""
+    return CHANNEL_COLOURS[number % len(CHANNEL_COLOURS)]
+
+
+def shades(count: int) -> np.ndarray:
+    """Colours of curves in an order, such as those of embedding dimensions."""
+    from matplotlib import colormaps
+
+    # The lightest end of the map would be lost on white paper.
+    return colormaps["viridis"](np.linspace(0, 0.88, count))
 
 
 def curve(ax: Axes, x: Any, y: Any, label: str = "", **options: Any) -> None:
@@ -75,15 +99,33 @@ def chosen(ax: Axes, what: str, value: float | None) -> None:
         ax.axvline(value, color=VERMILLION, linewidth=1, label=f"{what} {value}", zorder=1)
 
 
+def title(ax: Axes, words: str, **options: Any) -> None:
+    """Say above the figure what it shows."""
+    ax.set_title(words, **{"loc": "left", "fontsize": "medium", **options})
+
+
 def unanswered(ax: Axes, words: str) -> None:
     """Say above the figure that it holds no answer."""
-    ax.set_title(words, loc="left", color=VERMILLION, fontsize="medium")
+    title(ax, words, color=VERMILLION)
 
 
-def frame(ax: Axes, x: str, y: str, legend: str, **options: Any) -> Axes:
-    """The axes with their labels and a legend at the place told."""
-    ax.set(xlabel=x, ylabel=y)
-    ax.legend(**{"loc": legend, "frameon": False, **options})
+def legend(ax: Axes, place: str = "best", **options: Any) -> Legend:
+    """What the curves mean: at a place in the axes, "above" or "beside" them."""
+    around: dict[str, dict[str, Any]] = {
+        "above": {"loc": "lower left", "bbox_to_anchor": (0, 1), "ncols": 2, "borderaxespad": 0.2},
+        "beside": {"loc": "upper left", "bbox_to_anchor": (1.01, 1), "borderaxespad": 0},
+    }
+    return ax.legend(**{"frameon": False, **around.get(place, {"loc": place}), **options})
+
+
+def frame(ax: Axes, x: str | None, y: str | None, place: str = "", **options: Any) -> Axes:
+    """The axes with their labels, but one that is None, and a legend if told where."""
+    if x is not None:
+        ax.set_xlabel(x)
+    if y is not None:
+        ax.set_ylabel(y)
+    if place:
+        legend(ax, place, **options)
     return ax
 
 
@@ -121,6 +163,23 @@ def points(ax: Axes, x: Any, y: Any, **options: Any) -> None:
             **options,
         },
     )
+
+
+def bins(ax: Axes, height: np.ndarray, edges: np.ndarray, **options: Any) -> None:
+    """A histogram, filled."""
+    look = {"color": BLUE, **options}
+    ax.stairs(height, edges, fill=True, alpha=0.6, **look)
+    # The outline keeps bins in sight that are narrower than a pixel.
+    ax.stairs(height, edges, color=look["color"], linewidth=0.8)
+
+
+def delay_plane(ax: Axes, both: np.ndarray, shown: Any = None, lag: int = 1) -> None:
+    """The plane of intervals against earlier ones, and its diagonal, over all values or `shown`."""
+    span = span_of(both if shown is None else shown)
+    ax.plot(span, span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+    ax.set(xlim=span, ylim=span, aspect="equal")
+    seconds(ax.xaxis, "interval $I_k$", both)
+    seconds(ax.yaxis, f"interval $I_{{k+{lag}}}$", both)
 
 
 def span_of(values: np.ndarray) -> tuple[float, float]:
@@ -173,11 +232,15 @@ def _told_by(shown: np.ndarray, decimals: int, size: float) -> bool:
     return bool(np.all(np.abs(shown - np.round(shown, decimals)) < 1e-9 * size + 1e-12))
 
 
-def seconds(axis: Axis, quantity: str, values: Any) -> None:
+def seconds(axis: Axis, quantity: str, values: Any, told: bool = True) -> None:
     """Label an axis whose data are seconds; ticks in s, ms or µs, whichever suits `values`.
 
-    The data stay in seconds, so that limits are set and further curves added in SI units.
+    The data stay in seconds, so that limits are set and further curves added in SI units. Where no
+    seconds are told, as of an oscillator without dimensions, the label is the quantity alone.
     """
+    if not told:
+        axis.set_label_text(quantity)
+        return
     finite = np.abs(np.asarray(values, float))
     largest = float(finite.max(initial=0.0))
     factor, unit = 1.0, "s"

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..errors import InvalidInput, finite_number
+from ._axes import ORANGE, VERMILLION, points
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from ..impacts import Impacts
     from ..simulate.motion import Motion
 
@@ -43,7 +46,7 @@ def path_of(motion: Motion, start: float, stop: float, relative: bool) -> Path:
     legs = [(a, b) for a, b in legs if b > a]
     size = [PER_PERIOD // 12 + int(PER_PERIOD * (b - a) / period) for a, b in legs]
     time = np.concatenate([np.linspace(*leg, n) for leg, n in zip(legs, size, strict=True)])
-    x, v = from_stops(motion, time) if relative else motion.sample(time)
+    x, v = motion._from_stops(time) if relative else motion.sample(time)
     after = np.cumsum(size)[:-1]
     jumps = np.stack([x[after], v[after - 1], v[after]])
     where = np.abs(jumps[2] - jumps[1]) > 1e-6 * np.ptp(v)
@@ -72,6 +75,16 @@ def events_of(motion: Motion) -> tuple[Impacts, np.ndarray]:
     if motion.impacts is None or motion.sticks is None:
         raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
     return motion.impacts, motion.sticks
+
+
+def mark_events(ax: Axes, motion: Any, hits: np.ndarray, sticks: np.ndarray, held: str) -> None:
+    """A point on every impact, and a shade over every stick, which the legend names once."""
+    if len(hits):
+        label = f"{len(hits)} impact{'s' * (len(hits) > 1)}"
+        points(ax, hits, motion.sample(hits)[0], color=VERMILLION, label=label, zorder=3)
+    for begin, end in sticks[sticks[:, 0] < sticks[:, 1]]:
+        ax.axvspan(begin, end, color=ORANGE, alpha=0.25, linewidth=0, label=held)
+        held = ""
 
 
 def span_drawn(
@@ -106,38 +119,16 @@ def stops_move(motion: Motion) -> bool:
     return bool(motion.oscillator.base and motion.oscillator.base.stops)
 
 
-def from_stops(motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Displacement and velocity relative to what carries the stops."""
-    at, moving = base_at(motion, time)
-    x, v = motion.sample(time)
-    return x - at, v - moving
-
-
 def base_at(motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Displacement and velocity of what carries the stops."""
-    base = motion.oscillator.base
-    if base is None or not base.stops:
-        return 0 * time, 0 * time
-    omega = motion.oscillator.forcing_frequency or base.frequency
-    turned = base.frequency * (time / motion.oscillator.time_unit + _begun(motion) / omega)
-    angle = turned + base.phase
-    velocity = -base.frequency * base.amplitude * np.sin(angle)
-    return base.amplitude * np.cos(angle), velocity
-
-
-def _begun(motion: Motion) -> float:
-    """Phase of the reference forcing at t = 0, from 0 to 2 pi."""
-    omega = motion.oscillator.forcing_frequency or 0.0
-    phase = motion.final[2] - math.fmod(omega * motion.stop / motion.oscillator.time_unit, math.tau)
-    # Rounding may put a start at 0 a turn later.
-    return (phase + 1e-6) % math.tau - 1e-6
+    return motion._stops_at(*motion._instants(time))
 
 
 def strobe_times(motion: Motion, phase: float) -> np.ndarray:
     """Times of the motion at which the reference forcing has that phase."""
     period = motion.oscillator.forcing_period
     assert period is not None
-    first = (phase - _begun(motion)) / math.tau * period
+    first = (phase - motion._phase) / math.tau * period
     count = np.arange(
         math.ceil((motion.start - first) / period), math.floor((motion.stop - first) / period) + 1
     )

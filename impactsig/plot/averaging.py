@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._axes import BLUE, GREY, VERMILLION, axes, called, canvas, frame
+from ._axes import BLUE, GREY, VERMILLION, axes, called, frame, panels, title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from ..stochastic.averaging import AveragedDensity
     from ..stochastic.bifurcation import PBifurcation
 
+EXTREMA: tuple[tuple[bool, dict[str, Any]], ...] = (
+    (True, {"color": BLUE, "markerfacecolor": BLUE, "label": "maximum"}),
+    (False, {"color": VERMILLION, "markerfacecolor": "white", "label": "minimum"}),
+)
 ALL_BUT = 1e-3  # probability that is left outside the figure
 FINENESS = 241
 
@@ -31,17 +35,14 @@ def averaged_density(
     ----------
     result : AveragedDensity
         From `impactsig.averaged_density`.
-    figure : matplotlib Figure or SubFigure, optional
-        Where to draw; a new figure by default.
 
     Returns
     -------
     ndarray of matplotlib Axes, shape (3,)
         Energy; plane; cut.
     """
-    figure = canvas(figure, 11.0, 3.6)
-    panels: np.ndarray = figure.subplots(1, 3)
-    energies, plane, cut = (axes(ax) for ax in panels)
+    grid = panels(figure, 1, 3, (11.0, 3.6))
+    energies, plane, cut = grid
     shape = result.shape
     fine = np.linspace(0, result.greatest, 4000)
     most = float(fine[np.searchsorted(result.cumulative(fine), 1 - ALL_BUT)])
@@ -62,8 +63,8 @@ def averaged_density(
     x = np.linspace(*result.reach(most), FINENESS)
     joint = result.joint_density(x, v[:, None])
     shown = plane.pcolormesh(x, v, joint, shading="gouraud", cmap="viridis", rasterized=True)
-    figure.colorbar(shown, ax=plane)
-    plane.set_title("$p(x, v)$", fontsize="medium", loc="left")
+    plane.figure.colorbar(shown, ax=plane)
+    title(plane, "$p(x, v)$")
     ridges = shape.energy[shape.maximum & (shape.energy > 0)]
     for ridge in ridges:
         place = np.linspace(*result.reach(ridge), 4 * FINENESS)
@@ -79,17 +80,14 @@ def averaged_density(
     fine_v = fastest * np.linspace(-1, 1, 8 * FINENESS)
     cut.plot(fine_v, result.joint_density(result.bottom, fine_v), color=BLUE)
     speeds = np.sqrt(2 * shape.energy / result.oscillator.mass)
-    for marked, colour, fill, name in (
-        (shape.maximum, BLUE, BLUE, "maximum"),
-        (~shape.maximum, VERMILLION, "white", "minimum"),
-    ):
+    for kind, look in EXTREMA:
+        marked = shape.maximum == kind
         at = np.concatenate([-speeds[marked], speeds[marked]])
-        height = np.tile(shape.height[marked], 2)
-        cut.plot(at, height, "o", color=colour, markerfacecolor=fill, markersize=5, label=name)
+        cut.plot(at, np.tile(shape.height[marked], 2), "o", markersize=5, **look)
     cut.set(xlim=(v[0], v[-1]), ylim=(0, 1.2 * float(shape.height.max())))
-    cut.set_title(shape.name, fontsize="medium", loc="left")
+    title(cut, shape.name)
     frame(cut, "velocity $v$", f"$p(x = {result.bottom:.3g}, v)$", "upper right", ncols=2)
-    return panels
+    return grid
 
 
 def p_bifurcation(result: PBifurcation, ax: Axes | None = None) -> Axes:
@@ -99,24 +97,12 @@ def p_bifurcation(result: PBifurcation, ax: Axes | None = None) -> Axes:
     ----------
     result : PBifurcation
         From `impactsig.p_bifurcation`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=7.0, height=3.8)
-    for kind, colour, fill, name in (
-        (True, BLUE, BLUE, "maximum"),
-        (False, VERMILLION, "white", "minimum"),
-    ):
+    for kind, look in EXTREMA:
         energy = [shape.energy[shape.maximum == kind] for shape in result.shapes]
         value = np.repeat(result.values, [len(some) for some in energy])
-        ax.plot(
-            value, np.concatenate(energy), "o", color=colour, markerfacecolor=fill, markersize=4,
-            label=name, clip_on=False,
-        )  # fmt: skip
+        ax.plot(value, np.concatenate(energy), "o", markersize=4, clip_on=False, **look)
     low, high = float(result.values[0]), float(result.values[-1])
     at = [low, *(transition.value for transition in result.transitions), high]
     names = [transition.before for transition in result.transitions] + [result.classes[-1]]

@@ -9,7 +9,19 @@ import numpy as np
 
 from .._arguments import number, whole
 from ..errors import InvalidInput
-from ._axes import BLUE, CHANNEL_COLOURS, GREY, ORANGE, VERMILLION, axes, level, points, seconds
+from ._axes import (
+    BLUE,
+    CHANNEL_COLOURS,
+    GREY,
+    VERMILLION,
+    axes,
+    colour,
+    frame,
+    level,
+    points,
+    seconds,
+)
+from ._motion_path import mark_events
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,29 +38,20 @@ def mode_shapes(beam: Cantilever, ax: Axes | None = None, *, modes: int = 4) -> 
     ----------
     beam : Cantilever
         The beam.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     modes : int
         How many.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     modes = whole("modes", modes, 1)
     ax = axes(ax, width=6.4, height=3.2)
     x = np.linspace(0.0, beam.length, 50 * modes + 101)
     for k, frequency in enumerate(beam.frequencies(modes)):
-        colour = CHANNEL_COLOURS[k % len(CHANNEL_COLOURS)]
         style = "-" if k < len(CHANNEL_COLOURS) else "--"
         label = f"{k + 1}: {frequency:.4g} Hz"
-        ax.plot(x, beam.mode_shape(k + 1, x), style, color=colour, linewidth=1.2, label=label)
-    ax.axhline(0.0, color=GREY, linewidth=0.8, linestyle=":")
+        ax.plot(x, beam.mode_shape(k + 1, x), style, color=colour(k), linewidth=1.2, label=label)
+    level(ax, 0.0)
     ax.set_xlim(0.0, beam.length)
-    ax.set_xlabel("distance from the clamp [m]")
-    ax.set_ylabel("mode shape")
-    ax.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    return ax
+    away = {"bbox_to_anchor": (1.0, 0.5)}
+    return frame(ax, "distance from the clamp [m]", "mode shape", "center left", **away)
 
 
 def tip_history(
@@ -66,14 +69,8 @@ def tip_history(
     ----------
     motion : BeamMotion
         What moved.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     start, stop : float, optional
         Span to draw [s]; by default the last five periods of the first mode.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -93,21 +90,12 @@ def tip_history(
     ax.plot(time, motion.sample(time)[0], color=BLUE, linewidth=1.0, label="tip")
     slow = motion.modal(time)[0][:, 0]
     ax.plot(time, slow, color=GREY, linewidth=1.0, linestyle="--", label="first mode")
-    if len(hits):
-        label = f"{len(hits)} impact{'s' * (len(hits) > 1)}"
-        points(ax, hits, motion.sample(hits)[0], color=VERMILLION, label=label, zorder=3)
-    label = "held"
-    for begin, over in np.clip(motion.sticks, first, last):
-        if begin < over:
-            ax.axvspan(begin, over, color=ORANGE, alpha=0.25, linewidth=0, label=label)
-            label = ""
+    mark_events(ax, motion, hits, np.clip(motion.sticks, first, last), "held")
     if motion.stop is not None:
         ax.axhline(motion.stop.position, color=GREY, linewidth=0.8)
     ax.margins(x=0)
     seconds(ax.xaxis, "time", [last])
-    ax.set_ylabel("deflection [m]")
-    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=4, borderaxespad=0.2)
-    return ax
+    return frame(ax, None, "deflection [m]", "above", ncols=4)
 
 
 def apparent_restitution(result: ApparentRestitution, ax: Axes | None = None) -> Axes:
@@ -117,12 +105,6 @@ def apparent_restitution(result: ApparentRestitution, ax: Axes | None = None) ->
     ----------
     result : ApparentRestitution
         Of `apparent_restitution`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=4.8, height=3.6)
     label = f"{len(result.each)} contact{'s' * (len(result.each) > 1)}"
@@ -130,12 +112,10 @@ def apparent_restitution(result: ApparentRestitution, ax: Axes | None = None) ->
     fastest = 1.05 * float(result.approach.max())
     ax.plot([0, fastest], [0, result.value * fastest], color=VERMILLION, linewidth=1.2,
             label=f"r = {result.value:.3g}")  # fmt: skip
-    ax.axhline(0.0, color=GREY, linewidth=0.8, linestyle=":")
+    level(ax, 0.0)
     ax.set_xlim(0.0, fastest)
-    ax.set_xlabel("first mode before the contact [m/s]")
-    ax.set_ylabel("and after, away from the stop [m/s]")
-    ax.legend(frameon=False, loc="best")
-    return ax
+    before, after = "first mode before the contact [m/s]", "and after, away from the stop [m/s]"
+    return frame(ax, before, after, "best")
 
 
 def restitution_over_modes(
@@ -154,10 +134,6 @@ def restitution_over_modes(
     label : str
         What the legend calls them.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     InvalidInput
@@ -170,16 +146,13 @@ def restitution_over_modes(
     modes = np.array([result.modes for result in results])
     value = np.array([result.value for result in results])
     ends = np.array([np.percentile(result.each, [5, 95]) for result in results])
-    colour = CHANNEL_COLOURS[len(ax.containers) % len(CHANNEL_COLOURS)]
     reach = np.maximum([value - ends[:, 0], ends[:, 1] - value], 0.0)
-    ax.errorbar(modes, value, reach, color=colour, marker="o", markersize=4, linewidth=1.2,
-                elinewidth=0.8, capsize=2, label=label or None)  # fmt: skip
+    ax.errorbar(
+        modes, value, reach, color=colour(len(ax.containers)), marker="o", markersize=4,
+        linewidth=1.2, elinewidth=0.8, capsize=2, label=label or None,
+    )  # fmt: skip
     if len(ax.containers) == 1:
         level(ax, 0.0)
         ax.set_xscale("log", base=2)
         ax.xaxis.set_major_formatter(lambda x, _position: f"{x:g}")
-    ax.set_xlabel("modes")
-    ax.set_ylabel("apparent restitution coefficient")
-    if label:
-        ax.legend(frameon=False)
-    return ax
+    return frame(ax, "modes", "apparent restitution coefficient", "best" if label else "")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ._axes import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, axes
+from ._axes import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, axes, frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,17 +33,11 @@ def branch(
     ----------
     result : Branch
         Of `continue_orbit`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     observe : {"displacement", "approach velocity", "multiplier"}
         Displacement on the section, the least approach velocity, or the modulus of the greater
         multiplier.
     parameter : str
         What to call the parameter.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=6.0, height=4.0)
     values = {
@@ -78,8 +72,6 @@ def branch(
             at = [values[point.index] for point in own]
             places = [point.parameter for point in own]
             ax.plot(places, at, mark, color=colour, label=kind, zorder=3)
-    ax.set_xlabel(parameter)
     names = {"displacement": "displacement on the section", "multiplier": "|multiplier|"}
-    ax.set_ylabel(names.get(observe, "least approach velocity"))
-    ax.legend(frameon=False, loc="best", fontsize="small")
-    return ax
+    told = names.get(observe, "least approach velocity")
+    return frame(ax, parameter, told, "best", fontsize="small")

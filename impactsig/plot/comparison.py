@@ -7,7 +7,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import intervals
-from ._axes import BLUE, GREY, VERMILLION, explain, plain, points, seconds, span_of
+from ._axes import (
+    BLUE,
+    VERMILLION,
+    bins,
+    delay_plane,
+    explain,
+    legend,
+    panels,
+    plain,
+    points,
+    seconds,
+    span_of,
+    title,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,55 +43,45 @@ def comparison(result: Comparison, figure: Figure | SubFigure | None = None) -> 
     ----------
     result : Comparison
         What `impactsig.compare` found.
-    figure : matplotlib Figure or SubFigure, optional
-        Where to draw; a new figure by default.
 
     Returns
     -------
     ndarray of matplotlib Axes, shape (2, 2)
         Densities and distributions; return maps of a and b.
     """
-    if figure is None:
-        # Only here: a figure handed in needs no window system, and so no pyplot.
-        from matplotlib import pyplot
-
-        figure = pyplot.figure(figsize=(8.4, 7.6), layout="constrained")
-    panels: np.ndarray = figure.subplots(2, 2)
-    for ax in panels.flat:
-        ax.spines[["top", "right"]].set_visible(False)
+    grid = panels(figure, 2, 2, (8.4, 7.6))
     trains = (result.a, result.b)
     values = [train.impacts.intervals() for train in trains]
     both = np.concatenate(values)
     if not both.any():
-        for ax in panels.flat:
+        for ax in grid.flat:
             explain(ax, "Neither train has two impacts at different instants: no intervals.")
-        return panels
+        return grid
     labels = [
         plain(f"{one.name}: {len(v)} intervals") for one, v in zip(trains, values, strict=True)
     ]
-    _densities(panels[0, 0], values, labels)
-    _distributions(panels[0, 1], values, labels, both)
-    for ax, train, colour in zip(panels[1], trains, COLOURS, strict=True):
+    densities(grid[0, 0], values, labels)
+    _distributions(grid[0, 1], values, labels, both)
+    for ax, train, colour in zip(grid[1], trains, COLOURS, strict=True):
         _map(ax, train, colour, both)
-    return panels
+    return grid
 
 
-def _densities(ax: Axes, values: list[np.ndarray], labels: list[str]) -> None:
+def densities(ax: Axes, values: list[np.ndarray], labels: list[str]) -> None:
+    """The densities of two sets of intervals, that of the second upside down."""
     edges = _common_edges([one for one in values if len(one)])
     highest = 0.0
     for one, label, colour, side in zip(values, labels, COLOURS, (1, -1), strict=True):
         if len(one):
             density = intervals.interval_histogram(one, edges).density
             highest = max(highest, float(density.max()))
-            ax.stairs(side * density, edges, fill=True, color=colour, alpha=0.6, label=label)
-            # The outline keeps bins in sight that are narrower than a pixel.
-            ax.stairs(side * density, edges, color=colour, linewidth=0.8)
+            bins(ax, side * density, edges, color=colour, label=label)
     ax.axhline(0, color="black", linewidth=0.8)
     ax.set(xlim=span_of(edges), ylabel="density $p(I)$ [1/s]")
     ax.set_ylim(-1.1 * highest, 1.45 * highest)
     ax.yaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
     seconds(ax.xaxis, "interspike interval $I$", edges)
-    ax.legend(frameon=False, fontsize="small", loc="upper left", borderaxespad=0)
+    legend(ax, "upper left", fontsize="small", borderaxespad=0)
 
 
 def _common_edges(values: list[np.ndarray]) -> np.ndarray:
@@ -125,14 +128,10 @@ def _distributions(ax: Axes, values: list[np.ndarray], labels: list[str], both: 
 
 
 def _map(ax: Axes, train: Train, colour: str, both: np.ndarray) -> None:
-    ax.set_title(plain(train.name), loc="left", fontsize="medium")
+    title(ax, plain(train.name))
     first, later = intervals.return_map(train.impacts)
     if not len(first):
         explain(ax, "Too few intervals for a return map.")
         return
-    span = span_of(both)
-    ax.plot(span, span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+    delay_plane(ax, both)
     points(ax, first, later, color=colour)
-    ax.set(xlim=span, ylim=span, aspect="equal")
-    seconds(ax.xaxis, "interval $I_k$", both)
-    seconds(ax.yaxis, "interval $I_{k+1}$", both)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._axes import BLUE, CHANNEL_COLOURS, GREY, VERMILLION, axes, explain, level, points, seconds
+from ._axes import BLUE, GREY, VERMILLION, axes, colour, explain, frame, level, points, seconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,14 +26,8 @@ def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: f
     ----------
     motion : ControlledMotion
         Of `control`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     phase : float
         Phase of the strobe [rad].
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     x, _ = motion.stroboscopic(phase)
@@ -42,9 +36,8 @@ def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: f
         return explain(ax, "no forcing period has passed")
     points(ax, motion.start + np.arange(len(x)) * period, x, markersize=2.5)
     _phases(ax, motion)
-    seconds(ax.xaxis, "time", [motion.stop])
-    ax.set_ylabel("displacement, strobed")
-    return ax
+    seconds(ax.xaxis, "time", [motion.stop], motion.oscillator.in_seconds)
+    return frame(ax, None, "displacement, strobed")
 
 
 def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
@@ -54,12 +47,6 @@ def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
     ----------
     motion : ControlledMotion
         Of `control`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     impacts = motion.impacts
@@ -67,8 +54,9 @@ def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
         return explain(ax, "fewer than two impacts: no interval")
     points(ax, impacts.time[1:], np.diff(impacts.time), markersize=2.5)
     _phases(ax, motion)
-    seconds(ax.xaxis, "time", [motion.stop])
-    seconds(ax.yaxis, "interspike interval", np.diff(impacts.time))
+    seconds(ax.xaxis, "time", [motion.stop], motion.oscillator.in_seconds)
+    told = motion.oscillator.in_seconds
+    seconds(ax.yaxis, "interspike interval", np.diff(impacts.time), told)
     return ax
 
 
@@ -81,15 +69,9 @@ def control_effort(
     ----------
     motion : ControlledMotion
         Of `control`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     periods : float, optional
         Length of the windows in which it is taken [forcing periods]; by default the longest period
         of what is controlled, over which the force need not alternate.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     if periods is None:
@@ -101,9 +83,8 @@ def control_effort(
     ax.plot(time, np.where(rms > FLOOR, rms, np.nan), color=BLUE, linewidth=0.9)
     ax.set_yscale("log")
     _phases(ax, motion)
-    seconds(ax.xaxis, "time", [motion.stop])
-    ax.set_ylabel("RMS control force")
-    return ax
+    seconds(ax.xaxis, "time", [motion.stop], motion.oscillator.in_seconds)
+    return frame(ax, None, "RMS control force")
 
 
 def control_force(
@@ -118,14 +99,8 @@ def control_force(
     ----------
     motion : ControlledMotion or ControlledTrajectory
         Of `control`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     span : (float, float), optional
         From when to when [s, or the flow's unit of time]; all of it by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     from ..control import ControlledTrajectory
 
@@ -139,11 +114,9 @@ def control_force(
     ax.plot(time, motion.force(time), color=BLUE, linewidth=0.7)
     _phases(ax, motion, (begin, end))
     if isinstance(motion, ControlledTrajectory):
-        ax.set_xlabel("time")
-    else:
-        seconds(ax.xaxis, "time", [end])
-    ax.set_ylabel("control force")
-    return ax
+        return frame(ax, "time", "control force")
+    seconds(ax.xaxis, "time", [end], motion.oscillator.in_seconds)
+    return frame(ax, None, "control force")
 
 
 def controlled_flow(
@@ -155,14 +128,8 @@ def controlled_flow(
     ----------
     course : ControlledTrajectory
         Of `control`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     coordinate : str or int
         Which; by default the first.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     from ..simulate._course import coordinate_of
 
@@ -171,9 +138,7 @@ def controlled_flow(
     time = np.linspace(0.0, course.duration, 8000)
     ax.plot(time, course.sample(time)[:, k], color=BLUE, linewidth=0.7)
     _phases(ax, course, (0.0, course.duration))
-    ax.set_xlabel("time")
-    ax.set_ylabel(course.flow.coordinates[k])
-    return ax
+    return frame(ax, "time", course.flow.coordinates[k])
 
 
 def flow_orbit(
@@ -185,14 +150,8 @@ def flow_orbit(
     ----------
     orbit : FlowOrbit
         Of `find_flow_orbit`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     x, y : str or int
         Which coordinates; by default the first two.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     from ..simulate._course import coordinate_of
 
@@ -201,9 +160,7 @@ def flow_orbit(
     states = orbit.sample(np.linspace(0.0, orbit.period, 2000, endpoint=False))
     states = np.concatenate([states, states[:1]])
     ax.plot(states[:, i], states[:, j], color=BLUE, linewidth=1.1)
-    ax.set_xlabel(orbit.flow.coordinates[i])
-    ax.set_ylabel(orbit.flow.coordinates[j])
-    return ax
+    return frame(ax, orbit.flow.coordinates[i], orbit.flow.coordinates[j])
 
 
 def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
@@ -213,26 +170,17 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
     ----------
     chart : Study
         Of `impactsig.stability_chart`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=6.4, height=3.8)
     gain, growth = chart.parameters["gain"], chart["growth"]
     for k, delay in enumerate(chart.parameters["delay"]):
-        colour = CHANNEL_COLOURS[k % len(CHANNEL_COLOURS)]
-        ax.plot(gain, growth[:, k], color=colour, linewidth=1.2, label=f"{delay:.6g}")
+        ax.plot(gain, growth[:, k], color=colour(k), linewidth=1.2, label=f"{delay:.6g}")
     level(ax, 1.0)
     ax.fill_between(gain, 0.0, 1.0, color=GREY, alpha=0.08, linewidth=0)
     ax.set_xlim(gain[0], gain[-1])
     ax.set_ylim(0.0, min(1.05 * np.nanmax(growth), 2.5))
-    ax.set_xlabel("gain K")
-    ax.set_ylabel("growth in one period of the orbit")
-    ax.legend(frameon=False, fontsize="small", title="delay")
-    return ax
+    words = {"fontsize": "small", "title": "delay"}
+    return frame(ax, "gain K", "growth in one period of the orbit", "best", **words)
 
 
 def _phases(ax: Axes, motion: Any, span: tuple[float, float] | None = None) -> None:

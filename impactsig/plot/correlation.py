@@ -6,12 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import axes, canvas
+from ._axes import frame, panels, shades
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
     from ..reconstruct import CorrelationSum
+
+SUM = "correlation sum $C_m(r)$"
+SLOPE = r"local slope $\mathrm{d} \ln C_m / \mathrm{d} \ln r$"
 
 LEAST_PAIRS = 100
 """Pairs within the smaller radius, from which on a local slope is drawn; fewer are only noise."""
@@ -28,34 +31,27 @@ def correlation_sum(result: CorrelationSum, figure: Figure | SubFigure | None = 
     ----------
     result : CorrelationSum
         What `impactsig.correlation_sum` counted.
-    figure : matplotlib Figure or SubFigure, optional
-        Where to draw; a new figure by default.
 
     Returns
     -------
     ndarray of matplotlib Axes, shape (2,)
         Correlation sums; local slopes.
     """
-    from matplotlib import colormaps
-
-    panels: np.ndarray = canvas(figure, 6.4, 7.0).subplots(2, 1, sharex=True)
-    sums, slopes = panels
-    # The lightest end of the map would be lost on white paper.
-    colours = colormaps["viridis"](np.linspace(0, 0.88, len(result.dimensions)))
+    grid = panels(figure, 2, 1, (6.4, 7.0), sharex=True)
+    sums, slopes = grid
+    colours = shades(len(result.dimensions))
     enough = result.counts[:, :-1] >= LEAST_PAIRS
     drawn = np.where(enough, result.local_slopes(), np.nan)
     for m, c, slope, colour in zip(result.dimensions, result.sums, drawn, colours, strict=True):
         style = {"color": colour, "marker": ".", "markersize": 4, "linewidth": 1.1}
         sums.plot(result.radii, np.where(c > 0, c, np.nan), label=f"$m = {m}$", **style)
         slopes.plot(result.slope_radii, slope, **style)
-    for ax in panels:
-        axes(ax).set_xscale("log")
+    for ax in grid:
+        ax.set_xscale("log")
         ax.grid(alpha=0.25, linewidth=0.6)
     sums.set_yscale("log")
-    sums.set_ylabel("correlation sum $C_m(r)$")
-    sums.legend(frameon=False, fontsize="small")
-    slopes.set_ylabel(r"local slope $\mathrm{d} \ln C_m / \mathrm{d} \ln r$")
-    slopes.set_xlabel("radius $r$")
+    frame(sums, None, SUM, "best", fontsize="small")
+    frame(slopes, "radius $r$", SLOPE)
     most = np.nanmax(drawn, initial=0.0)
     slopes.set_ylim(0, max(1.1 * min(most, 1.5 * max(result.dimensions)), 1.0))
     if not np.isfinite(drawn).any():
@@ -63,4 +59,4 @@ def correlation_sum(result: CorrelationSum, figure: Figure | SubFigure | None = 
             0.5, 0.5, f"No two radii hold {LEAST_PAIRS} pairs: no slopes to draw.",
             ha="center", va="center", transform=slopes.transAxes,
         )  # fmt: skip
-    return panels
+    return grid

@@ -9,7 +9,17 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.patches import Patch
 
 from ..errors import InvalidInput
-from ._axes import BLUE, CHANNEL_COLOURS, GREY, RASTER_ABOVE, VERMILLION, axes, called
+from ._axes import (
+    BLUE,
+    CHANNEL_COLOURS,
+    GREY,
+    RASTER_ABOVE,
+    VERMILLION,
+    axes,
+    called,
+    frame,
+    legend,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,15 +58,9 @@ def bifurcation_diagram(
     ----------
     result : BifurcationDiagram
         From `impactsig.bifurcation_diagram`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     observe : str
         "displacement" once a forcing period; approach "velocity"; "impacts" and "energy" lost per
         period; "sticking" share; "exponents".
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -91,7 +95,7 @@ def bifurcation_diagram(
         ax.axhline(0, color=GREY, linewidth=0.6)
         for k, (colour, name) in enumerate(((BLUE, "greater"), (VERMILLION, "lesser"))):
             ax.plot(result.values, shown[:, k], color=colour, linewidth=0.8, label=name)
-        ax.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0, 1), borderpad=0)
+        legend(ax, "above")
     else:
         line = {
             "impacts": result.impacts_per_period,
@@ -99,9 +103,8 @@ def bifurcation_diagram(
             "sticking": result.sticking,
         }[observe]
         ax.plot(result.values, line, color=BLUE, linewidth=0.8)
-    ax.set(xlabel=called(result.parameter), ylabel=LABELS[observe])
     ax.margins(x=0)
-    return ax
+    return frame(ax, called(result.parameter), LABELS[observe])
 
 
 def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
@@ -111,12 +114,6 @@ def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
     ----------
     result : ResponseSpectrum
         From `impactsig.response_spectrum`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     for extreme, colour, name in (
@@ -124,10 +121,8 @@ def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
         (result.least, VERMILLION, "least"),
     ):
         ax.plot(result.values, extreme, color=colour, linewidth=1.0, label=name)
-    ax.set(xlabel=called(result.parameter), ylabel="displacement")
-    ax.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0, 1), borderpad=0)
     ax.margins(x=0)
-    return ax
+    return frame(ax, called(result.parameter), "displacement", "above")
 
 
 def periodicity_chart(
@@ -142,15 +137,9 @@ def periodicity_chart(
     ----------
     result : PeriodicityChart
         From `impactsig.periodicity_chart`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     colours : {"orbits", "classes"}
         A colour for each of the twelve commonest (m, n), others grey, what has not closed black;
         or the three classes of [BegleyVirgin1998]_.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -170,9 +159,8 @@ def periodicity_chart(
     if result.failed.any():
         names, palette = [*names, "ended early"], [*palette, ENDED_EARLY]
     _cells(ax, result.x, result.y, shown, palette)
-    ax.set(xlabel=called(result.names[0]), ylabel=called(result.names[1]))
     _key(ax, names, palette, np.unique(shown))
-    return ax
+    return frame(ax, *map(called, result.names))
 
 
 def basins(result: Basins, ax: Axes | None = None) -> Axes:
@@ -182,12 +170,6 @@ def basins(result: Basins, ax: Axes | None = None) -> Axes:
     ----------
     result : Basins
         From `impactsig.basins_of_attraction`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=6.4, height=4.2)
     count = min(len(result.attractors), MOST_ORBITS)
@@ -203,9 +185,8 @@ def basins(result: Basins, ax: Axes | None = None) -> Axes:
     ax.set(xlim=ax.get_xlim(), ylim=ax.get_ylim())  # those of the starts, whatever is drawn on them
     for attractor in result.attractors:
         ax.plot(*attractor.strobe.T, "o", color="white", markeredgecolor="black", markersize=4)
-    ax.set(xlabel="displacement at the start", ylabel="velocity at the start")
     _key(ax, names, palette, np.unique(shown))
-    return ax
+    return frame(ax, "displacement at the start", "velocity at the start")
 
 
 def _orbits(result: PeriodicityChart) -> tuple[np.ndarray, list[str], list[str]]:
@@ -245,7 +226,4 @@ def _cells(ax: Axes, x: np.ndarray, y: np.ndarray, codes: np.ndarray, palette: l
 
 def _key(ax: Axes, names: list[str], palette: list[str], present: np.ndarray) -> None:
     """What the colours mean, beside the axes."""
-    ax.legend(
-        handles=[Patch(color=palette[k], label=names[k]) for k in present],
-        loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False, borderaxespad=0,
-    )  # fmt: skip
+    legend(ax, "beside", handles=[Patch(color=palette[k], label=names[k]) for k in present])

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import GREY, VERMILLION, explain, plain
+from ._axes import GREY, VERMILLION, explain, frame, panels, shades, title
+from .correlation import SLOPE, SUM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -28,33 +29,21 @@ def dimension(result: CorrelationDimension, figure: Figure | SubFigure | None = 
     ----------
     result : CorrelationDimension
         What `impactsig.correlation_dimension` found.
-    figure : matplotlib Figure or SubFigure, optional
-        Where to draw; a new figure by default.
 
     Returns
     -------
     ndarray of matplotlib Axes, shape (3,)
         Correlation sums; local slopes; estimate over m.
     """
-    from matplotlib import colormaps
-
-    if figure is None:
-        # Only here: a figure handed in needs no window system, and so no pyplot.
-        from matplotlib import pyplot
-
-        figure = pyplot.figure(figsize=(11.0, 3.9), layout="constrained")
-    panels: np.ndarray = figure.subplots(1, 3, width_ratios=(1, 1, 0.75))
-    for ax in panels:
-        ax.spines[["top", "right"]].set_visible(False)
+    grid = panels(figure, 1, 3, (11.0, 3.9), width_ratios=(1, 1, 0.75))
+    sums, slopes, over = grid
     if result.correlation is None:
-        for ax in panels[1:]:
+        for ax in (slopes, over):
             ax.set_axis_off()
-        explain(panels[0], result.describe())
-        return panels
-    sums, slopes, over = panels
+        explain(sums, result.describe())
+        return grid
     found = result.correlation
-    # The lightest end of the map would be lost on white paper.
-    colours = colormaps["viridis"](np.linspace(0, 0.88, len(found.dimensions)))
+    colours = shades(len(found.dimensions))
     enough = found.counts >= LEAST_PAIRS
     for row, (one, colour) in enumerate(zip(result.by_dimension, colours, strict=True)):
         shown = enough[row] & (found.counts[row] < found.pairs[row])
@@ -82,9 +71,8 @@ def dimension(result: CorrelationDimension, figure: Figure | SubFigure | None = 
         if result.region is not None:
             ax.axvspan(*result.region, color=VERMILLION, alpha=0.09, linewidth=0)
     sums.set_yscale("log")
-    sums.set_ylabel("correlation sum $C_m(r)$")
-    sums.legend(frameon=False, fontsize="small")
-    slopes.set_ylabel(r"local slope $\mathrm{d} \ln C_m / \mathrm{d} \ln r$")
+    frame(sums, None, SUM, "best", fontsize="small")
+    frame(slopes, None, SLOPE)
     top = 1.15 * max([one.interval[1] for one in result.by_dimension if one.interval] or [1.0])
     slopes.set_ylim(0, top)
     over.set_ylim(0, top)
@@ -92,14 +80,13 @@ def dimension(result: CorrelationDimension, figure: Figure | SubFigure | None = 
     over.plot(m, m, color=GREY, linestyle=":", linewidth=1)
     over.set_xlim(m[0] - 0.5, m[-1] + 0.5)
     over.set_xticks(m)
-    over.set_xlabel("embedding dimension $m$")
-    over.set_ylabel("estimate $D_2$, 95 % interval")
+    frame(over, "embedding dimension $m$", "estimate $D_2$, 95 % interval")
     over.annotate("noise", (0.9 * top, 0.9 * top), color=GREY, fontsize="small", ha="right")
-    title = "no plateau"
+    told = "no plateau"
     if result.value is not None and result.interval is not None:
         for ax in (slopes, over):
             ax.axhspan(*result.interval, color=VERMILLION, alpha=0.18, linewidth=0)
             ax.axhline(result.value, color=VERMILLION, linewidth=1)
-        title = f"$D_2$ = {result.value:.2f} ({result.interval[0]:.2f} to {result.interval[1]:.2f})"
-    slopes.set_title(plain(title) if result.value is None else title, fontsize="medium")
-    return panels
+        told = f"$D_2$ = {result.value:.2f} ({result.interval[0]:.2f} to {result.interval[1]:.2f})"
+    title(slopes, told, loc="center")
+    return grid

@@ -21,12 +21,6 @@ def delay_choice(result: DelayChoice, ax: Axes | None = None) -> Axes:
     ----------
     result : DelayChoice
         Of `autocorrelation_delay` or `mutual_information_delay`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=5.2, height=3.4)
     # Far beyond the choice there is nothing to see.
@@ -51,12 +45,6 @@ def false_neighbors(result: FalseNeighbors, ax: Axes | None = None) -> Axes:
     ----------
     result : FalseNeighbors
         Of `false_nearest_neighbors`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=5.2, height=3.4)
     for share, label, colour, style in (
@@ -78,12 +66,6 @@ def averaged_false_neighbors(result: AveragedFalseNeighbors, ax: Axes | None = N
     ----------
     result : AveragedFalseNeighbors
         Of `averaged_false_neighbors`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=5.2, height=3.4)
     level(ax, 1)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import BLUE, VERMILLION, axes, seconds
+from ._axes import BLUE, VERMILLION, axes, frame, legend, seconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,14 +24,8 @@ def density(result: Density, ax: Axes | None = None, label: str = "simulated") -
     ----------
     result : Density
         Such as `Ensemble.energy`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     label : str
         What the legend calls it.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=5.2)
     ax.stairs(result.density, result.edges, color=BLUE, linewidth=1.1, label=label)
@@ -42,11 +36,9 @@ def density(result: Density, ax: Axes | None = None, label: str = "simulated") -
         step="post", color=BLUE, alpha=0.25, linewidth=0, label="95 % of each cell",
     )  # fmt: skip
     symbol = SYMBOLS[result.quantity]
-    ax.set(xlabel=f"{result.quantity} ${symbol}$", ylabel=f"density $p({symbol})$")
     ax.set_xlim(result.edges[0], result.edges[-1])
     ax.set_ylim(bottom=0)
-    ax.legend(frameon=False)
-    return ax
+    return frame(ax, f"{result.quantity} ${symbol}$", f"density $p({symbol})$", "best")
 
 
 def joint_density(result: JointDensity, ax: Axes | None = None) -> Axes:
@@ -56,20 +48,13 @@ def joint_density(result: JointDensity, ax: Axes | None = None) -> Axes:
     ----------
     result : JointDensity
         Such as `Ensemble.joint`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=4.8, height=3.8)
     mesh = ax.pcolormesh(
         result.x_edges, result.v_edges, result.density, cmap="viridis", vmin=0, rasterized=True
     )
     ax.figure.colorbar(mesh, ax=ax, label="density $p(x, v)$")
-    ax.set(xlabel="displacement $x$", ylabel="velocity $v$")
-    return ax
+    return frame(ax, "displacement $x$", "velocity $v$")
 
 
 def sample_path(result: SamplePath, ax: Axes | None = None) -> Axes:
@@ -79,12 +64,6 @@ def sample_path(result: SamplePath, ax: Axes | None = None) -> Axes:
     ----------
     result : SamplePath
         What moved.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     ax.plot(result.time, result.x, color=BLUE, linewidth=0.8)
@@ -96,7 +75,6 @@ def sample_path(result: SamplePath, ax: Axes | None = None) -> Axes:
             places = np.array([stop.position for stop in result.oscillator.stops])
             at = places[np.abs(at[:, None] - places).argmin(axis=1)]
         ax.plot(hits, at, "o", color=VERMILLION, markersize=3, label="impacts")
-        ax.legend(loc="lower right", bbox_to_anchor=(1, 1), frameon=False)
-    seconds(ax.xaxis, "time", result.time)
-    ax.set_ylabel("displacement $x$")
-    return ax
+        legend(ax, "lower right", bbox_to_anchor=(1, 1))
+    seconds(ax.xaxis, "time", result.time, result.oscillator.in_seconds)
+    return frame(ax, None, "displacement $x$")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.colors import TwoSlopeNorm
 
-from ._axes import axes, called
+from ._axes import axes, called, frame, title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,12 +24,6 @@ def match_rate(result: MatchRate, ax: Axes | None = None) -> Axes:
     ----------
     result : MatchRate
         From `impactsig.match_rate`. Cells without a distance stay white.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=5.6, height=4.2)
     limit = np.log10(result.below)
@@ -42,6 +36,5 @@ def match_rate(result: MatchRate, ax: Axes | None = None) -> Axes:
     )  # fmt: skip
     bar = ax.figure.colorbar(mesh, ax=ax, label="$\\log_{10}$ of the distance $e_c$")
     bar.ax.axhline(limit, color="black", linewidth=1)
-    ax.set(xlabel=called(result.names[0]), ylabel=called(result.names[1]))
-    ax.set_title(f"match in {result.rate:.1%} of the cells", fontsize="medium", loc="left")
-    return ax
+    title(ax, f"match in {result.rate:.1%} of the cells")
+    return frame(ax, *map(called, result.names))

@@ -6,18 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import (
-    GREY,
-    SKY,
-    VERMILLION,
-    axes,
-    curve,
-    explain,
-    frame,
-    level,
-    unanswered,
-    with_unit,
-)
+from ._axes import GREY, SKY, VERMILLION, axes, curve, explain, frame, level, unanswered, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,12 +23,6 @@ def stretch_curve(result: LyapunovExponent, ax: Axes | None = None) -> Axes:
     ----------
     result : LyapunovExponent
         Of `lyapunov_exponent`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=5.6, height=3.8)
     if not len(result.stretch):

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import BLUE, GREY, VERMILLION, canvas, explain, points, seconds, span_of
-from .comparison import _densities
+from ._axes import BLUE, GREY, VERMILLION, delay_plane, explain, frame, panels, points, span_of
+from .comparison import densities
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,35 +30,27 @@ def oscillator_fit(result: OscillatorFit, figure: Figure | SubFigure | None = No
     ----------
     result : OscillatorFit
         From `impactsig.fit_oscillator`.
-    figure : matplotlib Figure or SubFigure, optional
-        Where to draw; a new figure by default.
 
     Returns
     -------
     ndarray of matplotlib Axes, shape (2, 2)
     """
-    figure = canvas(figure, 8.4, 7.2)
-    panels: np.ndarray = figure.subplots(2, 2)
-    for ax in panels.flat:
-        ax.spines[["top", "right"]].set_visible(False)
+    grid = panels(figure, 2, 2, (8.4, 7.2))
     trains = (result.comparison.a.impacts, result.comparison.b.impacts)
     values = [train.intervals() for train in trains]
-    _densities(panels[0, 0], values, ["measured", "simulated"])
-    panels[0, 0].set_xlim(span_of(np.quantile(np.concatenate(values), [0.001, 0.999])))
-    _maps(panels[0, 1], values)
-    _words(panels[1, 0], result)
-    _region(panels[1, 1], result)
-    return panels
+    densities(grid[0, 0], values, ["measured", "simulated"])
+    grid[0, 0].set_xlim(span_of(np.quantile(np.concatenate(values), [0.001, 0.999])))
+    _maps(grid[0, 1], values)
+    _words(grid[1, 0], result)
+    _region(grid[1, 1], result)
+    return grid
 
 
 def _maps(ax: Axes, values: list[np.ndarray]) -> None:
     both = np.concatenate(values)
+    delay_plane(ax, both, np.quantile(both, [0.001, 0.999]))
     for one, colour, size in zip(values, (BLUE, VERMILLION), (4, 1.5), strict=True):
         points(ax, one[:-1], one[1:], color=colour, markersize=size)
-    span = span_of(np.quantile(both, [0.001, 0.999]))
-    ax.set(xlim=span, ylim=span, aspect="equal")
-    seconds(ax.xaxis, "interval $I_k$", both)
-    seconds(ax.yaxis, "interval $I_{k+1}$", both)
 
 
 def _words(ax: Axes, result: OscillatorFit) -> None:
@@ -71,10 +63,10 @@ def _words(ax: Axes, result: OscillatorFit) -> None:
         place, mean[order], 2 * scatter[order], fmt="o", markersize=3, color=VERMILLION,
         linewidth=1, label="simulated",
     )  # fmt: skip
-    ax.set(xlabel="words of successive intervals, the most frequent first", ylabel="share")
     ax.set_xticks([])
     ax.set_ylim(bottom=0)
-    ax.legend(frameon=False, fontsize="small", title=f"p = {result.p_value:.2g}")
+    words = {"fontsize": "small", "title": f"p = {result.p_value:.2g}"}
+    frame(ax, "words of successive intervals, the most frequent first", "share", "best", **words)
 
 
 def _region(ax: Axes, result: OscillatorFit) -> None:
@@ -102,4 +94,4 @@ def _region(ax: Axes, result: OscillatorFit) -> None:
     for (low, high), draw in zip(told, (ax.axvline, ax.axhline), strict=True):
         for value in (low, high):
             draw(value, color=GREY, linewidth=0.8, linestyle=":")
-    ax.set(xlabel=labels[0], ylabel=labels[1])
+    frame(ax, *labels)

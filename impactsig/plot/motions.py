@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidInput, finite_number
-from ._axes import BLUE, GREY, ORANGE, VERMILLION, axes, explain, points, seconds
+from ._axes import BLUE, GREY, VERMILLION, axes, explain, frame, legend, points, seconds
 from ._motion_path import (
     PER_PERIOD,
     base_at,
     events_of,
-    from_stops,
+    mark_events,
     path_of,
     span_drawn,
     spans_jumped,
@@ -52,18 +52,12 @@ def phase_portrait(
     ----------
     motion : Motion
         What moved, with all kept.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     start, stop : float, optional
         Span to draw [s]; by default the last 50 forcing periods of the motion, or its last
         5000 impacts where these are fewer.
     phase : float or None
         Phase of the reference forcing at which the points are taken, over the whole motion [rad];
         None for no points.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -76,7 +70,7 @@ def phase_portrait(
     ax.vlines(*spans_jumped(path), color=BLUE, linewidth=1.4, linestyle=(0, (3, 2)), zorder=2.5)
     if phase is not None and motion.oscillator.forcing_frequency is not None:
         time = strobe_times(motion, finite_number("phase", phase, "a finite angle [rad]"))
-        x, v = from_stops(motion, time)
+        x, v = motion._from_stops(time)
         label = "once a period" if phase == 0 else f"once a period, at phase {phase:.3g}"
         points(ax, x, v, color=VERMILLION, label=label, zorder=3)
         _legend_above(ax)
@@ -87,9 +81,9 @@ def phase_portrait(
     for one in near:
         _stop_line(ax, one)
     moving = stops_move(motion)
-    ax.set_xlabel("displacement from the base $x - b$" if moving else "displacement $x$")
-    ax.set_ylabel("velocity $x' - b'$" if moving else "velocity $x'$")
-    return ax
+    if moving:
+        return frame(ax, "displacement from the base $x - b$", "velocity $x' - b'$")
+    return frame(ax, "displacement $x$", "velocity $x'$")
 
 
 def time_history(
@@ -105,15 +99,9 @@ def time_history(
     ----------
     motion : Motion
         What moved, with all kept.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     start, stop : float, optional
         Span to draw [s]; by default the last 10 forcing periods of the motion, or its last
         5000 impacts where these are fewer.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -126,12 +114,7 @@ def time_history(
     ax.plot(path.time, path.x, color=BLUE, linewidth=1.0)
     impacts, sticks = events_of(motion)
     hits = impacts.time[(impacts.time >= first) & (impacts.time <= last)]
-    if len(hits):
-        label = f"{len(hits)} impact{'s' * (len(hits) > 1)}"
-        points(ax, hits, motion.sample(hits)[0], color=VERMILLION, label=label, zorder=3)
-    for begin, end in np.clip(sticks, first, last):
-        if begin < end:
-            ax.axvspan(begin, end, color=ORANGE, alpha=0.25, linewidth=0, label="stuck")
+    mark_events(ax, motion, hits, np.clip(sticks, first, last), "stuck")
     near = _in_sight(motion, path.x - base_at(motion, path.time)[0])
     ax.margins(x=0, y=0.1)
     time = np.linspace(first, last, 2 + int(PER_PERIOD * (last - first) / swing(motion)))
@@ -146,9 +129,8 @@ def time_history(
     ax.set_ylim(low, high)
     if ax.get_legend_handles_labels()[0]:
         _legend_above(ax)
-    seconds(ax.xaxis, "time", [last])
-    ax.set_ylabel("displacement $x$")
-    return ax
+    seconds(ax.xaxis, "time", [last], motion.oscillator.in_seconds)
+    return frame(ax, None, "displacement $x$")
 
 
 def power_spectrum(
@@ -163,14 +145,8 @@ def power_spectrum(
     ----------
     result : PowerSpectrum or Motion
         Of a motion, the spectrum of its displacement as `Motion.power_spectrum` makes it.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     highest : float, optional
         Highest frequency drawn [Hz]; a little over 10 times that of the forcing by default.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -196,24 +172,20 @@ def power_spectrum(
     ax.semilogy(spectrum.frequency[shown], density, color=BLUE, linewidth=0.9)
     ax.set_ylim(max(floor, density.min()), 3 * density.max())
     if forcing is not None and forcing <= highest:
-        label = f"forcing, {forcing:.4g} Hz"
+        label = f"forcing, {forcing:.4g}{' Hz' if spectrum.in_seconds else ''}"
         ax.axvline(forcing, color=GREY, linewidth=0.8, linestyle=":", label=label, zorder=1)
-        ax.legend(loc="upper right", frameon=False, borderaxespad=0)
+        legend(ax, "upper right", borderaxespad=0)
     ax.set_xlim(0, highest)
-    ax.set_xlabel("frequency [Hz]")
     symbol = "$x$" if spectrum.quantity == "displacement" else "$x'$"
-    ax.set_ylabel(f"power density of {symbol} [unit$^2$/Hz]")
-    return ax
+    if spectrum.in_seconds:
+        return frame(ax, "frequency [Hz]", f"power density of {symbol} [unit$^2$/Hz]")
+    return frame(ax, "frequency", f"power density of {symbol}")
 
 
 def _legend_above(ax: Axes) -> None:
-    """What the marks mean, above the axes and each once."""
-    found = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-    legend = ax.legend(
-        found.values(), found.keys(), loc="lower left", bbox_to_anchor=(0, 1), ncols=4,
-        frameon=False, borderaxespad=0.2, borderpad=0, handletextpad=0.4, handlelength=1.2,
-    )  # fmt: skip
-    for handle in legend.legend_handles:
+    """What the marks mean, as dark as they are where many lie on each other."""
+    marks = legend(ax, "above", ncols=4, borderpad=0, handletextpad=0.4, handlelength=1.2)
+    for handle in marks.legend_handles:
         if handle is not None and handle.get_label() != "stuck":
             handle.set_alpha(1)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from ._axes import axes
+from ._axes import axes, title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,12 +27,6 @@ def recurrence_plot(result: RecurrencePlot, ax: Axes | None = None) -> Axes:
     ----------
     result : RecurrencePlot
         From `impactsig.recurrence_plot`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=4.4, height=4.2)
     count = len(result.matrix)
@@ -53,7 +47,5 @@ def recurrence_plot(result: RecurrencePlot, ax: Axes | None = None) -> Axes:
     for axis, letter in ((ax.xaxis, "i"), (ax.yaxis, "j")):
         axis.set_major_locator(MaxNLocator(integer=True, nbins=5))
         axis.set_label_text(f"delay vector ${letter}$")
-    ax.set_title(
-        f"within {result.radius:.3g}, m = {result.dimension}", fontsize="medium", loc="left"
-    )
+    title(ax, f"within {result.radius:.3g}, m = {result.dimension}")
     return ax

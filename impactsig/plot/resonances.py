@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import BLUE, GREY, VERMILLION, axes, seconds, with_unit
+from ._axes import BLUE, GREY, VERMILLION, axes, frame, seconds, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,12 +21,6 @@ def resonance(result: Resonance, ax: Axes | None = None) -> Axes:
     ----------
     result : Resonance
         Of `identify_resonance`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     ax.semilogy(result.frequency, result.density, color=BLUE, linewidth=0.7, label="recording")
@@ -36,10 +30,8 @@ def resonance(result: Resonance, ax: Axes | None = None) -> Axes:
     # Single ordinates of a periodogram may be next to nothing.
     ax.set_ylim(bottom=0.2 * float(np.quantile(result.density, 0.02)))
     ax.set_xlim(result.frequency[0], result.frequency[-1])
-    ax.set_xlabel("frequency [Hz]")
-    ax.set_ylabel(with_unit("power density", f"{result.unit}^2/Hz" if result.unit else "1/Hz"))
-    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
-    return ax
+    density = with_unit("power density", f"{result.unit}^2/Hz" if result.unit else "1/Hz")
+    return frame(ax, "frequency [Hz]", density, "above")
 
 
 def decay(result: Resonance, ax: Axes | None = None) -> Axes:
@@ -49,12 +41,6 @@ def decay(result: Resonance, ax: Axes | None = None) -> Axes:
     ----------
     result : Resonance
         Of `identify_resonance`, from a decay.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     time, size = result.envelope_time[:-2], result.envelope[:-2]
@@ -66,6 +52,4 @@ def decay(result: Resonance, ax: Axes | None = None) -> Axes:
     label = f"damping ratio {result.damping_ratio:.3g}"
     ax.semilogy(time[shown], line[shown], color=VERMILLION, linewidth=1.2, label=label)
     seconds(ax.xaxis, "time", time)
-    ax.set_ylabel(with_unit("swing", result.unit))
-    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
-    return ax
+    return frame(ax, None, with_unit("swing", result.unit), "above")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import CHANNEL_COLOURS, axes, explain, points
+from ._axes import axes, colour, explain, frame, legend, points
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,12 +22,6 @@ def section(result: Section, ax: Axes | None = None) -> Axes:
     ----------
     result : Section
         Of `impact_map` or `displacement_section`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=5.2, height=4.0)
     if not len(result):
@@ -41,16 +35,13 @@ def section(result: Section, ax: Axes | None = None) -> Axes:
     stops = np.unique(result.stop)
     for k, stop in enumerate(stops):
         own = result.stop == stop
-        colour = CHANNEL_COLOURS[k % len(CHANNEL_COLOURS)]
-        points(ax, phase[own], result.velocity[own], color=colour, label=f"stop {stop}")
+        points(ax, phase[own], result.velocity[own], color=colour(k), label=f"stop {stop}")
     if len(stops) > 1:
-        ax.legend(frameon=False, loc="best", fontsize="small")
+        legend(ax, fontsize="small")
     names = ["0", "π/2", "π", "3π/2", "2π"] if low == 0 else ["−π", "−π/2", "0", "π/2", "π"]
     ax.set_xlim(low, low + 2 * math.pi)
     ax.set_xticks(np.linspace(low, low + 2 * math.pi, 5), names)
-    ax.set_xlabel("phase of the forcing [rad]")
     impacts = result.kind == "impacts"
-    ax.set_ylabel("approach velocity" if impacts else "velocity")
     if impacts:
         ax.set_ylim(bottom=0)
-    return ax
+    return frame(ax, "phase of the forcing [rad]", "approach velocity" if impacts else "velocity")

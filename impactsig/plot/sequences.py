@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import intervals
 from ..impacts import Impacts
-from ._axes import BLUE, GREY, axes, explain, points, seconds, span_of
+from ._axes import axes, bins, delay_plane, explain, frame, points, seconds, span_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -29,12 +29,6 @@ def return_map(impacts: Impacts | Iterable[float], lag: int = 1, ax: Axes | None
         Measured or simulated; an array holds intervals [s].
     lag : int, optional
         Distance between the two intervals, in intervals.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -46,12 +40,8 @@ def return_map(impacts: Impacts | Iterable[float], lag: int = 1, ax: Axes | None
     if not len(first):
         return explain(ax, f"Too few intervals for a return map at lag {lag}.")
     both = np.concatenate((first, later))
-    span = span_of(both)
-    ax.plot(span, span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+    delay_plane(ax, both, lag=lag)
     points(ax, first, later)
-    ax.set(xlim=span, ylim=span, aspect="equal")
-    seconds(ax.xaxis, "interval $I_k$", both)
-    seconds(ax.yaxis, f"interval $I_{{k+{lag}}}$", both)
     return ax
 
 
@@ -65,12 +55,6 @@ def histogram(
     result : IntervalHistogram, Impacts or array_like, shape (n,)
         Impacts, and arrays of intervals [s], are binned by `impactsig.interval_histogram` with its
         automatic width.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -83,11 +67,8 @@ def histogram(
             return explain(axes(ax, width=4.2, height=3.6), "No intervals to bin.")
         result = intervals.interval_histogram(found)
     ax = axes(ax, width=4.2, height=3.6)
-    ax.stairs(result.density, result.edges, fill=True, color=BLUE, alpha=0.6)
-    # The outline keeps bins in sight that are narrower than a pixel.
-    ax.stairs(result.density, result.edges, color=BLUE, linewidth=0.8)
+    bins(ax, result.density, result.edges)
     ax.set_xlim(span_of(result.edges))
     seconds(ax.xaxis, "interspike interval $I$", result.edges)
-    ax.set_ylabel("density $p(I)$ [1/s]")
     ax.set_ylim(0, None)
-    return ax
+    return frame(ax, None, "density $p(I)$ [1/s]")

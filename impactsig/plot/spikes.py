@@ -22,12 +22,6 @@ def spike_train(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ----------
     impacts : Impacts
         Measured or simulated.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, height=1.4)
     if not len(impacts):
@@ -59,12 +53,6 @@ def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ----------
     impacts : Impacts
         With peaks.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -94,12 +82,6 @@ def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ----------
     impacts : Impacts
         With contact times.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -130,12 +112,6 @@ def interval_sequence(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ----------
     impacts : Impacts
         Measured or simulated.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax)
     intervals = impacts.intervals()

@@ -17,6 +17,7 @@ from ._axes import (
     explain,
     plain,
     span_of,
+    title,
     with_unit,
 )
 
@@ -44,14 +45,8 @@ def parameter_study(
         From `impactsig.sweep` or `impactsig.open_study`.
     observable : str, optional
         Which one; may be left out if there is but one.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     at : mapping of str to float, optional
         Parameters that are held, each at the value on its axis next to this.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -74,21 +69,21 @@ def parameter_study(
         raise InvalidInput("observable", observable, "one number a cell, to be drawn as a map")
     ax = axes(ax)
     told = study.attributes.get(observable, {})
-    title = with_unit(told.get("long_name", observable.replace("_", " ")), told.get("units", ""))
+    words = with_unit(told.get("long_name", observable.replace("_", " ")), told.get("units", ""))
     if len(left) == 1:
         _curve(study, left[0], values, ax)
-        ax.set_ylabel(title)
+        ax.set_ylabel(words)
         _name_flags(ax.yaxis, told)
     else:
         bar = _map(study, left, values, ax)
-        bar.set_label(title)
+        bar.set_label(words)
         if "flag_values" in told:
             flags = list(told["flag_values"])
             bar.mappable.set(cmap=ListedColormap(CHANNEL_COLOURS[: len(flags)]))
             bar.mappable.set_clim(min(flags) - 0.5, max(flags) + 0.5)
         _name_flags(bar.ax.yaxis, told)
     if held:
-        ax.set_title(plain(", ".join(held)), fontsize="medium", loc="left")
+        title(ax, plain(", ".join(held)))
     return ax
 
 

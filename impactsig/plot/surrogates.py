@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
@@ -24,12 +24,6 @@ def surrogate_test(result: SurrogateTest, ax: Axes | None = None) -> Axes:
     ----------
     result : SurrogateTest
         From `impactsig.surrogate_test`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=5.0, height=3.0)
     others = result.surrogates
@@ -48,9 +42,7 @@ def surrogate_test(result: SurrogateTest, ax: Axes | None = None) -> Axes:
     room = 0.06 * (high - low) or 0.06 * abs(high) or 1.0
     ax.set_xlim(low - room, high + room)
     ax.yaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
-    # above the axes, since the data's line may stand at either side
-    above: dict[str, Any] = {"bbox_to_anchor": (0, 1), "ncols": 2, "borderaxespad": 0.2}
-    return frame(ax, result.name, "surrogates", "lower left", **above)
+    return frame(ax, result.name, "surrogates", "above")  # the line may stand at either side
 
 
 def prediction_error(result: PredictionError, ax: Axes | None = None) -> Axes:
@@ -60,12 +52,6 @@ def prediction_error(result: PredictionError, ax: Axes | None = None) -> Axes:
     ----------
     result : PredictionError
         From `impactsig.prediction_error`.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     ax = axes(ax, width=5.0, height=3.0)
     order = np.argsort(result.horizon)

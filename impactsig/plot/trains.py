@@ -10,7 +10,7 @@ import numpy as np
 from .. import intervals
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._axes import GREY, axes, explain, plain, points, seconds, span_of
+from ._axes import axes, delay_plane, explain, panels, plain, points, seconds, span_of, title
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -36,8 +36,6 @@ def return_maps(
         Each by the title of its panel; arrays hold intervals [s].
     lag : int, optional
         Distance between the two intervals, in intervals.
-    figure : matplotlib Figure or SubFigure, optional
-        Where to draw; a new figure by default.
 
     Returns
     -------
@@ -55,31 +53,22 @@ def return_maps(
     pairs = {name: intervals.return_map(train, lag) for name, train in trains.items()}
     columns = min(len(pairs), COLUMNS)
     rows = math.ceil(len(pairs) / columns)
-    if figure is None:
-        # Only here: a figure handed in needs no window system, and so no pyplot.
-        from matplotlib import pyplot
-
-        figure = pyplot.figure(figsize=(2.9 * columns, 3.2 * rows), layout="compressed")
-    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    size = (2.9 * columns, 3.2 * rows)
+    grid = panels(figure, rows, columns, size, "compressed", squeeze=False).ravel()
     for ax in grid[len(pairs) :]:
         ax.remove()
-    panels: np.ndarray = grid[: len(pairs)]
+    grid = grid[: len(pairs)]
     both = np.concatenate([value for pair in pairs.values() for value in pair])
-    for number, (ax, (name, (first, later))) in enumerate(zip(panels, pairs.items(), strict=True)):
-        axes(ax)
-        ax.set_title(plain(name), loc="left", fontsize="medium")
+    for number, (ax, (name, (first, later))) in enumerate(zip(grid, pairs.items(), strict=True)):
+        title(ax, plain(name))
         if not len(first):
             explain(ax, f"Too few intervals for a return map at lag {lag}.")
             continue
-        span = span_of(both)
-        ax.plot(span, span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+        delay_plane(ax, both, lag=lag)
         points(ax, first, later)
-        ax.set(xlim=span, ylim=span, aspect="equal")
-        seconds(ax.xaxis, "interval $I_k$", both)
-        seconds(ax.yaxis, f"interval $I_{{k+{lag}}}$", both)
         if number % columns:
             ax.set_ylabel("")
-    return panels
+    return grid
 
 
 def interval_densities(
@@ -102,12 +91,6 @@ def interval_densities(
         What was varied from train to train, ascending.
     label : str, optional
         What to call it.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------

@@ -9,16 +9,19 @@ import numpy as np
 from ..errors import InvalidInput
 from ._axes import (
     BLUE,
-    CHANNEL_COLOURS,
     GREEN,
     GREY,
     ORANGE,
     VERMILLION,
     axes,
+    colour,
     explain,
+    frame,
+    legend,
     plain,
     points,
     seconds,
+    title,
     with_unit,
 )
 
@@ -54,14 +57,8 @@ def waveform(
         One or several channels.
     impacts : Impacts, optional
         The impacts to mark, on the first channel.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     start, stop : float, optional
         Span to draw [s].
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -80,7 +77,7 @@ def waveform(
         ax.plot(
             np.repeat(time, 2),
             line,
-            color=CHANNEL_COLOURS[index % len(CHANNEL_COLOURS)],
+            color=colour(index),
             linewidth=0.7,
             label=None if one_channel else plain(name or f"channel {index}"),
         )
@@ -92,15 +89,13 @@ def waveform(
         label = f"{len(seen)} impacts" if len(seen) != 1 else "1 impact"
         points(ax, seen.time, heights, color=VERMILLION, label=label, zorder=3)
     if ax.get_legend_handles_labels()[0]:
-        ax.legend(loc="upper right", frameon=False, ncols=4, borderaxespad=0)
+        legend(ax, "upper right", ncols=4, borderaxespad=0)
         ax.margins(y=0.12)
     ax.margins(x=0.01)
     seconds(ax.xaxis, "time", [shown.duration] if shown.start == 0 else [shown.stop])
     names = [name for name in shown.channels if name]
-    ax.set_ylabel(
-        with_unit(names[0] if len(shown.channels) == 1 and names else "signal", shown.unit)
-    )
-    return ax
+    name = names[0] if len(shown.channels) == 1 and names else "signal"
+    return frame(ax, None, with_unit(name, shown.unit))
 
 
 def polyline(recording: Recording, bins: int = BINS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -165,15 +160,9 @@ def pulse(
         The impacts found in it.
     index : int
         Which of them; negative counts from the end.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure by default.
     margin : float, optional
         Time shown before the contact, and three times that after it [s]; by default one contact
         time and at least 12 samples, or 5 ms where contact times were not measured.
-
-    Returns
-    -------
-    matplotlib Axes
 
     Raises
     ------
@@ -227,18 +216,13 @@ def pulse(
                 label = plain(f"{name} {level:.3g} {impacts.unit}")
                 ax.axhline(height, color=colour, linestyle=style, linewidth=1, label=label)
         if ax.get_legend_handles_labels()[0]:
-            ax.legend(
-                loc="upper right" if side > 0 else "lower right",
-                frameon=False,
-                fontsize="small",
-                borderaxespad=0,
-            )
+            place = "upper right" if side > 0 else "lower right"
+            legend(ax, place, fontsize="small", borderaxespad=0)
     ax.axvline(0, color=GREY, linewidth=0.8)
     ax.margins(x=0, y=0.15)
     seconds(ax.xaxis, f"time since {touch:.6f} s", shown.time - touch)
-    ax.set_ylabel(with_unit(recording.channels[0] or "signal", recording.unit))
-    ax.set_title(f"impact {index + 1} of {len(impacts)}", fontsize="medium", loc="left")
-    return ax
+    title(ax, f"impact {index + 1} of {len(impacts)}")
+    return frame(ax, None, with_unit(recording.channels[0] or "signal", recording.unit))
 
 
 def _negative(samples: np.ndarray) -> bool:

@@ -1,4 +1,4 @@
-"""Whether a series recurs: exactly, to within its resolution, or but for noise."""
+"""Whether a series recurs but for noise."""
 
 from __future__ import annotations
 
@@ -37,18 +37,6 @@ class Cycle(NamedTuple):
 
     steps: int
     scatter: float
-
-
-def recurrence(x: np.ndarray, tolerance: float) -> int | None:
-    """The least number of steps after which the first values recur, again and again to the end."""
-    longest = len(x) // 3
-    head = np.lib.stride_tricks.sliding_window_view(x, 8)[1 : longest + 1]
-    likely = np.flatnonzero((np.abs(head - x[:8]) <= tolerance).all(axis=1)) + 1
-    for steps in likely:
-        # Against the first cycle, as a slow drift is small from any one cycle to the next.
-        if np.abs(x - np.resize(x[:steps], len(x))).max() <= tolerance:
-            return int(steps)
-    return None
 
 
 def noisy_cycle(x: np.ndarray, resolution: float, intervals: bool) -> Cycle | None:

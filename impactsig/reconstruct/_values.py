@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._series import known, stretches, unbroken
+from ._series import known, stretches
 
 
 def resolution(values: np.ndarray) -> float:
@@ -24,20 +24,26 @@ def rounding_doubt(values: np.ndarray) -> str:
     return f"only {len(np.unique(present))} different values in {len(present)}"
 
 
-def exact_period(values: np.ndarray) -> int | None:
-    """After how many values the series recurs to rounding, three times at least.
+def exact_period(values: np.ndarray, tolerance: float | None = None) -> int | None:
+    """After how many values the series recurs, again and again to its end, three times at least.
 
-    What is on either side of a gap is not compared: how many values are lost is not known.
+    To within rounding, unless a tolerance is given. What is on either side of a gap is not
+    compared: how many values are lost is not known. What recurs but for noise is another question
+    (`_periodic.noisy_cycle`), as is what a surrogate test calls periodic (`surrogate_testing`).
     """
-    tolerance = 1e-9 * np.ptp(known(values))
-    longest = max(stretches(values), key=len)
-    near = np.abs(longest[1 : len(longest) // 3 + 1] - longest[0]) <= tolerance
-    for lag in (np.flatnonzero(near) + 1).tolist():
-        if np.any(np.abs(longest[lag : lag + 32] - longest[:32]) > tolerance):
-            continue
-        together = unbroken(values, lag + 1)
-        if np.all(np.abs(values[lag:] - values[:-lag])[together] <= tolerance):
-            return lag
+    if tolerance is None:
+        tolerance = 1e-9 * float(np.ptp(known(values)))
+    parts = stretches(values)
+    longest = max(parts, key=len)
+    most = len(longest) // 3
+    head = min(8, len(longest) - most)
+    later = np.lib.stride_tricks.sliding_window_view(longest, head)[1 : most + 1]
+    likely = np.flatnonzero((np.abs(later - longest[:head]) <= tolerance).all(axis=1)) + 1
+    for lag in likely.tolist():
+        # Against the first cycle, as a slow drift is small from any one cycle to the next.
+        off = (np.abs(part - np.resize(part[:lag], len(part))).max() for part in parts)
+        if all(one <= tolerance for one in off):
+            return int(lag)
     return None
 
 

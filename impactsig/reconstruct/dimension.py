@@ -14,6 +14,7 @@ from ..impacts import Impacts
 from ._arguments import dimensions_of, finite_range, positive
 from ._series import series, unbroken
 from ._theiler import theiler_window
+from ._values import exact_period
 from .correlation import CorrelationSum
 
 if TYPE_CHECKING:
@@ -275,7 +276,7 @@ def correlation_dimension(
         )
     # Where the step is coarse, everything recurs to within it.
     tolerance = 2 * step if step < FINE * deviation else 0.0
-    period = _periodic.recurrence(values, tolerance + rounding)
+    period = exact_period(values, tolerance + rounding)
     if period:
         return CorrelationDimension("periodic", 0.0, (0.0, 0.0), period=period, resolution=step)
     cycle = _periodic.noisy_cycle(values, step, isinstance(x, Impacts))

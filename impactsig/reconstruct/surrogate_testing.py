@@ -259,7 +259,12 @@ def _oddities(x: np.ndarray) -> tuple[str, ...]:
 
 
 def _period(x: np.ndarray) -> int:
-    """Values after which the series repeats, at least three times; 0 where it does not."""
+    """Values after which the series repeats, at least three times; 0 where it does not.
+
+    In the mean square, so that a little jitter counts, and from each cycle to the next, so that a
+    drift does: a series that does either is rejected as well without being chaotic.
+    `exact_period` allows for neither, and `noisy_cycle` needs more cycles than must be seen here.
+    """
     spread = float(x.std())
     for period in range(1, min(LONGEST_PERIOD, len(x) // 3) + 1):
         if np.sqrt(np.mean((x[period:] - x[:-period]) ** 2)) < PERIODIC_BELOW * spread:

@@ -121,7 +121,7 @@ def _sides(motion: Motion) -> Iterator[tuple[str, np.ndarray]]:
     upper, lower = oscillator.stops_on("upper"), oscillator.stops_on("lower")
     above = np.full(len(impacts), bool(upper))
     if upper and lower:
-        at = motion.sample(impacts.time)[0] - _base(motion, impacts.time)
+        at = motion._from_stops(impacts.time)[0]
         above = at > 0.5 * (upper[0].position + lower[0].position)
     if upper:
         yield "upper", np.flatnonzero(above)
@@ -138,7 +138,7 @@ def _level(view: _View, noise: float) -> _Level:
         time = view.time(coarse[:-1])
         x, v = motion.sample(time)
         far, fast = max(far, float(np.abs(x).max())), max(fast, float(np.abs(v).max()))
-        x = x - _base(motion, time)
+        x = x - motion._stops_at(*motion._instants(time))[0]
         origin = x[0] if origin is None else origin
         total += float(np.sum(x - origin))
         squares += float(np.sum((x - origin) ** 2))
@@ -229,21 +229,9 @@ def _near(
 def _distance(view: _View, index: np.ndarray, side: str) -> np.ndarray:
     """From the first stop of that side to the mass, negative on the free side of it."""
     time = view.time(index)
-    at = view.motion.sample(time)[0] - _base(view.motion, time)
+    at = view.motion._from_stops(time)[0]
     position = view.motion.oscillator.stops_on(side)[0].position
     return at - position if side == "upper" else position - at
-
-
-def _base(motion: Motion, time: np.ndarray) -> np.ndarray | float:
-    """Displacement of what the stops stand on."""
-    base, reference = motion.oscillator.base, motion.oscillator.forcing_frequency
-    if base is None or not base.stops or reference is None:
-        return 0.0
-    # The phase at time 0 is from 0 to 2 pi; one that rounding has put below stays near 0.
-    phase = motion.final[2] - reference * (motion.stop / motion.oscillator.time_unit)
-    phase = (phase + 1e-6) % (2 * math.pi) - 1e-6
-    own = base.frequency * (phase / reference + time / motion.oscillator.time_unit)
-    return base.amplitude * np.cos(own + base.phase)
 
 
 def _noise(key: list[int], index: np.ndarray) -> np.ndarray:

@@ -27,7 +27,8 @@ TURN = 2 * math.pi
 class Motion:
     """What an oscillator did.
 
-    Times are in seconds since the start of the simulation, transient included; displacements,
+    Times are in seconds since the start of the simulation, transient included, or in the
+    oscillator's unit of time where that has none (`Oscillator.in_seconds`); displacements,
     velocities and energies in the oscillator's own units.
 
     Attributes
@@ -114,9 +115,7 @@ class Motion:
             raise InvalidInput(
                 "time", time, f"times in the span, {self.start:.9g} to {self.stop:.9g} s"
             )
-        passed = time * (self._engine.omega / self.oscillator.time_unit)
-        turns = np.floor((passed + self._phase) / TURN)
-        return self._at(turns, (passed - TURN * turns) + self._phase)
+        return self._at(*self._instants(time))
 
     def stroboscopic(self, phase: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity once every forcing period, at a phase of the reference [rad].
@@ -138,6 +137,12 @@ class Motion:
         turns = np.arange(first + (phase < early), last + (phase <= late))
         return self._at(turns, np.full(len(turns), phase))
 
+    def _instants(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Turns and phases of the reference at times."""
+        passed = time * (self._engine.omega / self.oscillator.time_unit)
+        turns = np.floor((passed + self._phase) / TURN)
+        return turns, (passed - TURN * turns) + self._phase
+
     @cached_property
     def _begins(self) -> np.ndarray:
         """Angle of the reference at the events."""
@@ -145,18 +150,27 @@ class Motion:
 
     def _at(self, turns: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity at instants given as turns and phases of the reference."""
-        from ._flow import phases_of
-
         if not len(self._segments):
             raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
         where = np.searchsorted(self._begins, turns * TURN + phase, side="right") - 1
         q, v = self._engine.sample(
             self._segments, np.maximum(where, 0).ravel(), turns.ravel(), phase.ravel()
         )
-        omega = self._engine.omega
+        at, moving = self._stops_at(turns, phase)
+        return q.reshape(turns.shape) + at, (v * self._engine.omega).reshape(turns.shape) + moving
+
+    def _from_stops(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement and velocity against what the stops hang on, at times."""
+        (x, v), (at, moving) = self.sample(time), self._stops_at(*self._instants(time))
+        return x - at, v - moving
+
+    def _stops_at(self, turns: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement and velocity of what the stops hang on, at such instants."""
+        from ._flow import phases_of
+
         own = phases_of(pace(self.oscillator), turns.ravel(), phase.ravel())
         at, moving = base_motion(self.oscillator, own)
-        return (q + at).reshape(turns.shape), (v * omega + moving).reshape(turns.shape)
+        return at.reshape(turns.shape), moving.reshape(turns.shape)
 
     def power_spectrum(
         self, quantity: Literal["displacement", "velocity"] = "displacement", **options: Any
@@ -176,7 +190,8 @@ class Motion:
         parts = [f"{self.impact_count} impacts"]
         if self.stick_count:
             parts.append(f"{self.stick_count} sticks")
-        text = f"Motion({', '.join(parts)} in {self.duration:.6g} s"
+        unit = " s" if self.oscillator.in_seconds else ""
+        text = f"Motion({', '.join(parts)} in {self.duration:.6g}{unit}"
         if self.oscillator.forcing_period and self.duration > 0:
             text += f"; {self.impacts_per_period:.4g} impacts per forcing period"
         return text + ("" if self.status == "complete" else f"; {self.status}") + ")"

@@ -39,6 +39,8 @@ class PowerSpectrum:
         Frequency of the reference forcing [Hz].
     source : str
         What moved.
+    in_seconds : bool
+        Whether frequencies are in Hz, and not in the unit of an oscillator that tells no seconds.
     """
 
     frequency: np.ndarray
@@ -48,6 +50,7 @@ class PowerSpectrum:
     segments: int
     forcing_frequency: float | None
     source: str
+    in_seconds: bool = True
 
     @property
     def resolution(self) -> float:
@@ -131,10 +134,11 @@ def power_spectrum(
     time = motion.start + np.arange(count) / rate
     values = motion.sample(time)[quantity == "velocity"]
     frequency, density = welch(values, rate, "hann", size, detrend="constant")
-    source = motion.oscillator.name
+    own = motion.oscillator
     return PowerSpectrum(
-        frequency, density, quantity, float(rate), segments, forcing and 1 / forcing, source
-    )
+        frequency, density, quantity, float(rate), segments, forcing and 1 / forcing, own.name,
+        own.in_seconds,
+    )  # fmt: skip
 
 
 def _period(motion: Motion) -> float | None:

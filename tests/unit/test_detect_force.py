@@ -9,7 +9,7 @@ import impactsig
 from benchmarks.recordings import add_pulses, load_cell, score
 from impactsig.detect._force_kernels import BLOCK, Matched, block_ranges, scan
 from impactsig.detect._levels import _matched, _response, discovery_level, shortest_half
-from impactsig.detect._pulse import fit_pulse
+from impactsig.detect._pulse_fit import fit_pulse
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
 from tests import naive_force

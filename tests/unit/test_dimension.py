@@ -10,6 +10,7 @@ from impactsig import Impacts, InvalidInput, correlation_dimension
 from impactsig.reconstruct import _bending, _bootstrap, _estimators, _periodic, _scaling
 from impactsig.reconstruct._counting import pair_counts_by_block
 from impactsig.reconstruct._nearest import log_distances_by_block
+from impactsig.reconstruct._values import exact_period
 
 from ..series import henon, lorenz_intervals, noisy, torus
 
@@ -390,14 +391,20 @@ def test_the_quantum_of_multiples_is_found_and_none_of_a_continuous_series():
 
 def test_recurrence_is_the_least_period():
     x = np.resize(np.random.default_rng(0).normal(size=12), 120)
-    assert _periodic.recurrence(x, 0.0) == 12
+    assert exact_period(x, 0.0) == 12
     x[-1] += 1e-6
-    assert _periodic.recurrence(x, 0.0) is None
-    assert _periodic.recurrence(x, 1e-5) == 12
+    assert exact_period(x, 0.0) is None
+    assert exact_period(x, 1e-5) == 12
+
+
+@pytest.mark.parametrize("count", [3, 5, 14, 15, 20, 40])
+def test_a_short_series_may_recur_too(count):
+    x = np.resize([1.0, 2.0, 3.0, 5.0, 4.0], count)
+    assert exact_period(x) == (5 if count >= 15 else None)
 
 
 def test_a_slow_drift_is_no_period():
-    assert _periodic.recurrence(np.linspace(0, 1, 500), 0.01) is None
+    assert exact_period(np.linspace(0, 1, 500), 0.01) is None
 
 
 @pytest.mark.parametrize("most", [3, 5])

@@ -251,3 +251,24 @@ def test_what_is_at_rest_has_no_power(ax):
     still = simulate(Oscillator(damping=0.1), duration=100.0)
     plot.power_spectrum(still, ax)
     assert "no power" in ax.texts[0].get_text()
+
+
+def test_seconds_are_told_only_where_there_are_any(periodic, sticking):
+    for motion, time, frequency, span in (
+        (periodic, "time [s]", "frequency [Hz]", " s;"),
+        (sticking, "time", "frequency", ";"),
+    ):
+        assert f" in {motion.duration:.6g}{span}" in repr(motion)
+        long = plot.time_history(motion, Figure().subplots(), start=motion.start)
+        assert long.get_xlabel() == time
+        spectrum = plot.power_spectrum(motion, Figure().subplots())
+        assert spectrum.get_xlabel() == frequency
+        (forcing,) = spectrum.get_legend().get_texts()
+        assert forcing.get_text().endswith("Hz") == (frequency == "frequency [Hz]")
+
+
+def test_a_unit_of_time_is_told_in_seconds():
+    assert not scenes.okolewski(3, 0.6).in_seconds
+    assert scenes.okolewski(3, 0.6, time_unit=0.01).in_seconds
+    assert scenes.okolewski(3, 0.6).in_units(time=0.01).in_seconds
+    assert Oscillator().in_seconds

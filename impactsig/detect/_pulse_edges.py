@@ -1,0 +1,143 @@
+"""What is read off the samples of one pulse, without a model of its shape."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, nogil=True)
+def walk(x, index, step, limit, level):
+    """From `index` outward to the first of two successive samples below `level`, or to `limit`."""
+    while index != limit:
+        if x[index] < level and (index + step == limit or x[index + step] < level):
+            return index
+        index += step
+    return index
+
+
+@njit(cache=True, nogil=True)
+def crossing(x, index, step, limit, level):
+    """Where the signal first falls below `level`, going outward; linear between samples."""
+    if x[index] < level:
+        return float(index)
+    while index != limit:
+        following = index + step
+        if x[following] < level:
+            return index + step * (x[index] - level) / (x[index] - x[following])
+        index = following
+    return float(limit)
+
+
+@njit(cache=True, nogil=True)
+def touch(x, top, step, limit, level):
+    """Where the edge, followed outward to the last sample above `level`, comes down to zero.
+
+    The parabola through that sample and the two before it, or their line where it does not
+    reach zero; within a factor of two of the line, and not beyond the first sample that lies
+    below half of `level`.
+    """
+    last = top
+    while last != limit and x[last + step] >= level:
+        last += step
+    low = last
+    while low != limit and x[low] >= 0.5 * level:
+        low += step
+    if last == limit or (top - last) * -step < 2:
+        return crossing(x, top, step, limit, level)
+    x0, x1, x2 = x[last], x[last - step], x[last - 2 * step]
+    drop = x0 - x[last + step]
+    if drop > 2.0 * (x1 - x0):
+        # A steep side, not the curve of a crest: the edge lies between two samples.
+        return last + step * min(x0 / drop, 1.0)
+    slope, bend = x1 - x0, x2 - 2.0 * x1 + x0
+    if slope <= 0.0:
+        return crossing(x, top, step, limit, level)
+    out = x0 / slope
+    # x(u) = x0 - (slope - bend/2) u + bend/2 u^2, u samples outward from the last.
+    linear = slope - 0.5 * bend
+    square = linear * linear - 2.0 * bend * x0
+    if square >= 0.0 and linear > 0.0:
+        out = min(max(2.0 * x0 / (linear + math.sqrt(square)), 0.5 * out), 2.0 * out)
+    touch = last + step * out
+    return max(touch, float(low)) if step < 0 else min(touch, float(low))
+
+
+@njit(cache=True, nogil=True)
+def crest_at(x, top, sigma):
+    """Height of the crest at sample `top`, by a parabola, and where it lies between samples.
+
+    The sample itself where it does not stand out: at a plateau's edge a parabola would overshoot.
+    """
+    if not 0 < top < len(x) - 1 or x[top] - max(x[top - 1], x[top + 1]) <= 4.0 * sigma:
+        return x[top], 0.0
+    difference = x[top - 1] - x[top + 1]
+    shift = 0.5 * difference / (x[top - 1] - 2.0 * x[top] + x[top + 1])
+    return x[top] - 0.25 * difference * shift, shift
+
+
+@njit(cache=True, nogil=True)
+def valley(x, a, b):
+    """Index of the least three-sample mean strictly between a < b."""
+    best = a + 1
+    least = np.inf
+    for i in range(a + 1, b):
+        mean = x[i - 1] + x[i] + x[i + 1]
+        if mean < least:
+            least, best = mean, i
+    return best
+
+
+@njit(cache=True, nogil=True)
+def remove_baseline(x, a, b, c, d, sigma, height, at_top):
+    """Subtract from x, in place, the line through x[a:b] and x[c:d] (a level where one is empty).
+
+    Returns its value at index `at_top`.
+
+    Where the sides scatter far more than noise does (ringing, a neighbour), their median is used.
+    """
+    left, right = max(b - a, 0), max(d - c, 0)
+    count = left + right
+    if count < 4:
+        return 0.0
+    side = np.empty(count)
+    at = np.empty(count)
+    for i in range(left):
+        side[i], at[i] = x[a + i], a + i
+    for i in range(right):
+        side[left + i], at[left + i] = x[c + i], c + i
+    mean = centre = cross = square = scatter = slope = 0.0
+    for i in range(count):
+        mean += side[i] / count
+        centre += at[i] / count
+    if left >= 4 and right >= 4:
+        for i in range(count):
+            cross += (at[i] - centre) * (side[i] - mean)
+            square += (at[i] - centre) ** 2
+        slope = cross / square
+    for i in range(count):
+        scatter += (side[i] - mean - slope * (at[i] - centre)) ** 2
+    scatter = math.sqrt(scatter / count)
+    if scatter > max(2.0 * sigma, 0.05 * height):
+        mean, slope = np.median(side), 0.0
+    for i in range(len(x)):
+        x[i] -= mean + slope * (i - centre)
+    return mean + slope * (at_top - centre)
+
+
+@njit(cache=True, nogil=True)
+def integral(x, a, b):
+    """Integral of x from a to b, in samples.
+
+    Cubic between samples where the four around a cell lie inside [a, b], linear at the ends.
+    """
+    total = 0.0
+    for i in range(int(a), min(int(b) + 1, len(x) - 1)):
+        u, v = max(a - i, 0.0), min(b - i, 1.0)
+        if a <= i - 1 and i + 2 <= b:
+            total += (13.0 * (x[i] + x[i + 1]) - x[i - 1] - x[i + 2]) / 24.0
+        elif v > u:
+            total += (v - u) * (x[i] + 0.5 * (u + v) * (x[i + 1] - x[i]))
+    return total

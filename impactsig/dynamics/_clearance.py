@@ -1,0 +1,52 @@
+"""How near a periodic orbit comes to impacts that it has, and to one that it has not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .orbits import PeriodicOrbit
+
+LOOKS = 512  # at a forcing period, for its turning points
+
+
+def seconds_of(orbit: PeriodicOrbit) -> float:
+    """Its forcing period [s]."""
+    return float(orbit.oscillator.forcing_period)  # type: ignore[arg-type]
+
+
+def gaps(orbit: PeriodicOrbit) -> tuple[float, float, float]:
+    """From the section to the nearest impact, the widest gap between impacts, and its middle."""
+    if not orbit.impacts:
+        return math.pi, 2 * math.pi, orbit.phase
+    angles = np.sort(orbit.impact_phase)
+    widths = np.diff(angles, append=angles[0] + 2 * math.pi)
+    k = int(widths.argmax())
+    away = np.abs((orbit.impact_phase - orbit.phase + math.pi) % (2 * math.pi) - math.pi).min()
+    return float(away), float(widths[k]), float((angles[k] + widths[k] / 2) % (2 * math.pi))
+
+
+def clearance(orbit: PeriodicOrbit) -> float:
+    """The least distance at which the orbit turns before a stop, without hitting it."""
+    motion = orbit.motion()
+    assert motion.impacts is not None
+    hits = motion.impacts.time
+    grid = np.linspace(motion.start, motion.stop, LOOKS * orbit.periods + 1)
+    time = np.sort(np.concatenate([grid, hits]))
+    _, v = motion._from_stops(time)
+    least = math.inf
+    for side in (1, -1):
+        turns = np.flatnonzero((side * v[:-1] > 0) & (side * v[1:] <= 0))
+        # An impact turns the velocity at once; its instant is the latter of the two.
+        turns = turns[~np.isin(time[turns + 1], hits)]
+        low, high = time[turns], time[turns + 1]
+        for _ in range(50):
+            middle = (low + high) / 2
+            rises = side * motion._from_stops(middle)[1] > 0
+            low, high = np.where(rises, middle, low), np.where(rises, high, middle)
+        top, _ = motion._from_stops(low)
+        for stop in orbit.oscillator.stops_on("upper" if side > 0 else "lower"):
+            off = side * (stop.position - top)
+            least = min(least, off[off > 0].min(initial=math.inf))
+    return least
