@@ -15,7 +15,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 BLOCK = 512  # samples that share one least and one greatest value
 
@@ -30,7 +31,7 @@ class Matched(NamedTuple):
 
 
 # nnan: the caller has checked that all samples are finite; it lets min and max run in lanes.
-@njit(cache=True, nogil=True, fastmath={"nnan", "nsz"})
+@njit(nogil=True, fastmath={"nnan", "nsz"})
 def block_ranges(x, low, high):
     """Least and greatest value of each BLOCK samples of x."""
     for k in range(len(low)):
@@ -43,7 +44,7 @@ def block_ranges(x, low, high):
         low[k], high[k] = least, greatest
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _cumulate(buffer, first, count, sums):
     """sums[k] = sum of the first k of `count` samples from buffer[first], less buffer[first] each.
 
@@ -70,7 +71,7 @@ def _cumulate(buffer, first, count, sums):
         sums[k + 1] = sums[k] + (buffer[first + k] - reference)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def respond(buffer, origin, total, first, last, matched, sums, y):
     """Response y for samples [first, last) of a segment of `total` samples.
 
@@ -100,7 +101,7 @@ def respond(buffer, origin, total, first, last, matched, sums, y):
         y[i - first] = matched.gain * _centre_and_side(sums, lo, total, i, matched)[0]
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _centre_and_side(sums, lo, total, i, matched):
     """Response without gain, and flank mean, at sample i; both above the reference of `sums`.
 
@@ -121,7 +122,7 @@ def _centre_and_side(sums, lo, total, i, matched):
     return (sums[c1 - lo] - sums[c0 - lo]) / (c1 - c0) - side, side
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def strongest_responses(x, whole, trials, out):
     """For each row of `trials`, the fields of a Matched: its extremes over x and where they are.
 
@@ -147,7 +148,7 @@ def strongest_responses(x, whole, trials, out):
             out[k, 2], out[k, 3] = least * matched.gain, at_least
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _local_noise(buffer, first, last, width):
     """Standard deviation of the noise of buffer[first:last], from its quiet stretches.
 
@@ -176,7 +177,7 @@ def _local_noise(buffer, first, last, width):
     return 1.25 * deviations[count // 4]
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def scan(buffer, origin, total, first, last, unit, matched, levels, low, high, skip, state, out):
     """Search samples [first, last) for stretches where the response exceeds the threshold.
 

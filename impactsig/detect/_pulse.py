@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from .._compiled import njit
 from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
 from ._pulse_edges import crest_at, crossing, integral, remove_baseline, touch, valley, walk
 from ._pulse_fit import PARAMETERS, fit_pulse
@@ -55,13 +55,13 @@ class Extent(NamedTuple):
     right_limit: int
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def measure_reach(width):
     """How many samples to either side of its peak the measurement of a pulse looks at."""
     return 12 * width + 16
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def measure_pulse(signal, origin, total, sign, peak, base, before, after, width, sigma, level):
     """Measure the pulse around `peak`.
 
@@ -125,7 +125,7 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
     return Pulse(lo + start, contact, crest, impulse, rise, flags)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _summit(x, place, base, width, sigma):
     """Where in x the pulse is highest, and how high."""
     end = len(x) - 1
@@ -148,7 +148,7 @@ def _summit(x, place, base, width, sigma):
     return top, crest
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _foot(x, top, width):
     """The higher of the least samples to either side, -inf where there is no side.
 
@@ -162,7 +162,7 @@ def _foot(x, top, width):
     return foot
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _extent(x, top, place, base, height, width, sigma):
     """The extent of the pulse, no less than its typical width, and its flags."""
     before, after, lo, hi = place.before, place.after, place.lo, place.hi
@@ -189,7 +189,7 @@ def _extent(x, top, place, base, height, width, sigma):
     return Extent(left, right, left_limit, right_limit), flags
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _level_out(x, top, extent, place, width, sigma, height):
     """Subtract the baseline beside the pulse, clear of its neighbours; its value at the top."""
     left, right = extent.left, extent.right
@@ -203,7 +203,7 @@ def _level_out(x, top, extent, place, width, sigma, height):
     return remove_baseline(x, first, left - margin, right + margin + 1, last, sigma, height, top)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _by_shape(x, top, crest, extent, width, sigma, height):
     """Whether the family of shapes fits; if so, start, contact, rise time and peak of the fit."""
     left_limit, right_limit = extent.left_limit, extent.right_limit
@@ -248,7 +248,7 @@ def _by_shape(x, top, crest, extent, width, sigma, height):
     return fits, p[1], length, math.exp(p[2]) + 0.5 * math.exp(p[3]), crest
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def measure_all(signal, origin, total, candidates, span, sign, width, level, limit, out):
     """Measure the candidates first ... last - 1 of `span` into rows of `out`.
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def walk(x, index, step, limit, level):
     """From `index` outward to the first of two successive samples below `level`, or to `limit`."""
     while index != limit:
@@ -18,7 +19,7 @@ def walk(x, index, step, limit, level):
     return index
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def crossing(x, index, step, limit, level):
     """Where the signal first falls below `level`, going outward; linear between samples."""
     if x[index] < level:
@@ -31,7 +32,7 @@ def crossing(x, index, step, limit, level):
     return float(limit)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def touch(x, top, step, limit, level):
     """Where the edge, followed outward to the last sample above `level`, comes down to zero.
 
@@ -65,7 +66,7 @@ def touch(x, top, step, limit, level):
     return max(touch, float(low)) if step < 0 else min(touch, float(low))
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def crest_at(x, top, sigma):
     """Height of the crest at sample `top`, by a parabola, and where it lies between samples.
 
@@ -78,7 +79,7 @@ def crest_at(x, top, sigma):
     return x[top] - 0.25 * difference * shift, shift
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def valley(x, a, b):
     """Index of the least three-sample mean strictly between a < b."""
     best = a + 1
@@ -90,7 +91,7 @@ def valley(x, a, b):
     return best
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def remove_baseline(x, a, b, c, d, sigma, height, at_top):
     """Subtract from x, in place, the line through x[a:b] and x[c:d] (a level where one is empty).
 
@@ -127,7 +128,7 @@ def remove_baseline(x, a, b, c, d, sigma, height, at_top):
     return mean + slope * (at_top - centre)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def integral(x, a, b):
     """Integral of x from a to b, in samples.
 

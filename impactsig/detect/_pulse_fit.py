@@ -15,14 +15,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 PARAMETERS = 6  # A, t0, ln r, ln p, ln d, ln q
 SKEW_SD, FLAT_SD, FLAT_MEAN, POWER_SD = 0.3, 1.0, -2.0, 0.15
 LENGTH_SD = 0.7  # of the logarithm of the edges, about the pulses the detector is matched to
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def fit_pulse(points, x, log_edge, p):
     """Levenberg-Marquardt from `p`, in place; returns the residual variance over the noise's.
 
@@ -58,7 +59,7 @@ def fit_pulse(points, x, log_edge, p):
     return misfit / len(points)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _model(p, points, x, log_edge, normal):
     """Misfit, and with the priors the cost, at `p`; J^T J and J^T e go into `normal` (6 x 7).
 
@@ -144,7 +145,7 @@ def _model(p, points, x, log_edge, normal):
     return misfit, misfit + priors
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _solve(normal, damping, low, step):
     """Cholesky solution of (N + damping diag N) step = g; False if it is not definite."""
     for i in range(PARAMETERS):

@@ -13,7 +13,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 SHIFTS = 16  # shifts of the waveform for each sample
 ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side
@@ -21,7 +22,7 @@ TAPS = 8  # samples on either side that a value between samples is made of
 STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-3 samples
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def taps_at(part, taps):
     """Weights of the 2 TAPS samples about a place `part` after a sample: sinc under a cosine."""
     sine = math.sin(math.pi * part) / math.pi
@@ -36,7 +37,7 @@ def taps_at(part, taps):
         taps[n] = sign * sine / away * math.cos(0.5 * math.pi * away / TAPS) ** 2
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def add_between(y, place, factor, taps, out):
     """Add to out[k] the factor times y at `place` + k, between samples."""
     whole = math.floor(place)
@@ -49,7 +50,7 @@ def add_between(y, place, factor, taps, out):
         out[k] += factor * total
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def shift_wave(wave, pad, shifts):
     """shifts[j]: the wave, but for `pad` samples at both ends, by (j - ROWS // 2) / SHIFTS late."""
     taps = np.empty(2 * TAPS)
@@ -58,7 +59,7 @@ def shift_wave(wave, pad, shifts):
         add_between(wave, pad - (j - ROWS // 2) / SHIFTS, 1.0, taps, shifts[j])
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def product(y, first, weighted):
     """Scalar product of the weighted wave with as many samples of y from `first` on."""
     a = b = c = d = 0.0
@@ -73,7 +74,7 @@ def product(y, first, weighted):
     return (a + b) + (c + d)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def coarse_shift(y, first, reach, stride, weighted):
     """The shift of at most `reach` at which the matched filter responds most.
 
@@ -97,7 +98,7 @@ def coarse_shift(y, first, reach, stride, weighted):
     return at
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def fit_shift(y, first, far, shift, shifts, weight):
     """The shift by least squares, from one nearby; factor p, sum of squares left, and of y.
 
@@ -132,7 +133,7 @@ def fit_shift(y, first, far, shift, shifts, weight):
     return shift, factor, left, own
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def lay_over(sounds, lengths, clear, shifts, taper, weight, out):
     """out[i]: shift and factor of sound i, the sum of squares it leaves, its own, that of noise.
 
@@ -163,7 +164,7 @@ def lay_over(sounds, lengths, clear, shifts, taper, weight, out):
         out[i, 4] = noise / quiet * total
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def mean_wave(sounds, shift, factor, start, wave):
     """The wave these sounds are shifted multiples of, from sample `start` on, by least squares."""
     wave[:] = 0.0

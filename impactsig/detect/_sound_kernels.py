@@ -13,7 +13,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 BLOCK = 128  # frames that share one greatest forward and one least past power
 GROUP = 16  # frames that share one noise power
@@ -40,7 +41,7 @@ class Scale(NamedTuple):
     before: int
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def octave_powers(x, octaves, even, odd, high, power):
     """power[b, j]: mean square of the details of octave b (0: the highest) in frame j of x.
 
@@ -74,7 +75,7 @@ def octave_powers(x, octaves, even, odd, high, power):
         even, odd = odd, even
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def both_sides(power, first, count, scale, after, before):
     """Mean powers over the `forward` frames from each frame on and over the `past` before it."""
     for b in range(power.shape[0]):
@@ -91,7 +92,7 @@ def both_sides(power, first, count, scale, after, before):
             before[b, j] /= scale.past
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def rises(after, before, floor, count, ratio):
     """ratio[j]: product over the octaves of max(1, (after + floor) / (before + floor))."""
     for j in range(count):
@@ -102,7 +103,7 @@ def rises(after, before, floor, count, ratio):
                 ratio[j] *= max(1.0, (after[b, j] + floor[b]) / (before[b, j] + floor[b]))
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def survey(x, left, frames, full, octaves_counts, scale, after, before, greatest, least):
     """Both-sided powers of the `frames` frames of a window, their block ranges, and noise counts.
 
@@ -136,7 +137,7 @@ def survey(x, left, frames, full, octaves_counts, scale, after, before, greatest
     return strongest
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _is_crest(ratio, j, spacing):
     """No ratio within `spacing` frames is greater, nor one before it as great."""
     for k in range(1, spacing + 1):
@@ -145,7 +146,7 @@ def _is_crest(ratio, j, spacing):
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def search(x, left, frames, valid, telling, floor, limits, active, scale, out, sounds):
     """Find the impacts among the `frames` frames of a window and measure their attack and peak.
 
@@ -214,7 +215,7 @@ def search(x, left, frames, valid, telling, floor, limits, active, scale, out, s
     return found
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def attack(x, at, valid, scale):
     """First sample after the greatest change of variance near `at`.
 
@@ -234,7 +235,7 @@ def attack(x, at, valid, scale):
     return first + (short_split if short_gain >= long_gain else long_split)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def innovations(x, first, lag, slope, out):
     """What a straight line through two earlier samples leaves of those from `first` on.
 
@@ -246,14 +247,14 @@ def innovations(x, first, lag, slope, out):
         out[k] = x[i] - (1.0 + share) * x[i - lag] + share * x[i - lag - slope]
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def square(values):
     """Square them, in place."""
     for k in range(len(values)):
         values[k] *= values[k]
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def variance_change(squares, at, reach):
     """The split k of N squares at most `reach` from `at` after which they are greater [Maeda1985]_.
 
@@ -282,7 +283,7 @@ def variance_change(squares, at, reach):
     return split, gain
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def crest(x, split, valid, limits, scale):
     """Greatest deviation, in the forward stretch, from the mean before; 1.0 if it is clipped.
 

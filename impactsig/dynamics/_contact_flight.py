@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from .._compiled import njit
 from ..simulate._flow import COMPLETE, Leg, bounds, locate
 from ..simulate._gap import close, stays_open
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def flights(kappa, delta, omega, push_cos, push_sin, load, speed, lasts, leaves):
     """Fill in how long contacts last, and with what velocity they end; inf and 0 where they do not.
 
@@ -48,7 +48,7 @@ def flights(kappa, delta, omega, push_cos, push_sin, load, speed, lasts, leaves)
         lasts[n], leaves[n] = tau / w, out * w
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def flight(leg, end):
     """When the depth of a leg that starts at zero depth is zero again, and its velocity then."""
     tau, x, v = 0.0, 0.0, leg.series[1]

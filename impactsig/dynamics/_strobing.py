@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from .._compiled import njit
 from ..simulate._engine import run
 from ..simulate._events import COLUMNS, COUNTERS, DONE
 from ..simulate._flow import Problem
@@ -15,7 +15,7 @@ NOISE = 1e-13  # returns this close, as a share of the size, are exact but for r
 RESOLVED = 10.0  # strobes closer than so many tolerances are one
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def closing(strobes, n, tolerance, longest):
     """Period of the orbit that strobe n has closed, 0 if none.
 
@@ -44,7 +44,7 @@ def closing(strobes, n, tolerance, longest):
     return 0
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def least(strobes, n, m, limit):
     """The least divisor of m after which the last m strobes are back to within a limit."""
     for d in range(1, m):
@@ -58,13 +58,13 @@ def least(strobes, n, m, limit):
     return m
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(nogil=True, inline="always")
 def apart(strobes, i, j):
     """Distance of two strobes in the greater of displacement and velocity."""
     return max(abs(strobes[i, 0] - strobes[j, 0]), abs(strobes[i, 1] - strobes[j, 1]))
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def caught(x, v, points, owner, radius):
     """The attractor that a strobe is within the radius of, -1 if none."""
     for k in range(len(points)):
@@ -73,7 +73,7 @@ def caught(x, v, points, owner, radius):
     return -1
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def follow(p, scratch, upper, lower, clock, state, count, strobes, rule, known):
     """Fill in strobes from row 1 on, one forcing period each, until the orbit closes.
 
@@ -111,7 +111,7 @@ def follow(p, scratch, upper, lower, clock, state, count, strobes, rule, known):
     return DONE, len(strobes) - 1, period if len(strobes) - 1 - seen <= 3 * longest else 0, -1
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def follow_all(p, scratch, upper, lower, phase, states, modes, strobes, rule, known, found, orbits):
     """Follow many starts: status, period, attractor and periods taken of each, and closed orbits.
 
@@ -134,7 +134,7 @@ def follow_all(p, scratch, upper, lower, phase, states, modes, strobes, rule, kn
                 orbits[k, j, c] = strobes[last - m + 1 + j, c]
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def follow_machines(many, scratch, upper, lower, clocks, states, counts, strobes, rule, found):
     """Follow one start of each machine of a layout, from where the clocks and states are.
 
@@ -152,7 +152,7 @@ def follow_machines(many, scratch, upper, lower, clocks, states, counts, strobes
         found[k, 0], found[k, 1], found[k, 2] = status, last, m
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(nogil=True, inline="always")
 def machine(many, k):
     """The tables of one of them."""
     return Problem(

@@ -13,8 +13,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from .._compiled import njit
 from ._series import unbroken
 
 CLOSER = 255  # as in _pairs
@@ -68,7 +68,7 @@ def strips_of(x: np.ndarray, lowest: int, highest: int, delay: int, radius: floa
     return Strips(vectors, order, start, along, places)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def candidates(strips, radius):
     """How many pairs the sweep looks at."""
     start, y = strips.start, strips.vectors[:, strips.along]
@@ -88,7 +88,7 @@ def candidates(strips, radius):
     return total
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(nogil=True, inline="always")
 def _bin(d, cells, least, radii, shift, offset):
     cell = min(max((np.float64(d).view(np.int64) >> shift) - offset, 0), len(cells) - 1)
     k = np.int64(cells[cell])
@@ -99,7 +99,7 @@ def _bin(d, cells, least, radii, shift, offset):
     return k
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def count_near(strips, first, last, theiler, row_of, bins, counts):
     """counts[row, p, q, k] += pairs in bin k within the greatest radius.
 
@@ -142,7 +142,7 @@ def count_near(strips, first, last, theiler, row_of, bins, counts):
                         counts[row_of[m], earlier, later, k] += 1
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def count_sorted(y, radii, within):
     """within[k] += pairs of the ascending y that differ by radii[k] or less."""
     for k in range(len(radii)):

@@ -1,10 +1,11 @@
 """Logarithms of the distances to the k-th nearest neighbour, with and without blocks of time."""
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def log_distances_by_block(logs, block_of, own_block, weights, ranks):
     """Sums of ln r_k over the vectors of each block, shape (rows, blocks, ranks).
 

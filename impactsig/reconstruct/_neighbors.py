@@ -11,7 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 LEAF = 12  # points in a leaf, at most
 NOBODY = -1  # index of a neighbour that does not exist
@@ -29,7 +30,7 @@ class Tree(NamedTuple):
     places: int  # in time, those without a point included
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _build(points):
     n, m = points.shape
     levels = 0
@@ -68,7 +69,7 @@ def tree(vectors: np.ndarray, usable: np.ndarray | None = None) -> Tree:
     return Tree(points, at[order], begin, end, low, high, len(vectors))
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _apart(p, q, maximum):
     total = 0.0
     for d in range(len(p)):
@@ -77,7 +78,7 @@ def _apart(p, q, maximum):
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _from_box(p, low, high, maximum):
     total = 0.0
     for d in range(len(p)):
@@ -86,7 +87,7 @@ def _from_box(p, low, high, maximum):
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _across_box(p, low, high):
     """Whether the box holds anything but p."""
     across = False
@@ -95,7 +96,7 @@ def _across_box(p, low, high):
     return across
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def nearest(found, theiler, maximum):
     """Nearest neighbour of every point that is more than `theiler` away in time, and not equal.
 
@@ -142,7 +143,7 @@ def nearest(found, theiler, maximum):
     return index, distance
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def within(found, places, radius, theiler, maximum, most):
     """Neighbours within `radius`, apart in time and not equal, of the points at some `places`.
 

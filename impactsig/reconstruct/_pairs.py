@@ -11,7 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 CHUNK = 8192  # pairs at a time, so that what is passed on stays in the nearest cache
 MOST_RADII = 254  # a bin is a byte, and one value of it says "look closer"
@@ -51,14 +52,14 @@ def bins_of(radii: np.ndarray) -> Bins:
     return Bins(radii, found.astype(np.uint8), least.astype(np.uint8), shift, offset)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _look_closer(d, k, radii):
     while k < len(radii) and d > radii[k]:
         k += 1
     return k
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _bin_diagonal(x, lag, bins, cell, b):
     """b[i] = bin of |x[i] - x[i + lag]|; `cell` is scratch."""
     top = len(bins.cells) - 1
@@ -79,7 +80,7 @@ def _bin_diagonal(x, lag, bins, cell, b):
             found[i] = k
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _empty(tables, counts):
     """Add to the counts what the tables of neighbours hold, and clear them."""
     size = counts.shape[1]
@@ -93,7 +94,7 @@ def _empty(tables, counts):
     tables[:] = 0
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def count_diagonals(x, first, last, step, delay, row_of, bins, counts):
     """counts[row, k] += pairs in bin k at the lags range(first, last, step).
 
@@ -140,7 +141,7 @@ def count_diagonals(x, first, last, step, delay, row_of, bins, counts):
     _empty(tables, counts)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def block_diagonals(x, first, last, step, delay, m, bins, edges, counts):
     """counts[p, q, k] += pairs in bin k whose earlier vector is in block p, the later in q.
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, linear):
     """What the nearest vectors of each delay vector say it is followed by, shape (h, references).
 
@@ -82,7 +83,7 @@ def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, lin
     return found
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _add_slopes(x, i, index, held, dimension, delay, horizons, found, matrix, right, centre):
     """Correct the mean of the futures by the plane fitted to them; by least squares (Cholesky).
 

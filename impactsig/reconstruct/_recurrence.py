@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _close(x, i, j, span, delay, radius):
     for c in range(0, span + 1, delay):  # noqa: SIM110 - any() of a generator does not compile
         if not abs(x[i + c] - x[j + c]) <= radius:
@@ -14,7 +15,7 @@ def _close(x, i, j, span, delay, radius):
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def close_pairs(x, dimension, delay, radius, first, step, found):
     """found[i, j]: whether vectors i and j are within the radius, for the greater in such steps."""
     span = (dimension - 1) * delay
@@ -23,7 +24,7 @@ def close_pairs(x, dimension, delay, radius, first, step, found):
             found[i, j] = found[j, i] = _close(x, i, j, span, delay, radius)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def line_lengths(x, dimension, delay, radius, theiler, first, step):
     """How many diagonal and vertical lines of every length there are, each of shape (N + 1,).
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 LOWEST = -1000.0  # stands for the logarithm of 0, which has no differences
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def pair_gaps(newest, one, other, steps):
     """Logarithms of abs(newest[one + k] - newest[other + k]), shape (steps + 1, pairs)."""
     log = np.empty((steps + 1, len(one)))
@@ -19,7 +20,7 @@ def pair_gaps(newest, one, other, steps):
     return log
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def group_gaps(newest, one, start, who, steps):
     """Logarithms of the mean gap from each reference to all its neighbours, (steps + 1, n)."""
     log = np.empty((steps + 1, len(one)))

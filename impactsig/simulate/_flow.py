@@ -14,7 +14,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 ORDER = 12  # of the Taylor series that serves short legs
 COMPLETE = ORDER + 1  # where a series tells whether it is
@@ -22,7 +23,7 @@ INVERSE = tuple([0.0] + [1 / n for n in range(1, 18)])
 TURN = 2 * math.pi
 
 # Without reference counts, which cost more than these functions compute: nothing here allocates.
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
+_OPTIONS: Any = {"nogil": True, "error_model": "numpy", "_nrt": False}
 _WITHIN: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # for kernels to call
 kernel = njit(**_OPTIONS)
 inner = njit(**_OPTIONS, **_WITHIN)
@@ -326,7 +327,7 @@ def locate(leg, tau):
     return x + z + leg.rest - leg.series[0], v + w, a + b, jerk + b1, b, b1
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def phases_of(ratio, turns, phase):
     """`phase_of` for arrays."""
     out = np.empty(len(turns))

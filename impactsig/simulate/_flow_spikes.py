@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from .._compiled import njit
 from ._flow import inner
 from ._flow_crossings import begin, next_crossing, value_at
 from ._flow_steps import (
@@ -112,7 +112,7 @@ def correct(tab, field, task, s, t, h, y, level, share):
     return share
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def spikes(tab, field, task, s, course, steps):
     """Spikes in so many steps: how it ended, when they are, and how far the signal was."""
     times = np.empty(min(task.wanted, 256))

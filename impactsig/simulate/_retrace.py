@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from .._compiled import njit
 from ._events import MARK, STICK, TOUCH
 from ._flow import TURN
 from ._passing import pass_time
@@ -32,7 +32,7 @@ from ._step import stride, take
 PARTS = 6  # of a step, in which the greatest force is looked for
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def recall(p, rows, w, approach):
     """Approach velocities of the contacts under way in row w, from the rows before it."""
     for k in range(len(p.stops)):
@@ -46,7 +46,7 @@ def recall(p, rows, w, approach):
                     break
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def mode_of(p, f, s, row, approach):
     """Mode of the motion after a row: a start does not tell which way the mass slides."""
     mode = int(row[4])
@@ -60,7 +60,7 @@ def mode_of(p, f, s, row, approach):
     return mode
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def sample(p, tab, f, s, rows, where, turns, phase, order, q, v):
     """Position and velocity at instants, each after the row that `where` names.
 
@@ -110,7 +110,7 @@ def sample(p, tab, f, s, rows, where, turns, phase, order, q, v):
         q[n], v[n] = at, velocity
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def push_of(p, k, loss, depth, inward):
     """Force per mass of a soft stop."""
     if depth < 0:
@@ -120,7 +120,7 @@ def push_of(p, k, loss, depth, inward):
     return p.stops[k, STIFFNESS] * depth + p.stops[k, LOSS] * inward
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def peaks(p, tab, f, s, rows, first, last, end_turns, end_phase, out):
     """Greatest force of contacts per mass, each from the row of its touch to that of its end."""
     approach = np.empty(len(p.stops))

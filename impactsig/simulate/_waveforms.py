@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from .._compiled import njit
 
 ANCHOR = 1024  # samples after which a rotating phasor is set anew: rounding cannot add up
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def add_half_sines(
     samples: np.ndarray, touch: np.ndarray, contact: np.ndarray, peak: np.ndarray
 ) -> None:
@@ -22,7 +23,7 @@ def add_half_sines(
             k += 1
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def add_decays(
     samples: np.ndarray,
     begin: np.ndarray,
@@ -50,7 +51,7 @@ def add_decays(
             c, s = c * along - s * across, c * across + s * along
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def add_sinusoid(samples: np.ndarray, amplitude: float, phase: float, turn: float) -> None:
     """Add ``amplitude sin(phase + k turn)`` to sample k."""
     along, across = math.cos(turn), math.sin(turn)
@@ -63,7 +64,7 @@ def add_sinusoid(samples: np.ndarray, amplitude: float, phase: float, turn: floa
         c, s = c * along - s * across, c * across + s * along
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def shape(samples: np.ndarray, pole: np.ndarray, zero: np.ndarray, state: np.ndarray) -> None:
     """Filter in place through first-order sections (1 - zero/z) / (1 - pole/z), one after another.
 
