@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import sigutils
+from numba.core.ccallback import CFunc
 
 _IMPORT = re.compile(r"^from (\.+)([\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
 
@@ -27,12 +29,29 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def keep(function: Callable[..., Any]) -> Any:
         dispatcher = compiled(function)
         if dispatcher is not function:  # as it is with NUMBA_DISABLE_JIT
-            # numba has no public way to say what else a function depends on.
-            kept = dispatcher._cache._cache_file
-            kept._version += f" {state(Path(function.__code__.co_filename))}"
+            _depend(dispatcher, function)
         return dispatcher
 
     return keep
+
+
+def cfunc(signature: Any) -> Callable[[Callable[..., Any]], Any]:
+    """`numba.cfunc` with its cache, for the C functions of this package."""
+
+    def keep(function: Callable[..., Any]) -> Any:
+        compiled = CFunc(function, sigutils.normalize_signature(signature), {}, {})
+        compiled.enable_caching()
+        _depend(compiled, function)
+        compiled.compile()
+        return compiled
+
+    return keep
+
+
+def _depend(compiled: Any, function: Callable[..., Any]) -> None:
+    """Let what is kept of a function depend on all that it is made of; numba has no public way."""
+    path = Path(function.__code__.co_filename)
+    compiled._cache._cache_file._version += f" {state(path)}"
 
 
 @functools.cache

@@ -16,6 +16,7 @@ from numba import carray, cfunc, literal_unroll, njit, types
 from numba.extending import overload
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
+from .. import _compiled
 from ..oscillators import flows
 from ._user import plain, refused
 
@@ -29,27 +30,27 @@ _lorenz_signal = njit(flows.lorenz_signal)
 _rossler_signal = njit(flows.rossler_signal)
 
 
-@cfunc(RATES, cache=True)
+@_compiled.cfunc(RATES)
 def _lorenz(t, y, p, out):
     out[0], out[1], out[2] = _lorenz_rates(t, y, p[0], p[1], p[2])
 
 
-@cfunc(RATES, cache=True)
+@_compiled.cfunc(RATES)
 def _rossler(t, y, p, out):
     out[0], out[1], out[2] = _rossler_rates(t, y, p[0], p[1], p[2])
 
 
-@cfunc(SIGNAL, cache=True)
+@_compiled.cfunc(SIGNAL)
 def _of_lorenz(y, k):
     return _lorenz_signal(y)
 
 
-@cfunc(SIGNAL, cache=True)
+@_compiled.cfunc(SIGNAL)
 def _of_rossler(y, k):
     return _rossler_signal(y)
 
 
-@cfunc(SIGNAL, cache=True)
+@_compiled.cfunc(SIGNAL)
 def coordinate(y, k):
     """The signal that is a coordinate itself."""
     return y[k]

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import cfunc
-
+from .._compiled import cfunc
 from ._events import (
     BROKEN,
     DONE,
@@ -25,7 +24,7 @@ CALM = 0.01  # relative change of the pressing force for which chatter is a geom
 NOTHING = 4e-16  # a gap this small beside what it is the difference of is closed
 
 
-@cfunc("float64(float64)", cache=True)
+@cfunc("float64(float64)")
 def constant_law(_velocity):
     """Stands in for a restitution function where there is none."""
     return math.nan

@@ -12,8 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import cfunc
 
+from .._compiled import cfunc
 from ._delay import pushed, pushed_rate
 from ._flow import TURN, inlined, inner, phase_of
 
@@ -99,7 +99,7 @@ class Leg(NamedTuple):
     sway: float
 
 
-@cfunc("float64(float64, float64, float64)", cache=True)
+@cfunc("float64(float64, float64, float64)")
 def no_law(t, x, v):
     """Nothing, where a kernel wants a law."""
     return 0.0

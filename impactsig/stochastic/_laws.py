@@ -9,13 +9,14 @@ from typing import Any
 
 from numba import cfunc, njit
 
+from .. import _compiled
 from ..simulate._user import plain
 
 ROW = "float64[::1]"
 SIGNATURE = f"void(float64, {ROW}, {ROW}, {ROW})"
 
 
-@cfunc(SIGNATURE, cache=True)
+@_compiled.cfunc(SIGNATURE)
 def no_laws(t, x, v, out):
     """Nothing, where a kernel wants a law."""
 
