@@ -127,8 +127,7 @@ def _report_all(
         if entry.page is not None:
             print(f"{one_line(entry.path)}: {one_line(entry.summary)}")
         else:
-            told = one_line(entry.summary).removeprefix(f"{one_line(entry.path)}: ")
-            print(f"error: {one_line(entry.path)}: {told}", file=sys.stderr)
+            print(f"error: {one_line(entry.path)}: {one_line(entry.summary)}", file=sys.stderr)
     print(f"reports: {one_line(folder / 'index.html')}")
     failed = sum(entry.page is None for entry in entries)
     if failed:

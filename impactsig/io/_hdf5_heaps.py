@@ -30,6 +30,14 @@ class Heaps:
     @property
     def doubt(self) -> str:
         """Why no text may be read from them; "" if any may."""
+        return self._state()[0]
+
+    @property
+    def largest(self) -> int:
+        """Bytes of the largest object in them, thus of the longest text."""
+        return self._state()[1]
+
+    def _state(self) -> tuple[str, int]:
         status = self._path.stat()
         state = self._path, status.st_size, status.st_mtime_ns, status.st_ino
         # Of a file changed just now the time of change does not tell this state from the next.
@@ -38,25 +46,27 @@ class Heaps:
 
 
 @lru_cache(64)
-def _known(path: Path, size: int, *_: int) -> str:
+def _known(path: Path, size: int, *_: int) -> tuple[str, int]:
     """What is known of a file as it is: a part is often read of a file that was read before."""
     with path.open("rb") as file:
         return _doubt(file, size)
 
 
-def _doubt(file: BinaryIO, size: int) -> str:
+def _doubt(file: BinaryIO, size: int) -> tuple[str, int]:
+    """What is wrong with the heaps of a file, and the size of their largest object."""
     if size > _LARGEST:
-        return f"are not looked for in more than {_LARGEST >> 30} GiB"
+        return f"are not looked for in more than {_LARGEST >> 30} GiB", 0
     if not has_long_sizes(file.read(4096)):
-        return "have sizes of another length than 8 bytes"
-    left = _MOST
+        return "have sizes of another length than 8 bytes", 0
+    left, largest = _MOST, 0
     for start in _starts(file):
         file.seek(start + 8)
         (announced,) = struct.unpack("<Q", file.read(8).ljust(8, b"\0"))
-        left = _walked(file, start + 16, min(start + announced, size), left - 1)
+        left, found = _walked(file, start + 16, min(start + announced, size), left - 1)
         if left <= 0:
-            return f"have no end (heap at byte {start})"
-    return ""
+            return f"have no end (heap at byte {start})", 0
+        largest = max(largest, found)
+    return "", largest
 
 
 def has_long_sizes(head: bytes) -> bool:
@@ -83,13 +93,19 @@ def _starts(file: BinaryIO) -> Iterator[int]:
         begin += _BLOCK
 
 
-def _walked(file: BinaryIO, at: int, end: int, left: int) -> int:
-    """How many objects may still be looked at after those of a heap; 0 if it has no end."""
+def _walked(file: BinaryIO, at: int, end: int, left: int) -> tuple[int, int]:
+    """How many objects may still be looked at after those of a heap, and the size of its largest.
+
+    None may if it has no end.
+    """
+    largest = 0
     while at + 16 <= end and left > 0:
         file.seek(at)
         number, _, size = struct.unpack("<HHxxxxQ", file.read(16))
         step = size if number == 0 else 16 + size + -size % 8
         if step == 0 or step >= 1 << 62:
-            return 0
+            return 0, 0
+        # What runs out of its heap is no object, but samples that look like one.
+        largest = max(largest, size if number and at + 16 + size <= end else 0)
         at, left = at + step, left - 1
-    return left
+    return left, largest

@@ -22,6 +22,8 @@ from ._hdf5_heaps import HEAP, SIGNATURE, Heaps, has_long_sizes
 _ATTRIBUTE, _CONTINUED = 0x0C, 0x10
 _SHARED = 0x02
 _LARGEST_BLOCK, _LARGEST_TEXT = 1 << 20, 1 << 16  # bytes of a header's block, and of a text
+_LARGEST_SUM = 1 << 24  # bytes of all texts of a file: a heap's object may be told of many times
+_STRING = 64  # bytes that a string takes at least
 _MOST = 1_000_000  # objects of heaps, and messages of headers, that are gone through for a file
 _PLACE = 16  # bytes of a text's length, heap and number
 
@@ -40,7 +42,8 @@ class Texts:
     """
 
     def __init__(self, path: Path) -> None:
-        self._path, self._heaps, self._left = path, Heaps(path), _MOST
+        self._path, self._heaps = path, Heaps(path)
+        self._left, self._bytes = _MOST, _LARGEST_SUM
         self._objects: dict[int, dict[int, tuple[int, int]]] = {}
         self._header: tuple[int, dict[bytes, bytes]] = (-1, {})
         self.doubts: list[str] = []
@@ -88,8 +91,12 @@ class Texts:
                     raise _Unknown
                 found = [self._text(raw, base, *one) for one in struct.iter_unpack("<IQI", told)]
         except (_Unknown, OverflowError):
-            if doubt := self._heaps.doubt:
-                return self._unread(doubt)
+            try:
+                if doubt := self._heaps.doubt:
+                    raise ValueError(doubt) from None
+                self._take(math.prod(shape), self._heaps.largest)
+            except ValueError as error:
+                return self._unread(str(error))
             return by_hdf5()
         except ValueError as error:
             return self._unread(str(error))
@@ -101,7 +108,14 @@ class Texts:
         if doubt not in self.doubts:
             self.doubts.append(doubt)
 
+    def _take(self, count: int, length: int) -> None:
+        """Take memory for texts of some length."""
+        self._bytes -= count * (length + _STRING)
+        if self._bytes < 0:
+            raise ValueError(f"hold more than {_LARGEST_SUM >> 20} MiB of texts")
+
     def _text(self, raw: BinaryIO, base: int, length: int, heap: int, number: int) -> str:
+        self._take(1, length)
         if not length:
             return ""
         if heap not in self._objects:

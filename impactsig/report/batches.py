@@ -148,7 +148,9 @@ def write_reports(
         progress=progress,
     )
     entries = tuple(
-        Entry(path, None, str(one)) if isinstance(one, ImpactsigError) else one
+        Entry(path, None, str(one).removeprefix(f"{path}: "))
+        if isinstance(one, ImpactsigError)
+        else one
         for path, one in zip(paths, found, strict=True)
     )
     with atomic_path(folder / INDEX) as temporary:

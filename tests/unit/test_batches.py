@@ -106,7 +106,10 @@ def test_reports_and_the_page_that_lists_them(rig, tmp_path):
     links = re.findall(r'href="\./([^"]*)"', index)
     assert links == ["a.wav.html", "a.wav-2.html", "c%20%3Cb%3E.wav.html"]
     assert "1 could not be analysed" in index
-    assert "broken.wav" in entries[1].summary
+    assert entries[1].path == rig[3]
+    with pytest.raises(UnreadableFile) as caught:
+        read(rig[3])
+    assert str(caught.value) == f"{rig[3]}: {entries[1].summary}"
     assert index.count("12 impacts in 0.5 s") == 3
     alone = write_report(rig[5], tmp_path / "alone.html", sensor="force").read_text()
     words = re.search(r'<p class="summary">(.*?)</p>', alone, re.DOTALL)

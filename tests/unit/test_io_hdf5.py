@@ -325,6 +325,34 @@ def test_headers_without_number_are_given_up(path, monkeypatch):
     assert doubts == ["are not trusted"]
 
 
+def with_a_text_told_of(path, times):
+    """A file of 0.2 MB whose names are one text of 60 kB, many times."""
+    with h5py.File(path, "w") as file:
+        file["x"] = X[:, 0]
+        file["x"].attrs["fs"] = 100.0
+        file["x"].attrs["unit"] = "N" * 60_000
+        file["x"].attrs["channels"] = np.array(["a"] * times, object)
+    content = bytearray(path.read_bytes())
+    unit = content.index((60_000).to_bytes(4, "little"), content.index(b"unit"))
+    names = content.index((1).to_bytes(4, "little"), content.index(b"channels") + 64)
+    content[names : names + 16 * times] = content[unit : unit + 16] * times
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("by_hdf5", [False, True])
+def test_one_text_told_of_many_times_is_no_bomb(path, monkeypatch, by_hdf5):
+    if by_hdf5:
+        monkeypatch.setattr(_hdf5_texts, "_MOST", 0)
+    with_a_text_told_of(path, 200)
+    with h5py.File(path) as file:
+        texts = _hdf5_texts.Texts(path)
+        assert texts.attribute(file["x"], "channels").tolist() == ["N" * 60_000] * 200
+        assert texts.doubts == []
+    with_a_text_told_of(path, 2000)
+    with pytest.warns(ImpactsigWarning, match="not read: these hold more than 16 MiB of texts"):
+        assert io.read(path).rate == 100.0
+
+
 def with_a_heap_changed(path, at, value, indexed=True):
     """A file whose unit is a text in a heap, of which 8 bytes at `at` are overwritten."""
     with h5py.File(path, "w", libver="latest" if indexed else "earliest") as file:
