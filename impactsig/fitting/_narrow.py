@@ -15,6 +15,7 @@ are taken out, and the last cloud is fresh.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +30,7 @@ NARROWEST = 0.2  # of its width before, in one round
 OTHERWISE = 2.2  # times the median misfit: a train of another kind of motion
 WIDEST = 3.0  # widths of the cloud: what the trains do not tell is taken to be as uncertain
 REACH = 2.0  # standard deviations of the cloud that a solution may lie from its centre
+EDGE, AGAIN = 0.95, 3  # share of this from where a cloud is moved, and how many there are
 
 
 class Cloud(NamedTuple):
@@ -49,13 +51,15 @@ class Cloud(NamedTuple):
         """How far its farthest points are from the centre, in z."""
         return float(np.sqrt(REACH**2 + len(self.centre)))
 
-    def draw(self, count: int, problem: Problem) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters within the box, and how far trains simulated there are."""
+    def draw(
+        self, count: int, problem: Problem, look: Callable[[np.ndarray], np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters within the box, and what `look` says of a train simulated there."""
         low, high = problem.box
         z = problem.rng.standard_normal((4 * count, len(self.centre)))
         z = z[np.linalg.norm(z, axis=1) < self.reach][:count]
         psi = np.clip(self.centre + z @ self.shape.T, low, high)
-        return psi, np.array([problem.look(one) for one in psi])
+        return psi, np.array([look(one) for one in psi])
 
     def place(self, psi: np.ndarray) -> np.ndarray:
         """The z of parameters, shape (n, parameters)."""
@@ -141,7 +145,7 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
     settled = False
     for _ in range(ROUNDS):
         # The last round decides on the directions, and is worth more trains.
-        fresh = cloud.draw(2 * CLOUD if settled else CLOUD, problem)
+        fresh = cloud.draw(2 * CLOUD if settled else CLOUD, problem, problem.look)
         psi, y = np.vstack((psi, fresh[0])), np.vstack((y, fresh[1]))
         inside = np.linalg.norm(cloud.place(psi), axis=1) < cloud.reach
         regression = Regression.of(cloud, psi[inside], y[inside])
@@ -150,27 +154,49 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
         width, directions = _uncertainty(regression, white)
         project = (white @ regression.slopes).T @ white
         # Wider than it was only where the solution lies at its edge.
-        most = 1.3 if np.abs(z).max() > 0.95 * REACH else 1.0
+        most = 1.3 if np.abs(z).max() > EDGE * REACH else 1.0
         shape = cloud.shape @ directions * np.clip(WIDE * width, NARROWEST, most)
         centre = np.clip(cloud.centre + cloud.shape @ z, *problem.box)
         cloud = Cloud.of(centre, shape @ shape.T, problem)
         if settled:
             break
         settled = bool(np.all(width > 0.4) and np.abs(z).max() < 0.6 * REACH)
-    psi, y = cloud.draw(LAST_CLOUD, problem)
-    regression = Regression.of(cloud, psi, y @ project.T)
-    white = whitening(regression.covariance, 1e-10)
-    z = regression.solve(white, problem)
+    return _combine(problem, cloud, project)
+
+
+def beside(problem: Problem, centre: np.ndarray, covariance: np.ndarray) -> Estimate:
+    """Estimate the parameters where an orbit beside the impacts has told them already.
+
+    Its step, noise and share of legs are told of trains simulated near, as the moments are, and
+    join the projections of these: what jitter, missed and spurious impacts do to it is in both.
+    """
+    cloud = Cloud.of(centre, WIDE**2 * covariance, problem)
+    psi, y = cloud.draw(2 * CLOUD, problem, problem.look)
+    regression = Regression.of(cloud, psi, y)
+    white = whitening(regression.covariance)
+    return _combine(problem, cloud, (white @ regression.slopes).T @ white)
+
+
+def _combine(problem: Problem, cloud: Cloud, project: np.ndarray) -> Estimate:
+    """The estimate of fresh trains, by projected moments and whatever else is told of them."""
+    moments = project.shape[1]
+    for _ in range(AGAIN):
+        psi, y = cloud.draw(LAST_CLOUD, problem, problem.tell)
+        y = np.hstack((y[:, :moments] @ project.T, y[:, moments:]))
+        regression = Regression.of(cloud, psi, y)
+        white = whitening(regression.covariance, 1e-10)
+        z = regression.solve(white, problem)
+        centre = np.clip(cloud.centre + cloud.shape @ z, *problem.box)
+        if np.abs(z).max() < EDGE * REACH:
+            break
+        cloud = cloud._replace(centre=centre)
     slopes = white @ regression.slopes
     information = slopes.T @ slopes - len(white) * regression.slope_errors
     size, directions = np.linalg.eigh(information)
     spread = cloud.shape @ directions / np.sqrt(np.maximum(size, WIDEST**-2))
     # The measured train scatters as its length has it, the regression as its trains do.
     scatter = problem.share + len(regression.coefficients) / regression.trains
-    return Estimate(
-        np.clip(cloud.centre + cloud.shape @ z, *problem.box),
-        spread @ spread.T * scatter,
-    )
+    return Estimate(centre, spread @ spread.T * scatter)
 
 
 def whitening(covariance: np.ndarray, tolerance: float = 1e-3) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -30,6 +31,7 @@ class Problem:
     rng: np.random.Generator
     evaluations: int = 0
     beginnings: Beginnings = field(init=False)
+    orbit: Callable[[Train], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
         self.moments = Moments.of(self.train)
@@ -79,11 +81,23 @@ class Problem:
 
         In units of the moments' scatter; nan where there are too few impacts.
         """
+        return self._off(self._simulated(psi))
+
+    def tell(self, psi: np.ndarray) -> np.ndarray:
+        """The same, followed by what an orbit beside the train tells, where one is known."""
+        train = self._simulated(psi)
+        off = self._off(train)
+        return off if self.orbit is None else np.concatenate((off, self.orbit(train)))
+
+    def _simulated(self, psi: np.ndarray) -> Train:
         impacts = self.simulate(psi)
+        strength = None if self.train.strength is None else impacts.approach_velocity
+        return as_train(impacts, self.forcing_frequency, strength)
+
+    def _off(self, train: Train) -> np.ndarray:
         moments = None
-        if len(impacts) > self.moments.partition.length + 1:
-            strength = None if self.train.strength is None else impacts.approach_velocity
-            moments = self.moments(as_train(impacts, self.forcing_frequency, strength))
+        if len(train.x) > self.moments.partition.length + 1:
+            moments = self.moments(train)
         if moments is None:
             return np.full(len(self.measured), np.nan)
         return FAR * np.tanh((moments - self.measured) / self.scale / FAR)

@@ -24,8 +24,9 @@ from ._asked import (
     strengths_used,
 )
 from ._machine import as_train, oscillator
-from ._narrow import narrow
+from ._narrow import Estimate, narrow
 from ._problem import Problem
+from ._refine import refine
 from ._search import begin, descend
 from .result import OscillatorFit
 
@@ -142,7 +143,7 @@ def _fit(
     problem = Problem(names, known, limits, frequency, train, rng)
     tries = []
     for _ in range(TRIES):
-        estimate = narrow(problem, *descend(problem, begin(problem)))
+        estimate = _estimate(problem)
         look = np.array([problem.look(estimate.psi) for _ in range(JUDGED)])
         tries.append((*_judged(problem, look), estimate))
         if tries[-1][1] > LEAST_P:
@@ -179,6 +180,18 @@ def _fit(
         problem.evaluations,
         warnings,
     )
+
+
+def _estimate(problem: Problem) -> Estimate:
+    """By an orbit where strengths are known; else, or where none is near, by moments alone."""
+    if problem.train.strength is not None:
+        problem.orbit = None
+        refined = refine(problem)
+        if refined is not None:
+            return refined
+    beginning = begin(problem)
+    problem.beginnings = beginning.beginnings
+    return narrow(problem, *descend(problem, beginning.free))
 
 
 def _intervals(
