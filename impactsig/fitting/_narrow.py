@@ -135,6 +135,7 @@ class Estimate(NamedTuple):
 
     psi: np.ndarray
     covariance: np.ndarray
+    explained: float | None = None  # share of the legs that an orbit follows
 
 
 def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
@@ -161,42 +162,42 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
         if settled:
             break
         settled = bool(np.all(width > 0.4) and np.abs(z).max() < 0.6 * REACH)
-    return _combine(problem, cloud, project)
+    psi, y = cloud.draw(LAST_CLOUD, problem, problem.look)
+    regression = Regression.of(cloud, psi, y @ project.T)
+    return _estimate(problem, regression)
 
 
 def beside(problem: Problem, centre: np.ndarray, covariance: np.ndarray) -> Estimate:
     """Estimate the parameters where an orbit beside the impacts has told them already.
 
-    Its step, noise and share of legs are told of trains simulated near, as the moments are, and
-    join the projections of these: what jitter, missed and spurious impacts do to it is in both.
+    What it tells of the measured train is told of trains simulated near: where the estimate is
+    biased, this is taken out, and its scatter is that which jitter, missed and spurious impacts
+    have left. Where strengths are known to a few per cent the moments have nothing to add.
     """
-    cloud = Cloud.of(centre, WIDE**2 * covariance, problem)
-    psi, y = cloud.draw(2 * CLOUD, problem, problem.look)
-    regression = Regression.of(cloud, psi, y)
-    white = whitening(regression.covariance)
-    return _combine(problem, cloud, (white @ regression.slopes).T @ white)
-
-
-def _combine(problem: Problem, cloud: Cloud, project: np.ndarray) -> Estimate:
-    """The estimate of fresh trains, by projected moments and whatever else is told of them."""
-    moments = project.shape[1]
+    cloud = Cloud.of(centre, WIDE**2 * covariance, problem)._replace(curved=0)
     for _ in range(AGAIN):
-        psi, y = cloud.draw(LAST_CLOUD, problem, problem.tell)
-        y = np.hstack((y[:, :moments] @ project.T, y[:, moments:]))
-        regression = Regression.of(cloud, psi, y)
-        white = whitening(regression.covariance, 1e-10)
-        z = regression.solve(white, problem)
-        centre = np.clip(cloud.centre + cloud.shape @ z, *problem.box)
-        if np.abs(z).max() < EDGE * REACH:
+        regression = Regression.of(cloud, *cloud.draw(CLOUD, problem, problem.tell))
+        estimate = _estimate(problem, regression)
+        if np.abs(cloud.place(estimate.psi)).max() < EDGE * REACH:
             break
-        cloud = cloud._replace(centre=centre)
+        cloud = cloud._replace(centre=estimate.psi)
+    return estimate
+
+
+def _estimate(problem: Problem, regression: Regression) -> Estimate:
+    """The parameters at which few numbers, nearly normal, are expected as they were measured."""
+    cloud = regression.cloud
+    white = whitening(regression.covariance, 1e-10)
+    z = regression.solve(white, problem)
     slopes = white @ regression.slopes
     information = slopes.T @ slopes - len(white) * regression.slope_errors
     size, directions = np.linalg.eigh(information)
     spread = cloud.shape @ directions / np.sqrt(np.maximum(size, WIDEST**-2))
     # The measured train scatters as its length has it, the regression as its trains do.
     scatter = problem.share + len(regression.coefficients) / regression.trains
-    return Estimate(centre, spread @ spread.T * scatter)
+    return Estimate(
+        np.clip(cloud.centre + cloud.shape @ z, *problem.box), spread @ spread.T * scatter
+    )
 
 
 def whitening(covariance: np.ndarray, tolerance: float = 1e-3) -> np.ndarray:

@@ -101,9 +101,7 @@ def follow(theta: np.ndarray, noise: Noise, sight: Sight, free: np.ndarray) -> O
         sizes = np.sqrt(found.squares / found.freedom)
         loss = len(node) * float(np.log(sizes).sum()) + CUT / 2 * np.sum(sight.joined & ~joined)
     explained = float(joined.sum() / max(sight.joined.sum(), 1))
-    gradient, information = project(
-        machine, scale, noise, SLACKS[-1], sight.seen, joined, node
-    )
+    gradient, information = project(machine, scale, noise, SLACKS[-1], sight.seen, joined, node)
     gradient, information = gradient[free], information[np.ix_(free, free)]
     step = np.zeros(len(free))
     if not np.isfinite(loss) or explained < 1 - LOST or not np.isfinite(information).all():
@@ -178,5 +176,3 @@ def approach(
         if size < SETTLED:
             break
     return Approach(theta, noise, here)
-
-

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InvalidInput
 from ._balance import Courses, courses
 from ._machine import CHAIN, PARAMETERS, Beginnings, Parameter, as_train, simulated
-from ._moments import Moments
+from ._moments import FALSE, Moments
 from ._partition import Train
 
 LONGEST = 5000  # impacts in a simulated train; of a longer measured one the scatter is scaled
@@ -84,10 +84,13 @@ class Problem:
         return self._off(self._simulated(psi))
 
     def tell(self, psi: np.ndarray) -> np.ndarray:
-        """The same, followed by what an orbit beside the train tells, where one is known."""
+        """How far an orbit beside a simulated train is from the one beside the measured.
+
+        With what moments tell of missed and of spurious impacts.
+        """
+        assert self.orbit is not None
         train = self._simulated(psi)
-        off = self._off(train)
-        return off if self.orbit is None else np.concatenate((off, self.orbit(train)))
+        return np.concatenate((self.orbit(train), self._off(train)[-FALSE:]))
 
     def _simulated(self, psi: np.ndarray) -> Train:
         impacts = self.simulate(psi)

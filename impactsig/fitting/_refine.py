@@ -1,13 +1,14 @@
 """From the balance of three impacts to an orbit beside all of them, and what it tells of a train.
 
-From the balance an orbit is found in five to fifteen steps, even where restitution is off by 0.3 and
-damping by a factor of five. There are other valleys, so it is begun at several dampings, which the
+From the balance an orbit is found in five to fifteen steps, even where it is off by 0.3 in r and by a
+factor of five in the damping. There may be other valleys: it is begun at several dampings, which the
 balance does not tell, and the nearest orbit counts.
 """
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from ._partition import Partition, Train
 from ._problem import Problem
 from ._search import Beginning, begin, chain
 
-PARTS = 3  # of the range of damping, in each of which the search begins
+PARTS = 2  # of the range of damping, in each of which the search begins
 PHASE, SCALE = 4, 5  # places in theta, after the parameters of the oscillator
 STRENGTH_NOISE = 0.05  # to begin with
 
@@ -71,14 +72,13 @@ def refine(problem: Problem) -> Estimate | None:
     hard = best.orbit.node[:, 1] > 0
     phase = best.theta[PHASE] + TURN * best.orbit.node[hard, 0]
     problem.beginnings = Beginnings(phase, best.orbit.node[hard, 1])
-    told = Beside(
-        problem.moments.partition, best.theta, best.noise, free, np.zeros(len(free) + 1)
-    )
+    told = Beside(problem.moments.partition, best.theta, best.noise, free, np.zeros(len(free) + 1))
     told = told._replace(measured=told.tell(problem.train))
     if not np.isfinite(told.measured).all():
         return None
     problem.orbit = told
-    return beside(problem, *_first(problem, best, len(sight.seen)))
+    estimate = beside(problem, *_first(problem, best, len(sight.seen)))
+    return estimate._replace(explained=best.orbit.explained)
 
 
 def _beginnings(problem: Problem) -> list[Beginning]:
@@ -86,7 +86,7 @@ def _beginnings(problem: Problem) -> list[Beginning]:
         return [begin(problem)]
     low, high = (side[problem.free.index("damping")] for side in problem.box)
     edges = np.linspace(low, high, PARTS + 1)
-    return [begin(problem, pair) for pair in zip(edges[:-1], edges[1:], strict=True)]
+    return [begin(problem, pair) for pair in pairwise(edges)]
 
 
 def _theta(problem: Problem, beginning: Beginning) -> np.ndarray:

@@ -173,6 +173,7 @@ def _fit(
         frequency,
         machine,
         used,
+        estimate.explained,
         distance,
         p_value,
         shares,

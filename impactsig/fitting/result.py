@@ -46,6 +46,9 @@ class OscillatorFit:
         What to simulate: dimensionless, in units of the gap.
     strengths : str or None
         What was used as strength of the impacts.
+    explained : float or None
+        Share of the flights from impact to impact that one orbit of the oscillator follows within
+        the noise; of the others an end was missed or is false. None where strengths were not used.
     distance : float
         Mean squared distance of the measured moments from those of trains simulated at the
         optimum, by the median of what single ones of these have: about 1 where the oscillator
@@ -73,6 +76,7 @@ class OscillatorFit:
     forcing_frequency: float
     oscillator: Oscillator = field(repr=False)
     strengths: str | None
+    explained: float | None
     distance: float
     p_value: float
     word_shares: np.ndarray = field(repr=False)
@@ -95,6 +99,8 @@ class OscillatorFit:
         if self.strengths is not None:
             noise += f", noise of the strengths {chain['strength_noise']:.1%}"
         lines.append(noise)
+        if self.explained is not None:
+            lines.append(f"one orbit follows {self.explained:.1%} of the flights")
         lines.append(
             f"distance {self.distance:.2f} of what simulated trains have among themselves "
             f"(p {self.p_value:.2g}); {self.evaluations} trains simulated"
