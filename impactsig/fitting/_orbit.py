@@ -33,7 +33,7 @@ FAINT = 0.05  # of the mean strength: below, the noise is no longer in proportio
 STEPS, TRIALS = 40, 6
 LONGEST = (0.1, 0.4, 0.05, 0.02, 0.2, 0.2)  # of a step, on the scale of the parameters
 SETTLED = 0.05  # standard deviations that a last step goes
-LOST = 0.2  # share of legs left out where no orbit is followed any more
+LOST = 0.5  # share of legs left out where no orbit is followed any more
 
 
 class Sight(NamedTuple):

@@ -1,15 +1,15 @@
 """From the balance of three impacts to an orbit beside all of them, and what it tells of a train.
 
-From the balance an orbit is found in five to fifteen steps, even where it is off by 0.3 in r and by a
-factor of five in the damping. There may be other valleys: it is begun at several dampings, which the
+From the balance an orbit is found in five to fifteen steps, even where r is off by 0.3 and the
+damping by a factor of five. There may be other valleys: it is begun at several dampings, which the
 balance does not tell, and the nearest orbit counts.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,8 @@ PHASE, SCALE = 4, 5  # places in theta, after the parameters of the oscillator
 STRENGTH_NOISE = 0.05  # to begin with
 
 
-class Beside(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Beside:
     """What an orbit laid beside a train at fixed parameters tells, less what the measured one told.
 
     By how much the parameters would have to move, the logarithm of both noises, and the share of
@@ -73,7 +74,7 @@ def refine(problem: Problem) -> Estimate | None:
     phase = best.theta[PHASE] + TURN * best.orbit.node[hard, 0]
     problem.beginnings = Beginnings(phase, best.orbit.node[hard, 1])
     told = Beside(problem.moments.partition, best.theta, best.noise, free, np.zeros(len(free) + 1))
-    told = told._replace(measured=told.tell(problem.train))
+    told = replace(told, measured=told.tell(problem.train))
     if not np.isfinite(told.measured).all():
         return None
     problem.orbit = told
