@@ -29,6 +29,7 @@ CUT = 16.0  # chi squared of 2 degrees of freedom that a leg may cost: one in 30
 BESIDE = 3  # legs on either side that a contradiction spreads to: the worst of them is left out
 PASSES = 12
 MEDIAN = 2 * math.log(2)  # of that chi squared
+MEDIAN_ERROR = 1.17  # of the median of n sizes of normal numbers: a share of 1.17 / sqrt(n)
 FAINT = 0.05  # of the mean strength: below, the noise is no longer in proportion
 STEPS, TRIALS = 40, 6
 LONGEST = (0.1, 0.4, 0.05, 0.02, 0.2, 0.2)  # of a step, on the scale of the parameters
@@ -123,6 +124,22 @@ def _leave_out(release: np.ndarray, joined: np.ndarray) -> bool:
     bad = (release > CUT * usual) & (release >= worst)
     joined &= ~bad
     return bool(bad.any())
+
+
+def unevenness(orbit: Orbit, sight: Sight, scale: float) -> float | None:
+    """Noise of weak impacts' strengths over that of strong ones, both as shares.
+
+    None where it is 1 within chance, as it is if the noise is in proportion to the strength.
+    """
+    followed = np.zeros(len(orbit.node), bool)
+    followed[:-1] |= orbit.joined
+    followed[1:] |= orbit.joined
+    speed = orbit.node[followed, 1]
+    share = np.abs(sight.seen[followed, 1] - scale * speed) / sight.seen[followed, 2]
+    weak, strong = speed < np.quantile(speed, 0.25), speed > np.quantile(speed, 0.5)
+    ratio = float(np.median(share[weak]) / np.median(share[strong]))
+    chance = MEDIAN_ERROR * math.sqrt(1 / weak.sum() + 1 / strong.sum())
+    return ratio if ratio > 1 + 4 * chance else None
 
 
 class Approach(NamedTuple):

@@ -15,7 +15,7 @@ import numpy as np
 
 from ._machine import CHAIN, PARAMETERS, Beginnings
 from ._narrow import Estimate, beside
-from ._orbit import Approach, Sight, approach, follow
+from ._orbit import Approach, Sight, approach, follow, unevenness
 from ._orbit_kernels import TURN, Noise
 from ._partition import Partition, Train
 from ._problem import Problem
@@ -79,7 +79,8 @@ def refine(problem: Problem) -> Estimate | None:
         return None
     problem.orbit = told
     estimate = beside(problem, *_first(problem, best, len(sight.seen)))
-    return estimate._replace(explained=best.orbit.explained)
+    uneven = unevenness(best.orbit, sight, math.exp(best.theta[SCALE]))
+    return estimate._replace(explained=best.orbit.explained, uneven=uneven)
 
 
 def _beginnings(problem: Problem) -> list[Beginning]:

@@ -32,7 +32,7 @@ from impactsig.fitting._balance import Courses, Values, badness, courses, imbala
 from impactsig.fitting._machine import as_train, parameters_of
 from impactsig.fitting._moments import Moments
 from impactsig.fitting._narrow import Cloud, Regression, narrow, whitening
-from impactsig.fitting._orbit import Sight, approach, follow, machine_of
+from impactsig.fitting._orbit import Sight, approach, follow, machine_of, unevenness
 from impactsig.fitting._orbit_kernels import Noise
 from impactsig.fitting._partition import Partition, Train
 
@@ -242,6 +242,17 @@ def test_a_false_impact_costs_its_two_legs():
     seen = np.insert(sight.seen, 100, false, axis=0)
     orbit = follow(theta, Noise(0.005, 0.02), Sight(seen, np.ones(200, bool)), FREE)
     assert np.flatnonzero(~orbit.joined).tolist() == [99, 100]
+
+
+def test_noise_that_is_not_in_proportion_is_noticed():
+    sight, theta, _ = orbit_of(800, 0.016, 0.03)
+    orbit = follow(theta, Noise(0.016, 0.03), sight, FREE)
+    assert unevenness(orbit, sight, 2.0) is None
+    added = 2 * chaos(20.1, 800).approach_velocity
+    added = added + 0.03 * added.mean() * np.random.default_rng(1).standard_normal(800)
+    sight = Sight(np.column_stack((sight.seen[:, 0], added, added)), sight.joined)
+    orbit = follow(theta, Noise(0.016, 0.03), sight, FREE)
+    assert unevenness(orbit, sight, 2.0) > 1.5
 
 
 def test_the_loss_tells_an_orbit_from_none():
@@ -511,11 +522,12 @@ def test_what_a_motion_cannot_tell_has_no_interval():
 
 def test_warnings_say_what_is_not_told():
     told = {"restitution": (0.1, 0.3), "damping": (-math.inf, math.inf)}
-    assert fit._warnings(tuple(told), told, False, 0.5) == (
+    assert fit._warnings(tuple(told), told, False, 0.5, None) == (
         "these impacts do not tell the damping",
     )
-    assert "moves periodically" in fit._warnings(tuple(told), told, True, 0.5)[0]
-    assert "does not explain" in fit._warnings(tuple(told), told, False, 0.01)[-1]
+    assert "moves periodically" in fit._warnings(tuple(told), told, True, 0.5, None)[0]
+    assert "does not explain" in fit._warnings(tuple(told), told, False, 0.01, None)[-1]
+    assert "scatter 2.0 times" in fit._warnings(tuple(told), told, False, 0.5, 2.0)[-1]
 
 
 def test_a_periodic_optimum_is_known_for_one():
