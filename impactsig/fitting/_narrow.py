@@ -136,7 +136,6 @@ class Estimate(NamedTuple):
     psi: np.ndarray
     covariance: np.ndarray
     explained: float | None = None  # share of the legs that an orbit follows
-    uneven: float | None = None  # noise of weak impacts by that of strong ones, where it is not 1
 
 
 def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:

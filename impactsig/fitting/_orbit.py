@@ -29,8 +29,9 @@ CUT = 16.0  # chi squared of 2 degrees of freedom that a leg may cost: one in 30
 BESIDE = 3  # legs on either side that a contradiction spreads to: the worst of them is left out
 PASSES = 12
 MEDIAN = 2 * math.log(2)  # of that chi squared
-MEDIAN_ERROR = 1.17  # of the median of n sizes of normal numbers: a share of 1.17 / sqrt(n)
-FAINT = 0.05  # of the mean strength: below, the noise is no longer in proportion
+FAINT = 0.05  # of the mean strength: a floor that hardly any impact knows of
+FLOORS = (FAINT, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
+CERTAIN = 5.0  # logarithm of the likelihood, from which another floor is believed
 STEPS, TRIALS = 40, 6
 LONGEST = (0.1, 0.4, 0.05, 0.02, 0.2, 0.2)  # of a step, on the scale of the parameters
 SETTLED = 0.05  # standard deviations that a last step goes
@@ -40,16 +41,16 @@ LOST = 0.5  # share of legs left out where no orbit is followed any more
 class Sight(NamedTuple):
     """What was measured, as `smooth` takes it."""
 
-    seen: np.ndarray  # instants in forcing periods, strengths by their mean, no less than faint
+    seen: np.ndarray  # instants in forcing periods, strengths by their mean, noise by its share
     joined: np.ndarray  # where no gap lies between two impacts
 
     @classmethod
-    def of(cls, sifted: Sifted) -> Sight:
-        """Of impacts with strengths."""
+    def of(cls, sifted: Sifted, floor: float = FAINT) -> Sight:
+        """Of impacts with strengths, whose noise shrinks no further below a floor."""
         strength = sifted.strength
         assert strength is not None
         x = sifted.cycle + sifted.phase
-        seen = np.column_stack((x, strength, np.maximum(strength, FAINT)))
+        seen = np.column_stack((x, strength, np.hypot(strength, floor)))
         return cls(seen, sifted.joined)
 
 
@@ -126,20 +127,24 @@ def _leave_out(release: np.ndarray, joined: np.ndarray) -> bool:
     return bool(bad.any())
 
 
-def unevenness(orbit: Orbit, sight: Sight, scale: float) -> float | None:
-    """Noise of weak impacts' strengths over that of strong ones, both as shares.
+def floor_of(orbit: Orbit, sight: Sight, scale: float) -> float:
+    """Strength, by the mean of all, below which their noise shrinks no further.
 
-    None where it is 1 within chance, as it is if the noise is in proportion to the strength.
+    The likeliest of a few: `FAINT` for noise in proportion to the strength, the greatest for noise
+    that is the same in all.
     """
     followed = np.zeros(len(orbit.node), bool)
     followed[:-1] |= orbit.joined
     followed[1:] |= orbit.joined
-    speed = orbit.node[followed, 1]
-    share = np.abs(sight.seen[followed, 1] - scale * speed) / sight.seen[followed, 2]
-    weak, strong = speed < np.quantile(speed, 0.25), speed > np.quantile(speed, 0.5)
-    ratio = float(np.median(share[weak]) / np.median(share[strong]))
-    chance = MEDIAN_ERROR * math.sqrt(1 / weak.sum() + 1 / strong.sum())
-    return ratio if ratio > 1 + 4 * chance else None
+    strength = scale * orbit.node[followed, 1]
+    off = sight.seen[followed, 1] - strength
+    losses = []
+    for floor in FLOORS:
+        size = np.hypot(strength, floor)
+        losses.append(len(off) * np.log(np.std(off / size)) + np.log(size).sum())
+    if min(losses) > losses[0] - CERTAIN:
+        return FAINT
+    return FLOORS[int(np.argmin(losses))]
 
 
 class Approach(NamedTuple):

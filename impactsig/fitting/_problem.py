@@ -31,6 +31,7 @@ class Problem:
     rng: np.random.Generator
     evaluations: int = 0
     beginnings: Beginnings = field(init=False)
+    floor: float = 0.0  # of the strengths' noise, by their mean
     orbit: Callable[[Train], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
@@ -73,7 +74,11 @@ class Problem:
         """Impacts measured at parameters."""
         self.evaluations += 1
         return simulated(
-            self.values(psi), self.forcing_frequency, self.periods, self.beginnings, self.rng
+            self.values(psi) | {"strength_floor": self.floor},
+            self.forcing_frequency,
+            self.periods,
+            self.beginnings,
+            self.rng,
         )
 
     def look(self, psi: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ._machine import CHAIN, PARAMETERS, Beginnings
 from ._narrow import Estimate, beside
-from ._orbit import Approach, Sight, approach, follow, unevenness
+from ._orbit import FAINT, Approach, Sight, approach, floor_of, follow
 from ._orbit_kernels import TURN, Noise
 from ._partition import Partition, Train
 from ._problem import Problem
@@ -37,6 +37,7 @@ class Beside:
     partition: Partition
     theta: np.ndarray
     noise: Noise
+    floor: float
     free: np.ndarray
     measured: np.ndarray
 
@@ -50,7 +51,7 @@ class Beside:
         none = np.full(len(self.measured), np.nan)
         if len(sifted.cycle) < len(none):
             return none
-        orbit = follow(self.theta, self.noise, Sight.of(sifted), self.free)
+        orbit = follow(self.theta, self.noise, Sight.of(sifted, self.floor), self.free)
         if not math.isfinite(orbit.loss):
             return none
         return np.array([*orbit.step[:-2], *np.log(orbit.noise), orbit.explained])
@@ -70,17 +71,23 @@ def refine(problem: Problem) -> Estimate | None:
     best = min(found, key=lambda one: one.orbit.loss)
     if not math.isfinite(best.orbit.loss):
         return None
+    floor = floor_of(best.orbit, sight, math.exp(best.theta[SCALE]))
+    if floor > FAINT:
+        sight = Sight.of(sifted, floor)
+        best = approach(best.theta, best.noise, sight, free, box)
+        problem.floor = floor
     hard = best.orbit.node[:, 1] > 0
     phase = best.theta[PHASE] + TURN * best.orbit.node[hard, 0]
     problem.beginnings = Beginnings(phase, best.orbit.node[hard, 1])
-    told = Beside(problem.moments.partition, best.theta, best.noise, free, np.zeros(len(free) + 1))
+    told = Beside(
+        problem.moments.partition, best.theta, best.noise, floor, free, np.zeros(len(free) + 1)
+    )
     told = replace(told, measured=told.tell(problem.train))
     if not np.isfinite(told.measured).all():
         return None
     problem.orbit = told
     estimate = beside(problem, *_first(problem, best, len(sight.seen)))
-    uneven = unevenness(best.orbit, sight, math.exp(best.theta[SCALE]))
-    return estimate._replace(explained=best.orbit.explained, uneven=uneven)
+    return estimate._replace(explained=best.orbit.explained)
 
 
 def _beginnings(problem: Problem) -> list[Beginning]:

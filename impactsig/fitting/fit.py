@@ -164,10 +164,12 @@ def _fit(
     settles = _settles(machine)
     if settles:
         told |= dict.fromkeys(names, (-math.inf, math.inf))
-    warnings = _warnings(names, told, settles, p_value, estimate.uneven)
+    warnings = _warnings(names, told, settles, p_value)
     simulated = problem.simulate(estimate.psi)
     chain = {name: values[name] for name in problem.names[count:]}
     chain["jitter"] /= frequency
+    if used is not None:
+        chain["strength_floor"] = problem.floor
     spread = {name: told[name] for name in problem.names[count:]}
     spread["jitter"] = tuple(np.array(spread["jitter"]) / frequency)
     return OscillatorFit(
@@ -194,7 +196,7 @@ def _fit(
 def _estimate(problem: Problem) -> Estimate:
     """By an orbit where strengths are known; else, or where none is near, by moments alone."""
     if problem.train.strength is not None:
-        problem.orbit = None
+        problem.orbit, problem.floor = None, 0.0
         refined = refine(problem)
         if refined is not None:
             return refined
@@ -227,7 +229,6 @@ def _warnings(
     told: dict[str, tuple[float, float]],
     settles: bool,
     p_value: float,
-    uneven: float | None,
 ) -> tuple[str, ...]:
     untold = [name.replace("_", " ") for name in names if not math.isfinite(told[name][0])]
     found = [f"these impacts do not tell the {name}" for name in untold]
@@ -240,12 +241,6 @@ def _warnings(
         found.append(
             "the measured train is farther from the simulated ones than they are from each other: "
             "the oscillator found does not explain it"
-        )
-    if uneven is not None:
-        found.append(
-            f"the strengths of weak impacts scatter {uneven:.1f} times as much as those of strong "
-            "ones, as shares of them: the intervals suppose the same share of all, and are too "
-            "narrow"
         )
     return tuple(found)
 

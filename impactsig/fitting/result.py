@@ -36,10 +36,11 @@ class OscillatorFit:
         Of which free parameters the covariance is that of the logarithm.
     chain : dict of str to float
         What the measuring chain did: "jitter", standard deviation of the instants [s]; "missed"
-        and "spurious", shares of the impacts; "strength_noise", standard deviation of the
-        strengths as a share of each, where strengths were used.
+        and "spurious", shares of the impacts; where strengths were used, "strength_noise", their
+        standard deviation as a share of each, and "strength_floor", the strength, by the mean of
+        all, below which it shrinks no further: that of s is the share of ``hypot(s, floor)``.
     chain_intervals : dict of str to (float, float)
-        95 % intervals of these.
+        95 % intervals of these but of the floor.
     forcing_frequency : float
         As given, refined within 0.2 % on the impacts' phases [Hz].
     oscillator : Oscillator
@@ -98,6 +99,8 @@ class OscillatorFit:
         noise += f"spurious {chain['spurious']:.1%}"
         if self.strengths is not None:
             noise += f", noise of the strengths {chain['strength_noise']:.1%}"
+            if chain["strength_floor"] > 0:
+                noise += f" of each, but of {chain['strength_floor']:.0%} of their mean at least"
         lines.append(noise)
         if self.explained is not None:
             lines.append(f"one orbit follows {self.explained:.1%} of the flights")

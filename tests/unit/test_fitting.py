@@ -32,7 +32,7 @@ from impactsig.fitting._balance import Courses, Values, badness, courses, imbala
 from impactsig.fitting._machine import as_train, parameters_of
 from impactsig.fitting._moments import Moments
 from impactsig.fitting._narrow import Cloud, Regression, narrow, whitening
-from impactsig.fitting._orbit import Sight, approach, follow, machine_of, unevenness
+from impactsig.fitting._orbit import Sight, approach, floor_of, follow, machine_of
 from impactsig.fitting._orbit_kernels import Noise
 from impactsig.fitting._partition import Partition, Train
 
@@ -244,15 +244,18 @@ def test_a_false_impact_costs_its_two_legs():
     assert np.flatnonzero(~orbit.joined).tolist() == [99, 100]
 
 
-def test_noise_that_is_not_in_proportion_is_noticed():
-    sight, theta, _ = orbit_of(800, 0.016, 0.03)
+@pytest.mark.parametrize("floor", [0.05, 0.4, 3.2])
+def test_the_floor_of_the_noise_is_found(floor):
+    sight, theta, _ = orbit_of(800, 0.016)
+    strength = sight.seen[:, 1] / sight.seen[:, 1].mean()
+    theta[5] -= math.log(sight.seen[:, 1].mean())
+    size = np.hypot(strength, floor if floor > 0.05 else 0)
+    noise = 0.03 / np.hypot(1, floor)
+    strength = strength + noise * size * np.random.default_rng(1).standard_normal(800)
+    sight = Sight(np.column_stack((sight.seen[:, 0], strength, strength)), sight.joined)
     orbit = follow(theta, Noise(0.016, 0.03), sight, FREE)
-    assert unevenness(orbit, sight, 2.0) is None
-    added = 2 * chaos(20.1, 800).approach_velocity
-    added = added + 0.03 * added.mean() * np.random.default_rng(1).standard_normal(800)
-    sight = Sight(np.column_stack((sight.seen[:, 0], added, added)), sight.joined)
-    orbit = follow(theta, Noise(0.016, 0.03), sight, FREE)
-    assert unevenness(orbit, sight, 2.0) > 1.5
+    found = floor_of(orbit, sight, math.exp(theta[5]))
+    assert floor / 2 <= found <= 2 * floor
 
 
 def test_the_loss_tells_an_orbit_from_none():
@@ -449,16 +452,19 @@ def test_a_fit_finds_the_truth_within_its_intervals(fitted):
         reach = 1.5 * (high - low)  # three times the half: this is one draw
         assert abs(fitted.values[name] - true) < reach, name
         assert low < fitted.values[name] < high
-    assert fitted.intervals["restitution"][1] - fitted.intervals["restitution"][0] < 0.25
-    assert fitted.values["damping"] == pytest.approx(0.03, rel=0.25)
-    assert fitted.values["amplitude"] == pytest.approx(0.25, rel=0.05)
+    assert fitted.values["damping"] == pytest.approx(0.03, rel=0.1)
+    assert fitted.values["amplitude"] == pytest.approx(0.25, rel=0.02)
     assert fitted.warnings == ()
     assert fitted.p_value > 0.03
     assert fitted.strengths == "impulse"
+    assert fitted.explained == pytest.approx(0.98, abs=0.02)
+    assert fitted.intervals["restitution"][1] - fitted.intervals["restitution"][0] < 0.1
 
 
 def test_a_fit_finds_what_the_measuring_chain_did(fitted):
     assert fitted.chain["jitter"] == pytest.approx(0.01 * chaos().intervals().mean(), rel=0.15)
+    assert fitted.chain["strength_noise"] == pytest.approx(0.03, rel=0.15)
+    assert fitted.chain["strength_floor"] == 0
     assert fitted.chain["missed"] == pytest.approx(0.02, abs=0.015)
     assert fitted.chain["spurious"] == pytest.approx(0.01, abs=0.01)
     assert fitted.forcing_frequency == pytest.approx(20.1, rel=1e-5)
@@ -472,6 +478,7 @@ def test_a_fit_can_be_simulated_described_and_drawn(fitted):
     assert "restitution 0." in words
     assert "95 % interval" in words
     assert "missed" in words
+    assert "one orbit follows 9" in words
     panels = fitted.plot()
     assert panels.shape == (2, 2)
     assert panels[1, 1].get_xlabel() == "restitution"
@@ -492,6 +499,7 @@ def test_one_parameter_is_found_from_instants_alone():
     assert found.values["damping"] == pytest.approx(0.03)
     assert found.strengths is None
     assert "strength_noise" not in found.chain
+    assert found.explained is None
     assert found.plot()[1, 1].get_xlabel() == "restitution"
     pyplot.close("all")
 
@@ -522,12 +530,11 @@ def test_what_a_motion_cannot_tell_has_no_interval():
 
 def test_warnings_say_what_is_not_told():
     told = {"restitution": (0.1, 0.3), "damping": (-math.inf, math.inf)}
-    assert fit._warnings(tuple(told), told, False, 0.5, None) == (
+    assert fit._warnings(tuple(told), told, False, 0.5) == (
         "these impacts do not tell the damping",
     )
-    assert "moves periodically" in fit._warnings(tuple(told), told, True, 0.5, None)[0]
-    assert "does not explain" in fit._warnings(tuple(told), told, False, 0.01, None)[-1]
-    assert "scatter 2.0 times" in fit._warnings(tuple(told), told, False, 0.5, 2.0)[-1]
+    assert "moves periodically" in fit._warnings(tuple(told), told, True, 0.5)[0]
+    assert "does not explain" in fit._warnings(tuple(told), told, False, 0.01)[-1]
 
 
 def test_a_periodic_optimum_is_known_for_one():
