@@ -26,8 +26,10 @@ SLACKS = (0.03, 0.01, 0.003, 3e-4, 3e-5)
 parameters, as noise in what one regresses on does. The first lets every orbit begin."""
 ITERATIONS, CLOSE = 20, 1e-4
 CUT = 16.0  # chi squared of 2 degrees of freedom that a leg may cost: one in 3000 does by chance
+FALSE = 30.0  # chi squared that an impact may have beside an orbit
 BESIDE = 3  # legs on either side that a contradiction spreads to: the worst of them is left out
 PASSES = 12
+QUIET = 1e-4  # periods, and a share: a simulated train without noise would divide by none
 MEDIAN = 2 * math.log(2)  # of that chi squared
 FAINT = 0.05  # of the mean strength: a floor that hardly any impact knows of
 FLOORS = (FAINT, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
@@ -92,15 +94,19 @@ def follow(theta: np.ndarray, noise: Noise, sight: Sight, free: np.ndarray) -> O
     machine, scale = machine_of(theta), math.exp(theta[5])
     node = np.ascontiguousarray(sight.seen[:, :2] / [1.0, scale])
     joined = sight.joined.copy()
+    error = np.column_stack((
+        np.full(len(node), noise.instant), noise.strength * sight.seen[:, 2],
+    ))  # fmt: skip
     for slack in SLACKS:
         for _ in range(PASSES):
             found = smooth(
                 machine, scale, noise, slack, sight.seen, joined, node, ITERATIONS, CLOSE
             )
-            if not _leave_out(found.release, joined):
+            off = (sight.seen[:, :2] - node * [1, scale]) / error
+            if not _leave_out(found.release, np.sum(off**2, axis=1), joined):
                 break
     with np.errstate(all="ignore"):
-        sizes = np.sqrt(found.squares / found.freedom)
+        sizes = np.maximum(np.sqrt(found.squares / found.freedom), QUIET)
         loss = len(node) * float(np.log(sizes).sum()) + CUT / 2 * np.sum(sight.joined & ~joined)
     explained = float(joined.sum() / max(sight.joined.sum(), 1))
     gradient, information = project(machine, scale, noise, SLACKS[-1], sight.seen, joined, node)
@@ -113,8 +119,11 @@ def follow(theta: np.ndarray, noise: Noise, sight: Sight, free: np.ndarray) -> O
     return Orbit(node, joined, explained, Noise(*sizes), loss, step, information)
 
 
-def _leave_out(release: np.ndarray, joined: np.ndarray) -> bool:
-    """Take the worst of each run of legs that contradict each other out of `joined`."""
+def _leave_out(release: np.ndarray, misfit: np.ndarray, joined: np.ndarray) -> bool:
+    """Take the worst of each run of legs that contradict each other out of `joined`.
+
+    And both legs of an impact that is far from the orbit, as a false one is that begins a run.
+    """
     if not joined.any():
         return False
     # Parameters that are off make all legs worse than chance would.
@@ -123,8 +132,20 @@ def _leave_out(release: np.ndarray, joined: np.ndarray) -> bool:
     wide = np.pad(release, BESIDE)
     worst = np.lib.stride_tricks.sliding_window_view(wide, 2 * BESIDE + 1).max(1)
     bad = (release > CUT * usual) & (release >= worst)
+    usual = max(1.0, float(np.median(misfit)) / MEDIAN)
+    false = misfit > FALSE * usual
+    bad |= joined & (false[:-1] | false[1:])
     joined &= ~bad
     return bool(bad.any())
+
+
+def distances(orbit: Orbit, sight: Sight, scale: float) -> tuple[np.ndarray, np.ndarray]:
+    """Strengths of the orbit where it is followed, and how far instants and strengths are off."""
+    followed = np.zeros(len(orbit.node), bool)
+    followed[:-1] |= orbit.joined
+    followed[1:] |= orbit.joined
+    expected = orbit.node[followed] * [1, scale]
+    return expected[:, 1], sight.seen[followed, :2] - expected
 
 
 def floor_of(orbit: Orbit, sight: Sight, scale: float) -> float:
@@ -133,15 +154,13 @@ def floor_of(orbit: Orbit, sight: Sight, scale: float) -> float:
     The likeliest of a few: `FAINT` for noise in proportion to the strength, the greatest for noise
     that is the same in all.
     """
-    followed = np.zeros(len(orbit.node), bool)
-    followed[:-1] |= orbit.joined
-    followed[1:] |= orbit.joined
-    strength = scale * orbit.node[followed, 1]
-    off = sight.seen[followed, 1] - strength
+    strength, off = distances(orbit, sight, scale)
     losses = []
     for floor in FLOORS:
         size = np.hypot(strength, floor)
-        losses.append(len(off) * np.log(np.std(off / size)) + np.log(size).sum())
+        losses.append(
+            len(off) * np.log(max(float(np.std(off[:, 1] / size)), QUIET)) + np.log(size).sum()
+        )
     if min(losses) > losses[0] - CERTAIN:
         return FAINT
     return FLOORS[int(np.argmin(losses))]

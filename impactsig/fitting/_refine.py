@@ -15,7 +15,7 @@ import numpy as np
 
 from ._machine import CHAIN, PARAMETERS, Beginnings
 from ._narrow import Estimate, beside
-from ._orbit import FAINT, Approach, Sight, approach, floor_of, follow
+from ._orbit import FAINT, QUIET, Approach, Sight, approach, distances, floor_of, follow
 from ._orbit_kernels import TURN, Noise
 from ._partition import Partition, Train
 from ._problem import Problem
@@ -51,10 +51,15 @@ class Beside:
         none = np.full(len(self.measured), np.nan)
         if len(sifted.cycle) < len(none):
             return none
-        orbit = follow(self.theta, self.noise, Sight.of(sifted, self.floor), self.free)
+        sight = Sight.of(sifted, self.floor)
+        orbit = follow(self.theta, self.noise, sight, self.free)
         if not math.isfinite(orbit.loss):
             return none
-        return np.array([*orbit.step[:-2], *np.log(orbit.noise), orbit.explained])
+        # About the mean: phase and scale are not fitted anew.
+        strength, off = distances(orbit, sight, math.exp(self.theta[SCALE]))
+        off[:, 1] /= np.hypot(strength, self.floor)
+        noise = np.maximum(off.std(axis=0), QUIET)
+        return np.array([*orbit.step[:-2], *np.log(noise), orbit.explained])
 
 
 def refine(problem: Problem) -> Estimate | None:
