@@ -167,16 +167,20 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
     return _estimate(problem, regression)
 
 
-def beside(problem: Problem, centre: np.ndarray, covariance: np.ndarray) -> Estimate:
+def beside(problem: Problem, centre: np.ndarray, covariance: np.ndarray) -> Estimate | None:
     """Estimate the parameters where an orbit beside the impacts has told them already.
 
     What it tells of the measured train is told of trains simulated near: where the estimate is
     biased, this is taken out, and its scatter is that which jitter, missed and spurious impacts
     have left. Where strengths are known to a few per cent the moments have nothing to add.
+    None where most of these trains have no orbit: that of the measured one is none either.
     """
     cloud = Cloud.of(centre, WIDE**2 * covariance, problem)._replace(curved=0)
     for _ in range(AGAIN):
-        regression = Regression.of(cloud, *cloud.draw(CLOUD, problem, problem.tell))
+        psi, y = cloud.draw(CLOUD, problem, problem.tell)
+        if np.isfinite(y).all(1).sum() < CLOUD / 2:
+            return None
+        regression = Regression.of(cloud, psi, y)
         estimate = _estimate(problem, regression)
         if np.abs(cloud.place(estimate.psi)).max() < EDGE * REACH:
             break

@@ -92,7 +92,7 @@ def refine(problem: Problem) -> Estimate | None:
         return None
     problem.orbit = told
     estimate = beside(problem, *_first(problem, best, len(sight.seen)))
-    return estimate._replace(explained=best.orbit.explained)
+    return None if estimate is None else estimate._replace(explained=best.orbit.explained)
 
 
 def _beginnings(problem: Problem) -> list[Beginning]:

@@ -21,6 +21,7 @@ from ._asked import (
     limits_of,
     refined,
     refuse_periodic,
+    strengths_of,
     strengths_used,
 )
 from ._machine import as_train, oscillator
@@ -146,7 +147,7 @@ def _fit(
     used: str | None,
     rng: np.random.Generator,
 ) -> OscillatorFit:
-    strength = None if used is None else getattr(impacts, used)
+    strength = None if used is None else strengths_of(impacts, used)
     train = as_train(impacts, frequency, strength)
     problem = Problem(names, known, limits, frequency, train, rng)
     tries = []
@@ -196,10 +197,11 @@ def _fit(
 def _estimate(problem: Problem) -> Estimate:
     """By an orbit where strengths are known; else, or where none is near, by moments alone."""
     if problem.train.strength is not None:
-        problem.orbit, problem.floor = None, 0.0
+        problem.floor = 0.0
         refined = refine(problem)
         if refined is not None:
             return refined
+        problem.floor = 0.0
     beginning = begin(problem)
     problem.beginnings = beginning.beginnings
     return narrow(problem, *descend(problem, beginning.free))

@@ -587,6 +587,13 @@ BAD = {
     "bounds in disorder": (chaos, 20.1, {**FULL, "bounds": {"damping": (0.1, 0.01)}}, "bounds"),
     "no such strength": (chaos, 20.1, {**FULL, "strengths": "loudness"}, "strengths"),
     "strength not measured": (chaos, 20.1, {**FULL, "strengths": "peak"}, "measured peak"),
+    "strengths all alike": (
+        lambda: replace(chaos(), peak=np.ones(len(chaos()))), 20.1, {**FULL, "strengths": "peak"},
+        "strengths=None",
+    ),
+    "no strengths to speak of": (
+        lambda: replace(chaos(), impulse=np.zeros(len(chaos()))), 20.1, FULL, "differ",
+    ),
     "no scene": (chaos, 20.1, {"scene": "beam"}, "scene"),
     "a soft stop": (
         chaos, 20.1,
