@@ -26,7 +26,6 @@ SLACKS = (0.03, 0.01, 0.003, 3e-4, 3e-5)
 parameters, as noise in what one regresses on does. The first lets every orbit begin."""
 ITERATIONS, CLOSE = 20, 1e-4
 CUT = 16.0  # chi squared of 2 degrees of freedom that a leg may cost: one in 3000 does by chance
-FALSE = 30.0  # chi squared that an impact may have beside an orbit
 BESIDE = 3  # legs on either side that a contradiction spreads to: the worst of them is left out
 PASSES = 12
 QUIET = 1e-4  # periods, and a share: a simulated train without noise would divide by none
@@ -94,16 +93,12 @@ def follow(theta: np.ndarray, noise: Noise, sight: Sight, free: np.ndarray) -> O
     machine, scale = machine_of(theta), math.exp(theta[5])
     node = np.ascontiguousarray(sight.seen[:, :2] / [1.0, scale])
     joined = sight.joined.copy()
-    error = np.column_stack((
-        np.full(len(node), noise.instant), noise.strength * sight.seen[:, 2],
-    ))  # fmt: skip
     for slack in SLACKS:
         for _ in range(PASSES):
             found = smooth(
                 machine, scale, noise, slack, sight.seen, joined, node, ITERATIONS, CLOSE
             )
-            off = (sight.seen[:, :2] - node * [1, scale]) / error
-            if not _leave_out(found.release, np.sum(off**2, axis=1), joined):
+            if not _leave_out(found.release, joined):
                 break
     with np.errstate(all="ignore"):
         sizes = np.maximum(np.sqrt(found.squares / found.freedom), QUIET)
@@ -119,11 +114,8 @@ def follow(theta: np.ndarray, noise: Noise, sight: Sight, free: np.ndarray) -> O
     return Orbit(node, joined, explained, Noise(*sizes), loss, step, information)
 
 
-def _leave_out(release: np.ndarray, misfit: np.ndarray, joined: np.ndarray) -> bool:
-    """Take the worst of each run of legs that contradict each other out of `joined`.
-
-    And both legs of an impact that is far from the orbit, as a false one is that begins a run.
-    """
+def _leave_out(release: np.ndarray, joined: np.ndarray) -> bool:
+    """Take the worst of each run of legs that contradict each other out of `joined`."""
     if not joined.any():
         return False
     # Parameters that are off make all legs worse than chance would.
@@ -132,9 +124,6 @@ def _leave_out(release: np.ndarray, misfit: np.ndarray, joined: np.ndarray) -> b
     wide = np.pad(release, BESIDE)
     worst = np.lib.stride_tricks.sliding_window_view(wide, 2 * BESIDE + 1).max(1)
     bad = (release > CUT * usual) & (release >= worst)
-    usual = max(1.0, float(np.median(misfit)) / MEDIAN)
-    false = misfit > FALSE * usual
-    bad |= joined & (false[:-1] | false[1:])
     joined &= ~bad
     return bool(bad.any())
 
