@@ -76,9 +76,9 @@ def fit_oscillator(
     regressed on the parameters.
 
     Of 2000 impacts of chaotic motion, each moved by 1 % of the mean interval, 2 % missed and 1 %
-    spurious, the standard errors of restitution coefficient, damping and amplitude are about 0.006,
-    0.9 % and 0.15 % where strengths are known to 2 %; 0.014, 2.2 % and 0.4 % at 5 %; and 0.05, 15 %
-    and 2 % from instants alone, which hardly tell the damping. A fit takes 10 to 15 seconds.
+    spurious, the standard errors of restitution coefficient, damping and amplitude are about 0.008,
+    0.9 % and 0.2 % where strengths are known to 2 %; 0.014, 3 % and 0.4 % at 5 %; and 0.05, 15 %
+    and 2 % from instants alone, which hardly tell the damping. A fit takes 10 to 25 seconds.
 
     Parameters
     ----------
