@@ -17,6 +17,8 @@ from ._machine import PARAMETERS, parameters_of
 
 CLOCK_ERROR = 2e-3
 """Share by which the forcing frequency is refined on the impacts' phases."""
+ALIKE = 1e-3
+"""Range of the strengths, as a share, below which they tell nothing."""
 LOCKED = 25.0
 """Squared vector strength times the number of impacts from which the phases tell the frequency."""
 
@@ -92,6 +94,17 @@ def strengths_used(impacts: Impacts, strengths: Any) -> str | None:
     if getattr(impacts, strengths) is None:
         raise InvalidInput("strengths", strengths, f"impacts with a measured {strengths}")
     return str(strengths)
+
+
+def strengths_of(impacts: Impacts, used: str) -> np.ndarray:
+    """The strengths, where they can tell something."""
+    strength: np.ndarray = getattr(impacts, used)
+    if not np.ptp(strength) > ALIKE * np.abs(strength).mean() or strength.mean() <= 0:
+        raise InvalidInput(
+            "strengths", f"{used} of {strength.mean():.3g} on average, all alike",
+            "positive ones that differ", "strengths=None goes by the instants alone",
+        )  # fmt: skip
+    return strength
 
 
 def refined(impacts: Impacts, frequency: float) -> float:

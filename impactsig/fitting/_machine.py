@@ -162,9 +162,11 @@ def simulated(
         spurious=values["spurious"],
         seed=rng,
     ).impacts
-    noise = 1 + values["strength_noise"] * rng.standard_normal(len(seen))
-    assert seen.approach_velocity is not None
-    return replace(seen, approach_velocity=seen.approach_velocity * noise)
+    speed = seen.approach_velocity
+    assert speed is not None
+    floor = values["strength_floor"] * speed.mean() if len(speed) else 0.0
+    noise = values["strength_noise"] * np.hypot(speed, floor) * rng.standard_normal(len(seen))
+    return replace(seen, approach_velocity=np.maximum(speed + noise, 0.0))
 
 
 def as_train(impacts: Any, forcing_frequency: float, strength: np.ndarray | None) -> Train:

@@ -25,6 +25,7 @@ import numpy as np
 from ._partition import Partition, Sifted, Train
 
 BINS = 5  # of the strengths in a class
+FALSE = 3  # last moments, which tell of missed and of spurious impacts
 
 
 class Groups(NamedTuple):

@@ -15,6 +15,7 @@ are taken out, and the last cloud is fresh.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +30,7 @@ NARROWEST = 0.2  # of its width before, in one round
 OTHERWISE = 2.2  # times the median misfit: a train of another kind of motion
 WIDEST = 3.0  # widths of the cloud: what the trains do not tell is taken to be as uncertain
 REACH = 2.0  # standard deviations of the cloud that a solution may lie from its centre
+EDGE, AGAIN = 0.95, 3  # share of this from where a cloud is moved, and how many there are
 
 
 class Cloud(NamedTuple):
@@ -49,13 +51,15 @@ class Cloud(NamedTuple):
         """How far its farthest points are from the centre, in z."""
         return float(np.sqrt(REACH**2 + len(self.centre)))
 
-    def draw(self, count: int, problem: Problem) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters within the box, and how far trains simulated there are."""
+    def draw(
+        self, count: int, problem: Problem, look: Callable[[np.ndarray], np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters within the box, and what `look` says of a train simulated there."""
         low, high = problem.box
         z = problem.rng.standard_normal((4 * count, len(self.centre)))
         z = z[np.linalg.norm(z, axis=1) < self.reach][:count]
         psi = np.clip(self.centre + z @ self.shape.T, low, high)
-        return psi, np.array([problem.look(one) for one in psi])
+        return psi, np.array([look(one) for one in psi])
 
     def place(self, psi: np.ndarray) -> np.ndarray:
         """The z of parameters, shape (n, parameters)."""
@@ -131,6 +135,7 @@ class Estimate(NamedTuple):
 
     psi: np.ndarray
     covariance: np.ndarray
+    explained: float | None = None  # share of the legs that an orbit follows
 
 
 def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
@@ -141,7 +146,7 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
     settled = False
     for _ in range(ROUNDS):
         # The last round decides on the directions, and is worth more trains.
-        fresh = cloud.draw(2 * CLOUD if settled else CLOUD, problem)
+        fresh = cloud.draw(2 * CLOUD if settled else CLOUD, problem, problem.look)
         psi, y = np.vstack((psi, fresh[0])), np.vstack((y, fresh[1]))
         inside = np.linalg.norm(cloud.place(psi), axis=1) < cloud.reach
         regression = Regression.of(cloud, psi[inside], y[inside])
@@ -150,15 +155,42 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
         width, directions = _uncertainty(regression, white)
         project = (white @ regression.slopes).T @ white
         # Wider than it was only where the solution lies at its edge.
-        most = 1.3 if np.abs(z).max() > 0.95 * REACH else 1.0
+        most = 1.3 if np.abs(z).max() > EDGE * REACH else 1.0
         shape = cloud.shape @ directions * np.clip(WIDE * width, NARROWEST, most)
         centre = np.clip(cloud.centre + cloud.shape @ z, *problem.box)
         cloud = Cloud.of(centre, shape @ shape.T, problem)
         if settled:
             break
         settled = bool(np.all(width > 0.4) and np.abs(z).max() < 0.6 * REACH)
-    psi, y = cloud.draw(LAST_CLOUD, problem)
+    psi, y = cloud.draw(LAST_CLOUD, problem, problem.look)
     regression = Regression.of(cloud, psi, y @ project.T)
+    return _estimate(problem, regression)
+
+
+def beside(problem: Problem, centre: np.ndarray, covariance: np.ndarray) -> Estimate | None:
+    """Estimate the parameters where an orbit beside the impacts has told them already.
+
+    What it tells of the measured train is told of trains simulated near: where the estimate is
+    biased, this is taken out, and its scatter is that which jitter, missed and spurious impacts
+    have left. Where strengths are known to a few per cent the moments have nothing to add.
+    None where most of these trains have no orbit: that of the measured one is none either.
+    """
+    cloud = Cloud.of(centre, WIDE**2 * covariance, problem)._replace(curved=0)
+    for _ in range(AGAIN):
+        psi, y = cloud.draw(CLOUD, problem, problem.tell)
+        if np.isfinite(y).all(1).sum() < CLOUD / 2:
+            return None
+        regression = Regression.of(cloud, psi, y)
+        estimate = _estimate(problem, regression)
+        if np.abs(cloud.place(estimate.psi)).max() < EDGE * REACH:
+            break
+        cloud = cloud._replace(centre=estimate.psi)
+    return estimate
+
+
+def _estimate(problem: Problem, regression: Regression) -> Estimate:
+    """The parameters at which few numbers, nearly normal, are expected as they were measured."""
+    cloud = regression.cloud
     white = whitening(regression.covariance, 1e-10)
     z = regression.solve(white, problem)
     slopes = white @ regression.slopes
@@ -168,8 +200,7 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
     # The measured train scatters as its length has it, the regression as its trains do.
     scatter = problem.share + len(regression.coefficients) / regression.trains
     return Estimate(
-        np.clip(cloud.centre + cloud.shape @ z, *problem.box),
-        spread @ spread.T * scatter,
+        np.clip(cloud.centre + cloud.shape @ z, *problem.box), spread @ spread.T * scatter
     )
 
 

@@ -35,6 +35,7 @@ class Sifted(NamedTuple):
     phase: np.ndarray  # from the mean phase, in periods, -0.5 to 0.5
     strength: np.ndarray | None  # by their mean
     symbol: np.ndarray  # class of the interval that follows; -1 for none, shape (n - 1,)
+    joined: np.ndarray  # whether no gap lies in that interval
     off: float  # share of the impacts at other phases
 
 
@@ -80,11 +81,13 @@ class Partition(NamedTuple):
         symbol = np.full(len(interval), -1)
         for number, (low, high) in enumerate(self.classes):
             symbol[(interval > low) & (interval <= high)] = number
-        symbol[np.diff(stretch) > 0] = -1
+        joined = np.diff(stretch) == 0
+        symbol[~joined] = -1
         strength = None
         if train.strength is not None and len(x):
             strength = train.strength[kept] / max(train.strength[kept].mean(), 1e-300)
-        return Sifted(cycle, x - cycle, strength, symbol, 1 - kept.mean() if len(kept) else 0.0)
+        off = 1 - kept.mean() if len(kept) else 0.0
+        return Sifted(cycle, x - cycle, strength, symbol, joined, off)
 
     def words(self, sifted: Sifted) -> Words:
         """All runs of `length` intervals, each in a class."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from ..errors import InvalidInput
 from ._balance import Courses, courses
 from ._machine import CHAIN, PARAMETERS, Beginnings, Parameter, as_train, simulated
-from ._moments import Moments
+from ._moments import FALSE, Moments
 from ._partition import Train
 
 LONGEST = 5000  # impacts in a simulated train; of a longer measured one the scatter is scaled
@@ -30,6 +31,8 @@ class Problem:
     rng: np.random.Generator
     evaluations: int = 0
     beginnings: Beginnings = field(init=False)
+    floor: float = 0.0  # of the strengths' noise, by their mean
+    orbit: Callable[[Train], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
         self.moments = Moments.of(self.train)
@@ -71,7 +74,11 @@ class Problem:
         """Impacts measured at parameters."""
         self.evaluations += 1
         return simulated(
-            self.values(psi), self.forcing_frequency, self.periods, self.beginnings, self.rng
+            self.values(psi) | {"strength_floor": self.floor},
+            self.forcing_frequency,
+            self.periods,
+            self.beginnings,
+            self.rng,
         )
 
     def look(self, psi: np.ndarray) -> np.ndarray:
@@ -79,11 +86,26 @@ class Problem:
 
         In units of the moments' scatter; nan where there are too few impacts.
         """
+        return self._off(self._simulated(psi))
+
+    def tell(self, psi: np.ndarray) -> np.ndarray:
+        """How far an orbit beside a simulated train is from the one beside the measured.
+
+        With what moments tell of missed and of spurious impacts.
+        """
+        assert self.orbit is not None
+        train = self._simulated(psi)
+        return np.concatenate((self.orbit(train), self._off(train)[-FALSE:]))
+
+    def _simulated(self, psi: np.ndarray) -> Train:
         impacts = self.simulate(psi)
+        strength = None if self.train.strength is None else impacts.approach_velocity
+        return as_train(impacts, self.forcing_frequency, strength)
+
+    def _off(self, train: Train) -> np.ndarray:
         moments = None
-        if len(impacts) > self.moments.partition.length + 1:
-            strength = None if self.train.strength is None else impacts.approach_velocity
-            moments = self.moments(as_train(impacts, self.forcing_frequency, strength))
+        if len(train.x) > self.moments.partition.length + 1:
+            moments = self.moments(train)
         if moments is None:
             return np.full(len(self.measured), np.nan)
         return FAR * np.tanh((moments - self.measured) / self.scale / FAR)

@@ -7,6 +7,8 @@ compared with the measured ones.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ._balance import TURN, Values, badness, imbalance
@@ -19,12 +21,25 @@ NEAR = 2.5  # mean square of the moments' distances, by their scatter: where the
 ELSEWHERE = 8  # members that begin anywhere along the box, in case the balance has misled
 
 
-def begin(problem: Problem) -> np.ndarray:
-    """Free parameters at which the mean courses of the impacts are in balance."""
+class Beginning(NamedTuple):
+    """Where the balance of three impacts leads."""
+
+    free: np.ndarray  # free parameters, on the scale of the search
+    phase: float  # of the forcing at the mean phase of the impacts
+    beginnings: Beginnings
+
+
+def begin(problem: Problem, damping: tuple[float, float] | None = None) -> Beginning:
+    """Free parameters at which the mean courses of the impacts are in balance.
+
+    The balance hardly tells the damping; `damping` limits it, on the scale of the search.
+    """
     from scipy.optimize import differential_evolution
 
     course = problem.courses()
-    low, high = (side[: len(problem.free)] for side in problem.box)
+    box = [list(pair) for pair in zip(*problem.box, strict=True)][: len(problem.free)]
+    if damping is not None:
+        box[problem.free.index("damping")] = list(damping)
 
     def values(point: np.ndarray) -> Values:
         named = problem.values(point[:-1])
@@ -32,7 +47,7 @@ def begin(problem: Problem) -> np.ndarray:
 
     found = differential_evolution(
         lambda point: badness(values(point), course),
-        [*zip(low, high, strict=True), (-np.pi, np.pi)],
+        [*box, (-np.pi, np.pi)],
         seed=problem.rng,
         popsize=12,
         maxiter=150,
@@ -45,8 +60,7 @@ def begin(problem: Problem) -> np.ndarray:
     good = np.isfinite(approach) & (approach > 0)
     if not good.any():
         good, approach = np.ones(len(phase), bool), np.full(len(phase), 0.3)
-    problem.beginnings = Beginnings(phase[good], approach[good])
-    return found.x[:-1]
+    return Beginning(found.x[:-1], best.phase, Beginnings(phase[good], approach[good]))
 
 
 def descend(problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -63,7 +77,7 @@ def descend(problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
     low, high = problem.box
     half = np.array([problem.kind(name).half for name in problem.names])
-    centre = np.array([*start, *_chain(problem)])
+    centre = np.array([*start, *chain(problem)])
     count = len(problem.free)
     seen: list[tuple[np.ndarray, np.ndarray]] = []
 
@@ -93,7 +107,7 @@ def descend(problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return np.array(psi), np.array(y)
 
 
-def _chain(problem: Problem) -> list[float]:
+def chain(problem: Problem) -> list[float]:
     """A guess at what the measuring chain did."""
     sifted = problem.moments.partition.sift(problem.train)
     outside = max(1 - problem.moments.partition.window.mean(), 0.1)

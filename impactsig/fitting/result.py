@@ -36,16 +36,20 @@ class OscillatorFit:
         Of which free parameters the covariance is that of the logarithm.
     chain : dict of str to float
         What the measuring chain did: "jitter", standard deviation of the instants [s]; "missed"
-        and "spurious", shares of the impacts; "strength_noise", standard deviation of the
-        strengths as a share of each, where strengths were used.
+        and "spurious", shares of the impacts; where strengths were used, "strength_noise", their
+        standard deviation as a share of each, and "strength_floor", the strength, by the mean of
+        all, below which it shrinks no further: that of s is the share of ``hypot(s, floor)``.
     chain_intervals : dict of str to (float, float)
-        95 % intervals of these.
+        95 % intervals of these but of the floor.
     forcing_frequency : float
         As given, refined within 0.2 % on the impacts' phases [Hz].
     oscillator : Oscillator
         What to simulate: dimensionless, in units of the gap.
     strengths : str or None
         What was used as strength of the impacts.
+    explained : float or None
+        Share of the flights from impact to impact that one orbit of the oscillator follows within
+        the noise; of the others an end was missed or is false. None where strengths were not used.
     distance : float
         Mean squared distance of the measured moments from those of trains simulated at the
         optimum, by the median of what single ones of these have: about 1 where the oscillator
@@ -73,6 +77,7 @@ class OscillatorFit:
     forcing_frequency: float
     oscillator: Oscillator = field(repr=False)
     strengths: str | None
+    explained: float | None
     distance: float
     p_value: float
     word_shares: np.ndarray = field(repr=False)
@@ -94,7 +99,11 @@ class OscillatorFit:
         noise += f"spurious {chain['spurious']:.1%}"
         if self.strengths is not None:
             noise += f", noise of the strengths {chain['strength_noise']:.1%}"
+            if chain["strength_floor"] > 0:
+                noise += f" of each, but of {chain['strength_floor']:.0%} of their mean at least"
         lines.append(noise)
+        if self.explained is not None:
+            lines.append(f"one orbit follows {self.explained:.1%} of the flights")
         lines.append(
             f"distance {self.distance:.2f} of what simulated trains have among themselves "
             f"(p {self.p_value:.2g}); {self.evaluations} trains simulated"
