@@ -19,13 +19,13 @@ normal matrix is block tridiagonal.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
-kernel = njit(**_OPTIONS)
+from .._compiled import njit
+
+kernel = njit(nogil=True, error_model="numpy")
 
 TURN = 2 * math.pi
 SLOPES = 5  # restitution; logarithms of damping, amplitude, natural frequency; phase
