@@ -15,8 +15,9 @@ from ..simulate import Motion
 from ..simulate._events import COLUMNS, DONE, STATUS
 from ..simulate._exact import ExactEngine, begun, piecewise_linear, stacked
 from ..simulate._frame import base_motion, first_phase, first_place, pace, reference_frequency
-from ..simulate._modes import restitution_laws, shape
+from ..simulate._modes import shape
 from ..simulate._run import Run
+from ..simulate._user import restitution_laws
 from ._strobing import closing, follow, follow_machines, least
 from .tangent import tangent_map
 

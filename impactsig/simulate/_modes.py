@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..oscillators import KelvinVoigt, Oscillator, Rigid
+from ..oscillators import KelvinVoigt, Oscillator
 from ._frame import forcing, reference_frequency
 from ._layout import Layout, layout, structure
-from ._user import compiled
+from ._user import restitution_laws
 
 if TYPE_CHECKING:
     from ._flow import Problem
@@ -54,17 +54,6 @@ def shape(oscillator: Oscillator) -> tuple[Any, ...]:
 
 SCALARS = ("speed", "kinetic", "static")  # one number a machine
 SHARED = ("rubs", "chatter", "skip", "pressed", "gaps", "means", "side")  # one for all of a layout
-
-
-def restitution_laws(oscillator: Oscillator) -> tuple[Any, Any]:
-    """Restitution of the upper and of the lower stop where it is a function, compiled."""
-    from ._passing import constant_law
-
-    laws = {"upper": constant_law, "lower": constant_law}
-    for stop in oscillator.stops:
-        if isinstance(stop.law, Rigid) and callable(stop.law.restitution):
-            laws[stop.side] = compiled("restitution", stop.law.restitution, 1)
-    return laws["upper"], laws["lower"]
 
 
 def problems(

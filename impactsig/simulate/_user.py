@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from ..errors import InvalidInput
+from ..oscillators import Oscillator, Rigid
 
 
 @lru_cache(maxsize=256)
@@ -47,6 +48,17 @@ def compiled(argument: str, function: Callable[..., float], arguments: int) -> A
                 return float("nan")
 
         return guarded_law
+
+
+def restitution_laws(oscillator: Oscillator) -> tuple[Any, Any]:
+    """Restitution of the upper and of the lower stop as C functions; stand-ins for numbers."""
+    from ._passing import constant_law
+
+    found = {"upper": constant_law, "lower": constant_law}
+    for stop in oscillator.stops:
+        if isinstance(stop.law, Rigid) and callable(stop.law.restitution):
+            found[stop.side] = compiled("restitution", stop.law.restitution, 1)
+    return found["upper"], found["lower"]
 
 
 def plain(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -15,7 +15,7 @@ from ..oscillators import KelvinVoigt, Oscillator, Rigid
 from ._events import COUNTERS
 from ._frame import forcing, reference_frequency
 from ._tableau import DEGREE, tableau
-from ._user import compiled
+from ._user import compiled, restitution_laws
 
 if TYPE_CHECKING:
     from ._rates import Functions, Problem
@@ -284,12 +284,7 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
 
 def _functions(oscillator: Oscillator) -> Functions:
     """The user's functions, compiled; stand-ins where there are none."""
-    from ._passing import constant_law
     from ._rates import Functions, no_law
 
     law = no_law if oscillator.law is None else compiled("law", oscillator.law, 3)
-    found = {"upper": constant_law, "lower": constant_law}
-    for stop in oscillator.stops:
-        if isinstance(stop.law, Rigid) and callable(stop.law.restitution):
-            found[stop.side] = compiled("restitution", stop.law.restitution, 1)
-    return Functions(law, found["upper"], found["lower"])
+    return Functions(law, *restitution_laws(oscillator))

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..oscillators import Hertz, KelvinVoigt, Noise, Oscillator, Rigid
 from ..simulate._frame import forcing, reference_frequency
-from ..simulate._user import compiled
+from ..simulate._user import compiled, restitution_laws
 
 if TYPE_CHECKING:
     from ._accumulating import Potential
@@ -94,7 +94,6 @@ def filtered_deviation(oscillator: Oscillator) -> float:
 
 def functions(oscillator: Oscillator) -> Functions:
     """The user's functions, compiled; stand-ins where there are none."""
-    from ..simulate._passing import constant_law
     from ..simulate._rates import no_law
     from ._equation import Functions
     from ._laws import no_laws, over_paths
@@ -102,11 +101,7 @@ def functions(oscillator: Oscillator) -> Functions:
     law, laws = no_law, no_laws
     if oscillator.law is not None:
         law, laws = compiled("law", oscillator.law, 3), over_paths(oscillator.law)
-    found = {"upper": constant_law, "lower": constant_law}
-    for stop in oscillator.stops:
-        if isinstance(stop.law, Rigid) and callable(stop.law.restitution):
-            found[stop.side] = compiled("restitution", stop.law.restitution, 1)
-    return Functions(law, laws, found["upper"], found["lower"])
+    return Functions(law, laws, *restitution_laws(oscillator))
 
 
 def potential(oscillator: Oscillator, law: object, low: float, high: float) -> Potential:
