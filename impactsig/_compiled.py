@@ -3,7 +3,8 @@
 numba's cache looks at the file of a function alone. What it has kept of a kernel that calls one of
 another file would go on with the old code after that other file was changed, and say nothing; and
 where a type of an argument has moved, reading the cache fails. So the version under which a kernel
-is kept tells, besides numba's, all files of this package that its own draws on.
+is kept tells, besides numba's, all files of this package that its own draws on by relative imports.
+A kernel whose argument is a NamedTuple of another file must import that too, if only to say so.
 """
 
 from __future__ import annotations

@@ -91,13 +91,13 @@ def _made(kind: type[Impacts], path: Any, frame: pd.DataFrame, run: dict[str, An
     if "time" not in frame:
         raise UnreadableFile(path, f"no column 'time' among {list(frame.columns)}")
     names = {item.name for item in fields(kind)}
-    run = {key: value for key, value in run.items() if key in names}
-    if run.get("recorded_at"):
-        run["recorded_at"] = datetime.fromisoformat(run["recorded_at"])
     values: dict[str, Any] = {name: frame[name].to_numpy() for name in COLUMNS if name in frame}
     try:
+        run = {key: value for key, value in run.items() if key in names}
+        if run.get("recorded_at"):
+            run["recorded_at"] = datetime.fromisoformat(run["recorded_at"])
         return kind(**values, **run)
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, AttributeError) as error:
         raise UnreadableFile(path, f"not a table of impacts ({error})") from error
 
 

@@ -80,7 +80,8 @@ def in_words(motion: Motion | SamplePath) -> str:
     oscillator, impacts = motion.oscillator, motion.impacts
     assert impacts is not None
     forcing, met = oscillator.forcing_period, _count(len(impacts), "impact")
-    span, rate = f"{impacts.duration:.6g} s", ""
+    unit = " s" if oscillator.in_seconds else ""
+    span, rate = f"{impacts.duration:.6g}{unit}", ""
     if forcing is not None:
         periods = impacts.duration / forcing
         span = f"{periods:.6g} forcing periods ({span})"
@@ -93,7 +94,7 @@ def in_words(motion: Motion | SamplePath) -> str:
             "no period(m, n) identified" if period.aperiodic else period.describe(),
         ]
     else:
-        parts = [f"one path under noise, in steps of {motion.step:.3g} s"]
+        parts = [f"one path under noise, in steps of {motion.step:.3g}{unit}"]
     told = "; ".join([f"{met} in {span}{rate}", *parts, f"status: {motion.status}"])
     return f"{oscillator.name}: {told}."
 

@@ -90,12 +90,6 @@ class ControlledMotion(Motion):
         squared = self._control.squared(*self._instants(np.minimum(edges, self.stop)))
         return edges[1:], np.sqrt(squared / (periods * TURN))
 
-    def _instants(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Turns and phases of the reference at times."""
-        passed = time * (self._engine.omega / self.oscillator.time_unit)
-        turns = np.floor((passed + self._phase) / TURN)
-        return turns, (passed - TURN * turns) + self._phase
-
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw its stroboscopic points over time; see `impactsig.plot.control_strobe`."""
         from .. import plot

@@ -84,6 +84,8 @@ class ControlledTrajectory:
         time = np.asarray(time, float)
         if not ((time >= 0) & (time <= self.duration * (1 + 1e-12))).all():
             raise InvalidInput("time", time, f"times in the span, 0 to {self.duration:.9g}")
+        if len(self._line.laps) == 0:
+            raise InvalidInput("time", time, f"a motion of one step or more ({self.status})")
         turns = np.floor(time / TURN)
         out = np.empty(time.size)
         sample(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,13 +12,24 @@ from ..simulate._course import Running
 from ._collocation import chebyshev, solve
 
 SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding
+GOLDEN = (math.sqrt(5) - 1) / 2
+LOOKS, SPAN = 128, 32  # instants at which rates are compared, over so many periods
 
 
-def depends_on_time(flow: Flow) -> bool:
-    """Whether the rates at a state are not the same at all times."""
+def depends_on_time(flow: Flow, period: float) -> bool:
+    """Whether the rates at a state are not the same at all times: looked at, not proven.
+
+    At the initial state and beside it, where no coordinate is 0, at instants that no force of
+    another period meets at one phase only.
+    """
     y = np.array(flow.initial)
-    rates = [rate_at(flow, t, y) for t in (0.0, 0.37, 1.91)]
-    return not all(np.array_equal(own, rates[0], equal_nan=True) for own in rates[1:])
+    times = SPAN * period * np.append(0.0, np.arange(1, LOOKS) * GOLDEN % 1.0)
+    for share in (0.0, GOLDEN, -(GOLDEN**3)):
+        beside = y + share * (1 + np.abs(y)) * np.sqrt(np.arange(1, len(y) + 1))
+        rates = [rate_at(flow, t, beside) for t in times]
+        if not all(np.array_equal(own, rates[0], equal_nan=True) for own in rates[1:]):
+            return True
+    return False
 
 
 def rate_at(flow: Flow, t: float, y: np.ndarray) -> np.ndarray:

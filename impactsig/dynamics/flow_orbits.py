@@ -76,10 +76,21 @@ class FlowOrbit:
         return bool((np.abs(across) < 1).all())
 
     def sample(self, time: Any) -> np.ndarray:
-        """States on it, at times from 0 on, shape of `time` and (d,)."""
+        """States on it, at times from 0 on, shape of `time` and (d,).
+
+        Raises
+        ------
+        InvalidInput
+            If it is no orbit, and the flow diverges from where the search ended.
+        """
         time = np.asarray(time, float) % self.period
         flat, back = np.unique(time, return_inverse=True)
         states, _ = Running(self.flow, None, self.state.tolist()).sample(flat)
+        if len(states) < len(flat):
+            raise InvalidInput(
+                "time", time, f"times before {flat[len(states)]:.6g}, where the flow is lost",
+                f"This is no orbit: {self.status}",
+            )  # fmt: skip
         return states[back.ravel()].reshape(*time.shape, self.flow.dimension)
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
@@ -140,7 +151,7 @@ def find_flow_orbit(
     period = number("period", period, positive=True)
     tolerance = number("tolerance", tolerance, positive=True)
     Running(flow)  # what is wrong with the function is said here
-    forced = depends_on_time(flow)
+    forced = depends_on_time(flow, period)
     if guess is not None:
         start = state_of(flow, guess)
         return _settled(flow, start, period, np.maximum(np.abs(start), 1e-3), forced, tolerance)
@@ -154,8 +165,8 @@ def find_flow_orbit(
             least = orbit
     if least is None:
         raise InvalidInput(
-            "period", period, "one after which the flow comes back near where it was",
-            "Of those tried none does; give guess=",
+            "period", period, "one after which an orbit of the flow closes, for the first time",
+            "Of the close returns tried none leads to one of about that period; give guess=",
         )  # fmt: skip
     return least
 
@@ -197,17 +208,24 @@ def _settled(
         state, period, end, tangent, residual = then, after, came, moved, off(came, then)
     while parts < MOST_PARTS and np.isfinite(residual):
         parts *= 2
-        _, finer = shoot(flow, state, period, parts)
+        end, finer = shoot(flow, state, period, parts)
+        if not np.isfinite(end).all():
+            residual = np.inf
+            break
         change, tangent = float(np.abs(finer - tangent).max()), finer
         if change <= ROUNDED * float(np.abs(finer).max()):
             break
-    values = np.linalg.eigvals(tangent)
-    values = values[np.argsort(-np.abs(values), kind="stable")]
     status = "found" if residual <= tolerance else "not converged"
+    values = np.full(d, np.nan + 0j)
+    if np.isfinite(residual):
+        values = np.linalg.eigvals(tangent)
+        values = values[np.argsort(-np.abs(values), kind="stable")]
     if status == "found" and not forced:
         moves = float((np.abs(rate_at(flow, 0.0, state)) / scale).max()) * period
         status = status if moves > AT_REST else "at rest"
-    return FlowOrbit(flow, state, period, values, forced, residual, iterations, status, parts)
+    return FlowOrbit(
+        flow, state, float(period), values, forced, float(residual), iterations, status, parts
+    )
 
 
 def _closes_sooner(orbit: FlowOrbit, scale: np.ndarray) -> bool:

@@ -121,7 +121,9 @@ class Texts:
         if heap not in self._objects:
             self._objects[heap] = dict(self._in_heap(raw, base + heap))
         at, size = self._objects[heap].get(number, (0, 0))
-        if not length <= min(size, _LARGEST_TEXT):
+        if length > _LARGEST_TEXT:
+            raise ValueError(f"hold a text of {length} bytes, longer than is read")
+        if length > size:
             raise ValueError(f"hold no text {number} of {length} bytes (heap at byte {heap})")
         raw.seek(at)
         return raw.read(length).decode("utf-8", "replace")

@@ -222,6 +222,7 @@ class Oscillator:
             friction=friction and Friction(friction.kinetic * newton, friction.static * newton),  # type: ignore[operator]
             noise=noise and Noise(noise.intensity * newton**2 * t, noise.correlation_time * t),
             name=self.name,
+            in_seconds=self.in_seconds,
         )
 
     def __repr__(self) -> str:

@@ -7,6 +7,7 @@ there is one, and else halving decides.
 from __future__ import annotations
 
 from ._flow import inner
+from ._flow_steps import Scratch
 from ._tableau import GAUGE_DEGREE
 
 DEPTH = 44  # halvings of a step after which two roots are one, that only touches zero
@@ -59,7 +60,7 @@ def halve(stack, top):
 
 
 @inner
-def begin(s):
+def begin(s: Scratch):
     """Put the whole step on the stack."""
     for m in range(GAUGE_DEGREE + 1):
         s.stack[0, m] = s.coefficients[m]
@@ -68,7 +69,7 @@ def begin(s):
 
 
 @inner
-def next_crossing(s, top, side):
+def next_crossing(s: Scratch, top, side):
     """The next crossing: what is left on the stack, where (-1: nowhere), and the side after it.
 
     What is zero counts as still on the side it came from.

@@ -104,9 +104,10 @@ class Ensemble:
 
     def __repr__(self) -> str:
         mean = f"{self.energy.mean:.4g} +- {self.energy.mean_error:.1g}"
+        unit = " s" if self.oscillator.in_seconds else ""
         return (
-            f"Ensemble({self.paths} paths of {self.duration:g} s, {self.method}, step "
-            f"{self.step:.3g} s; mean energy {mean}, effective size {self.effective_size:.0f}; "
+            f"Ensemble({self.paths} paths of {self.duration:g}{unit}, {self.method}, step "
+            f"{self.step:.3g}{unit}; mean energy {mean}, effective size {self.effective_size:.0f}; "
             f"{self.status})"
         )
 

@@ -55,9 +55,10 @@ class SamplePath:
         return sample_path(self, ax=ax)
 
     def __repr__(self) -> str:
+        unit = " s" if self.oscillator.in_seconds else ""
         return (
-            f"SamplePath({len(self.time)} instants over {np.ptp(self.time):g} s, step "
-            f"{self.step:.3g} s, {len(self.impacts.time)} impacts; {self.status})"
+            f"SamplePath({len(self.time)} instants over {np.ptp(self.time):g}{unit}, step "
+            f"{self.step:.3g}{unit}, {len(self.impacts.time)} impacts; {self.status})"
         )
 
 
@@ -78,7 +79,7 @@ def sample_path(
     """One path of an oscillator under its noise, step by step.
 
     With the same seed, steps and method it is the path of that number of `simulate_ensemble`, to
-    the last bit.
+    the last bit; to rounding only, where numba has Intel's SVML and the law takes sines.
 
     Parameters
     ----------

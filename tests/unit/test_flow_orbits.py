@@ -8,10 +8,23 @@ import numpy as np
 import pytest
 
 from impactsig import Flow, InvalidInput, find_flow_orbit, flows
+from impactsig.dynamics._flow_shooting import depends_on_time
 
 
 def driven(t, y):
     return (math.cos(t) - 0.5 * y[0],)
+
+
+def fast(t, y):
+    return (math.cos(2 * math.pi * 100 * t) - 0.5 * y[0],)
+
+
+def mathieu(t, y):
+    return y[1], -(1 + 0.3 * math.cos(2 * t)) * y[0] - 0.2 * y[1]
+
+
+def switched(t, y):
+    return ((1.0 if t % 10 < 5 else -1.0) - 0.5 * y[0],)
 
 
 def away(t, y):
@@ -30,8 +43,35 @@ def test_a_forced_flow_is_found_without_a_guess_at_exactly_its_period():
     np.testing.assert_allclose(orbit.sample(time)[..., 0], expected, atol=1e-11)
 
 
+@pytest.mark.parametrize(
+    ("flow", "period"),
+    [
+        (Flow(fast, (0.0,)), 0.01),
+        (Flow(mathieu, (0.0, 0.0)), math.pi),
+        (Flow(switched, (0.0,)), 10.0),
+    ],
+)
+def test_a_force_is_seen_whatever_its_period(flow, period):
+    assert depends_on_time(flow, period)
+    assert depends_on_time(flow, 0.7 * period)
+
+
+def test_a_flow_without_a_force_has_none():
+    for flow in (flows.lorenz(), flows.rossler()):
+        assert not depends_on_time(flow, 3.0)
+
+
+def test_an_orbit_of_a_fast_force_keeps_its_period():
+    orbit = find_flow_orbit(Flow(fast, (0.0,)), 0.01, guess=(1e-4,))
+    assert orbit.found
+    assert orbit.period == 0.01
+    omega = 2 * math.pi * 100
+    assert orbit.state[0] == pytest.approx(0.5 / (0.25 + omega**2), abs=1e-9)
+
+
 def test_an_orbit_gone_round_twice_is_not_taken_for_one_of_two_turns():
     orbit = find_flow_orbit(flows.rossler(), 11.76)
+    assert orbit.found
     once, back = orbit.sample([0.0, orbit.period / 2])
     assert np.abs(once - back).max() > 0.1
 
