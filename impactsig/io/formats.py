@@ -144,7 +144,7 @@ FORMATS: tuple[Format, ...] = (
 RAW = Format("raw binary", (), lambda head: False, "_raw")
 
 
-def recognise(path: Path) -> Format:
+def _recognised(path: Path, head: bytes) -> Format:
     """The format of a file: by its content, then by its extension.
 
     A text file without the mark of any format goes to the reader its extension names, if that
@@ -153,12 +153,8 @@ def recognise(path: Path) -> Format:
     Raises
     ------
     UnreadableFile
-        If there is no such file, it is a folder or empty, or its format is not known.
+        If its format is not known.
     """
-    return _recognised(path, _first_bytes(path))
-
-
-def _recognised(path: Path, head: bytes) -> Format:
     named = next((f for f in FORMATS if path.suffix.lower() in f.extensions), None)
     found = next((f for f in FORMATS if f.sniff(head)), None)
     if found is not None:

@@ -10,6 +10,7 @@ import itertools
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Protocol, Self, TypeVar
 
@@ -21,19 +22,27 @@ Labelled = Iterable[tuple[Label, Task]]
 Ended = Iterator[tuple[Label, Task, Outcome]]
 
 
-class Executor(Protocol):
+class Executor(AbstractContextManager["Executor"], Protocol):
     """What a sweep asks of an executor."""
 
-    workers: int
-    least: int
-    most: int
+    @property
+    def workers(self) -> int:
+        """Tiles that are worked out at the same time."""
+
+    @property
+    def least(self) -> int:
+        """Cells to a tile below which it takes no less time."""
+
+    @property
+    def most(self) -> int:
+        """Cells to a tile that fit memory."""
 
     def run(self, tasks: Labelled[Label]) -> Ended[Label]:
         """Work out tasks, each with a label to know it by."""
         ...
 
     def close(self) -> None:
-        """Stop at once; tasks under way are given up where that is possible."""
+        """Stop at once, as at the end of a with block; give up tasks under way where possible."""
         ...
 
 

@@ -20,7 +20,7 @@ from ._gpu import Gpu, parts_of_device
 from ._grid import Grid, Tiling, grid_of, tile_shape
 from ._identity import identity_of, refuse_other
 from ._payload import pack
-from ._pool import Serial, Threads
+from ._pool import Executor, Serial, Threads
 from ._processes import Processes
 from ._results import Results
 from ._store import Store, claim, locked
@@ -196,7 +196,7 @@ def _executor(
     kind: Local,
     workers: int | None,
     client: Any,
-) -> Any:
+) -> Executor:
     if kind not in get_args(Local):
         raise InvalidInput("executor", kind, f"one of {', '.join(get_args(Local))}")
     threads = thread_count(workers)
@@ -221,7 +221,7 @@ def _executor(
     return Serial(job) if kind == "serial" else Threads(partial(run_cells, job), threads)
 
 
-def _tile_of_a_second(pool: Any, grid: Grid) -> tuple[int, Outcome | None]:
+def _tile_of_a_second(pool: Executor, grid: Grid) -> tuple[int, Outcome | None]:
     """How many cells to a tile, from trials of some that are spread over the grid.
 
     The first call may compile, so it is not counted; what it gave, of the first cell, is told.
