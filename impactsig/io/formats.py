@@ -93,7 +93,8 @@ def _is_mat5(head: bytes) -> bool:
 
 def _is_uff(head: bytes) -> bool:
     # A line of -1 and the number of a dataset, each in its columns.
-    return re.match(rb"    -1 *\r?\n(?= {0,5}\d{1,6})[ \d]{6}[b \r\n]", head) is not None
+    # The first may stand twice, around a set that was lost.
+    return re.match(rb"(?:    -1 *\r?\n){1,3}(?= {0,5}\d{1,6})[ \d]{6}[b \r\n]", head) is not None
 
 
 def _is_arrow(head: bytes) -> bool:
