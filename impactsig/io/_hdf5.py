@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ._arrays import Array, Facts, Place, bytes_of, fact, source_of, unusable
+from ._hdf5_chunks import Chunks
 from ._hdf5_objects import attributes, check_size, members
 from ._hdf5_texts import Texts
 from ._limits import Limits
@@ -67,7 +68,7 @@ def _arrays(
         if item.shape is None:
             continue
         if item.size == 1 or _is_text(item):
-            _tell(facts, place, item, texts)
+            _tell(path, facts, place, item, texts)
         elif item.dtype.names and len(item.shape) == 1:
             if reason := check_size(path, item, limits):
                 notes.append(f"{shown!r} is left out: it {reason}")
@@ -96,10 +97,11 @@ def _is_text(dataset: Any) -> bool:
     return kind == "S" and dataset.attrs["MATLAB_class"] == b"char"
 
 
-def _tell(facts: Facts, place: Place, dataset: Any, texts: Texts) -> None:
+def _tell(path: Path, facts: Facts, place: Place, dataset: Any, texts: Texts) -> None:
     """Keep a single number, or a text, if it tells something of the arrays beside it."""
     if fact(place[-1]) is None or bytes_of(dataset.shape, dataset.dtype) > 4096:
         return
+    Chunks(path, dataset).check()
     value: Any = None
     if _is_text(dataset):
         value = "".join(chr(code) for code in dataset[()].ravel())
@@ -125,17 +127,19 @@ def _reader(
     path: Path, dataset: Any, limits: Limits, field: str | None = None
 ) -> Callable[[list[int], int, int], np.ndarray]:
     """Reads a part of a dataset, of which time runs along the longer axis."""
-    shape, packed = dataset.shape, dataset.chunks is not None
+    shape, packed, chunks = dataset.shape, dataset.chunks is not None, Chunks(path, dataset)
     width = np.dtype(sample_type(dataset.dtype)).itemsize if field is None else 8
 
     def read(columns: list[int], first: int, last: int) -> np.ndarray:
         low, high = min(columns), max(columns) + 1
         if packed:
             limits.check(path, (last - first) * (high - low) * width)
+        tall = shape[0] >= shape[-1]
+        spans = [(first, last), (low, high)] if tall else [(low, high), (first, last)]
+        chunks.check(spans[: len(shape)])
         if len(shape) == 1:
             part = dataset[first:last] if field is None else dataset.fields(field)[first:last]
             return part[:, np.newaxis]
-        tall = shape[0] >= shape[1]
         part = dataset[first:last, low:high] if tall else dataset[low:high, first:last].T
         whole = columns == list(range(low, high))
         return part if whole else part[:, [column - low for column in columns]]

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..errors import UnreadableFile
 from ._arrays import Place, bytes_of, fact
+from ._hdf5_chunks import Chunks
 from ._hdf5_texts import Texts
 from ._limits import DEFAULT_LIMITS, HARMLESS, Limits
 
@@ -88,6 +89,7 @@ def _cells(path: Path, file: Any, place: Place, dataset: Any) -> Iterator[tuple[
     """What a MATLAB cell array refers to; a reference of this kind never leaves its file."""
     if check_size(path, dataset, DEFAULT_LIMITS) or dataset.size > _MOST:
         return
+    Chunks(path, dataset).check()
     for number, reference in enumerate(dataset[()].ravel(), 1):
         if reference:
             yield (*place[:-1], f"{place[-1]}{{{number}}}"), file[reference]

@@ -1,13 +1,17 @@
 """HDF5: parts read as parts, rates found beside the samples, nothing outside the file touched."""
 
 import os
+import struct
+import subprocess
+import sys
+import zlib
 
 import numpy as np
 import pytest
 
 import impactsig.io as io
 from impactsig.errors import ImpactsigWarning, InvalidInput, UnreadableFile
-from impactsig.io import _hdf5_heaps, _hdf5_texts
+from impactsig.io import _hdf5_chunks, _hdf5_heaps, _hdf5_texts
 
 h5py = pytest.importorskip("h5py")
 
@@ -224,6 +228,134 @@ def test_a_filter_that_would_be_loaded_from_elsewhere_is_refused(path):
     path.write_bytes(content[: mark + 8] + b"\x05\x7d" + content[mark + 10 :])  # 32005, blosc2's
     with pytest.raises(UnreadableFile, match=r"filter that is not HDF5's own \(number 32005\)"):
         io.read(path, rate=1)
+
+
+# Filters, whether a chunk is stored as skipping the last of them, and the fewest bytes it may take.
+STORED = [
+    ({"fletcher32": True}, False, 516),
+    ({"fletcher32": True}, True, 512),
+    ({"shuffle": True}, False, 512),
+    ({"shuffle": True, "fletcher32": True}, False, 516),
+    ({"compression": "gzip", "fletcher32": True}, False, 5),
+    ({"compression": "gzip", "fletcher32": True}, True, 1),
+    ({"compression": "gzip"}, False, 1),
+    ({"compression": "lzf"}, True, 512),
+    ({}, False, 512),
+]
+
+
+def with_a_chunk_of(path, size, skipped, **packing):
+    """A file whose fourth of 8 chunks of 512 bytes is announced with this size."""
+    with h5py.File(path, "w") as file:
+        values = np.round(X[:, :2]).astype("f4")  # which every filter can pack
+        file.create_dataset("c", data=values, chunks=(64, 2), **packing)
+        file.attrs["fs"] = 100.0
+    with h5py.File(path) as file:
+        chunk = file["c"].id.get_chunk_info(3)
+        last = file["c"].id.get_create_plist().get_nfilters() - 1
+    place = struct.pack("<3Q", *chunk.chunk_offset, 0)
+    content = path.read_bytes()
+    at = content.index(struct.pack("<2I", chunk.size, 0) + place)
+    mask = 1 << last if skipped else 0
+    path.write_bytes(content[:at] + struct.pack("<2I", size, mask) + content[at + 8 :])
+
+
+def printed_in_a_child(*paths, **options):
+    """What reading each file says, from a process of its own: HDF5 2.0 ends it."""
+    code = (
+        "import sys, impactsig.io as io\nfrom impactsig.errors import UnreadableFile\n"
+        "for path in sys.argv[1:]:\n"
+        f"    try: io.read(path, **{options!r})\n"
+        "    except UnreadableFile as error: print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, *paths], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout.splitlines()
+
+
+def test_chunks_stored_in_too_few_bytes_are_refused(path):
+    paths, expected = [], []
+    for number, (packing, skipped, least) in enumerate(STORED):
+        for size in sorted({0, 1, 3, 4, least - 1} & set(range(least))):
+            one = path.with_name(f"{number} {size}.h5")
+            with_a_chunk_of(one, size, skipped, **packing)
+            paths.append(one)
+            expected.append(f"the chunk at (192, 0) in {size} bytes, and it takes {least} at least")
+            before = io.read(one, stop=1.9).samples
+            np.testing.assert_array_equal(before, np.round(X[:190, :2]))
+    lines = printed_in_a_child(*paths, start=1.9, stop=2.0)
+    for line, words in zip(lines, expected, strict=True):
+        assert words in line
+
+
+@pytest.mark.parametrize(("packing", "skipped", "least"), STORED)
+def test_chunks_stored_in_what_they_need_are_read(path, packing, skipped, least):
+    with h5py.File(path, "w") as file:
+        data = file.create_dataset("c", (500, 2), "f4", chunks=(64, 2), **packing)
+        data[128:300] = X[128:300, :2]  # other chunks are never written
+        file.attrs["fs"] = 100.0
+        if skipped:
+            raw = X[192:256, :2].astype("f4").tobytes()
+            for bit in range(data.id.get_create_plist().get_nfilters() - 1):
+                raw = zlib.compress(raw) if bit == 0 else raw
+            last = data.id.get_create_plist().get_nfilters() - 1
+            data.id.write_direct_chunk((192, 0), raw, 1 << last)
+    expected = np.zeros((500, 2), "f4")
+    expected[128:300] = X[128:300, :2]
+    np.testing.assert_array_equal(io.read(path).samples, expected)
+
+
+def test_many_chunks_without_a_filter_are_checked_in_one_go(path, monkeypatch):
+    with_a_chunk_of(path, 300, False)
+    monkeypatch.setattr(_hdf5_chunks, "_FEW", 3)
+    blocks = iter(io.read_blocks(path, 0.32))
+    for first in range(0, 192, 32):
+        np.testing.assert_array_equal(next(blocks).samples, np.round(X[first : first + 32, :2]))
+    with pytest.raises(UnreadableFile, match=r"the chunk at \(192, 0\) in 300 bytes"):
+        next(blocks)
+    np.testing.assert_array_equal(io.read(path, start=2.56).samples, np.round(X[256:, :2]))
+
+
+@pytest.mark.parametrize("kind", ["number", "text", "cells", "across", "table"])
+def test_every_way_to_a_chunk_is_checked(path, kind):
+    packing = {"chunks": True, "fletcher32": True}
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["x"] = X
+        if kind == "number":
+            file.create_dataset("fs", data=[[100.0]], **packing)
+        elif kind == "text":
+            file.create_dataset(
+                "unit", data=np.array([[78, 109]], "u2"), chunks=(1, 1), fletcher32=True
+            )
+            file["unit"].attrs["MATLAB_class"] = np.bytes_("char")
+        elif kind == "cells":
+            file.create_dataset(
+                "c",
+                data=[[file["x"].ref] * 2],
+                dtype=h5py.ref_dtype,
+                chunks=(1, 1),
+                fletcher32=True,
+            )
+        elif kind == "across":
+            file.create_dataset("x2", data=X.T, chunks=(3, 100), fletcher32=True)
+        else:
+            table = np.zeros(500, [("a", "f4"), ("b", "f4")])
+            file.create_dataset("log", data=table, chunks=(100,), fletcher32=True)
+    if kind in ("text", "cells"):
+        with path.open("r+b") as file:
+            file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+    names = {"number": "fs", "text": "unit", "cells": "c", "across": "x2", "table": "log"}
+    with h5py.File(path) as file:
+        data = file[names[kind]].id
+        chunk = data.get_chunk_info(data.get_num_chunks() - 1)
+    place = struct.pack(f"<{len(chunk.chunk_offset) + 1}Q", *chunk.chunk_offset, 0)
+    content = path.read_bytes()
+    key = struct.pack("<2I", chunk.size, 0) + place
+    at = content.index(key)
+    path.write_bytes(content[:at] + bytes(4) + content[at + 4 :])
+    channel = {"across": "x2 0", "table": "log/a"}.get(kind)
+    (line,) = printed_in_a_child(path, channel=channel, rate=100.0)
+    assert f"dataset '/{names[kind]}' keeps the chunk at" in line
 
 
 def test_cut_short_is_an_error_with_its_cause(path):
