@@ -122,7 +122,8 @@ def _time_unit(channel: Any) -> float | None:
 def _base(channel: Any, times: list[Any]) -> TimeBase:
     properties = channel.properties
     axis = str(properties.get("wf_xunit_string") or "s")
-    if time_factor("t", axis) is None:
+    factor = time_factor("t", axis)
+    if factor is None:
         return TimeBase(None, 0.0, f"Its samples stand over an axis in {axis!r}, not over time")
     increment = _increment(channel)
     if increment > 0 and np.isfinite(increment):
@@ -130,15 +131,14 @@ def _base(channel: Any, times: list[Any]) -> TimeBase:
             start = float(properties.get("wf_start_offset") or 0.0)
         except (TypeError, ValueError):
             start = 0.0
-        return TimeBase(rate_of_step(increment * (time_factor("t", axis) or 1.0)), start)
+        return TimeBase(rate_of_step(increment * factor), start * factor)
     for other in times:
         if len(other) == len(channel):
             values = other[:]
             if values.dtype.kind == "M":
                 return time_base((values - values[0]) / np.timedelta64(1, "s"), 1e-6)
             coarse = np.finfo(values.dtype).eps if values.dtype.kind == "f" else 0.0
-            factor = _time_unit(other) or 1.0
-            values = values.astype(np.float64) * factor
+            values = values.astype(np.float64) * (_time_unit(other) or 1.0)
             return time_base(values, float(coarse * np.max(np.abs(values))))
     return TimeBase(None, 0.0, "The channel has no wf_increment, and its group no channel of times")
 

@@ -173,12 +173,12 @@ def rate_of_step(step: float) -> float:
     return float(whole) if abs(rate - whole) <= 4 * np.spacing(rate) else rate
 
 
-def printed_step(text: str, start: float = 0.0) -> TimeBase:
-    """Rate from a sampling step [s] as it is printed."""
-    step = float(text)
+def printed_step(text: str, start: float = 0.0, factor: float = 1.0) -> TimeBase:
+    """Rate from a sampling step as it is printed, in units of `factor` seconds."""
+    step = float(text) * factor
     if not (np.isfinite(step) and step > 0):
         return TimeBase(None, start, f"The sampling step is given as {text}")
-    return _settled(1 / step, printed_resolution([text]) / 2 / step, start)
+    return _settled(1 / step, printed_resolution([text]) * factor / 2 / step, start)
 
 
 def _settled(rate: float, uncertainty: float, start: float) -> TimeBase:

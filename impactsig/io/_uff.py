@@ -158,10 +158,8 @@ def _packed(
 
 
 def _even(header: Header) -> TimeBase:
+    start = header.start * header.factor
     try:
-        base = printed_step(header.step, header.start * header.factor)
+        return printed_step(header.step, start, header.factor)
     except (ValueError, OverflowError):
-        return TimeBase(None, header.start, f"Its header gives a step of {header.step!r}")
-    if header.factor == 1 or base.rate is None:
-        return base
-    return base._replace(rate=base.rate / header.factor)
+        return TimeBase(None, start, f"Its header gives a step of {header.step!r}")

@@ -99,6 +99,14 @@ def test_several_x_columns_of_different_rates(tmp_path):
     np.testing.assert_array_equal(io.read(path, channel="T").samples, [0, -1, -2])
 
 
+def test_an_x_column_of_its_own_counts_whatever_delta_x_the_first_channel_has(tmp_path):
+    data = [f"{i * 0.001:.3f}\t{i}\t{1 + i * 0.25}\t{-i}" for i in range(9)]
+    text = header("Multi") + segment(data, ["F", "T"], delta=["0.001", "0.5"], wide=2)
+    with pytest.warns(ImpactsigWarning, match="Delta_X of 0.5 s of 'T' contradicts"):
+        rec = io.read(write(tmp_path, text), channel="T")
+    assert (rec.rate, rec.start) == (4.0, 1.0)
+
+
 def test_a_channel_named_time_is_the_clock_of_all(tmp_path):
     data = [f"\t{i * 0.002:.6f}\t{i}" for i in range(6)]
     text = segment(data, ["time", "F"], delta=["1.000000", "0.001990"]).replace("\tN", "\ts")
