@@ -87,8 +87,8 @@ def uff_step(folder, times, unit):
 
 
 def uff_text_times(folder, times, unit):
-    pairs = as_text(np.column_stack([times, X]).ravel(), 20, 4)
-    return uff(folder, uff_text(pairs, count=COUNT, even=0, kind=4, step=0, axis=(17, "t", unit)))
+    pairs = as_text(np.column_stack([times, X]).ravel())
+    return uff(folder, uff_text(pairs, count=COUNT, even=0, step=0, axis=(17, "t", unit)))
 
 
 def uff_packed_times(folder, times, unit):
