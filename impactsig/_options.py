@@ -36,7 +36,13 @@ def file_options() -> Parser:
     """What a file without a header does not tell of itself."""
     options = Parser(add_help=False)
     group = options.add_argument_group("what the file does not tell")
-    group.add_argument("--rate", type=number, metavar="HZ", help="samples per second")
+    group.add_argument(
+        "--rate",
+        type=number,
+        metavar="HZ",
+        help="samples per second; taken instead of the rate in the file, with a warning where "
+        "they differ",
+    )
     group.add_argument(
         "--raw",
         metavar="TYPE",

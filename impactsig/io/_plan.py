@@ -14,6 +14,7 @@ from typing import NamedTuple
 from ..errors import ImpactsigWarning, InvalidInput, UnreadableFile, finite_number
 from ..recording import Recording, Sensor, channel_index, check_calibration, sample_span
 from ._source import Signal, Source
+from ._timebase import DOUBTFUL
 from .formats import guarded
 
 AUDIO_RATES = frozenset(
@@ -62,6 +63,12 @@ def prepare(
             signals = tuple(replace(signal, rate=rate) for signal in signals)
         channels = _largest_set(signals) if channel is None else [_find(signals, channel)]
         chosen = signals[channels[0]]
+        in_file = source.signals[channels[0]].rate
+        if rate is not None and in_file is not None and abs(rate - in_file) > DOUBTFUL * in_file:
+            _warn(
+                f"{path}: the file gives a rate of {in_file:g} Hz for {chosen.name!r}; "
+                f"rate={rate:g} Hz is taken instead"
+            )
         if chosen.length == 0:
             raise UnreadableFile(path, f"channel {chosen.name!r} holds no samples")
         if chosen.rate is None:

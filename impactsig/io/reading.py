@@ -129,7 +129,8 @@ def read(
     unit : str, optional
         Unit of the result; by default what the file says.
     rate : float, optional
-        Samples per second [Hz]; takes precedence over what the file says.
+        Samples per second [Hz]; takes precedence over the rate in the file, with a warning where
+        the two differ by more than 0.01 %.
     sensor : {"force", "sound"}, optional
         How impacts are looked for later. By default an audio file at a usual audio rate (8, 11.025,
         12, 16, 22.05, 24, 32, 44.1, 48, 88.2, 96, 176.4 or 192 kHz) is "sound" unless `unit` is
@@ -157,7 +158,8 @@ def read(
     Warns
     -----
     ImpactsigWarning
-        If channels are left out, the file is cut short, or its header contradicts its data.
+        If channels are left out, the file is cut short, its header contradicts its data, or `rate`
+        contradicts the file.
     """
     opened = partial(open_file, path, limits, raw)
     source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor, opened)

@@ -2,13 +2,14 @@
 
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
 import soundfile
 
 import impactsig.io as io
-from impactsig.errors import ImpactsigError, InvalidInput, UnreadableFile
+from impactsig.errors import ImpactsigError, ImpactsigWarning, InvalidInput, UnreadableFile
 from impactsig.io import formats
 
 X = np.random.default_rng(3).integers(-1000, 1000, (300, 2)).astype(np.int16)
@@ -189,3 +190,15 @@ def test_importing_the_readers_costs_nothing():
 def test_a_rate_that_is_text_is_refused(stereo):
     with pytest.raises(InvalidInput, match="rate"):
         io.read(stereo, rate="100")
+
+
+@pytest.mark.parametrize("read", [io.read, io.read_blocks])
+def test_a_rate_that_contradicts_the_file_is_taken_with_a_warning(tmp_path, read):
+    path = tmp_path / "a.wav"
+    soundfile.write(str(path), X, 50_000)
+    words = "a rate of 50000 Hz for 'channel 0'; rate=10 Hz is taken"
+    with pytest.warns(ImpactsigWarning, match=words):
+        assert read(path, rate=10).rate == 10.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert read(path, rate=50_001).rate == 50_001.0
