@@ -301,3 +301,23 @@ def test_cells_of_7_3_are_references_followed_inside_the_file(path, file):
         rec = io.read(path, rate=1)
     assert rec.channels == ("c{1}", "c{2}.x")
     np.testing.assert_array_equal(rec.samples, X[:, :2])
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_matlab_4_is_named(tmp_path, order):
+    path = tmp_path / "a.mat"
+    savemat(path, {"x": X[:, 0]}, format="4")
+    if order == ">":
+        values = struct.pack(">5i", 1000, 3, 1, 0, 2) + b"x\0" + struct.pack(">3d", 1, 2, 3)
+        path.write_bytes(values)
+    assert loadmat(path)["x"].size
+    with pytest.raises(UnreadableFile, match="is a MATLAB 4 file, of a format that is not read"):
+        io.read(path, rate=1)
+
+
+def test_what_is_no_matlab_file_is_not_called_one(tmp_path):
+    path = tmp_path / "a.mat"
+    for content in (b"\0" * 15, b"\xff" * 500, b"\0\0\0\0" + b"\1" * 100):
+        path.write_bytes(content)
+        with pytest.raises(UnreadableFile, match="named as MATLAB 5, but its content is not"):
+            io.read(path, rate=1)
