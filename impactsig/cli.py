@@ -336,8 +336,8 @@ _WORKERS = "processes, where there are several files (default: as many as cores)
 _EITHER = "a recording, or a .csv or .parquet table of impacts as detect writes them"
 _SEARCHING = ("report", "detect", "compare", "dimension")
 _OUTPUT = {
-    "report": "the page to write (default: impactsig-report-FILE.html in this folder); of several "
-    f"files the folder for their pages and a page that lists them (default: {_REPORTS})",
+    "report": "the .html file to write (default: impactsig-report-FILE.html in this folder); of "
+    f"several files the folder for their pages and a page that lists them (default: {_REPORTS})",
     "detect": "a .csv or .parquet file (default: CSV to standard output)",
     "compare": "a .png, .pdf or .svg file for the figure (default: none)",
     "dimension": "a .png, .pdf or .svg file for the figure (default: none)",

@@ -12,6 +12,7 @@ from typing import Any
 
 from .. import __version__
 from .._atomic import atomic_path
+from ..errors import InvalidInput
 from .analysis import Analysis, analyse
 from .contents import (
     download,
@@ -43,7 +44,8 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
     source_path : path-like
         The recording.
     output : path-like, optional
-        The page; ``impactsig-report-NAME.html`` in the current folder by default.
+        The page, a name ending in .html or .htm; ``impactsig-report-NAME.html`` in the current
+        folder by default.
     **options
         As for `impactsig.report.analyse`: forcing_frequency, dynamics, threshold, polarity,
         contact_level, merge_within, dead_time, gaps, channel, start, stop, scale, offset, unit,
@@ -57,7 +59,8 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
     Raises
     ------
     InvalidInput, UnreadableFile
-        If the recording cannot be analysed; nothing is written then.
+        If the recording cannot be analysed, or `output` has another ending; nothing is written
+        then.
     UnwritableFile
         If the page cannot be written; what stood there before is untouched.
     """
@@ -70,6 +73,13 @@ def analyse_to_page(
     """As `write_report`, with the analysis that the page shows."""
     name = Path(source_path).name
     target = Path(f"impactsig-report-{name}.html") if output is None else Path(output)
+    if target.suffix.lower() not in (".html", ".htm"):
+        raise InvalidInput(
+            "output",
+            target,
+            "a name ending in .html or .htm",
+            "A report is an HTML page; a browser prints it to PDF",
+        )
     with atomic_path(target) as temporary:
         # Opened first: hours of analysis must not end at a folder that cannot be written.
         analysis = analyse(source_path, **options)

@@ -173,6 +173,15 @@ def test_several_channels_without_a_choice_are_listed(tmp_path, capsys):
     assert run("detect", path, "--channel=1") == 0
 
 
+@pytest.mark.parametrize("name", ["report.pdf", "report", "report.html.txt"])
+def test_a_report_is_a_page_and_nothing_else(recording, tmp_path, capsys, name):
+    assert run("report", recording, "-o", tmp_path / name) == 1
+    told = capsys.readouterr().err
+    assert told.startswith("error: output: got ")
+    assert "required: a name ending in .html or .htm" in told
+    assert not (tmp_path / name).exists()
+
+
 def test_a_report_that_cannot_be_written_leaves_nothing(recording, tmp_path, capsys):
     assert run("report", recording, "-o", tmp_path / "no" / "such.html") == 1
     assert capsys.readouterr().err.count("\n") == 1
