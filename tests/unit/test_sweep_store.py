@@ -191,6 +191,32 @@ def test_a_chunk_that_is_not_whole_is_never_read(damage, folder):
     assert contents(folder) == before
 
 
+@pytest.mark.parametrize("damage", ["cut", "flip", "gone", "no array", "no description"])
+def test_a_damaged_axis_is_written_again(damage, folder):
+    """Of a finished study, too; nothing is worked out again."""
+    xarray = pytest.importorskip("xarray")
+    whole = sweep(waves, AXES, directory=folder, tile=4, attributes={"b": {"units": "Hz"}})
+    before = contents(folder)
+    axis = folder / "results.zarr" / "b"
+    chunk = axis / "c" / "0"
+    content = chunk.read_bytes()
+    if damage == "cut":
+        chunk.write_bytes(content[:-3])
+    elif damage == "flip":
+        chunk.write_bytes(content[:-9] + bytes([content[-9] ^ 1]) + content[-8:])
+    elif damage == "gone":
+        chunk.unlink()
+    elif damage == "no array":
+        shutil.rmtree(axis)
+    else:
+        (axis / "zarr.json").write_text("{")
+    study = sweep(waves, AXES, directory=folder, attributes={"b": {"units": "Hz"}})
+    assert same(study, whole)
+    assert contents(folder) == before
+    data = xarray.open_zarr(folder / "results.zarr", consolidated=False)
+    assert data["b"].values.tobytes() == AXES["b"].tobytes()
+
+
 def test_a_tile_of_nothing_but_missing_values_is_done(folder):
     """Of results that are all NaN, or all a value that stands for nothing, there is a chunk too."""
 
@@ -408,8 +434,10 @@ def test_one_sweep_at_a_time(folder):
                 sweep(waves, AXES, directory=folder)
         return a
 
-    assert sweep(nested, {"a": [1, 2]}, directory=folder, tile=1).complete
-    assert sweep(nested, {"a": [1, 2]}, directory=folder).complete
+    for options in ({"tile": 1}, {}):
+        study = sweep(nested, {"a": [1, 2]}, directory=folder, **options)
+        assert study.complete
+        assert not study.errors
 
 
 @pytest.mark.parametrize(
