@@ -1,36 +1,42 @@
-"""Compiled functions, kept on disk for as long as no source that they are made of has changed.
+"""Compiled functions, kept on disk until the code changes that they are made of.
 
 numba's cache looks at the file of a function alone. What it has kept of a kernel that calls one of
 another file would go on with the old code after that other file was changed, and say nothing; and
-where a type of an argument has moved, reading the cache fails. So the version under which a kernel
-is kept tells, besides numba's, all files of this package that its own draws on by relative imports.
-A kernel whose argument is a NamedTuple of another file must import that too, if only to say so.
+where a type of an argument has moved, reading the cache fails. So the digest under which a kernel
+is kept covers all files of this package that its own file imports by relative names, as code:
+comments and docstrings cost no compilation. A kernel whose argument is a NamedTuple of another file
+must import that too, if only to say so.
 """
 
 from __future__ import annotations
 
 import functools
 import hashlib
-import re
+import linecache
+import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import sigutils
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.ccallback import CFunc
 
-_IMPORT = re.compile(r"^from (\.+)([\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
+from . import _sources
+from ._private import private_directory
+from .errors import ImpactsigWarning
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """`numba.njit` with its cache, for the kernels of this package."""
-    compiled = numba.njit(cache=True, **options)
+    compiled = numba.njit(**options)
 
     def keep(function: Callable[..., Any]) -> Any:
         dispatcher = compiled(function)
         if dispatcher is not function:  # as it is with NUMBA_DISABLE_JIT
-            _depend(dispatcher, function)
+            _keep(dispatcher, function)
         return dispatcher
 
     return keep
@@ -41,51 +47,127 @@ def cfunc(signature: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def keep(function: Callable[..., Any]) -> Any:
         compiled = CFunc(function, sigutils.normalize_signature(signature), {}, {})
-        compiled.enable_caching()
-        _depend(compiled, function)
+        _keep(compiled, function)
         compiled.compile()
         return compiled
 
     return keep
 
 
-def _depend(compiled: Any, function: Callable[..., Any]) -> None:
-    """Let what is kept of a function depend on all that it is made of; numba has no public way."""
-    path = Path(function.__code__.co_filename)
-    compiled._cache._cache_file._version += f" {state(path)}"
-
-
 @functools.cache
 def state(path: Path) -> str:
-    """Digest of a source file and of all that it imports by relative names, at any depth."""
-    digest = hashlib.sha256()
-    for each in sorted(_drawn_on(path)):
-        digest.update(_source(each))
-    return digest.hexdigest()
+    """Digest of the code of a source file and of all that it imports by relative names."""
+    return _sources.digest(_sources.reached([path]))
 
 
-def _drawn_on(path: Path) -> set[Path]:
-    found, left = set(), [path]
-    while left:
-        here = left.pop()
-        if here not in found:
-            found.add(here)
-            left += _imported(here)
-    return found
+def _keep(compiled: Any, function: Callable[..., Any]) -> None:
+    """Give a compiled function its cache; numba has no public way to choose one."""
+    try:
+        compiled._cache = _Cache(function)
+    except (OSError, RuntimeError):  # no directory can be written
+        _warn("compiles its functions anew in every process")
 
 
-@functools.cache
-def _source(path: Path) -> bytes:
-    return path.read_bytes()
+def _warn(instead: str) -> None:
+    """Warn, once in a process, that compiled functions are not kept where they should be."""
+    if not _warned:
+        _warned.append(instead)
+        warnings.warn(
+            "neither the folder of impactsig nor the user's cache directory can be written, so "
+            f"impactsig {instead}. Set NUMBA_CACHE_DIR to a directory that you can write to, and "
+            "nobody else",
+            ImpactsigWarning,
+            stacklevel=2,
+        )
 
 
-@functools.cache
-def _imported(path: Path) -> list[Path]:
-    found = []
-    for dots, module, names in _IMPORT.findall(_source(path).decode()):
-        place = path.parents[len(dots) - 1].joinpath(*filter(None, module.split(".")))
-        # Of a package the modules may be what is imported.
-        inside = [place / f"{name}.py" for name in re.findall(r"\w+", names)]
-        candidates = [place.with_suffix(".py"), place / "__init__.py", *inside]
-        found += [file for file in candidates if file.is_file()]
-    return found
+_warned: list[str] = []
+
+
+class _Temporary:
+    """Where numba keeps a function if neither the package's nor the user's folder can be written.
+
+    What is kept is a pickle, which can run any code when it is read. So the folder must be
+    private, and is checked each time: a process may outlive the files in a temporary directory.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], file: str) -> _Temporary | None:
+        """Where to keep a function of this file; None if there is no private directory."""
+        home = private_directory()
+        if home is None:
+            return None
+        _warn(f"keeps its compiled functions in {home}, which the system may empty")
+        place = str(Path(file).parent.absolute())
+        return cls(home / hashlib.sha256(place.encode()).hexdigest()[:32])
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder, if need be; raise OSError if others could write there."""
+        if private_directory() != self.folder.parent:
+            raise PermissionError(f"others can write to {self.folder.parent}")
+        self.folder.mkdir(exist_ok=True)
+
+    def get_cache_path(self) -> str:
+        """The folder."""
+        return str(self.folder)
+
+    def get_source_stamp(self) -> None:
+        """Nothing: `_Cache` has a stamp for all places."""
+
+
+class _Kept(CompileResultCacheImpl):
+    """Where a function is kept, and under which name."""
+
+    _locator_classes = (*CompileResultCacheImpl._locator_classes, _Temporary)
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+        super().__init__(function)
+
+    def get_filename_base(self, fullname: str, abiflags: str) -> str:
+        """A name without numba's line of the function, which a comment moves.
+
+        Functions of one name in a file are told apart by their order.
+        """
+        code = self.function.__code__
+        lines = linecache.getlines(code.co_filename, self.function.__globals__)
+        earlier = sum(f"def {code.co_name}(" in one for one in lines[: code.co_firstlineno - 1])
+        python = f"py{sys.version_info[0]}{sys.version_info[1]}{abiflags}"
+        return f"{fullname.replace('<', '').replace('>', '')}-{earlier}.{python}"
+
+
+class _Cache(FunctionCache):
+    """numba's cache of a function, which asks for the code that the function is made of."""
+
+    _impl_class = _Kept
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        code = state(Path(function.__code__.co_filename))
+        # The version is compared before anything else is read.
+        self._cache_file._version += f" {code}"
+        self._cache_file._source_stamp = code
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        """Without the bytecode, which a docstring changes: the stamp covers the code."""
+        signature, target, (_, closure) = super()._index_key(sig, codegen)
+        return signature, target, closure
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """What was kept for a signature, or None."""
+        try:
+            if isinstance(self._impl.locator, _Temporary):
+                self._impl.locator.ensure_cache_path()
+            return super().load_overload(sig, target_context)
+        except OSError:
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep it, unless the disk is full or no longer writable."""
+        try:
+            super().save_overload(sig, data)
+        except OSError:
+            _warn("compiles its functions anew in every process")

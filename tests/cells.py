@@ -29,6 +29,31 @@ def poisoned(a, b):
     return a + b
 
 
+class Unprintable(Exception):
+    def __str__(self):
+        raise RuntimeError("no text")
+
+
+def raising(kind, *arguments):
+    """A function that raises in cell 2."""
+
+    def cell(a):
+        if a == 2:
+            raise kind(*arguments)
+        return a
+
+    return cell
+
+
+def raising_vectorized(kind, *arguments):
+    def cells(a):
+        if 2 in a:
+            raise kind(*arguments)
+        return 1.0 * a
+
+    return cells
+
+
 def killer(a, b):
     if (a, b) == (1, 3):
         os._exit(7)

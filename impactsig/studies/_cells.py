@@ -40,10 +40,12 @@ class Outcome(NamedTuple):
 
 
 def run_cells(job: Job, task: Task) -> Outcome:
-    """Work out the cells of a task; a cell whose function raises is an error told, not raised.
+    """Work out the cells of a task; what a cell's function raises is returned, not raised.
 
     Raises
     ------
+    KeyboardInterrupt
+        If the function raises it: it stops the sweep, whether from the keyboard or not.
     InvalidInput
         If a vectorized function returns something else than arrays with a value for each cell.
     """
@@ -65,7 +67,9 @@ def _run_each(function: Callable[..., Any], task: Task, groups: Any, errors: Any
     for position, cell in enumerate(task.cells.tolist()):
         try:
             found = observables(function(**{n: column[position] for n, column in columns.items()}))
-        except Exception as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # SystemExit too: a cell cannot end the program
             errors[cell] = brief(error)
             continue
         positions, values = alike.setdefault(signature(found), ([], []))
@@ -84,7 +88,9 @@ def _run_whole(
     count = len(task.cells)
     try:
         result = function(**task.columns)
-    except Exception as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         if count == 1:
             errors[int(task.cells[0])] = brief(error)
             return
@@ -151,8 +157,11 @@ def is_compiled(function: Any) -> bool:
 
 
 def brief(error: BaseException) -> str:
-    """An error as one line."""
-    text = " ".join(str(error).split())
+    """An error as one line; its type alone if it has no message, or cannot give it."""
+    try:
+        text = " ".join(str(error).split())
+    except Exception:
+        text = ""
     return f"{type(error).__name__}: {text}"[:LONGEST] if text else type(error).__name__
 
 

@@ -82,6 +82,8 @@ class Cluster(Closing):
                 if not isinstance(error, KilledWorker) or not left:
                     raise _failed(error) from error
                 outcome, left = None, left - 1
+            if isinstance(outcome, KeyboardInterrupt):
+                raise outcome
             if outcome is None:
                 ended.add(self._give(label, task, left))
             else:
@@ -112,14 +114,14 @@ def _failed(error: Exception) -> ImpactsigError:
     )
 
 
-def _result(future: Any) -> Outcome | None:
+def _result(future: Any) -> Outcome | KeyboardInterrupt | None:
     """What a future that has ended holds; None if it was lost with the worker that held it.
 
     Dask works out lost results again, but is not waited for: after several deaths it may forget.
     """
     while future.status != "lost":
         try:
-            outcome: Outcome = future.result(timeout=GATHERING)
+            outcome: Outcome | KeyboardInterrupt = future.result(timeout=GATHERING)
             return outcome
         except TimeoutError:
             if future.status != "finished":
@@ -135,13 +137,19 @@ _over: set[str] = set()
 _lock = threading.Lock()
 
 
-def work(sweep: str, payload: bytes, task: Task) -> Outcome:
-    """Have a task worked out, in a process of the thread's own."""
+def work(sweep: str, payload: bytes, task: Task) -> Outcome | KeyboardInterrupt:
+    """Have a task worked out, in a process of the thread's own.
+
+    A KeyboardInterrupt is returned, since dask ends a worker in which one is raised.
+    """
     with _lock:
         if sweep in _over:  # the task came before word that it is not wanted
             raise ImpactsigError("the sweep has been stopped")
         children = _children.setdefault(sweep, Children(payload))
-    return children.work(task)
+    try:
+        return children.work(task)
+    except KeyboardInterrupt as stop:
+        return stop
 
 
 def release(sweep: str) -> None:

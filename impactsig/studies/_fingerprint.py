@@ -2,7 +2,8 @@
 
 Of a user's functions it is the bytecode and the constants, followed through the globals and
 closures they use, so that comments and line numbers do not count and a helper's change does. Of an
-installed package it is the version, of this one the sources that numbers come from.
+installed package it is the version. Of this one it is the code, without comments and docstrings, of
+the modules that the functions refer to and of all that these import.
 """
 
 from __future__ import annotations
@@ -19,11 +20,13 @@ from typing import Any
 
 import numpy as np
 
+from .. import _sources
+
 HOME, MAIN = __name__.partition(".")[0], "__main__"
 DIGITS = 32
 """Of a digest."""
-WITHOUT_NUMBERS = ("plot", "report", "cli.py")
-"""Parts of this package that change no result."""
+DOCUMENTED = 0x4000000
+"""The flag of code that has a docstring, from Python 3.13 on."""
 
 
 def code_of(function: Callable[..., Any]) -> dict[str, str]:
@@ -32,14 +35,14 @@ def code_of(function: Callable[..., Any]) -> dict[str, str]:
     python = sys.version_info
     reader.parts |= {"python": f"{python.major}.{python.minor}", "numpy": np.__version__}
     reader.parts["function"] = digest(reader.text(function))
-    return dict(sorted(reader.parts.items()))
+    return reader.all_parts()
 
 
 def digest_of(value: Any) -> str:
     """Digest of a value and the code in it, the same in every process."""
     reader = _Reader()
     text = reader.text(value)
-    return digest(f"{text} {sorted(reader.parts.items())}")
+    return digest(f"{text} {list(reader.all_parts().items())}")
 
 
 def digest(text: str | bytes) -> str:
@@ -54,6 +57,15 @@ class _Reader:
         self.parts: dict[str, str] = {}
         self.within: list[int] = []  # what is being written
         self.known: dict[int, tuple[Any, str]] = {}
+        self.modules: set[str] = set()  # of this package
+        self.names: set[str] = set()  # that the code uses
+
+    def all_parts(self) -> dict[str, str]:
+        """What has been collected, and this package if it is among that."""
+        parts = dict(self.parts)
+        if self.modules:
+            parts[HOME] = own_code(frozenset(self.modules), frozenset(self.names))
+        return dict(sorted(parts.items()))
 
     def text(self, value: Any) -> str:
         if value is None or isinstance(
@@ -120,7 +132,7 @@ class _Reader:
             content = self.text([*value.__bases__, own])
         else:
             cells = [_contents(cell) for cell in value.__closure__ or ()]
-            code = self._code(value.__code__, value.__doc__)
+            code = self._code(value.__code__)
             content = code + self.text([value.__defaults__, value.__kwdefaults__, cells])
             self._globals(value)
         name, count = where, 1
@@ -141,13 +153,25 @@ class _Reader:
             if name:
                 self.module(name)
 
-    def _code(self, code: types.CodeType, docstring: str | None = None) -> str:
-        constants = list(code.co_consts)
-        if docstring in constants[:1]:
-            del constants[0]
-        shape = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
-        names = (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
-        return f"code {code.co_code.hex()} {shape} {names} {[self.text(one) for one in constants]}"
+    def _code(self, code: types.CodeType) -> str:
+        """The instructions with their names and constants; no instruction loads a docstring."""
+        self.names.update(code.co_names)
+        self.names.update(one for one in code.co_consts if isinstance(one, str))
+        steps = [one for one in dis.get_instructions(code) if one.opname != "EXTENDED_ARG"]
+        written = [
+            f"{one.opname} {self._operand(one)}"
+            for one, following in zip(steps, [*steps[1:], None], strict=True)
+            if not _describes_class(one) and not (following and _describes_class(following))
+        ]
+        flags = code.co_flags & ~DOCUMENTED
+        shape = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, flags)
+        names = (code.co_varnames, code.co_freevars, code.co_cellvars)
+        return f"code {written} {code.co_exceptiontable.hex()} {shape} {names}"
+
+    def _operand(self, step: dis.Instruction) -> Any:
+        if step.opcode in dis.hasconst:
+            return self.text(step.argval)
+        return step.argval if step.opcode in dis.hasname else step.arg
 
     def module(self, name: str, follow: bool = True) -> str | None:
         """A module by what it belongs to; None for a user's own, unless that is to be followed."""
@@ -155,7 +179,7 @@ class _Reader:
         if name == MAIN:
             return None
         if top == HOME:
-            self.parts[HOME] = own_sources()
+            self.modules.add(name)
         elif top in sys.stdlib_module_names:
             pass  # the version of Python says it
         else:
@@ -167,6 +191,11 @@ class _Reader:
             elif path is not None and name not in self.parts:
                 self.parts[name] = digest(path.read_bytes())
         return f"package {name}"
+
+
+def _describes_class(step: dis.Instruction) -> bool:
+    """Whether this sets, in the body of a class, what the step before loads: docstring or line."""
+    return step.opname == "STORE_NAME" and step.argval in ("__doc__", "__firstlineno__")
 
 
 def _runs(value: Any) -> bool:
@@ -214,15 +243,28 @@ def _version(package: str) -> str:
 
 
 @functools.cache
-def own_sources() -> str:
-    """Digest of this package's sources, but for those that change no number."""
-    root = Path(__file__).resolve().parents[1]
-    files = sorted(
-        path
-        for path in root.rglob("*.py")
-        if path.relative_to(root).parts[0] not in WITHOUT_NUMBERS
-    )
-    parts = [
-        f"{path.relative_to(root).as_posix()}\n".encode() + path.read_bytes() for path in files
-    ]
-    return digest(b"\0".join(parts))
+def own_code(modules: frozenset[str], names: frozenset[str]) -> str:
+    """Digest of the code that these modules of this package reach.
+
+    Of a package only those modules count that the functions name, since a package may be referred
+    to as ``impactsig`` is in ``impactsig.simulate(...)``.
+    """
+    where: dict[str, str] = sys.modules[HOME]._WHERE
+    files: set[Path] = set()
+    left = [_sources.ROOT.parent.joinpath(*name.split(".")) for name in modules]
+    while left:
+        place = left.pop()
+        file = _sources.module(place)
+        if file is None or file in files:
+            continue
+        public = {where.get(name, name) for name in names} if place == _sources.ROOT else names
+        inside = [place.joinpath(*name.split(".")) for name in public if _is_path(name)]
+        if file.name == "__init__.py":
+            left += [one for one in inside if _sources.module(one) is not None]
+        if place != _sources.ROOT:
+            files.add(file)
+    return digest(_sources.digest(_sources.reached(files or {_sources.ROOT / "__init__.py"})))
+
+
+def _is_path(name: str) -> bool:
+    return all(part.isidentifier() for part in name.split("."))

@@ -22,6 +22,8 @@ from ._pool import Threads
 
 ATTEMPTS = 2
 """Processes that a task may kill before it is halved."""
+LEAVING = 2.0
+"""Seconds that a process has to end by itself, so that its exit code is seen."""
 STARTS = 3
 """Processes that may die one after another before they are ready."""
 
@@ -122,7 +124,7 @@ class Children:
             with self.lock:
                 self.alive.discard(process)
             raise _Died(_ended(process)) from None
-        if isinstance(answer, ImpactsigError):
+        if isinstance(answer, (ImpactsigError, KeyboardInterrupt)):
             raise answer
         return answer
 
@@ -140,6 +142,8 @@ def _joined(first: Outcome, second: Outcome, start: int) -> Outcome:
 
 def _ended(process: subprocess.Popen[bytes]) -> str:
     """Make sure that a process has ended, and say how."""
+    with contextlib.suppress(subprocess.TimeoutExpired):  # it may be amid its exit
+        process.wait(LEAVING)
     process.kill()
     for pipe in (process.stdin, process.stdout):
         with contextlib.suppress(OSError):  # what it will not read any more

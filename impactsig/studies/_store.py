@@ -104,10 +104,7 @@ class Store:
         with _writing(self.directory / RESULTS):
             group = zarr.create_group(self.directory / RESULTS, overwrite=True, zarr_format=3)
             for name, values in grid.axes.items():
-                group.create_array(
-                    name, data=values, dimension_names=[name],
-                    attributes=dict(attributes.get(name, {})),
-                )  # fmt: skip
+                _write_axis(group, name, values, attributes.get(name, {}))
             for name, kind in layout.kinds.items():
                 group.create_array(
                     name,
@@ -134,6 +131,28 @@ class Store:
         _dump(self.directory / DONE / f"{tile}.json", record)
         self._checksums[tile] = checksums
         self.errors |= errors
+
+    def mend_axes(self, attributes: Mapping[str, Mapping[str, Any]]) -> None:
+        """Write again the axes of the results that are not those of the study.
+
+        The study itself takes its axes from its description; other programs read these.
+        """
+        if self.layout is None:
+            return
+        import zarr
+
+        with _writing(self.directory / RESULTS):
+            group = zarr.open_group(self.directory / RESULTS, mode="r+")
+            for name, values in self.tiling.grid.axes.items():
+                given = attributes.get(name, {})
+                try:
+                    array: Any = group[name]
+                    given = dict(array.attrs)
+                    whole = np.array_equal(array[...], values) and array.dtype == values.dtype
+                except Exception:  # zarr's decoders raise errors of many types
+                    whole = False
+                if not whole:
+                    _write_axis(group, name, values, given)
 
     def tidy(self) -> None:
         """Remove what a killed process has left half written."""
@@ -208,6 +227,12 @@ class Store:
                 return {name: group[name] for name in layout.kinds}
         except (OSError, KeyError, ValueError) as error:
             raise UnreadableFile(self.directory / RESULTS, f"cannot be read ({error})") from None
+
+
+def _write_axis(group: Any, name: str, values: np.ndarray, attributes: Mapping[str, Any]) -> None:
+    group.create_array(
+        name, data=values, dimension_names=[name], attributes=dict(attributes), overwrite=True
+    )
 
 
 def claim(directory: Path) -> bool:

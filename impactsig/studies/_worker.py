@@ -37,6 +37,8 @@ def main() -> None:
             answer = run_cells(job, tasks.get())
         except InvalidInput as error:
             answer = error
+        except KeyboardInterrupt:  # from the function, as Ctrl-C is ignored here
+            answer = KeyboardInterrupt()
 
 
 def _listen(told: BinaryIO, tasks: queue.SimpleQueue[Task]) -> None:

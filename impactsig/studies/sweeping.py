@@ -63,8 +63,9 @@ def sweep(
     With a directory each tile is on disk as soon as it is done. A study that is killed at any
     instant, or stopped by Ctrl-C, goes on when it is called again with the same arguments: tiles
     that are done are not worked out again. A worker process that dies is replaced. A cell whose
-    function raises, or kills its worker twice, is missing from the results with its error in
-    `Study.errors`, and the study goes on.
+    function raises (SystemExit too), or kills its worker twice, is missing from the results with
+    its error in `Study.errors`, and the study goes on. A KeyboardInterrupt that the function raises
+    stops the study as Ctrl-C does.
 
     Parameters
     ----------
@@ -126,8 +127,9 @@ def sweep(
     Notes
     -----
     "Other code" is told by the bytecode and constants of the function and of what it calls, by the
-    sources of this package, and by the versions of Python, NumPy and the packages that it refers
-    to. What those refer to in turn is not followed, nor are files that a function reads.
+    modules of this package that it refers to and all that these import, and by the versions of
+    Python, NumPy and the packages that it refers to. What those refer to in turn is not followed,
+    nor are files that a function reads. Comments and docstrings do not count.
 
     On a GPU the function, plain or compiled by ``numba.njit``, runs from the same source, with a
     thread for each cell. It takes numbers and returns a number, or a tuple or NamedTuple of numbers
@@ -165,6 +167,7 @@ def sweep(
             if there:
                 store = Store.open(path)
                 refuse_other(store, identity, tile)
+                store.mend_axes(attributes or {})
                 if len(store.done) == len(store.tiling):
                     return _told(stored(store))
         pool = stack.enter_context(_executor(job, grid, code, executor, workers, client))

@@ -1,12 +1,17 @@
-"""Kernels are compiled anew when a source that they are made of has changed."""
+"""Kernels are kept where that is safe, and compiled anew when the code they are made of changed."""
 
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
+import tempfile
+
+import pytest
 
 from impactsig import _compiled
+from impactsig._private import private_directory
 
 INNER = """
 from impactsig._compiled import njit
@@ -23,40 +28,219 @@ from .{folder}inner import inner
 def outer(x):
     return inner(x) + 1
 """
+INNER_EXPLAINED = '''"""Doubles numbers."""
+from impactsig._compiled import njit  # cached
+
+# Two
+# lines.
+@njit()
+def inner(x):
+    """Twice the number."""
+    return 2 * x
+'''
+OUTER_EXPLAINED = '''"""Doubles numbers and adds one."""
+
+from impactsig._compiled import njit
+from .inner import inner
 
 
-def test_a_kernel_does_what_another_file_says_now(tmp_path):
-    package = tmp_path / "kernels"
-    package.mkdir()
-    (package / "__init__.py").touch()
-    (package / "outer.py").write_text(OUTER.format(folder=""))
-    told = []
-    for factor in (2, 3):
-        (package / "inner.py").write_text(INNER.format(factor=factor))
-        done = subprocess.run(
-            [sys.executable, "-c", "from kernels.outer import outer; print(outer(5))"],
-            env=os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{os.pathsep.join(sys.path)}"},
-            capture_output=True, text=True, check=True,
-        )  # fmt: skip
-        told.append(int(done.stdout))
-    assert told == [11, 16]
+@njit()
+def outer(x):
+    """
+    Twice the number and one.
+    """
+    # inner doubles it
+    return inner(x) + 1
+'''
+RUN = """
+import resource, sys, warnings
+resource.setrlimit(resource.RLIMIT_FSIZE, ({largest}, resource.RLIM_INFINITY))
+warnings.simplefilter("always")
+with warnings.catch_warnings(record=True) as caught:
+    from kernels.outer import outer
+    value = outer(5)
+print(value, sum(outer.stats.cache_hits.values()))
+for one in caught:
+    print(one.category.__name__, one.message)
+"""
+
+
+@pytest.fixture
+def package(tmp_path):
+    folder = tmp_path / "kernels"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "outer.py").write_text(OUTER.format(folder=""))
+    (folder / "inner.py").write_text(INNER.format(factor=2))
+    return folder
+
+
+def run(package, largest=resource.RLIM_INFINITY, **variables):
+    """Value of the kernel for 5, whether it was read from the cache, and the warnings."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(package.parent), *sys.path])}
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        environment.pop(name, None)
+    done = subprocess.run(
+        [sys.executable, "-c", RUN.format(largest=largest)],
+        env=environment | {name: str(value) for name, value in variables.items()},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    first, *warned = done.stdout.splitlines()
+    value, hits = map(int, first.split())
+    return value, hits, warned
+
+
+def test_a_kernel_does_what_another_file_says_now(package):
+    """Comments and docstrings cost no compilation, wherever they move a function."""
+    assert run(package) == (11, 0, [])
+    (package / "inner.py").write_text(INNER_EXPLAINED)
+    (package / "outer.py").write_text(OUTER_EXPLAINED)
+    assert run(package) == (11, 1, [])
+    (package / "inner.py").write_text(INNER.format(factor=3))
+    assert run(package) == (16, 0, [])
+
+
+def test_functions_of_one_name_are_kept_apart(package):
+    (package / "outer.py").write_text("""
+from impactsig._compiled import njit
+
+@njit()
+def outer(x):
+    return x + 1
+
+first = outer
+
+@njit()
+def outer(x):
+    return first(x) + 2 * first(0)
+""")
+    assert run(package) == (8, 0, [])
+    assert run(package) == (8, 1, [])
 
 
 def test_state_is_of_what_is_imported_and_of_nothing_else(tmp_path):
-    folder = tmp_path / "deep"
-    folder.mkdir()
-    (tmp_path / "outer.py").write_text(OUTER.format(folder="deep."))
-    (folder / "inner.py").write_text("from .. import (\n    a,\n    names,\n)\n")
-    (tmp_path / "names.py").write_text("A = 1\n")
-    (tmp_path / "other.py").write_text("B = 1\n")
+    def state(**changed):
+        texts = {
+            "outer": OUTER.format(folder="deep."),
+            "deep/inner": "from .. import (\n    a,\n    names,\n)\n",
+            "names": "A = 1\n",
+            "other": "B = 1\n",
+        }
+        root = tmp_path / "_".join(changed) / "package"
+        (root / "deep").mkdir(parents=True)
+        for name, text in (texts | changed).items():
+            (root / f"{name}.py").write_text(text)
+        return _compiled.state(root / "outer.py")
 
-    def now():
-        for known in (_compiled.state, _compiled._source, _compiled._imported):
-            known.cache_clear()
-        return _compiled.state(tmp_path / "outer.py")
+    first = state()
+    assert state(other="B = 2\n") == first
+    assert state(names="A = 2\n") != first
 
-    first = now()
-    (tmp_path / "other.py").write_text("B = 2\n")
-    assert now() == first
-    (tmp_path / "names.py").write_text("A = 2\n")
-    assert now() != first
+
+# -- directories that cannot be written ------------------------------------------------------------
+
+
+@pytest.fixture
+def nowhere(package, tmp_path):
+    """Variables of a process that can write neither beside the package nor at home."""
+    (package / "__pycache__").touch()  # a file, which stops root as well
+    (tmp_path / "home").touch()
+    (tmp_path / "tmp").mkdir()
+    return {"HOME": tmp_path / "home", "TMPDIR": tmp_path / "tmp"}
+
+
+def private(nowhere):
+    return nowhere["TMPDIR"] / f"impactsig-{os.getuid()}"
+
+
+def test_without_a_home_kernels_are_kept_in_a_private_temporary_directory(package, nowhere):
+    value, hits, warned = run(package, **nowhere)
+    assert (value, hits) == (11, 0)
+    (warning,) = warned
+    assert warning.startswith("ImpactsigWarning")
+    assert f"keeps its compiled functions in {private(nowhere)}, " in warning
+    assert "Set NUMBA_CACHE_DIR to" in warning
+    assert private(nowhere).stat().st_mode & 0o777 == 0o700
+    assert run(package, **nowhere) == (11, 1, warned)
+
+
+def test_the_directory_that_the_warning_asks_for_is_taken(package, nowhere, tmp_path):
+    assert run(package, **nowhere, NUMBA_CACHE_DIR=tmp_path / "cache") == (11, 0, [])
+    assert list((tmp_path / "cache").rglob("outer*.nbc"))
+
+
+def test_code_that_others_could_have_planted_is_not_run(package, nowhere):
+    run(package, **nowhere)
+    private(nowhere).chmod(0o777)
+    value, hits, warned = run(package, **nowhere)
+    assert (value, hits) == (11, 0)
+    (warning,) = warned
+    assert "compiles its functions anew in every process. Set NUMBA_CACHE_DIR" in warning
+
+
+@pytest.fixture
+def temporary(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
+
+
+@pytest.mark.parametrize("mode", [0o700, 0o755, 0o1777])
+def test_a_directory_is_private_in_any_proper_temporary_directory(mode, temporary):
+    temporary.chmod(mode)
+    directory = private_directory()
+    assert directory.parent == temporary
+    assert directory.stat().st_mode & 0o777 == 0o700
+    assert private_directory() == directory
+
+
+def foreign(path):
+    if os.getuid() != 0:
+        pytest.skip("only root can give a directory away")
+    os.chown(path, 65534, 65534)
+
+
+def linked(path):
+    path.rename(path.with_name("theirs"))
+    path.symlink_to(path.with_name("theirs"))
+
+
+def filed(path):
+    path.rmdir()
+    path.touch()
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda path: path.chmod(0o720),
+        lambda path: path.chmod(0o702),
+        lambda path: path.chmod(0o750),
+        lambda path: path.parent.chmod(0o777),  # others could put another in its place
+        lambda path: path.parent.chmod(0o770),
+        foreign,
+        lambda path: foreign(path.parent),
+        linked,
+        filed,
+    ],
+)
+def test_a_directory_that_others_can_write_to_is_not_private(spoil, temporary):
+    spoil(private_directory())
+    assert private_directory() is None
+
+
+def test_a_private_directory_is_checked_whenever_it_is_read(package, nowhere, monkeypatch):
+    """A process may live on after its files were removed, and the directory made by others."""
+    monkeypatch.setattr(_compiled, "private_directory", lambda: private(nowhere))
+    monkeypatch.setattr(_compiled, "_warned", ["before"])
+    place = _compiled._Temporary.from_function(run, str(package / "outer.py"))
+    private(nowhere).mkdir()
+    place.ensure_cache_path()
+    monkeypatch.setattr(_compiled, "private_directory", lambda: None)
+    with pytest.raises(PermissionError, match="others can write to"):
+        place.ensure_cache_path()
+
+
+def test_a_full_disk_does_not_end_a_calculation(package):
+    value, hits, warned = run(package, largest=0)
+    assert (value, hits) == (11, 0)
+    assert [one.partition(" ")[0] for one in warned] == ["ImpactsigWarning"]

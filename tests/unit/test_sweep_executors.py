@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import os
 import signal
@@ -13,13 +14,30 @@ import time
 import numpy as np
 import pytest
 
-from impactsig import ImpactsigError, ImpactsigWarning, InvalidInput, MissingExtra, sweep
+from impactsig import (
+    ImpactsigError,
+    ImpactsigWarning,
+    InvalidInput,
+    MissingExtra,
+    open_study,
+    sweep,
+)
 from impactsig.studies import _payload
 from impactsig.studies._cells import Job
 from impactsig.studies._fingerprint import code_of
 from impactsig.studies._grid import grid_of
 from impactsig.studies._payload import pack, unpack
-from tests.cells import killer, of_seed, poisoned, same, slow_waves, waves
+from tests.cells import (
+    Unprintable,
+    killer,
+    of_seed,
+    poisoned,
+    raising,
+    raising_vectorized,
+    same,
+    slow_waves,
+    waves,
+)
 from tests.cells_compiled import logistic
 
 AXES = {"a": np.arange(4), "b": np.linspace(0.1, 0.9, 7)}
@@ -88,6 +106,49 @@ def test_a_poisoned_cell_is_the_same_everywhere(run):
     assert same(study, wanted)
 
 
+RUNS = [{}, {"executor": "threads", "workers": 2}, {"executor": "processes", "workers": 2}]
+
+
+@pytest.mark.parametrize("run", RUNS)
+@pytest.mark.parametrize(
+    ("raised", "text"),
+    [
+        ([Unprintable], "Unprintable"),
+        ([SystemExit, 3], "SystemExit: 3"),
+        ([asyncio.CancelledError], "CancelledError"),
+    ],
+)
+@pytest.mark.parametrize("vectorized", [False, True])
+def test_whatever_a_cell_raises_is_its_error(vectorized, raised, text, run):
+    function = (raising_vectorized if vectorized else raising)(*raised)
+    with pytest.warns(ImpactsigWarning, match=f"1 of 5 cells failed.*: {text}$"):
+        study = sweep(function, {"a": range(5)}, tile=2, vectorized=vectorized, **run)
+    assert study.errors == {(2,): text}
+    np.testing.assert_array_equal(study["value"], [0, 1, np.nan, 3, 4])
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_a_keyboard_interrupt_in_a_cell_stops_the_sweep(run, tmp_path):
+    """In a worker process, which ignores Ctrl-C, too; what is done is kept."""
+    pytest.importorskip("zarr")
+    axes = {"a": range(20, 1, -1)}
+    with pytest.raises(KeyboardInterrupt):
+        sweep(raising(KeyboardInterrupt), axes, tile=1, directory=tmp_path, **run)
+    done = open_study(tmp_path).done
+    assert done[:10].all()
+    assert not done[-1]
+
+
+def test_on_a_cluster_cells_raise_as_elsewhere(client):
+    with pytest.warns(ImpactsigWarning):
+        study = sweep(raising(SystemExit), {"a": range(5)}, tile=2, client=client)
+    assert study.errors == {(2,): "SystemExit"}
+    before = set(client.nthreads())
+    with pytest.raises(KeyboardInterrupt):
+        sweep(raising(KeyboardInterrupt), {"a": range(5)}, tile=2, client=client)
+    assert set(client.nthreads()) == before
+
+
 # -- workers that die ------------------------------------------------------------------------------
 
 
@@ -99,6 +160,19 @@ def test_a_cell_that_kills_its_process_is_found():
     wanted = np.add.outer(np.arange(2.0), np.arange(6.0))
     wanted[1, 3] = np.nan
     np.testing.assert_array_equal(study["value"], wanted)
+
+
+def test_a_process_that_takes_time_to_end_is_not_killed_first():
+    """Its exit code says more than the signal that would end it."""
+
+    def cell(a):
+        os.closerange(3, 64)  # the pipe on which it answers, as at the end of any process
+        time.sleep(0.3)
+        os._exit(7)
+
+    with pytest.warns(ImpactsigWarning):
+        study = sweep(cell, {"a": [1]}, tile=1, executor="processes", workers=1)
+    assert study.errors == {(0,): "its worker process died (exit code 7)"}
 
 
 def test_a_cell_that_kills_leaves_the_cluster_alive(client):

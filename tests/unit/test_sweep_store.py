@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import resource
+import shutil
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -186,6 +189,32 @@ def test_a_chunk_that_is_not_whole_is_never_read(damage, folder):
     np.testing.assert_array_equal(part["sine"], np.where(part.done, values, np.nan))
     assert same(sweep(waves, AXES, directory=folder), open_study(folder))
     assert contents(folder) == before
+
+
+@pytest.mark.parametrize("damage", ["cut", "flip", "gone", "no array", "no description"])
+def test_a_damaged_axis_is_written_again(damage, folder):
+    """Of a finished study, too; nothing is worked out again."""
+    xarray = pytest.importorskip("xarray")
+    whole = sweep(waves, AXES, directory=folder, tile=4, attributes={"b": {"units": "Hz"}})
+    before = contents(folder)
+    axis = folder / "results.zarr" / "b"
+    chunk = axis / "c" / "0"
+    content = chunk.read_bytes()
+    if damage == "cut":
+        chunk.write_bytes(content[:-3])
+    elif damage == "flip":
+        chunk.write_bytes(content[:-9] + bytes([content[-9] ^ 1]) + content[-8:])
+    elif damage == "gone":
+        chunk.unlink()
+    elif damage == "no array":
+        shutil.rmtree(axis)
+    else:
+        (axis / "zarr.json").write_text("{")
+    study = sweep(waves, AXES, directory=folder, attributes={"b": {"units": "Hz"}})
+    assert same(study, whole)
+    assert contents(folder) == before
+    data = xarray.open_zarr(folder / "results.zarr", consolidated=False)
+    assert data["b"].values.tobytes() == AXES["b"].tobytes()
 
 
 def test_a_tile_of_nothing_but_missing_values_is_done(folder):
@@ -385,6 +414,19 @@ def test_what_is_bound_to_a_function_is_told(folder):
     assert told in str(caught.value)
 
 
+def test_records_of_another_study_are_not_taken(folder, tmp_path):
+    """Even where its chunks are the same."""
+    whole = sweep(cell, AXES, directory=folder, tile=4)
+    sweep(renamed, AXES, directory=tmp_path / "other", tile=4)
+    record, theirs = folder / "done" / "3.json", tmp_path / "other" / "done" / "3.json"
+    wanted = record.read_bytes()
+    assert json.loads(wanted)["checksums"] == json.loads(theirs.read_bytes())["checksums"]
+    shutil.copy(theirs, record)
+    assert open_study(folder).done[:, 0].tolist() == [True, True, True, False, True, True, True]
+    assert same(sweep(cell, AXES, directory=folder), whole)
+    assert record.read_bytes() == wanted
+
+
 def test_one_sweep_at_a_time(folder):
     def nested(a):
         if a == 2:
@@ -392,8 +434,10 @@ def test_one_sweep_at_a_time(folder):
                 sweep(waves, AXES, directory=folder)
         return a
 
-    assert sweep(nested, {"a": [1, 2]}, directory=folder, tile=1).complete
-    assert sweep(nested, {"a": [1, 2]}, directory=folder).complete
+    for options in ({"tile": 1}, {}):
+        study = sweep(nested, {"a": [1, 2]}, directory=folder, **options)
+        assert study.complete
+        assert not study.errors
 
 
 @pytest.mark.parametrize(
@@ -402,8 +446,10 @@ def test_one_sweep_at_a_time(folder):
         (Scaled(2), Scaled(3)),
         (closing_over(2), closing_over(3)),
         (closing_over(np.arange(3.0)), closing_over(np.arange(1.0, 4.0))),
+        (closing_over(np.arange(6.0).reshape(2, 3)), closing_over(np.arange(6.0).reshape(3, 2))),
         (closing_over({"a": [1, 2]}), closing_over({"a": [1, 3]})),
         (lambda a, b=1: a, lambda a, b=2: a),
+        (lambda a, *, b=1: a, lambda a, *, b=2: a),
         (lambda a: a + 1, lambda a: a + 2),
         (lambda a: a.real, lambda a: a.imag),
         (lambda a: [x + 1 for x in a], lambda a: [x + 2 for x in a]),
@@ -414,18 +460,38 @@ def test_what_changes_the_result_changes_the_fingerprint(one, other):
     assert code_of(one) != code_of(other)
 
 
+PLAIN = """
+def f(a):
+    class Inner:
+        x = None
+    def g(b):
+        if b:
+            return b
+    return a + 1, Inner, g
+"""
+DOCUMENTED = """
+# Of a cell.
+def f(a):
+    "Of a cell."
+    class Inner:
+        "Within."
+
+        x = None  # nothing
+    def g(b):
+        "Of b."
+        if b:
+            return b
+    return a + 1, Inner, g
+"""
+
+
 def test_what_changes_nothing_does_not():
-    spaces = {}
-    for name, text in {
-        "plain": "def f(a):\n    return a + 1",
-        "commented": "\n\n\ndef f(a):\n    # of a cell\n    return a + 1",
-        "documented": "def f(a):\n    'Of a cell.'\n    return a + 1",
-    }.items():
-        space = spaces[name] = {"__name__": "users_module"}
+    codes = []
+    for text in (PLAIN, DOCUMENTED):
+        space = {"__name__": "users_module"}
         exec(text, space)
-    wanted = code_of(spaces["plain"]["f"])
-    assert code_of(spaces["commented"]["f"]) == wanted
-    assert code_of(spaces["documented"]["f"]) == wanted
+        codes.append(code_of(space["f"]))
+    assert codes[0] == codes[1]
     assert code_of(Scaled(2)) == code_of(Scaled(2))
     assert code_of(closing_over(5)) == code_of(closing_over(5))
 
@@ -448,14 +514,118 @@ def test_the_fingerprint_is_that_of_another_process():
     assert len(runs) == 1
 
 
-def test_this_package_counts_by_its_sources(monkeypatch):
-    from impactsig import simulate
+PROBE = """
+import functools, sys
+import impactsig, impactsig.io.reading
+from impactsig.studies._fingerprint import code_of
+
+def simulating(a):
+    return impactsig.simulate(impactsig.scenes.karpodinis(a), periods=3)
+
+def importing(a):
+    from impactsig.dynamics import lyapunov
+    return lyapunov
+
+def reading(path):
+    return impactsig.io.reading.read(path)
+
+def passing_on(a):
+    return a(impactsig)
+
+cells = (simulating, importing, reading, passing_on, impactsig.Oscillator)
+print(*(code_of(cell)["impactsig"] for cell in cells))
+"""
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    """A copy of this package, to be edited."""
+    root = tmp_path_factory.mktemp("edited")
+    own = Path(_fingerprint.__file__).parents[1]
+    shutil.copytree(own, root / own.name, ignore=shutil.ignore_patterns("__pycache__"))
+    return root / own.name
+
+
+@pytest.fixture(scope="module")
+def before(package):
+    return package_parts(package)
+
+
+def package_parts(package):
+    """What `code_of` says of the package, for the cells of the probe."""
+    run = subprocess.run(
+        [sys.executable, "-c", PROBE], capture_output=True, text=True, check=True,
+        env=os.environ | {"PYTHONPATH": str(package.parent)}, cwd=package.parent,
+    )  # fmt: skip
+    parts = run.stdout.split()
+    return dict(
+        zip(("simulating", "importing", "reading", "passing on", "posing"), parts, strict=True)
+    )
+
+
+@pytest.mark.parametrize(
+    ("file", "line", "changed"),
+    [
+        ("io/_uff.py", "# typo", set()),
+        ("io/_uff.py", '"""Not a docstring, but nothing either."""', set()),
+        ("io/_uff.py", "LATER = 1", {"reading", "passing on"}),
+        ("simulate/_flow.py", "LATER = 1", {"simulating", "importing", "passing on"}),
+        ("dynamics/lyapunov.py", "LATER = 1", {"importing", "passing on"}),
+        (
+            "oscillators/parts.py",
+            "LATER = 1",
+            {"simulating", "importing", "passing on", "posing"},
+        ),
+        ("plot/trains.py", "LATER = 1", set()),
+    ],
+)
+def test_of_this_package_the_code_counts_that_a_cell_reaches(file, line, changed, package, before):
+    path = package / file
+    text = path.read_text()
+    try:
+        path.write_text(f"# before\n{text}\n{line}\n")
+        after = package_parts(package)
+    finally:
+        path.write_text(text)
+    assert {name for name in before if before[name] != after[name]} == changed
+
+
+def test_a_comment_in_this_package_voids_no_study(package, tmp_path):
+    """A sweep in a directory goes on after one, and says so after a change of code."""
+    program = (
+        "import sys; from impactsig import InvalidInput, simulate, sweep\n"
+        "def cell(a): return float(simulate is not None) + a\n"
+        "try: print(sweep(cell, {'a': [1, 2]}, directory=sys.argv[1])['value'])\n"
+        "except InvalidInput as error: print(error)"
+    )
+
+    def run():
+        return subprocess.run(
+            [sys.executable, "-c", program, str(tmp_path / "study")],
+            env=os.environ | {"PYTHONPATH": str(package.parent)}, cwd=package.parent,
+            capture_output=True, text=True, check=True,
+        ).stdout  # fmt: skip
+
+    assert run() == "[2. 3.]\n"
+    for file, line, told in (
+        ("simulate/_flow.py", "# typo", "[2. 3.]"),
+        ("simulate/_flow.py", "LATER = 1", "in it differ: code: impactsig (changed)"),
+    ):
+        path = package / file
+        text = path.read_text()
+        path.write_text(f"{text}\n{line}\n")
+        try:
+            assert told in run()
+        finally:
+            path.write_text(text)
+
+
+def test_settings_of_an_observable_are_code_of_a_cell():
     from impactsig._observables import Observing
     from impactsig.oscillators import scenes
 
     cell = Observing(scenes.karpodinis, {}, {"periods": 10}, ("impacts_per_period",))
-    for function in (simulate, cell, lambda a: simulate(a)):
-        assert code_of(function)["impactsig"] == _fingerprint.own_sources()
-    assert "impactsig" not in code_of(helper)
     faster = Observing(scenes.karpodinis, {}, {"periods": 20}, ("impacts_per_period",))
     assert code_of(cell) != code_of(faster)
+    assert "impactsig" in code_of(cell)
+    assert "impactsig" not in code_of(helper)
