@@ -135,6 +135,21 @@ def test_neighbours_on_a_cycle_stay_together(noise):
     assert "stay together" in found.describe()
 
 
+def test_an_exponent_within_two_errors_of_0_is_warned_of():
+    # On a cycle gaps keep their length: a line through any of its steps has no slope to speak of.
+    warning = "the exponent is not told apart from 0"
+    cycle = np.sin(0.1 * np.arange(3000)) + 0.01 * NOISE
+    flat = lyapunov_exponent(cycle, dimension=3, delay=10, region=(20, 40))
+    assert flat.verdict == "divergence"
+    half = (flat.interval[1] - flat.interval[0]) / 2
+    assert abs(flat.exponent) < half
+    assert warning in flat.warnings
+    assert warning in flat.describe()
+    steep = lyapunov_exponent(HENON[:3000], dimension=2, region=(2, 6))
+    assert steep.interval[0] > 0
+    assert warning not in steep.warnings
+
+
 def test_rounded_values_are_flagged_and_gaps_of_the_rounding_not_used():
     found = lyapunov_exponent(np.round(HENON[:5000], 2), dimension=2)
     assert found.exponent == pytest.approx(HENON_EXPONENT, rel=0.15)
