@@ -145,6 +145,24 @@ def slot_hits(cycles, fold, centres, reach, gaps=()):
     return hits, due
 
 
+def slot_score(fit, span, floor):
+    """Log-likelihood of hits, misses and other impacts of slots, less a penalty by parameter."""
+    count, slots = fit.impacts, len(fit.centre)
+    hits, due = sum(fit.hits), sum(fit.due)
+    others = count - hits
+    width = max(fit.jitter, floor)
+    score = -hits * np.log(width * np.sqrt(2 * np.pi)) - hits * fit.jitter**2 / (2 * width**2)
+    score += hits * np.log(hits / due)
+    if due > hits:
+        score += (due - hits) * np.log(1 - hits / due)
+    if others:
+        rate = others / span
+        score += others * np.log(rate) - rate * span
+    score -= slots * 2 * np.log(count) + 3 * np.log(count) / 2
+    # Slots apart by less than the floor would gain this much by their number alone.
+    return score - hits / 2 * (floor / width) ** 2 * (slots - 1) / slots
+
+
 def outside_dead_time(time, dead_time):
     """The instants that are counted: each more than the dead time after the one counted before."""
     counted = []

@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..impacts import CLIPPED
 from ._force_kernels import Matched, scan
 from ._levels import LEAST_SIGMA, Levels, discovery_level, matched_response, noise_levels
 from ._pulse import NO_PULSE, measure_all, measure_reach
@@ -24,7 +23,7 @@ from ._survey import Survey, survey
 
 LEAST_SAMPLES = 32  # a shorter record shows no noise to tell an impact from
 FLOOR = 0.005  # of the strongest response: the least automatic threshold
-ROW = 9  # start, contact, peak, impulse, rise, flags, clipped, response, noise of it
+ROW = 8  # start, contact, peak, impulse, rise, flags, response, noise of it
 
 
 class ForceImpacts(NamedTuple):
@@ -85,18 +84,19 @@ def detect_force(
         assert search is not None
         found.append(search.feed(frame))
     rows = np.concatenate(found)
-    reached = float(np.max(rows[:, 7], initial=0.0))
+    reached = float(np.max(rows[:, 6], initial=0.0))
     rows = rows[rows[:, 5] != NO_PULSE]
     if given is None:
         # Where there is no noise at all, every response is certain.
         sigmas = np.full(len(rows), np.inf)
-        np.divide(rows[:, 7], rows[:, 8], out=sigmas, where=rows[:, 8] > 0)
+        np.divide(rows[:, 6], rows[:, 7], out=sigmas, where=rows[:, 7] > 0)
         certain = discovery_level(sigmas, record.samples / matched.width)
         rows = rows[sigmas >= certain]
         levels = levels._replace(threshold=max(level, certain * matched_noise))
     rows = rows[_distinct(rows)]
-    flags = rows[:, 5].astype(np.uint8) | (CLIPPED * rows[:, 6]).astype(np.uint8)
-    return ForceImpacts(rows[:, :5], flags, levels, matched, strongest, reached)
+    return ForceImpacts(
+        rows[:, :5], rows[:, 5].astype(np.uint8), levels, matched, strongest, reached
+    )
 
 
 def _distinct(columns: np.ndarray) -> np.ndarray:
@@ -204,7 +204,7 @@ class _Search:
                 rows,
             )
             rows[:, 0] += self.segment
-            rows[:, 7:] = self.candidates[self.measured : complete][:, [2, 4]]
+            rows[:, 6:] = self.candidates[self.measured : complete][:, [2, 4]]
             self.measured = complete
         needed = self.scanned - self.unit
         if self.measured < len(self.candidates):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import njit
-from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
+from ..impacts import CLIPPED, OPEN_END, OPEN_START, UNRESOLVED
 from ._pulse_edges import crest_at, crossing, integral, remove_baseline, touch, valley, walk
 from ._pulse_fit import PARAMETERS, fit_pulse
 
@@ -62,7 +62,9 @@ def measure_reach(width):
 
 
 @njit(nogil=True)
-def measure_pulse(signal, origin, total, sign, peak, base, before, after, width, sigma, level):
+def measure_pulse(
+    signal, origin, total, sign, peak, base, before, after, width, sigma, level, limit
+):
     """Measure the pulse around `peak`.
 
     Parameters
@@ -84,6 +86,9 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
         Standard deviation of the noise.
     level : float
         Level above the baseline that the contact time refers to; 0 for the touch itself.
+    limit : float
+        Greatest value of the record, times sign: three samples of the pulse in a row at it are
+        called clipped.
     """
     reach = measure_reach(width)
     lo, hi = max(0, peak - reach), min(total, peak + reach + 1)
@@ -96,6 +101,7 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
     if crest - _foot(x, top, width) < 0.4 * height:
         return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
     extent, flags = _extent(x, top, place, base, height, width, sigma)
+    clipped = _longest_run(x[extent.left : extent.right + 1], limit) >= 3
     for i in range(len(x)):
         x[i] -= base
     height -= _level_out(x, top, extent, place, width, sigma, height)
@@ -122,7 +128,7 @@ def measure_pulse(signal, origin, total, sign, peak, base, before, after, width,
         if height > level:
             contact = crossing(x, top, 1, extent.right_limit, level)
             contact -= crossing(x, top, -1, extent.left_limit, level)
-    return Pulse(lo + start, contact, crest, impulse, rise, flags)
+    return Pulse(lo + start, contact, crest, impulse, rise, flags | (CLIPPED if clipped else 0))
 
 
 @njit(nogil=True)
@@ -190,6 +196,16 @@ def _extent(x, top, place, base, height, width, sigma):
 
 
 @njit(nogil=True)
+def _longest_run(x, limit):
+    """How many samples in a row, at most, are at or above `limit`."""
+    run = longest = 0
+    for i in range(len(x)):
+        run = run + 1 if x[i] >= limit else 0
+        longest = max(longest, run)
+    return longest
+
+
+@njit(nogil=True)
 def _level_out(x, top, extent, place, width, sigma, height):
     """Subtract the baseline beside the pulse, clear of its neighbours; its value at the top."""
     left, right = extent.left, extent.right
@@ -253,12 +269,8 @@ def measure_all(signal, origin, total, candidates, span, sign, width, level, lim
     """Measure the candidates first ... last - 1 of `span` into rows of `out`.
 
     A candidate is its peak's index, its flanks' mean, its response, the noise there. A row holds
-    the fields of Pulse, then 1 if the pulse is clipped.
-
-    `limit` is the greatest value of the record (times sign): three samples in a row at it are
-    called clipped.
+    the fields of Pulse. For the other arguments see `measure_pulse`.
     """
-    reach = measure_reach(width)
     first, last = span
     for k in range(first, last):
         peak = int(candidates[k, 0])
@@ -276,12 +288,8 @@ def measure_all(signal, origin, total, candidates, span, sign, width, level, lim
             width,
             candidates[k, 3],
             level,
+            limit,
         )
         row = k - first
         out[row, 0], out[row, 1], out[row, 2] = pulse.start, pulse.contact, pulse.peak
         out[row, 3], out[row, 4], out[row, 5] = pulse.impulse, pulse.rise, pulse.flags
-        run = longest = 0
-        for i in range(max(0, peak - reach), min(total, peak + reach + 1)):
-            run = run + 1 if sign * signal[i - origin] >= limit else 0
-            longest = max(longest, run)
-        out[row, 6] = 1.0 if longest >= 3 else 0.0

@@ -153,7 +153,7 @@ def _recorded_at(channel: Any) -> datetime | None:
 
 
 def _lacking(status: Any) -> str:
-    """What the last segment lacks, or ""."""
+    """What the last chunk of the last segment lacks, or ""."""
     short = {
         path: (state.read_length, state.expected_length)
         for path, state in (status.channel_statuses or {}).items()
@@ -162,7 +162,7 @@ def _lacking(status: Any) -> str:
     if not short:
         return "its last segment was not closed" if status.incomplete_final_segment else ""
     path, (got, expected) = max(short.items(), key=lambda item: item[1][1] - item[1][0])
-    return f"its last segment holds {got} of {expected} samples of {path}"
+    return f"its last chunk holds {got} of {expected} samples of {path}"
 
 
 def _left_over(tdms: Any, size: int) -> str:

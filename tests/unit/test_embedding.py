@@ -105,7 +105,25 @@ def test_the_bias_of_few_values_is_taken_away():
     found = impactsig.mutual_information_delay(NOISE[:500])
     bias = (found.bins - 1) ** 2 / (2 * 500)
     assert abs(np.mean(curves)) < 0.15 * bias
-    assert np.std(curves) == pytest.approx(found.noise, rel=0.25)
+
+
+@pytest.mark.parametrize("bins", [4, 8, 12])
+def test_the_information_of_independent_values_scatters_by_the_noise_it_says(bins):
+    """2 n I is chi-squared with (B - 1)^2 degrees: I has the deviation (B - 1) / (sqrt(2) n).
+
+    So it is for many pairs to a cell, here 35 and more; of five it scatters by a sixth more.
+    """
+    count = 5000
+    found = [
+        impactsig.mutual_information_delay(
+            np.random.default_rng(seed).normal(size=count), longest=60, bins=bins
+        )
+        for seed in range(40)
+    ]
+    assert found[0].noise == pytest.approx((bins - 1) / (np.sqrt(2) * count), rel=1e-12)
+    # The deviation of 2400 values is known to 2 % or so.
+    curves = [one.curve[1:] for one in found]
+    assert np.std(curves) == pytest.approx(found[0].noise, rel=0.06)
 
 
 def test_information_at_lag_0_is_the_entropy_of_the_bins():

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import t as student
 
 from impactsig import Impacts, InvalidInput, lyapunov_exponent
 from tests import naive_reconstruct_embed as naive
@@ -133,6 +134,20 @@ def test_neighbours_on_a_cycle_stay_together(noise):
     assert found.verdict == "no divergence"
     assert abs(found.exponent) < 1e-3
     assert "stay together" in found.describe()
+
+
+@pytest.mark.parametrize(("first", "doubtful"), [(2, True), (6, False), (18, True), (26, True)])
+def test_an_exponent_within_two_errors_of_0_is_warned_of(first, doubtful):
+    # Gaps in coloured noise grow ever more slowly: 1.5, 5.2, 1.8 and -0.8 errors from 0.
+    x = naive.autoregressive(3000, 0.95)
+    found = lyapunov_exponent(x, dimension=2, theiler=20, region=(first, first + 8))
+    low, high = found.interval
+    error = (high - low) / 2 / student.ppf(0.975, 29)  # over 30 blocks of time
+    assert found.verdict == "divergence"
+    assert (found.exponent < 2 * error) == doubtful
+    warning = "the exponent is not told apart from 0"
+    assert (warning in found.warnings) == doubtful
+    assert (warning in found.describe()) == doubtful
 
 
 def test_rounded_values_are_flagged_and_gaps_of_the_rounding_not_used():

@@ -169,6 +169,18 @@ def test_the_width_has_the_least_leave_one_out_score():
         assert best <= naive.leave_one_out_score(values, edges) + 1e-9
 
 
+@pytest.mark.parametrize("number", [5, 12, 40])
+@pytest.mark.parametrize("seed", range(6))
+def test_of_few_intervals_too_the_width_has_the_least_score_of_all_tried(number, seed):
+    # n + 1 and n - 1 in Rudemo's formula differ where there are few.
+    values = np.random.default_rng([seed, number]).exponential(0.045, number)
+    numbers = np.unique(np.geomspace(1, 4096, 80).astype(int))
+    edges = [np.linspace(values.min(), values.max(), bins + 1) for bins in numbers]
+    scores = [naive.leave_one_out_score(values, one) for one in edges]
+    chosen = impactsig.interval_histogram(values)
+    assert len(chosen.count) == numbers[np.argmin(scores)]
+
+
 def test_rounded_intervals_lie_inside_their_bins():
     histogram = impactsig.interval_histogram(TRAINS["rounded"])
     steps = np.diff(histogram.edges) / 1e-4

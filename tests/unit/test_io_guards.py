@@ -50,9 +50,10 @@ def test_a_wav_header_that_claims_gigabytes_is_read_as_far_as_it_goes(tmp_path):
     content = bytearray(path.read_bytes())
     struct.pack_into("<I", content, 40, 0xFFFF_FF00)
     path.write_bytes(content)
-    with pytest.warns(ImpactsigWarning, match="of the 4294967040 bytes of samples .* are missing"):
+    missing = 0xFFFF_FF00 - X.nbytes
+    with pytest.warns(ImpactsigWarning, match=f"{missing} of the 4294967040 bytes of samples in"):
         rec = io.read(path)
-    assert rec.truncated
+    assert rec.truncated is True
     np.testing.assert_array_equal(rec.samples * 32768, X)
 
 
@@ -104,7 +105,8 @@ def test_a_raw_row_that_is_cut_is_told(tmp_path):
     path.write_bytes(X.tobytes()[:-1])
     with pytest.warns(ImpactsigWarning, match="its last row has 3 of 4 bytes"):
         rec = io.read(path, rate=1, raw=io.RawLayout("int16", 2))
-    assert rec.truncated
+    assert rec.truncated is True
+    np.testing.assert_array_equal(rec.samples, X.reshape(-1, 2)[:-1])
     with pytest.raises(UnreadableFile, match="holds no row of 2 x int16 in the 0 bytes after"):
         io.read(path, rate=1, raw=io.RawLayout("int16", 2, skip=5000))
 

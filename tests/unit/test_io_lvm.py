@@ -194,9 +194,9 @@ def test_segments_that_begin_at_the_same_time_are_not_side_by_side(tmp_path):
 def test_a_file_cut_in_a_row_loses_that_row(tmp_path, rest):
     text = header() + segment(["\t1.5", "\t2.5"], samples=[100])
     path = write(tmp_path, text + rest)
-    with pytest.warns(ImpactsigWarning, match="'F' has 2 of 100 samples"):
+    with pytest.warns(ImpactsigWarning, match="cut short: channel 'F' has 2 of 100 samples"):
         rec = io.read(path)
-    assert rec.truncated
+    assert rec.truncated is True
     np.testing.assert_array_equal(rec.samples, [1.5, 2.5])
 
 

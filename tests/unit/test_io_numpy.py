@@ -98,9 +98,9 @@ def test_arrays_that_are_no_recording(tmp_path, array, reason):
 def test_npy_cut_short(tmp_path):
     path = saved(tmp_path / "a.npy", X)
     path.write_bytes(path.read_bytes()[:-100])  # 100 bytes are 4 rows of 24 and a part of a fifth
-    with pytest.warns(ImpactsigWarning, match="5 of its 400 rows are missing"):
+    with pytest.warns(ImpactsigWarning, match="cut short: 5 of its 400 rows are missing"):
         rec = io.read(path, rate=1)
-    assert rec.truncated
+    assert rec.truncated is True
     np.testing.assert_array_equal(rec.samples, X[:395])
 
 

@@ -130,8 +130,8 @@ def test_lvm_with_several_time_columns_cut_short(shared_data):
     ]
     with pytest.warns(ImpactsigWarning, match="'Voltage' has 3 of 51200 samples"):
         rec = io.read(path)
-    assert rec.truncated
-    assert io.info(path).truncated
+    assert rec.truncated is True
+    assert io.info(path).truncated is True
     expected = [[-0.035229, 0.532608], [-0.034882, 0.502991], [-0.034191, 0.467541]]
     np.testing.assert_array_equal(rec.samples, expected)
 

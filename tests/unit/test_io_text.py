@@ -279,9 +279,9 @@ def test_a_missing_value_inside_stays_a_gap(tmp_path):
 def test_a_last_line_cut_in_the_middle_is_left_out_and_told(tmp_path):
     text = table()
     path = write(tmp_path, text[: text.rindex(",")])
-    with pytest.warns(ImpactsigWarning, match="its last line, '0.75,4.5', is not complete"):
+    with pytest.warns(ImpactsigWarning, match="cut short: its last line, '0.75,4.5', is not"):
         rec = io.read(path)
-    assert rec.truncated
+    assert rec.truncated is True
     np.testing.assert_array_equal(rec.samples, np.column_stack([F, A])[:3])
 
 

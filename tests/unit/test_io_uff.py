@@ -224,9 +224,10 @@ def test_cut_short_is_told(write, kind):
     whole = text(as_text(X), count=50) if kind == "text" else packed(X.tobytes(), count=50)
     path = write(whole)
     path.write_bytes(whole[: -70 if kind == "text" else -47])
-    with pytest.warns(ImpactsigWarning, match=r"'hammer' has \d+ of 50 values"):
+    with pytest.warns(ImpactsigWarning, match=r"'hammer' has \d+ of 50 values") as warned:
         rec = io.read(path)
-    assert rec.truncated
+    assert rec.truncated is True
+    assert f"cut short: 'hammer' has {len(rec)} of 50 values" in str(warned[0].message)
     assert 35 < len(rec) < 50
     np.testing.assert_allclose(rec.samples, X[: len(rec)], rtol=5e-6)  # no number is cut in two
     path.write_bytes(whole[:400])

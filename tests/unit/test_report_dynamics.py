@@ -263,6 +263,33 @@ def test_a_narrow_band_of_chaos_about_a_period_is_told_from_jitter(second, late,
     assert said in told(result)["Dimension"]
 
 
+@pytest.mark.parametrize(
+    ("samples", "nothing"), [(0.3, True), (0.7, True), (1.5, False), (4.0, False)]
+)
+def test_a_jitter_below_the_time_between_two_samples_tells_nothing(samples, nothing, periodic):
+    late = samples / periodic.rate * np.random.default_rng(0).standard_normal(400)
+    impacts = Impacts.from_times(1.0 + 0.05 * np.arange(400) + late)
+    result = of(periodic, impacts, asked=False, frequency=20.0)
+    # Known to 4 % from 400.
+    assert result.periodicity.jitter * periodic.rate == pytest.approx(samples, rel=0.15)
+    words = told(result)["Dimension"]
+    assert ("less than the time between two samples" in words) == nothing
+    assert ("timing noise, or a small motion" in words) != nothing
+
+
+@pytest.mark.parametrize(("noise", "part"), [(0.0, ""), (0.1, " in part")])
+def test_an_interval_foretells_the_next_wholly_or_in_part(noise, part, chaotic):
+    values = logistic(600) + noise * np.random.default_rng(0).standard_normal(600)
+    result = of(chaotic, train(values), asked=False)
+    determinism = impactsig.return_map_determinism(result.impacts, seed=1)
+    result = replace(result, dynamics=replace(result.dynamics, determinism=determinism))
+    share = determinism.explained
+    assert (0.2 < share < 0.75) if part else (share > 0.95)
+    words = told(result)["Delay plot"]
+    assert f"the next impact can{part} be foretold from the last interval" in words
+    assert f"decides {100 * share:.0f} % of the variance" in words
+
+
 def test_deviations_are_those_that_were_put_in():
     late = 1e-4 * np.random.default_rng(0).standard_normal(600)
     due = 3.0 + 0.07 * (np.arange(600) // 3) + np.tile([0.0, 0.01, 0.04], 200)

@@ -222,8 +222,19 @@ def test_room_noise_is_pink(rate):
         inside = (frequency >= low) & (frequency < 2 * low)
         level.append(10 * np.log10(np.mean(power[inside] * frequency[inside])))
     assert np.ptp(level) < 1.5  # [dB], every octave up to 0.4 of the rate as strong as the next
-    begin, whole = noise[: len(noise) // 100].std(), noise.std()
-    assert begin == pytest.approx(whole, rel=0.25)  # it does not fade in
+
+
+@pytest.mark.parametrize("rate", [8000.0, 22_050.0, 48_000.0])
+def test_room_noise_does_not_fade_in(rate):
+    """The mean square of the first 50 ms over 200 records is that of any other 50 ms."""
+    empty = Impacts([], start=0.0, duration=0.5)
+    begin = []
+    for seed in range(200):
+        noise = synthesize(empty, Microphone(noise=0.02), rate=rate, seed=seed).samples
+        begin.append(np.mean(noise[: round(0.05 * rate)] ** 2) / 0.02**2)
+    # 50 ms hold one turn of 20 Hz: one record tells it to a fifth, 200 to a seventieth.
+    assert np.std(begin) < 0.3
+    assert np.mean(begin) == pytest.approx(1, abs=0.06)
 
 
 # -- there and back: what was put in is found ------------------------------------------------
