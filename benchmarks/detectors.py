@@ -84,10 +84,12 @@ def sta_lta(kind: str) -> Callable:
 
     ratio = getattr(trigger, f"{kind}_sta_lta")
 
-    def make(sta, lta, on) -> Callable:
+    def make(sta=3e-4, lta=0.03, on=5) -> Callable:
         def find(x, rate):
             y = x - x.mean()
-            picks = trigger.trigger_onset(ratio(y, int(sta * rate), int(lta * rate)), on, on / 2)
+            picks = trigger.trigger_onset(
+                ratio(y, max(int(sta * rate), 1), int(lta * rate)), on, on / 2
+            )
             picks = np.asarray(picks).reshape(-1, 2)
             return picks[:, 0] / rate, (picks[:, 1] - picks[:, 0]) / rate
 
