@@ -83,10 +83,11 @@ def bump(seed, duration=DURATION, *, length, strength) -> Truth:
 
 
 def settling(seed, duration=DURATION, *, time_constant) -> Truth:
-    """The amplifier settles from five times the largest pulse, from the first sample on."""
-    truth = stationary(seed, duration)
+    """The baseline jumps once by five times the largest pulse and settles exponentially."""
+    truth, rng = stationary(seed, duration), chance(seed)
     height = side(seed) * 5 * truth.amplitude.max()
-    return add(truth, height * np.exp(-clock(truth) / time_constant))
+    since = clock(truth) - duration * rng.uniform(0.25, 0.75)
+    return add(truth, height * np.where(since >= 0, np.exp(-since.clip(0) / time_constant), 0))
 
 
 def glitches(seed, duration=DURATION, *, count, strength) -> Truth:
@@ -101,8 +102,8 @@ def glitches(seed, duration=DURATION, *, count, strength) -> Truth:
 def converted(seed, duration=DURATION, *, peak, noise, drift=False, gain=1.0, offset=0.0) -> Truth:
     """Codes of an analogue-to-digital converter, or gain times these plus offset.
 
-    The median pulse is `peak` and the noise `noise` steps high. The baseline lies on a code with odd
-    seeds and anywhere between two with even ones; with `drift` it moves slowly by three steps.
+    The median pulse is `peak` and the noise `noise` steps high. The baseline lies on a code with
+    odd seeds and anywhere between two with even ones; with `drift` it moves slowly by three steps.
     """
     truth, rng = stationary(seed, duration, noise=noise / peak), chance(seed)
     steps = truth.samples * peak + (0 if seed % 2 else rng.uniform(0, 1))
