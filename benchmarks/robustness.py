@@ -208,7 +208,8 @@ def figure(cases: list[Case], table: dict, path: Path) -> None:
             false = mean.get("false")
             colour[i, j] = mean["f1"] if false is None else false <= (case.allowed or 0)
             text = f"{mean['f1']:.3f}" if false is None else str(false)
-            ax.text(j, i, text, ha="center", va="center", fontsize=7)
+            ink = "black" if 0.15 < colour[i, j] < 0.9 else "white"
+            ax.text(j, i, text, ha="center", va="center", fontsize=7, color=ink)
     image = ax.imshow(colour, cmap="RdYlGn", vmin=0, vmax=1, aspect="auto")
     ax.set_xticks(range(len(names)), names, rotation=30, ha="left", fontsize=8)
     ax.set_yticks(range(len(cases)), [case.name for case in cases], fontsize=7)
