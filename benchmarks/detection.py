@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import json
 import platform
-import time
 import warnings
 from collections.abc import Callable
 from importlib.metadata import version
@@ -19,25 +18,23 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from scipy import signal
 
 import impactsig
 
+from .detectors import (
+    by_aubio,
+    by_impactsig,
+    by_librosa,
+    find_peaks_above,
+    find_peaks_passed,
+    linear_crossings,
+    sta_lta,
+    timed,
+    tuned,
+)
 from .recordings import PULSES, load_cell, microphone, score
 
 RESULTS = Path(__file__).parent / "results"
-REPEATS = 5
-
-
-def timed(find: Callable, samples: np.ndarray, rate: float):
-    """What `find` returns, and the median time of some runs after one that is not counted [s]."""
-    find(samples, rate)
-    times = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        found = find(samples, rate)
-        times.append(time.perf_counter() - start)
-    return found, float(np.median(times))
 
 
 def row(name: str, find: Callable, truth, tolerances) -> dict:
@@ -56,98 +53,6 @@ def row(name: str, find: Callable, truth, tolerances) -> dict:
     return line
 
 
-def tuned(make: Callable, grid: dict, truth, tolerance=1e-3) -> tuple[Callable, dict]:
-    """The member of a family of detectors with the best F1 on the truth itself."""
-    best = max(
-        (dict(zip(grid, values, strict=True)) for values in product(*grid.values())),
-        key=lambda options: score(
-            make(**options)(truth.samples, truth.rate)[0], truth.time, tolerance
-        )[0],
-    )
-    return make(**best), best
-
-
-# -- detectors: (samples, rate) -> instants [s], contact times [s] or None ---------------------
-
-
-def by_impactsig(sensor: str, **options) -> Callable:
-    def find(x, rate):
-        found = impactsig.detect_impacts(impactsig.Recording(x, rate, sensor=sensor), **options)
-        return found.time, found.contact_time
-
-    return find
-
-
-def find_peaks_above(level: Callable) -> Callable:
-    return lambda x, rate: (signal.find_peaks(x, level(x))[0] / rate, None)
-
-
-def band_passed(x, rate):
-    sos = signal.butter(2, [300, 6000], "bandpass", fs=rate, output="sos")
-    y = signal.sosfiltfilt(sos, x)
-    return y, 5 * np.median(np.abs(y)) / 0.6745
-
-
-def find_peaks_band_passed(x, rate):
-    y, level = band_passed(x, rate)
-    peaks, _ = signal.find_peaks(y, level, distance=int(0.6e-3 * rate))
-    return peaks / rate, signal.peak_widths(y, peaks, 0.5)[0] * 1.5 / rate
-
-
-def linear_crossings(x, rate):
-    y, level = band_passed(x, rate)
-    above = y >= level
-    up = np.flatnonzero(~above[:-1] & above[1:])
-    down = np.flatnonzero(above[:-1] & ~above[1:])
-    down = down[np.searchsorted(down, up[0]) :][: len(up)]
-    up = up[: len(down)]
-    first = up + (level - y[up]) / (y[up + 1] - y[up])
-    last = down + (y[down] - level) / (y[down] - y[down + 1])
-    return first / rate, (last - first) / rate
-
-
-def sta_lta(kind: str) -> Callable:
-    from obspy.signal import trigger
-
-    ratio = getattr(trigger, f"{kind}_sta_lta")
-
-    def make(sta, lta, on) -> Callable:
-        def find(x, rate):
-            y = x - x.mean()
-            picks = trigger.trigger_onset(ratio(y, int(sta * rate), int(lta * rate)), on, on / 2)
-            picks = np.asarray(picks).reshape(-1, 2)
-            return picks[:, 0] / rate, (picks[:, 1] - picks[:, 0]) / rate
-
-        return find
-
-    return make
-
-
-def by_librosa(hop=512, delta=0.07) -> Callable:
-    import librosa
-
-    def find(x, rate):
-        return librosa.onset.onset_detect(
-            y=x.astype(np.float32), sr=int(rate), hop_length=hop, delta=delta, units="time"
-        ), None
-
-    return find
-
-
-def by_aubio(method="hfc", threshold=0.3, hop=64) -> Callable:
-    import aubio
-
-    def find(x, rate):
-        onset = aubio.onset(method, 512, hop, int(rate))
-        onset.set_threshold(threshold)
-        y = np.concatenate((x, np.zeros(-len(x) % hop))).astype(np.float32)
-        return np.array(
-            [onset.get_last_s() for k in range(0, len(y), hop) if onset(y[k : k + hop])[0]]
-        ), None
-
-    return find
-
-
 # -- tables ------------------------------------------------------------------------------------
 
 
@@ -158,7 +63,7 @@ def force_table() -> list[dict]:
         ("impactsig, defaults", by_impactsig("force")),
         ("scipy find_peaks, 0.6", find_peaks_above(lambda x: 0.6)),
         ("scipy find_peaks, mean + 4 sigma", find_peaks_above(lambda x: x.mean() + 4 * x.std())),
-        ("band-pass, 5 MAD, find_peaks, widths x 1.5", find_peaks_band_passed),
+        ("band-pass, 5 MAD, find_peaks, widths x 1.5", find_peaks_passed),
         ("band-pass, 5 MAD, linear crossings", linear_crossings),
     ]
     for kind in ("classic", "recursive"):

@@ -136,4 +136,4 @@ def score(found, truth, tolerance=1e-3):
     pairs = np.array(sorted(pairs), int).reshape(-1, 2)
     f1 = 2 * len(pairs) / (len(found) + len(truth))
     error = found[pairs[:, 0]] - truth[pairs[:, 1]]
-    return f1, float(np.std(error)), pairs
+    return f1, float(np.std(error)) if len(pairs) else np.nan, pairs

@@ -1,0 +1,257 @@
+"""Force detection under disturbances, beside the filters a user would put before find_peaks.
+
+Every record of `disturbances.py` is searched by impactsig and by the peers, each with its defaults
+and tuned on the truth of that very record. Where a record has no impacts, the false ones are
+counted. Writes results/robustness.json, robustness.md and robustness.png.
+
+    python -m benchmarks.robustness                                  # needs obspy for STA/LTA
+    python -m benchmarks.robustness --only hum "ADC gain" --seeds 3:5 --ours
+
+`--only` takes beginnings of names; `--ours` leaves out all but impactsig with its defaults, and
+writes nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import impactsig
+
+from . import recordings
+from .detection import markdown
+from .detectors import by_impactsig, find_peaks_passed, sta_lta, timed, tuned
+from .disturbances import DURATION, Case, records, stationary
+from .recordings import Truth
+
+RESULTS = Path(__file__).parent / "results"
+TOLERANCE = 1e-3
+
+
+class Score(NamedTuple):
+    """F1, standard deviation of the timing errors [s], mean error of contact times [s]."""
+
+    f1: float
+    timing: float
+    contact: float
+
+
+def score(found_starts, found_contacts, truth: Truth) -> Score:
+    """How well impacts are found and measured, a constant latency apart."""
+    f1, timing, pairs = recordings.score(found_starts, truth.time, TOLERANCE)
+    if found_contacts is None or not len(pairs):
+        return Score(f1, timing, np.nan)
+    error = np.asarray(found_contacts)[pairs[:, 0]] - truth.contact_time[pairs[:, 1]]
+    return Score(f1, timing, float(error.mean()))
+
+
+@dataclass(frozen=True)
+class Method:
+    """A family of detectors: `make(**options)` is one, `make()` that with the defaults.
+
+    `aims` is the part of the contact at which its instants lie: 0 for the start, 0.5 for the crest.
+    """
+
+    name: str
+    make: Callable
+    grid: dict = field(default_factory=dict)
+    aims: float = 0.0
+
+    def target(self, truth: Truth) -> Truth:
+        return replace(truth, time=truth.time + self.aims * truth.contact_time)
+
+
+OURS = "impactsig"
+
+
+def methods() -> list[Method]:
+    """The detectors, in the order of the columns."""
+
+    def impacts(**options) -> Callable:
+        def find(x, rate):
+            try:
+                return by_impactsig("force", **options)(x, rate)
+            except impactsig.InvalidInput:  # a multiple of the noise where there is none
+                if not options:
+                    raise
+                return np.empty(0), np.empty(0)
+
+        return find
+
+    def band_pass(contact=300e-6, level=5.0) -> Callable:
+        band = {"low": 0.09 / contact, "high": 1.8 / contact}
+        band["distance"] = min(2 * contact, 1.8e-3)  # a tenth of the impacts follow after 2 ms
+        return partial(find_peaks_passed, level=level, **band)
+
+    high_pass = partial(partial, find_peaks_passed, low=100.0, high=None)
+    levels = [3.0, 5.0, 8.0, 12.0]
+    every = [
+        Method(
+            OURS,
+            impacts,
+            {"threshold": [None, *(f"{k} sigma" for k in (4, 5, 6, 8, 12, 20))]},
+        ),
+        Method(
+            "band-pass", band_pass, {"contact": [300e-6, 1e-3, 2e-3, 3e-3], "level": levels}, 0.5
+        ),
+        Method("high-pass", high_pass, {"distance": [6e-4, 1.8e-3, 3e-3], "level": levels}, 0.5),
+    ]
+    if find_spec("obspy"):
+        grid = {"sta": [1e-4, 3e-4, 1e-3], "lta": [0.01, 0.03, 0.1], "on": [3, 5, 8, 12]}
+        every.append(Method("STA/LTA", sta_lta("classic"), grid))
+    else:
+        print("STA/LTA is left out: obspy is not installed")
+    return every
+
+
+def searched(case: Case, seed: int, truth: Truth, method: Method, tune: bool) -> dict:
+    """One detector on one record."""
+    target = method.target(truth)
+    row = {"record": case.name, "seed": seed, "method": method.name + ", tuned" * tune}
+    row["impacts"] = len(truth.time)
+    if method.name == OURS and not tune:
+        rec = impactsig.Recording(truth.samples, truth.rate, sensor="force")
+        impacts = impactsig.detect_impacts(rec)
+        found, contacts = impacts.time, impacts.contact_time
+        row["notes"] = len(getattr(impacts, "notes", ()))
+    else:
+        find = tuned(method.make, method.grid, target, TOLERANCE)[0] if tune else method.make()
+        found, contacts = find(truth.samples, truth.rate)
+    return row | {"found": len(found)} | score(found, contacts, target)._asdict()
+
+
+def together(case: Case, rows: list[dict]) -> dict:
+    """Means over the seeds of one detector on one record; of false impacts, the most."""
+    if case.allowed is not None:
+        return {"false": max(row["found"] for row in rows)}
+    with warnings.catch_warnings():  # no impact found with any seed: nothing to average
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return {key: float(np.nanmean([row[key] for row in rows])) for key in Score._fields}
+
+
+def cell(mean: dict | None) -> str:
+    if mean is None:
+        return "–"
+    if "false" in mean:
+        return str(mean["false"])
+    return f"{mean['f1']:.3f} {mean['timing'] * 1e6:5.1f} {mean['contact'] * 1e6:+6.1f}"
+
+
+def compare(cases: list[Case], seeds, every: list[Method], tune: bool) -> tuple[list, dict]:
+    """All rows, and their means by record and method; prints each record when it is done."""
+    rows: list[dict] = []
+    table: dict[str, dict[str, dict]] = {}
+    columns = [(m, t) for m in every for t in ((False, True) if tune else (False,))]
+    print(" " * 34 + "".join(f"{m.name + ', tuned' * t:>24}" for m, t in columns))
+    for case in cases:
+        here = []
+        for seed in seeds:
+            truth = case.make(seed)
+            for method, tune_it in columns:
+                if not (tune_it and case.allowed is not None):  # no truth to tune on
+                    here.append(searched(case, seed, truth, method, tune_it))
+        names = dict.fromkeys(row["method"] for row in here)
+        table[case.name] = {
+            name: together(case, [row for row in here if row["method"] == name]) for name in names
+        }
+        rows += here
+        cells = (cell(table[case.name].get(m.name + ", tuned" * t)) for m, t in columns)
+        print(f"{case.name:34}" + "".join(f"{text:>24}" for text in cells), flush=True)
+    return rows, table
+
+
+def noted(rows: list[dict]) -> list[dict]:
+    """How many of our results carry a note, where they are bad and where they are good."""
+    ours = [row for row in rows if "notes" in row and row["impacts"]]
+    lines = []
+    for name, holds in (("F1 < 0.9", lambda f1: f1 < 0.9), ("F1 > 0.98", lambda f1: f1 > 0.98)):
+        such = [row["notes"] > 0 for row in ours if holds(row["f1"])]
+        share = float(np.mean(such)) if such else "–"
+        lines.append({"results": name, "number": len(such), "share with a note": share})
+    return lines
+
+
+def speeds(every: list[Method]) -> list[dict]:
+    """Each detector with its defaults on a minute of the stationary record."""
+    truth = stationary(0, 60.0)
+    lines = []
+    for method in every:
+        _, seconds = timed(method.make(), truth.samples, truth.rate)
+        lines.append({"method": method.name, "MS/s": len(truth.samples) / seconds / 1e6})
+    for line in lines:
+        line["ours to it"] = lines[0]["MS/s"] / line["MS/s"]
+    return lines
+
+
+def figure(cases: list[Case], table: dict, path: Path) -> None:
+    """F1 by record and method; where there is no impact, the number of false ones."""
+    from matplotlib.figure import Figure
+
+    names = list(dict.fromkeys(name for line in table.values() for name in line))
+    colour = np.full((len(cases), len(names)), np.nan)
+    picture = Figure(figsize=(3 + 1.1 * len(names), 1 + 0.2 * len(cases)), layout="constrained")
+    ax = picture.subplots()
+    for i, case in enumerate(cases):
+        for j, name in enumerate(names):
+            mean = table[case.name].get(name)
+            if mean is None:
+                continue
+            false = mean.get("false")
+            colour[i, j] = mean["f1"] if false is None else false <= (case.allowed or 0)
+            text = f"{mean['f1']:.3f}" if false is None else str(false)
+            ink = "black" if 0.15 < colour[i, j] < 0.9 else "white"
+            ax.text(j, i, text, ha="center", va="center", fontsize=7, color=ink)
+    image = ax.imshow(colour, cmap="RdYlGn", vmin=0, vmax=1, aspect="auto")
+    ax.set_xticks(range(len(names)), names, rotation=30, ha="left", fontsize=8)
+    ax.set_yticks(range(len(cases)), [case.name for case in cases], fontsize=7)
+    ax.xaxis.tick_top()
+    picture.colorbar(image, ax=ax, shrink=0.3, label="F1 at ±1 ms; false impacts: wanted or not")
+    picture.savefig(path, dpi=150)
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", nargs="+", default=[""], help="beginnings of records' names")
+    parser.add_argument("--seeds", default="101:104", help="one, or first:last")
+    parser.add_argument("--duration", type=float, default=DURATION, help="of a record [s]")
+    parser.add_argument("--ours", action="store_true", help="impactsig with its defaults only")
+    parser.add_argument("--untuned", action="store_true", help="defaults only")
+    return parser.parse_args()
+
+
+def main() -> None:
+    asked = arguments()
+    first, _, last = asked.seeds.partition(":")
+    seeds = range(int(first), int(last or first) + 1)
+    cases = [case for case in records(asked.duration) if case.name.startswith(tuple(asked.only))]
+    every = methods()[: 1 if asked.ours else None]
+    rows, table = compare(cases, seeds, every, not (asked.ours or asked.untuned))
+    tables = {"notes": noted(rows)}
+    if not asked.ours:
+        tables["speed"] = speeds(every)
+    text = "".join(f"\n## {name}\n\n{markdown(lines)}" for name, lines in tables.items())
+    print(text)
+    if asked.ours:
+        return
+    lines = [
+        {"record": name} | {method: cell(mean) for method, mean in line.items()}
+        for name, line in table.items()
+    ]
+    RESULTS.mkdir(exist_ok=True)
+    (RESULTS / "robustness.json").write_text(json.dumps({"rows": rows, **tables}, indent=1))
+    head = "F1 at ±1 ms, timing RMS [µs], contact time bias [µs]; or false impacts\n\n"
+    (RESULTS / "robustness.md").write_text(head + markdown(lines) + text)
+    figure(cases, table, RESULTS / "robustness.png")
+
+
+if __name__ == "__main__":
+    main()
