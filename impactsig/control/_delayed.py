@@ -154,7 +154,7 @@ def run_delayed(
         If one feeds back what is no signal of an oscillator, however late it begins.
     """
     for _, own in phases:
-        if own is not None:
+        if isinstance(own, DelayedFeedback):
             check_signal(own)
     going = DelayedRun(oscillator, [own for _, own in phases], **options)
     ends = [start for start, _ in phases[1:]] + [length]

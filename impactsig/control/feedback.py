@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Integral
+from typing import Any
 
 from .._arguments import number
 from ..errors import InvalidInput
@@ -63,9 +64,9 @@ class DelayedFeedback:
         if memory == 1.0:
             raise InvalidInput("memory", self.memory, "0 <= memory < 1")
         object.__setattr__(self, "memory", memory)
-        named = isinstance(self.signal, str) and self.signal != ""
-        numbered = isinstance(self.signal, Integral) and not isinstance(self.signal, bool)
-        if not (named or (numbered and self.signal >= 0)):
+        signal: Any = self.signal
+        whole = isinstance(signal, Integral) and not isinstance(signal, bool)
+        if not (signal >= 0 if whole else isinstance(signal, str) and signal):
             raise InvalidInput("signal", self.signal, f"{OF_OSCILLATOR}, or {OF_FLOW}")
 
 
