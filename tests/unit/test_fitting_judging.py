@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
+import matplotlib
 import numpy as np
 import pytest
 
-from impactsig import InvalidInput, fit_oscillator, scenes
+matplotlib.use("Agg")
+
+from matplotlib import pyplot
+
+from impactsig import InvalidInput, Rigid, Stop, fit_oscillator, scenes, simulate
 from impactsig.fitting import _judging, fit
 from impactsig.fitting._judging import judge
-from tests.fitting import chaos, measured
+from tests.fitting import NATURAL, chaos, measured
 
 TRAINS, MOMENTS = 40, 12
 
@@ -132,3 +138,31 @@ def test_where_no_search_ends_at_impacts_the_fit_is_refused(monkeypatch):
         fit_oscillator(chaos(count=250), 20.1, natural_frequency=22.2)
     assert caught.value.argument == "impacts"
     assert "second stop" in str(caught.value)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("frequency", "amplitude", "restitution", "lower"),
+    [(17.3, 0.5, 0.6, -1.0), (20.1, 0.25, 0.4, -1.2)],
+)
+def test_a_machine_with_two_stops_is_refused_or_warned_of(frequency, amplitude, restitution, lower):
+    one = scenes.karpodinis(frequency, amplitude=amplitude, restitution=restitution)
+    law = Rigid(restitution)
+    machine = replace(one, stops=(Stop(1.0, law), Stop(lower, law, "lower")))
+    truth = simulate(machine, periods=1000, transient=300).impacts[:500]
+    truth = replace(truth, duration=float(truth.time[-1] - truth.start))
+    train = replace(measured(truth, 1), impulse=None)
+    found, refusal = None, ""
+    try:
+        found = fit_oscillator(train, frequency, natural_frequency=NATURAL, seed=1)
+    except InvalidInput as error:
+        refusal = str(error)
+    if found is None:
+        assert "one rigid stop" in refusal
+        return
+    assert found.warnings
+    assert 0 < found.distance < 300
+    assert fit.LEAST_P <= found.p_value <= 1
+    assert found.plot().shape == (2, 2)
+    assert "distance" in str(found)
+    pyplot.close("all")
