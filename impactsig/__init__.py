@@ -5,7 +5,9 @@ The public names are loaded when first used, so that ``import impactsig`` costs 
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -161,6 +163,7 @@ _HOME = {
         "ControlledStability",
         "ControlledTrajectory",
         "DelayedFeedback",
+        "control",
         "orbit_stability",
         "stability_chart",
     ),
@@ -238,7 +241,14 @@ _HOME = {
     "simulate.beams": ("BeamMotion", "simulate_beam"),
     "simulate.restitution": ("ApparentRestitution", "apparent_restitution"),
     "simulate.firing": ("integrate_and_fire", "threshold_crossings"),
-    "simulate": ("FixedStep", "Motion", "RungeKutta", "simulate_blocks", "simulate_many"),
+    "simulate": (
+        "FixedStep",
+        "Motion",
+        "RungeKutta",
+        "simulate",
+        "simulate_blocks",
+        "simulate_many",
+    ),
     "simulate.measuring": ("Measured", "measure"),
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
@@ -432,9 +442,9 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return import_module(f"{__name__}.{name}")
     if name not in _WHERE:
+        if name in _HOME:
+            return import_module(f"{__name__}.{name}")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"{__name__}.{_WHERE[name]}"), name)
     globals()[name] = value
@@ -443,3 +453,21 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted([*globals(), *__all__])
+
+
+class _Package(ModuleType):
+    """A package in which `simulate` and `control` are functions, and never their packages."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        # The import of a package binds it to its name here, whenever that happens.
+        if isinstance(value, ModuleType) and _WHERE.get(name) == name:
+            value = getattr(value, name)
+        super().__setattr__(name, value)
+
+    def __reduce__(self) -> tuple[Any, tuple[str]]:
+        # cloudpickle knows modules by their exact type; a function of the user's that names this
+        # one takes it along to other processes.
+        return import_module, (self.__name__,)
+
+
+sys.modules[__name__].__class__ = _Package

@@ -1,12 +1,8 @@
 """Control of chaos: feedback that makes a chaotic motion follow one of its unstable orbits.
 
-The package can itself be called: ``impactsig.control(...)`` is `control`, whichever way this
-package was imported first.
+``impactsig.control`` is the function `control`, whichever way this package was imported first.
 """
 
-import sys
-
-from .._called import Called
 from .controlled import ControlledMotion
 from .controlling import control
 from .feedback import DelayedFeedback
@@ -24,5 +20,3 @@ __all__ = [
     "orbit_stability",
     "stability_chart",
 ]
-
-sys.modules[__name__].__class__ = Called

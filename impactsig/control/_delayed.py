@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate._events import COLUMNS, FULL, START, STATUS
 from ..simulate._frame import first_place
@@ -17,14 +16,13 @@ from ..simulate._tableau import DEGREE
 from ..simulate.motion import TURN, Motion, assemble
 from ..simulate.runge_kutta import RungeKutta, SteppingEngine
 from .delay_line import DelayLine, basis
-from .feedback import DelayedFeedback
+from .feedback import DelayedFeedback, check_signal
 from .schedule import Phase
 
 if TYPE_CHECKING:
     from ..simulate._delay import Feedback, Line
     from ._force import Room
 
-SIGNALS = ("displacement", "velocity")
 ROWS = 4096  # of the delay line, to begin with
 ORDER = 8  # of the method: what is smoother than that it takes no notice of
 
@@ -104,8 +102,6 @@ class DelayedRun:
 
         if feedback is None:
             return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, DISPLACEMENT, 0.0)
-        if feedback.signal not in SIGNALS:
-            raise InvalidInput("signal", feedback.signal, '"velocity" or "displacement"')
         of_velocity = feedback.signal == "velocity"
         omega, mass = self.engine.omega, self.oscillator.mass
         turns = math.floor(feedback.delay)
@@ -150,7 +146,16 @@ class DelayedRun:
 def run_delayed(
     oscillator: Oscillator, phases: tuple[Phase, ...], length: float, **options: Any
 ) -> tuple[Motion, DelayLine]:
-    """The motion of an oscillator under a schedule of feedbacks."""
+    """The motion of an oscillator under a schedule of feedbacks.
+
+    Raises
+    ------
+    InvalidInput
+        If one feeds back what is no signal of an oscillator, however late it begins.
+    """
+    for _, own in phases:
+        if isinstance(own, DelayedFeedback):
+            check_signal(own)
     going = DelayedRun(oscillator, [own for _, own in phases], **options)
     ends = [start for start, _ in phases[1:]] + [length]
     if phases[0][0] > 0:

@@ -15,7 +15,7 @@ from ..simulate._events import IMPACT, PART, RELEASE, REVERSE, STICK, TOUCH
 from ..simulate._frame import base_motion, forcing, pace
 from ..simulate.motion import TURN
 from ._variation import Piece, Variation, laps_in, moving
-from .feedback import DelayedFeedback
+from .feedback import DelayedFeedback, check_signal
 
 LONGEST = TURN / 2  # of a piece
 
@@ -37,8 +37,7 @@ def of_oscillator(orbit: PeriodicOrbit, feedback: DelayedFeedback) -> Variation:
         If the delay is no multiple of the orbit's period, or the signal is another.
     """
     laps = laps_in(feedback, orbit.periods, f"the orbit's {orbit.periods} periods")
-    if feedback.signal not in ("velocity", "displacement"):
-        raise InvalidInput("signal", feedback.signal, '"velocity" or "displacement"')
+    check_signal(feedback)
     laws = [stop.law for stop in orbit.oscillator.stops]
     if any(isinstance(law, Hertz) and law.restitution is not None for law in laws):
         raise InvalidInput(

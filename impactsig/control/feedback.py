@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Integral
+from typing import Any
 
 from .._arguments import number
 from ..errors import InvalidInput
+
+OF_OSCILLATOR = '"velocity" or "displacement" of an oscillator'
+OF_FLOW = "the name or number of a coordinate"
 
 
 @dataclass(frozen=True)
@@ -28,7 +33,8 @@ class DelayedFeedback:
         F0, the greatest force; none unless given.
     signal : str or int
         y: "velocity" or "displacement" of an oscillator, against what carries the stops; the name
-        or number of a coordinate of a flow, whose rate the feedback is added to.
+        or number of a coordinate of a flow, whose rate the feedback is added to. Which of them
+        there are depends on the system: `control` and `orbit_stability` refuse others.
     memory : float
         R, from 0 up to but without 1. The memory begins empty with the feedback: the first delay
         is fed back as it was.
@@ -58,3 +64,19 @@ class DelayedFeedback:
         if memory == 1.0:
             raise InvalidInput("memory", self.memory, "0 <= memory < 1")
         object.__setattr__(self, "memory", memory)
+        signal: Any = self.signal
+        whole = isinstance(signal, Integral) and not isinstance(signal, bool)
+        if not (signal >= 0 if whole else isinstance(signal, str) and signal):
+            raise InvalidInput("signal", self.signal, f"{OF_OSCILLATOR}, or {OF_FLOW}")
+
+
+def check_signal(feedback: DelayedFeedback) -> None:
+    """Refuse to feed back to an oscillator what it does not have.
+
+    Raises
+    ------
+    InvalidInput
+        If the signal is neither the velocity nor the displacement.
+    """
+    if feedback.signal not in ("velocity", "displacement"):
+        raise InvalidInput("signal", feedback.signal, f"{OF_OSCILLATOR}; {OF_FLOW} is for a flow")

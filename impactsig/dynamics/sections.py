@@ -79,6 +79,7 @@ def impact_map(motion: Motion, stop: int | None = None) -> Section:
     InvalidInput
         If only counts were kept, or there is no such stop.
     """
+    motion = _motion(motion)
     if stop is not None and whole("stop", stop, 0) >= len(motion.oscillator.stops):
         raise InvalidInput("stop", stop, f"a stop of the {len(motion.oscillator.stops)} there are")
     rows = _rows(motion)
@@ -117,6 +118,7 @@ def displacement_section(
     InvalidInput
         If only counts were kept, or an argument is out of its range.
     """
+    motion = _motion(motion)
     level = number("displacement", displacement)
     if direction not in ("up", "down", "both"):
         raise InvalidInput("direction", direction, '"up", "down" or "both"')
@@ -181,9 +183,17 @@ def _looked(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.nd
     return turns, high - TURN * turns, side * np.abs(v) * engine.omega
 
 
+def _motion(given: Any) -> Motion:
+    if not isinstance(given, Motion):
+        raise InvalidInput(
+            "motion", given, "a Motion, as simulate makes",
+            "The states between those of a path under noise, or of a trajectory, are not kept; "
+            "threshold_crossings cuts a flow",
+        )  # fmt: skip
+    return given
+
+
 def _rows(motion: Motion) -> np.ndarray:
-    if not isinstance(motion, Motion):
-        raise InvalidInput("motion", motion, "a Motion, as simulate makes")
     if not len(motion._segments):
         raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
     return motion._segments

@@ -27,6 +27,7 @@ ROUNDS = 8
 NEAREST = 100  # trains of the search that shape the first cloud
 WIDE = 1.5  # standard deviations of the parameters in one of the cloud
 NARROWEST = 0.2  # of its width before, in one round
+FEWEST = 2  # trains by the terms of a regression
 OTHERWISE = 2.2  # times the median misfit: a train of another kind of motion
 WIDEST = 3.0  # widths of the cloud: what the trains do not tell is taken to be as uncertain
 REACH = 2.0  # standard deviations of the cloud that a solution may lie from its centre
@@ -82,10 +83,15 @@ class Regression(NamedTuple):
     trains: int
 
     @classmethod
-    def of(cls, cloud: Cloud, psi: np.ndarray, y: np.ndarray) -> Regression:
-        """Fitted to trains; those that lie far off, periodic ones amid chaos, are left out."""
+    def of(cls, cloud: Cloud, psi: np.ndarray, y: np.ndarray) -> Regression | None:
+        """Fitted to trains; those that lie far off, periodic ones amid chaos, are left out.
+
+        None where hardly more trains than terms have moments.
+        """
         terms = cloud.terms(cloud.place(psi))
         whole = np.isfinite(y).all(1)
+        if whole.sum() < FEWEST * terms.shape[1]:
+            return None
         y = np.where(whole[:, None], y, 0.0)
         kept = whole
         for _ in range(8):
@@ -94,7 +100,7 @@ class Regression(NamedTuple):
             scale = np.median(np.abs(off[kept]), axis=0)
             size = np.sqrt(np.mean((off / np.where(scale > 0, scale, np.inf)) ** 2, axis=1))
             near = whole & (size <= OTHERWISE * np.median(size[kept]))
-            if near.sum() < 2 * terms.shape[1] or np.array_equal(near, kept):
+            if near.sum() < FEWEST * terms.shape[1] or np.array_equal(near, kept):
                 break
             kept = near
         off = off[kept]
@@ -138,8 +144,12 @@ class Estimate(NamedTuple):
     explained: float | None = None  # share of the legs that an orbit follows
 
 
-def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
-    """Estimate the parameters from the trains of a search, and from more."""
+def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate | None:
+    """Estimate the parameters from the trains of a search, and from more.
+
+    None where too few of the trains in a cloud have moments: the search has ended where the
+    oscillator hardly reaches the stop.
+    """
     distance = np.mean(np.nan_to_num(y, nan=1e3) ** 2, axis=1)
     nearest = np.argsort(distance)[:NEAREST]
     cloud = Cloud.of(psi[nearest].mean(0), np.cov(psi[nearest].T), problem)
@@ -150,6 +160,8 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
         psi, y = np.vstack((psi, fresh[0])), np.vstack((y, fresh[1]))
         inside = np.linalg.norm(cloud.place(psi), axis=1) < cloud.reach
         regression = Regression.of(cloud, psi[inside], y[inside])
+        if regression is None:
+            return None
         white = whitening(regression.covariance)
         z = regression.solve(white, problem)
         width, directions = _uncertainty(regression, white)
@@ -164,7 +176,7 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate:
         settled = bool(np.all(width > 0.4) and np.abs(z).max() < 0.6 * REACH)
     psi, y = cloud.draw(LAST_CLOUD, problem, problem.look)
     regression = Regression.of(cloud, psi, y @ project.T)
-    return _estimate(problem, regression)
+    return None if regression is None else _estimate(problem, regression)
 
 
 def beside(problem: Problem, centre: np.ndarray, covariance: np.ndarray) -> Estimate | None:
@@ -181,6 +193,8 @@ def beside(problem: Problem, centre: np.ndarray, covariance: np.ndarray) -> Esti
         if np.isfinite(y).all(1).sum() < CLOUD / 2:
             return None
         regression = Regression.of(cloud, psi, y)
+        if regression is None:
+            return None
         estimate = _estimate(problem, regression)
         if np.abs(cloud.place(estimate.psi)).max() < EDGE * REACH:
             break

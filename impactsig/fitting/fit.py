@@ -24,6 +24,7 @@ from ._asked import (
     strengths_of,
     strengths_used,
 )
+from ._judging import Judgement, judge
 from ._machine import as_train, oscillator
 from ._narrow import Estimate, narrow
 from ._problem import Problem
@@ -114,11 +115,14 @@ def fit_oscillator(
     ------
     InvalidInput
         If there are too few impacts, they are periodic (a few intervals that recur cannot tell
-        several parameters), or an argument is out of its range.
+        several parameters), no search ends at an oscillator with as many impacts, or an argument
+        is out of its range.
 
     Notes
     -----
-    The forcing must be harmonic and the stop rigid. Dead time and echoes are not in the chain.
+    The forcing must be harmonic and the stop rigid. A machine with stops on both sides cannot be
+    fitted, as its impacts do not show which stop they are on: its trains are refused, or the fit
+    warns. Dead time and echoes are not in the chain.
     """
     if not isinstance(impacts, Impacts):
         raise InvalidInput("impacts", impacts, "Impacts", "Of instants make them by from_times")
@@ -155,12 +159,23 @@ def _fit(
     tries = []
     for _ in range(TRIES):
         estimate = _estimate(problem)
-        look = np.array([problem.look(estimate.psi) for _ in range(JUDGED)])
+        if estimate is None:
+            continue
+        looks = np.array([problem.look(estimate.psi) for _ in range(JUDGED)])
+        verdict = judge(problem, looks)
+        if verdict is None:
+            continue
         state = (problem.floor, problem.beginnings)  # that it is simulated with
-        tries.append((*_judged(problem, look), estimate, state))
-        if tries[-1][1] > LEAST_P:
+        tries.append((verdict, estimate, state))
+        if verdict.p_value > LEAST_P:
             break
-    distance, p_value, shares, estimate, state = min(tries, key=lambda one: one[0])
+    if not tries:
+        raise InvalidInput(
+            "impacts", f"{len(impacts)} impacts", "those of an oscillator with one rigid stop",
+            f"{TRIES} searches ended at oscillators with too few impacts to compare. Check the "
+            "parameters that are not free; a second stop, a soft one, or friction cannot be fitted",
+        )  # fmt: skip
+    verdict, estimate, state = max(tries, key=lambda one: (one[0].p_value, -one[0].distance))
     problem.floor, problem.beginnings = state
     values = problem.values(estimate.psi)
     count = len(names)
@@ -169,7 +184,7 @@ def _fit(
     settles = _settles(machine)
     if settles:
         told |= dict.fromkeys(names, (-math.inf, math.inf))
-    warnings = _warnings(names, told, settles, p_value)
+    warnings = _warnings(names, told, settles, verdict)
     simulated = problem.simulate(estimate.psi)
     chain = {name: values[name] for name in problem.names[count:]}
     chain["jitter"] /= frequency
@@ -189,17 +204,20 @@ def _fit(
         machine,
         used,
         estimate.explained,
-        distance,
-        p_value,
-        shares,
+        verdict.distance,
+        verdict.p_value,
+        verdict.shares,
         compare(impacts, simulated, forcing_period=1 / frequency, names=("measured", "simulated")),
         problem.evaluations,
         warnings,
     )
 
 
-def _estimate(problem: Problem) -> Estimate:
-    """By an orbit where strengths are known; else, or where none is near, by moments alone."""
+def _estimate(problem: Problem) -> Estimate | None:
+    """By an orbit where strengths are known; else, or where none is near, by moments alone.
+
+    None where the trains simulated at the end of the search have too few impacts.
+    """
     # A damping or an amplitude that is known to be 0 has no logarithm, by which an orbit is found.
     known = {"damping": 0.5, "amplitude": 1.0} | problem.known
     followed = 0 < known["damping"] <= 0.99 and known["amplitude"] > 0
@@ -237,7 +255,7 @@ def _warnings(
     names: tuple[str, ...],
     told: dict[str, tuple[float, float]],
     settles: bool,
-    p_value: float,
+    verdict: Judgement,
 ) -> tuple[str, ...]:
     untold = [name.replace("_", " ") for name in names if not math.isfinite(told[name][0])]
     found = [f"these impacts do not tell the {name}" for name in untold]
@@ -246,10 +264,16 @@ def _warnings(
             "the oscillator found moves periodically: one period cannot tell its parameters, "
             "and no interval is given"
         ]
-    if p_value <= LEAST_P:
+    if verdict.failed:
+        found.append(
+            f"{verdict.failed} of {JUDGED} trains simulated at the optimum have too few impacts to "
+            "compare; the p-value takes them for unlike the measured one"
+        )
+    if verdict.p_value <= LEAST_P:
         found.append(
             "the measured train is farther from the simulated ones than they are from each other: "
-            "the oscillator found does not explain it"
+            "the oscillator found does not explain it. A second stop, a soft one, or friction "
+            "cannot be fitted"
         )
     return tuple(found)
 
@@ -262,20 +286,3 @@ def _settles(machine: Oscillator) -> bool:
     if len(impacts) < 20:
         return True
     return identify_period(impacts, machine.forcing_period).kind == "periodic"
-
-
-def _judged(problem: Any, look: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Distance of the measured moments from simulated ones, its rank, and the words' shares."""
-    whole = look[np.isfinite(look).all(1)]
-    centre, scatter = whole.mean(0), whole.std(0)
-    varied = scatter > 1e-9
-    among = np.mean(((whole - centre)[:, varied] / scatter[varied]) ** 2, axis=1)
-    # A longer train scatters less, but for the error of the mean that it is compared with.
-    share = problem.share + 1 / len(whole)
-    own = float(np.mean((centre[varied] / scatter[varied]) ** 2)) / share
-    p_value = (1 + int(np.sum(among >= own))) / (1 + len(whole))
-    words = problem.moments.shares
-    measured, scale = problem.measured[:words], problem.scale[:words]
-    scale = np.where(np.isfinite(scale), scale, 0.0)
-    shares = np.array([measured, measured + scale * centre[:words], scale * scatter[:words]])
-    return own / float(np.median(among)), p_value, shares

@@ -132,9 +132,11 @@ class Oscillator:
             if near.position == far.position:
                 raise InvalidInput("stops", where, "stops of a side at different positions")
             if isinstance(near.law, Rigid):
+                other, way = ("lower", "above") if near.side == "upper" else ("upper", "below")
                 raise InvalidInput(
-                    "stops", where, "no stop behind a rigid one",
-                    f"The mass cannot get past {near.position:g}",
+                    "stops", f"{near.side} stops at {where}", "no stop behind a rigid one",
+                    f"The mass cannot get past {near.position:g}. Where that stop is to keep it "
+                    f'{way} {near.position:g}, give it side="{other}"',
                 )  # fmt: skip
 
     def stops_on(self, side: str) -> tuple[Stop, ...]:

@@ -236,6 +236,7 @@ def van_der_pol_duffing(
 ) -> Oscillator:
     """A Van der Pol-Duffing oscillator under white noise, that rubs and hits a stop at 0.
 
+    The system of [VanDerPolDuffing2020]_, and by default its values:
     ``x'' + epsilon (c2 x^2 - c1) x' + epsilon f_k sgn x' + x^3 = sqrt(epsilon) xi``, x >= 0, with
     ``<xi(t) xi(t + s)> = 2 D delta(s)``.
 
@@ -248,8 +249,7 @@ def van_der_pol_duffing(
     intensity : float
         Intensity of the noise by epsilon (D).
     epsilon : float
-        How small damping, friction and noise are, all alike. Our choice, 0.01, as are `c1` and
-        `c2`: with them the joint density passes through the shapes that the papers print.
+        How small damping, friction and noise are, all alike.
     c1, c2 : float
         Gain at small, and loss at large displacements.
 

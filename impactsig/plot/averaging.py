@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._axes import BLUE, GREY, VERMILLION, axes, called, frame, panels, title
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +24,7 @@ ALL_BUT = 1e-3  # probability that is left outside the figure
 FINENESS = 241
 
 
+@checked
 def averaged_density(
     result: AveragedDensity, figure: Figure | SubFigure | None = None
 ) -> np.ndarray:
@@ -90,6 +92,7 @@ def averaged_density(
     return grid
 
 
+@checked
 def p_bifurcation(result: PBifurcation, ax: Axes | None = None) -> Axes:
     """Draw the energies of the extrema of a joint density over a parameter, and where they change.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +21,7 @@ from ._axes import (
     points,
     seconds,
 )
+from ._kinds import checked, refuse_others
 from ._motion_path import mark_events
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from ..simulate.restitution import ApparentRestitution
 
 
+@checked
 def mode_shapes(beam: Cantilever, ax: Axes | None = None, *, modes: int = 4) -> Axes:
     """Draw the first mode shapes of a cantilever, 1 at the tip, with their frequencies.
 
@@ -54,6 +56,7 @@ def mode_shapes(beam: Cantilever, ax: Axes | None = None, *, modes: int = 4) -> 
     return frame(ax, "distance from the clamp [m]", "mode shape", "center left", **away)
 
 
+@checked
 def tip_history(
     motion: BeamMotion,
     ax: Axes | None = None,
@@ -98,6 +101,7 @@ def tip_history(
     return frame(ax, None, "deflection [m]", "above", ncols=4)
 
 
+@checked
 def apparent_restitution(result: ApparentRestitution, ax: Axes | None = None) -> Axes:
     """Draw how fast the first mode comes back from each contact over how fast it came.
 
@@ -139,8 +143,10 @@ def restitution_over_modes(
     InvalidInput
         If there are none.
     """
-    if not len(results):
-        raise InvalidInput("results", results, "one result or more")
+    if not isinstance(results, Iterable) or isinstance(results, str) or not len(results):
+        raise InvalidInput("results", results, "one result or more, in a sequence")
+    for one in results:
+        refuse_others("results", one, ["ApparentRestitution"])
     results = sorted(results, key=lambda result: result.modes)
     ax = axes(ax, width=6.0, height=3.6)
     modes = np.array([result.modes for result in results])

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ._axes import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, axes, frame
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +21,7 @@ MARKS = {
 }
 
 
+@checked
 def branch(
     result: Branch,
     ax: Axes | None = None,

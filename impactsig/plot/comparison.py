@@ -21,6 +21,7 @@ from ._axes import (
     span_of,
     title,
 )
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,6 +33,7 @@ COLOURS = (BLUE, VERMILLION)
 MOST_BINS = 4096
 
 
+@checked
 def comparison(result: Comparison, figure: Figure | SubFigure | None = None) -> np.ndarray:
     """Draw two trains of impacts side by side.
 

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import InvalidInput
 from ._axes import BLUE, GREY, VERMILLION, axes, colour, explain, frame, level, points, seconds
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 FLOOR = 1e-18  # below which a force is drawn as none
 
 
+@checked
 def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: float = 0.0) -> Axes:
     """Draw the displacement once every forcing period over time, and when control was changed.
 
@@ -40,6 +43,7 @@ def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: f
     return frame(ax, None, "displacement, strobed")
 
 
+@checked
 def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
     """Draw each interspike interval over its end: how control regulates the impacts.
 
@@ -60,6 +64,7 @@ def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def control_effort(
     motion: ControlledMotion, ax: Axes | None = None, *, periods: float | None = None
 ) -> Axes:
@@ -87,6 +92,7 @@ def control_effort(
     return frame(ax, None, "RMS control force")
 
 
+@checked
 def control_force(
     motion: ControlledMotion | ControlledTrajectory,
     ax: Axes | None = None,
@@ -119,6 +125,7 @@ def control_force(
     return frame(ax, None, "control force")
 
 
+@checked
 def controlled_flow(
     course: ControlledTrajectory, ax: Axes | None = None, *, coordinate: str | int = 0
 ) -> Axes:
@@ -141,6 +148,7 @@ def controlled_flow(
     return frame(ax, "time", course.flow.coordinates[k])
 
 
+@checked
 def flow_orbit(
     orbit: FlowOrbit, ax: Axes | None = None, *, x: str | int = 0, y: str | int = 1
 ) -> Axes:
@@ -163,6 +171,7 @@ def flow_orbit(
     return frame(ax, orbit.flow.coordinates[i], orbit.flow.coordinates[j])
 
 
+@checked
 def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
     """Draw how differences from an orbit grow over the gain, a curve for each delay.
 
@@ -171,6 +180,10 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
     chart : Study
         Of `impactsig.stability_chart`.
     """
+    if not {"gain", "delay"} <= set(chart.parameters) or "growth" not in chart.observables:
+        raise InvalidInput(
+            "chart", chart, "a study of impactsig.stability_chart", "parameter_study draws others"
+        )
     ax = axes(ax, width=6.4, height=3.8)
     gain, growth = chart.parameters["gain"], chart["growth"]
     for k, delay in enumerate(chart.parameters["delay"]):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._axes import frame, panels, shades
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -20,6 +21,7 @@ LEAST_PAIRS = 100
 """Pairs within the smaller radius, from which on a local slope is drawn; fewer are only noise."""
 
 
+@checked
 def correlation_sum(result: CorrelationSum, figure: Figure | SubFigure | None = None) -> np.ndarray:
     """Draw the correlation sum of every dimension, and below it its local slopes.
 

@@ -20,6 +20,7 @@ from ._axes import (
     frame,
     legend,
 )
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,6 +45,7 @@ MOST_ORBITS = 12  # kinds of orbit with a colour of their own
 NOT_CLOSED, ENDED_EARLY = "#303030", "#FFFFFF"
 
 
+@checked
 def bifurcation_diagram(
     result: BifurcationDiagram,
     ax: Axes | None = None,
@@ -107,6 +109,7 @@ def bifurcation_diagram(
     return frame(ax, called(result.parameter), LABELS[observe])
 
 
+@checked
 def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
     """Draw greatest and least displacement over the parameter.
 
@@ -125,6 +128,7 @@ def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
     return frame(ax, called(result.parameter), "displacement", "above")
 
 
+@checked
 def periodicity_chart(
     result: PeriodicityChart,
     ax: Axes | None = None,
@@ -163,6 +167,7 @@ def periodicity_chart(
     return frame(ax, *map(called, result.names))
 
 
+@checked
 def basins(result: Basins, ax: Axes | None = None) -> Axes:
     """Draw the basins of attraction, and the strobed points of their attractors.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._axes import GREY, VERMILLION, explain, frame, panels, shades, title
+from ._kinds import checked
 from .correlation import SLOPE, SUM
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ LEAST_PAIRS = 30
 """Pairs from which on C(r) is drawn as a line rather than not at all."""
 
 
+@checked
 def dimension(result: CorrelationDimension, figure: Figure | SubFigure | None = None) -> np.ndarray:
     """Draw what a correlation dimension was read from.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._axes import BLUE, ORANGE, SKY, axes, chosen, curve, frame, level
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from ..reconstruct import AveragedFalseNeighbors, DelayChoice, FalseNeighbors
 
 
+@checked
 def delay_choice(result: DelayChoice, ax: Axes | None = None) -> Axes:
     """Draw the autocorrelation or mutual information over the lag, with the delay chosen.
 
@@ -38,6 +40,7 @@ def delay_choice(result: DelayChoice, ax: Axes | None = None) -> Axes:
     return frame(ax, "lag", "mutual information [nat]", "upper right")
 
 
+@checked
 def false_neighbors(result: FalseNeighbors, ax: Axes | None = None) -> Axes:
     """Draw the shares of false nearest neighbours over the dimension, with the one chosen.
 
@@ -59,6 +62,7 @@ def false_neighbors(result: FalseNeighbors, ax: Axes | None = None) -> Axes:
     return frame(ax, "dimension $m$", "false nearest neighbours [%]", "upper right")
 
 
+@checked
 def averaged_false_neighbors(result: AveragedFalseNeighbors, ax: Axes | None = None) -> Axes:
     """Draw Cao's E1 and E2 over the dimension, with the one chosen.
 

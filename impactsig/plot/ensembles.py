@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._axes import BLUE, VERMILLION, axes, frame, legend, seconds
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 SYMBOLS = {"energy": "H", "displacement": "x", "velocity": "v"}
 
 
+@checked
 def density(result: Density, ax: Axes | None = None, label: str = "simulated") -> Axes:
     """Draw a density cell by cell, with the band that holds each with 95 %.
 
@@ -41,6 +43,7 @@ def density(result: Density, ax: Axes | None = None, label: str = "simulated") -
     return frame(ax, f"{result.quantity} ${symbol}$", f"density $p({symbol})$", "best")
 
 
+@checked
 def joint_density(result: JointDensity, ax: Axes | None = None) -> Axes:
     """Draw a joint density as a map, with a scale.
 
@@ -57,6 +60,7 @@ def joint_density(result: JointDensity, ax: Axes | None = None) -> Axes:
     return frame(ax, "displacement $x$", "velocity $v$")
 
 
+@checked
 def sample_path(result: SamplePath, ax: Axes | None = None) -> Axes:
     """Draw displacement over time, with a mark where the path hits a stop.
 

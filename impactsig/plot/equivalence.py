@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.colors import TwoSlopeNorm
 
 from ._axes import axes, called, frame, title
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 DECADES = 4  # shown on either side of the limit
 
 
+@checked
 def match_rate(result: MatchRate, ax: Axes | None = None) -> Axes:
     """Draw the distance of every cell, blue where it matches and red where it does not.
 

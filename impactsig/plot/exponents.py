@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._axes import GREY, SKY, VERMILLION, axes, curve, explain, frame, level, unanswered, with_unit
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from ..reconstruct import LyapunovExponent
 
 
+@checked
 def stretch_curve(result: LyapunovExponent, ax: Axes | None = None) -> Axes:
     """Draw how neighbours part, S(k), with the scaling region and the line that was fitted.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._axes import BLUE, GREY, VERMILLION, delay_plane, explain, frame, panels, points, span_of
+from ._kinds import checked
 from .comparison import densities
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 WITHIN = 5.991  # of a chi squared of two degrees of freedom: 95 %
 
 
+@checked
 def oscillator_fit(result: OscillatorFit, figure: Figure | SubFigure | None = None) -> np.ndarray:
     """Draw a fitted oscillator beside what was measured.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._axes import axes, colour, explain, frame, level, title
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from ..dynamics.lyapunov import LyapunovSpectrum
 
 
+@checked
 def lyapunov_convergence(result: LyapunovSpectrum, ax: Axes | None = None) -> Axes:
     """Draw how far the running estimates of all exponents were from the final ones.
 

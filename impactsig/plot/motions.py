@@ -8,6 +8,8 @@ import numpy as np
 
 from ..errors import InvalidInput, finite_number
 from ._axes import BLUE, GREY, VERMILLION, axes, explain, frame, legend, points, seconds
+from ._flow_portrait import flow_portrait
+from ._kinds import checked
 from ._motion_path import (
     PER_PERIOD,
     base_at,
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 
     from ..simulate.motion import Motion
     from ..simulate.spectrum import PowerSpectrum
+    from ..simulate.trajectories import Trajectory
 
 EDGE = "#A6A6A6"
 """A stop's colour: light, for what hits it is drawn along it."""
@@ -34,15 +37,19 @@ DECADES = 12
 """Powers of ten that a spectrum is drawn over: below are the roundings of a periodic motion."""
 
 
+@checked
 def phase_portrait(
-    motion: Motion,
+    motion: Motion | Trajectory,
     ax: Axes | None = None,
     *,
     start: float | None = None,
     stop: float | None = None,
     phase: float | None = 0.0,
+    coordinates: tuple[str | int, str | int] | None = None,
 ) -> Axes:
     """Draw velocity over displacement, with the stops and stroboscopic points.
+
+    Of the trajectory of a flow, draw one of two coordinates over the other.
 
     On a rigid stop, drawn by a full line with a shade behind, a dashed line spans what the velocity
     jumps over; a soft stop is itself drawn by a dashed line. Where the stops move, displacement and
@@ -50,20 +57,28 @@ def phase_portrait(
 
     Parameters
     ----------
-    motion : Motion
+    motion : Motion or Trajectory
         What moved, with all kept.
     start, stop : float, optional
         Span to draw [s]; by default the last 50 forcing periods of the motion, or its last
-        5000 impacts where these are fewer.
+        5000 impacts where these are fewer, or the whole trajectory.
     phase : float or None
         Phase of the reference forcing at which the points are taken, over the whole motion [rad];
-        None for no points.
+        None for no points. A flow has none.
+    coordinates : (str or int, str or int), optional
+        Names or numbers of the coordinates of a flow, across and up; by default the first two.
 
     Raises
     ------
     InvalidInput
-        If the span is not in the motion, or only counts were kept.
+        If the span is not in the motion, only counts were kept, or there are no such coordinates.
     """
+    from ..simulate.trajectories import Trajectory
+
+    if isinstance(motion, Trajectory):
+        return flow_portrait(motion, ax, start, stop, coordinates)
+    if coordinates is not None:
+        raise InvalidInput("coordinates", coordinates, "None for the motion of an oscillator")
     path = path_of(motion, *span_drawn(motion, start, stop, periods=50), relative=True)
     ax = axes(ax, width=4.8, height=4.4)
     ax.plot(path.x, path.v, color=BLUE, linewidth=0.7)
@@ -86,6 +101,7 @@ def phase_portrait(
     return frame(ax, "displacement $x$", "velocity $x'$")
 
 
+@checked
 def time_history(
     motion: Motion,
     ax: Axes | None = None,
@@ -133,6 +149,7 @@ def time_history(
     return frame(ax, None, "displacement $x$")
 
 
+@checked
 def power_spectrum(
     result: PowerSpectrum | Motion,
     ax: Axes | None = None,

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from ._axes import axes, title
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 MOST_PIXELS = 1000
 
 
+@checked
 def recurrence_plot(result: RecurrencePlot, ax: Axes | None = None) -> Axes:
     """Draw the recurrences as dark points, time to the right and upwards.
 

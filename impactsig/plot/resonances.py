@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._axes import BLUE, GREY, VERMILLION, axes, frame, seconds, with_unit
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from ..identify import Resonance
 
 
+@checked
 def resonance(result: Resonance, ax: Axes | None = None) -> Axes:
     """Draw the power spectral density in the band, the fitted one, and what was found.
 
@@ -34,6 +36,7 @@ def resonance(result: Resonance, ax: Axes | None = None) -> Axes:
     return frame(ax, "frequency [Hz]", density, "above")
 
 
+@checked
 def decay(result: Resonance, ax: Axes | None = None) -> Axes:
     """Draw the size of the swings over time, and the fall that was fitted.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._axes import axes, colour, explain, frame, legend, points
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from ..dynamics.sections import Section
 
 
+@checked
 def section(result: Section, ax: Axes | None = None) -> Axes:
     """Draw velocity over the phase of the forcing; impacts of several stops in several colours.
 

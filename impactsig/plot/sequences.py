@@ -63,7 +63,7 @@ def histogram(
     """
     if not isinstance(result, intervals.IntervalHistogram):
         found = result.intervals() if isinstance(result, Impacts) else np.asarray(result)
-        if not len(found):
+        if not found.size:
             return explain(axes(ax, width=4.2, height=3.6), "No intervals to bin.")
         result = intervals.interval_histogram(found)
     ax = axes(ax, width=4.2, height=3.6)

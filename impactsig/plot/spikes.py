@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ._axes import BLUE, GREY, RASTER_ABOVE, axes, explain, points, seconds, span_of, with_unit
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from ..impacts import Impacts
 
 
+@checked
 def spike_train(impacts: Impacts, ax: Axes | None = None) -> Axes:
     """Draw a line at every instant of impact; spans without valid samples are shaded.
 
@@ -46,6 +48,7 @@ def spike_train(impacts: Impacts, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
     """Draw the peak of every impact against its instant: drift and wear show here first.
 
@@ -73,6 +76,7 @@ def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
     """Draw the contact time of every impact against the interval that led up to it.
 
@@ -105,6 +109,7 @@ def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def interval_sequence(impacts: Impacts, ax: Axes | None = None) -> Axes:
     """Draw every interspike interval at the instant it ended.
 

@@ -20,6 +20,7 @@ from ._axes import (
     title,
     with_unit,
 )
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from ..studies.study import Study
 
 
+@checked
 def parameter_study(
     study: Study,
     observable: str | None = None,

@@ -9,6 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 from ..reconstruct.surrogates import LABEL
 from ._axes import GREY, VERMILLION, axes, curve, frame, level
+from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from ..reconstruct.surrogate_testing import SurrogateTest
 
 
+@checked
 def surrogate_test(result: SurrogateTest, ax: Axes | None = None) -> Axes:
     """Draw the statistic of the surrogates as a histogram, and that of the data as a line.
 
@@ -45,6 +47,7 @@ def surrogate_test(result: SurrogateTest, ax: Axes | None = None) -> Axes:
     return frame(ax, result.name, "surrogates", "above")  # the line may stand at either side
 
 
+@checked
 def prediction_error(result: PredictionError, ax: Axes | None = None) -> Axes:
     """Draw the prediction error against the horizon; 1 is no better than the mean.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,11 +11,10 @@ import numpy as np
 from .. import intervals
 from ..errors import InvalidInput
 from ..impacts import Impacts
+from ..intervals._pairs import as_intervals
 from ._axes import axes, delay_plane, explain, panels, plain, points, seconds, span_of, title
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
@@ -48,8 +48,8 @@ def return_maps(
         If there are no trains, an interval is negative or not finite, or `lag` is not a positive
         whole number.
     """
-    if not len(trains):
-        raise InvalidInput("trains", trains, "one or more")
+    if not isinstance(trains, Mapping) or not trains:
+        raise InvalidInput("trains", trains, "a mapping of one train or more, by their titles")
     pairs = {name: intervals.return_map(train, lag) for name, train in trains.items()}
     columns = min(len(pairs), COLUMNS)
     rows = math.ceil(len(pairs) / columns)
@@ -98,9 +98,9 @@ def interval_densities(
         If there are fewer than two trains, not as many values of the parameter, or these are not
         finite and ascending.
     """
-    values = [
-        one.intervals() if isinstance(one, Impacts) else np.asarray(one, float) for one in trains
-    ]
+    if not isinstance(trains, Iterable) or isinstance(trains, (str, Impacts)):
+        raise InvalidInput("trains", trains, "several trains, each Impacts or intervals")
+    values = [as_intervals(one, least=0) for one in trains]
     if len(values) < 2:
         raise InvalidInput("trains", f"{len(values)} of them", "two or more")
     at = np.asarray(parameter, float)

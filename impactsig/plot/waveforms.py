@@ -24,6 +24,7 @@ from ._axes import (
     title,
     with_unit,
 )
+from ._kinds import checked, refuse_others
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,6 +39,7 @@ BINS = 2000
 """Spans a waveform is reduced to; a figure has fewer pixels than that."""
 
 
+@checked
 def waveform(
     recording: Recording,
     impacts: Impacts | None = None,
@@ -139,6 +141,7 @@ def marker_heights(
     return height[[a + np.argmax(rise[a:b]) for a, b in zip(first, last, strict=True)]]
 
 
+@checked
 def pulse(
     recording: Recording,
     impacts: Impacts,
@@ -169,6 +172,7 @@ def pulse(
     InvalidInput
         If there is no such impact, the recording has several channels or does not hold it.
     """
+    refuse_others("impacts", impacts, ["Impacts"])
     if recording.samples.ndim != 1:
         raise InvalidInput(
             "recording",

@@ -75,6 +75,26 @@ def test_elastic_impacts_leave_half_a_gaussian_and_equipartition(method):
     assert np.all(off < 5 * joint.standard_error + 0.01 * joint.density.max())
 
 
+@pytest.mark.parametrize("damping", [0.5, 3.0])
+def test_the_correlation_time_of_the_energy_is_that_of_a_linear_oscillator(damping):
+    """The energy's autocorrelation is the sum of squares of exp(A t), by 2.
+
+    x and v are Gaussian, independent and of one variance, so that the covariances of their squares
+    are twice the squares of theirs; its integral is tr P / 2, where A' P + P A = -1.
+    """
+    rates = np.array([[0.0, 1.0], [-1.0, -damping]])
+    integral = np.trace(solve_continuous_lyapunov(rates.T, -np.eye(2))) / 2
+    assert integral == pytest.approx(1 / damping + damping / 4)
+    found = simulate_ensemble(
+        Oscillator(damping=damping, noise=Noise(damping)), paths=4000, duration=200.0,
+        transient=20.0, method="gaussian", step=0.2, every=0.2, seed=3,
+    )  # fmt: skip
+    # The variance of the mean energy comes from 4000 independent ones.
+    assert found.correlation_time == pytest.approx(integral, rel=4.5 * math.sqrt(2 / 4000))
+    independent = 4000 * 200 / (2 * integral)
+    assert found.effective_size == pytest.approx(independent, rel=4.5 * math.sqrt(2 / 4000))
+
+
 def ball(x):
     return 0.6 * x
 

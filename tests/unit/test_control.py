@@ -33,6 +33,7 @@ from impactsig import (
     simulate,
     stability_chart,
 )
+from impactsig.control import _delayed
 from impactsig.control._line import cut
 from impactsig.dynamics._collocation import chebyshev
 from impactsig.oscillators import BaseMotion, Force
@@ -318,6 +319,26 @@ def test_bad_input_names_the_argument(make, argument):
     with pytest.raises(InvalidInput) as error:
         make()
     assert error.value.argument == argument
+
+
+@pytest.mark.parametrize("signal", [None, "", -1, 1.5, True])
+def test_what_can_be_no_signal_is_refused_at_once(signal):
+    with pytest.raises(InvalidInput, match='"velocity" or "displacement"') as error:
+        DelayedFeedback(0.1, signal=signal)
+    assert error.value.argument == "signal"
+    assert "coordinate" in error.value.required
+
+
+def test_a_signal_that_is_none_is_refused_before_anything_moves(orbit, monkeypatch):
+    # The name might be one of a flow's coordinates; an oscillator has none of that name.
+    other = DelayedFeedback(0.1, signal="interval")
+    monkeypatch.delattr(_delayed.DelayedRun, "to")
+    for make in (
+        lambda: control(BEAM, [(5, LOCK), (9, other)], periods=10),
+        lambda: orbit_stability(orbit, other),
+    ):
+        with pytest.raises(InvalidInput, match='got interval; required: "velocity" or'):
+            make()
 
 
 def test_bad_orbits_for_ogy(orbit):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import cache
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -29,30 +28,16 @@ from impactsig import (
 )
 from impactsig.fitting import _asked, _orbit_kernels, fit
 from impactsig.fitting._balance import Courses, Values, badness, courses, imbalance
+from impactsig.fitting._judging import Judgement
 from impactsig.fitting._machine import as_train, parameters_of
 from impactsig.fitting._moments import Moments
 from impactsig.fitting._narrow import Cloud, Regression, narrow, whitening
 from impactsig.fitting._orbit import Sight, approach, floor_of, follow, machine_of
 from impactsig.fitting._orbit_kernels import Noise
 from impactsig.fitting._partition import Partition, Train
+from tests.fitting import NATURAL, Linear, chaos, measured
 
-NATURAL = scenes.NATURAL_FREQUENCY
 TRUTH = {"restitution": 0.2, "damping": 0.03, "amplitude": 0.25}
-
-
-@cache
-def chaos(frequency=20.1, count=800):
-    impacts = simulate(scenes.karpodinis(frequency), periods=2 * count, transient=300).impacts
-    impacts = impacts[:count]
-    return replace(impacts, duration=float(impacts.time[-1] - impacts.start))
-
-
-def measured(truth, seed, strength_noise=0.03):
-    """With a jitter of 1 % of the mean interval, 2 % missed and 1 % spurious."""
-    jitter = 0.01 * truth.intervals().mean()
-    seen = measure(truth, jitter=jitter, missed=0.02, spurious=0.01, seed=seed).impacts
-    noise = 1 + strength_noise * np.random.default_rng(seed).standard_normal(len(seen))
-    return replace(seen, approach_velocity=None, impulse=3.0 * seen.approach_velocity * noise)
 
 
 # -- the balance of three impacts --------------------------------------------------------------
@@ -388,31 +373,6 @@ def test_whitened_moments_are_independent():
     np.testing.assert_allclose(white @ covariance @ white.T, np.eye(5), atol=1e-6)
 
 
-class Linear:
-    """A problem whose moments are linear in its parameters but for a slight curvature."""
-
-    free = ("restitution", "damping")
-    names = ("restitution", "damping", "missed")
-    share = 1.0
-
-    def __init__(self, seed):
-        self.rng = np.random.default_rng(seed)
-        self.truth = np.array([0.4, -3.0, 0.1])
-        self.slopes = np.random.default_rng(0).standard_normal((12, 3)) * [20.0, 3.0, 60.0]
-        self.box = np.array([0.0, -7.0, 0.0]), np.array([1.0, -0.5, 0.5])
-        self.measured = self.moments(self.truth)
-
-    def kind(self, name):
-        return SimpleNamespace(finest=1e-4)
-
-    def moments(self, psi):
-        off = psi - self.truth
-        return self.slopes @ off + 2 * off[0] * off[1] + self.rng.standard_normal(12)
-
-    def look(self, psi):
-        return self.moments(psi) - self.measured
-
-
 def test_estimates_scatter_as_they_say():
     scaled, sizes = [], []
     for seed in range(12):
@@ -531,11 +491,13 @@ def test_what_a_motion_cannot_tell_has_no_interval():
 
 def test_warnings_say_what_is_not_told():
     told = {"restitution": (0.1, 0.3), "damping": (-math.inf, math.inf)}
-    assert fit._warnings(tuple(told), told, False, 0.5) == (
+    alike, unlike = Judgement(1.0, 0.5, np.empty(0), 0), Judgement(9.0, 1 / 41, np.empty(0), 3)
+    assert fit._warnings(tuple(told), told, False, alike) == (
         "these impacts do not tell the damping",
     )
-    assert "moves periodically" in fit._warnings(tuple(told), told, True, 0.5)[0]
-    assert "does not explain" in fit._warnings(tuple(told), told, False, 0.01)[-1]
+    assert "moves periodically" in fit._warnings(tuple(told), told, True, alike)[0]
+    assert "3 of 40 trains" in fit._warnings(tuple(told), told, False, unlike)[1]
+    assert "does not explain" in fit._warnings(tuple(told), told, False, unlike)[-1]
 
 
 def test_a_periodic_optimum_is_known_for_one():

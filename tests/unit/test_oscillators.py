@@ -42,6 +42,18 @@ def test_what_cannot_be_is_refused_by_name(make, argument):
     assert caught.value.argument == argument
 
 
+@pytest.mark.parametrize(
+    ("stops", "side"),
+    [
+        ((Stop(-1.5, Rigid(0.5)), Stop(1.0, Rigid(0.5))), "lower"),
+        ((Stop(-1.0, Rigid(0.5), "lower"), Stop(1.5, Rigid(0.5), "lower")), "upper"),
+    ],
+)
+def test_two_rigid_stops_of_one_side_are_told_of_the_other(stops, side):
+    with pytest.raises(InvalidInput, match=f'side="{side}"'):
+        Oscillator(stops=stops)
+
+
 def test_an_oscillator_is_immutable_and_compares_by_value():
     one = Oscillator(forces=Force(1, 2), stops=[Stop(1, Rigid(0.5))])
     assert one == Oscillator(forces=(Force(1.0, 2.0),), stops=(Stop(1.0, Rigid(0.5)),))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import math
+import re
 
 import numpy as np
 import pytest
@@ -64,6 +66,23 @@ def test_scenes_have_the_papers_parameters():
     assert scenes.okolewski(3, 0.8, load=0.1).load == 0.1
     assert scenes.tian(1, 0.5, "hard", gap=2).stops == (Stop(2, Rigid(0.85)),)
     assert scenes.tian(1, 0.5).stops == (Stop(1, KelvinVoigt(1e4, 10.3288336)),)
+
+
+def test_van_der_pol_duffing_has_the_values_that_its_paper_prints(shared_data):
+    text = shared_data("../papers/van-der-pol-duffing.txt").read_text()
+    names = {"epsilon": "ε", "c1": "c1", "c2": "c2", "friction": "fk", "restitution": "r",
+             "intensity": "D"}  # fmt: skip
+    section = text[text.index("4.1. Effectiveness") :]  # of the values of the first figures
+    scene = inspect.signature(scenes.van_der_pol_duffing)
+    for name, symbol in names.items():
+        printed = re.search(rf"\b{symbol} � (\d+\.\d+)", section)
+        assert scene.parameters[name].default == float(printed[1]), name
+
+
+def test_only_what_is_chosen_is_called_our_choice():
+    words = scenes.van_der_pol_duffing.__doc__
+    assert "VanDerPolDuffing2020" in words
+    assert "our choice" not in words.lower()
 
 
 def test_the_printed_optimum_is_near_the_equivalent_stop():

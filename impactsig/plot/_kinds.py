@@ -1,0 +1,51 @@
+"""The kinds of result that a figure is drawn of, checked before anything is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from inspect import signature
+from typing import Any, ParamSpec, TypeVar
+
+from ..errors import InvalidInput
+
+Given = ParamSpec("Given")
+Drawn = TypeVar("Drawn")
+
+
+def checked(paint: Callable[Given, Drawn]) -> Callable[Given, Drawn]:
+    """Refuse a first argument of another class than it is annotated with.
+
+    Classes are compared by name: those annotated are imported for type checkers only.
+
+    Raises
+    ------
+    InvalidInput
+        From the decorated function, if its first argument is of none of these classes.
+    """
+    first = next(iter(signature(paint).parameters.values()))
+    kinds = str(first.annotation).split(" | ")
+
+    @wraps(paint)
+    def refusing(*given: Given.args, **options: Given.kwargs) -> Drawn:
+        if given or first.name in options:
+            refuse_others(first.name, given[0] if given else options[first.name], kinds)
+        return paint(*given, **options)
+
+    return refusing
+
+
+def refuse_others(argument: str, value: Any, kinds: list[str]) -> None:
+    """Refuse a value whose class is none of these and has none of them as base.
+
+    Raises
+    ------
+    InvalidInput
+        If so.
+    """
+    own = {one.__name__ for one in type(value).__mro__}
+    if own.isdisjoint(kinds):
+        drawn = hasattr(value, "plot") and hasattr(type(value), "plot")
+        remedy = f"Its own method plot() draws a {type(value).__name__}" if drawn else ""
+        article = "an" if kinds[0][0] in "AEIO" else "a"
+        raise InvalidInput(argument, value, f"{article} {' or '.join(kinds)}", remedy)
