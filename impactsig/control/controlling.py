@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any, overload
 
 from .._arguments import number
+from ..dynamics._arguments import recurring
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..oscillators.flows import Flow
@@ -87,7 +88,7 @@ def control(
         State at t = 0: displacement and velocity, in the oscillator's units and against the ground,
         (0, 0) unless given; or the coordinates of a flow.
     phase : float, optional
-        Phase of the reference forcing at t = 0 [rad]; 0, or under OGY that of the orbit's section.
+        Phase of the forcing at t = 0 [rad]; 0, or under OGY that of the orbit's section.
     method : RungeKutta, optional
         How to step; ``RungeKutta(1e-12)`` under delayed feedback, and as in `simulate` under OGY.
     chatter : float
@@ -117,10 +118,7 @@ def control(
         return _flow(system, controller, periods, duration, start, initial, phase, method)
     if not isinstance(system, Oscillator):
         raise InvalidInput("system", system, "an Oscillator, as impactsig.scenes makes, or a Flow")
-    if system.forcing_frequency is None:
-        raise InvalidInput(
-            "system", system, "an oscillator with forcing", "Control is counted in its periods"
-        )
+    recurring("system", system)
     if duration is not None:
         raise InvalidInput("duration", duration, "periods= for an oscillator")
     if not 0 < chatter <= 1e-2:
