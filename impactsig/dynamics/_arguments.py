@@ -53,7 +53,7 @@ def recurring(name: str, oscillator: Any) -> Oscillator:
         raise InvalidInput(
             name,
             f"frequencies {', '.join(f'{w:.15g}' for w in oscillator.frequencies)}{timed}",
-            "a common period of all forcing, of at most 32 periods of the first frequency",
+            "a common period of all forcing, of at most 8 periods of the first frequency",
             "Without one no motion is periodic; give frequencies in a ratio of whole numbers",
         )
     return oscillator

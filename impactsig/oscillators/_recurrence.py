@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
-LARGEST = 32  # periods of the first frequency that the forcing period may have
+LARGEST = 8  # periods of the first frequency that the forcing period may have
 ROUNDING = 1e-13  # relative: frequencies in a ratio of whole numbers have it but for rounding
 INSTANTS = 64  # at which a law is compared with itself a period later
 SAME = 1e-9  # of the greatest force of a law: what its values one period apart may differ by

@@ -166,7 +166,7 @@ class Oscillator:
 
         All forcing is the forces, the base and a `law` that depends on time; frequencies have a
         common period where their ratios are those of whole numbers, but for rounding, and it lasts
-        no longer than 32 periods of the first. Without a common period (`forcing_recurs` is False)
+        no longer than 8 periods of the first. Without a common period (`forcing_recurs` is False)
         it is the period of the first force, or else of the base.
         """
         omega = self.forcing_frequency

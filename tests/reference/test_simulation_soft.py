@@ -105,8 +105,7 @@ def test_contacts_agree_with_a_small_step():
     motion = impactsig.simulate(machine, duration=20.0, initial=(0.1, -0.2), phase=0.5)
 
     def rate(t, y):
-        late = t + 0.5 / 0.1  # the phase is of the common period, 2 pi / 0.1
-        force = 4 * np.cos(1.7 * late + 0.3) + 2 * np.cos(2.9 * late) + 0.4
+        force = 4 * np.cos(1.7 * t + 0.5 + 0.3) + 2 * np.cos(2.9 * (t + 0.5 / 1.7)) + 0.4
         force -= 0.1 * y[1] + 3 * y[0]
         if y[0] > 0.6:
             force -= 300 * (y[0] - 0.6) + 2 * y[1]
