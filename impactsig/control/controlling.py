@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any, overload
 
 from .._arguments import number
-from ..dynamics._arguments import recurring
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..oscillators.flows import Flow
@@ -118,7 +117,10 @@ def control(
         return _flow(system, controller, periods, duration, start, initial, phase, method)
     if not isinstance(system, Oscillator):
         raise InvalidInput("system", system, "an Oscillator, as impactsig.scenes makes, or a Flow")
-    recurring("system", system)
+    if system.forcing_frequency is None:
+        raise InvalidInput(
+            "system", system, "an oscillator with forcing", "Control is counted in its periods"
+        )
     if duration is not None:
         raise InvalidInput("duration", duration, "periods= for an oscillator")
     if not 0 < chatter <= 1e-2:

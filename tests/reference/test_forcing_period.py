@@ -11,7 +11,6 @@ import impactsig
 from impactsig import (
     OGY,
     BaseMotion,
-    DelayedFeedback,
     FixedStep,
     Flow,
     Force,
@@ -235,7 +234,6 @@ NEVER = {
         (lambda one: find_periodic_orbits(one), "oscillator"),
         (lambda one: continue_orbit(lambda _: one, (0.0, 1.0)), "oscillator"),
         (lambda one: orbit_period(simulate(one, periods=4)), "motion"),
-        (lambda one: control(one, DelayedFeedback(0.1, 1), periods=3), "system"),
     ],
 )
 def test_what_never_recurs_has_no_periodic_orbits(oscillator, ask, argument):

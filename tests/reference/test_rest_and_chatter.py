@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from impactsig import (
     DelayedFeedback,
@@ -19,6 +21,8 @@ from impactsig import (
     control,
     simulate,
 )
+from impactsig.simulate._events import MARK, START
+from tests.drive import drive
 
 EXACT, STEPPED = None, RungeKutta(1e-12)
 BOTH = pytest.mark.parametrize("method", [EXACT, STEPPED], ids=["exact", "stepped"])
@@ -72,6 +76,31 @@ def test_friction_falls_where_the_mass_sets_off(method, sign):
     expected = 0.075 * time**2 + (time - np.sin(time)) / 2
     np.testing.assert_allclose(sign * motion.sample(time)[0], expected, atol=1e-9)
     assert motion.stick_count == 0
+
+
+@SIDES
+def test_rounding_does_not_turn_a_mass_that_sets_off_at_the_limit(sign):
+    """At that phase 0.5 cos t is -9e-17, which 4 does not feel, but their difference does."""
+    machine = pressed([Force(0.5, 1)], 4.0, Friction(4.0), sign=sign)
+    run = drive(machine, STEPPED, 6.0, phase=1.5 * math.pi)
+    assert set(run.kind) <= {START, MARK}
+    time = np.linspace(0.5, 6, 12)
+    np.testing.assert_allclose(sign * run.at(time)[0], (time - np.sin(time)) / 2, atol=1e-9)
+
+
+@BOTH
+@SIDES
+def test_a_mass_sets_off_just_before_the_crest_of_the_force(method, sign):
+    """x'' = 0.25 + 0.4 cos(t - 0.001) - 0.1: the force rises from the limit, and soon falls."""
+    wave = 0.4 * cmath.exp(-0.001j)
+    limit = 0.25 + abs(wave) * math.cos(cmath.phase(wave))
+    machine = pressed([Force(0.4, 1, -0.001)], 0.25, Friction(0.1, limit), sign=sign)
+    motion = simulate(machine, duration=1.5, method=method)
+    assert motion.stick_count == 0
+    c, s = math.cos(0.001), -math.sin(0.001)
+    time = np.linspace(0, 1.5, 7)
+    expected = 0.075 * time**2 + 0.4 * (c - np.cos(time - 0.001) - s * time)
+    np.testing.assert_allclose(sign * motion.sample(time)[0], expected, atol=1e-9)
 
 
 @BOTH
@@ -182,6 +211,18 @@ def test_a_chatter_is_summed_only_while_the_force_hardly_changes(frequency, meth
     off, left = ends.T
     assert np.count_nonzero(left > 1e-3) >= 2
     assert np.all(off <= 0.01 * left + 1e-9)
+
+
+@BOTH
+def test_a_chatter_is_not_summed_over_the_crest_of_a_force(method):
+    """There its rate is 0, but it has fallen by a tenth when the chatter would have ended."""
+    machine = pressed([Force(0.1, 20.0)], 0.3, stops=(Stop(0.0, Rigid(0.009)),))
+    run = {"duration": 0.3, "initial": (-1e-6, 1.0), "method": method}
+    ends = [simulate(machine, chatter=share, **run).sticks[0, 0] for share in (1e-2, 1e-9)]
+    # The first rebound, of speed 0.009 r, in the force 0.3 + 0.1 cos 20 t from its crest.
+    time = brentq(lambda t: 0.15 * t * t + 0.1 * (1 - math.cos(20 * t)) / 400 - 0.009 * t, 0.01, 1)
+    assert ends[1] == pytest.approx(time * (1 + 0.009), rel=2e-3)
+    assert ends[0] == pytest.approx(ends[1], rel=1e-4)
 
 
 def test_a_chatter_under_control_is_summed_only_while_what_is_fed_back_is_smooth():
