@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 LARGEST = 8  # periods of the first frequency that the forcing period may have
 ROUNDING = 1e-13  # relative: frequencies in a ratio of whole numbers have it but for rounding
-INSTANTS = 64  # at which a law is compared with itself a period later
+INSTANTS = 64  # at which a law is compared with itself a period later, in one of some states
+STATES = (0.0, 0.0), (0.7, 0.4), (-0.3, 1.1), (1.3, -0.6), (-1.6, -0.9)
 SAME = 1e-9  # of the greatest force of a law: what its values one period apart may differ by
 GOLDEN = (math.sqrt(5) - 1) / 2
 
@@ -51,22 +52,20 @@ def repeats(law: Law, period: float, length: float, speed: float) -> bool:
 
     Where it has no value it is not compared; a law without any does not repeat.
     """
-    compared = False
-    for x, v in ((0.0, 0.0), (0.7, 0.4), (-0.3, 1.1), (1.3, -0.6), (-1.6, -0.9)):
-        pairs = []
-        for k in range(INSTANTS):
-            # Irregular, so that no instant falls on a jump of the law but for bad luck.
-            t = period * (k % 8 + (k + 1) * GOLDEN % 1)
-            now, later = (_value(law, at, x * length, v * speed) for at in (t, t + period))
-            if math.isfinite(now) != math.isfinite(later):
-                return False
-            if math.isfinite(now):
-                pairs.append((now, later))
-        greatest = max((abs(value) for pair in pairs for value in pair), default=0.0)
-        if any(abs(later - now) > SAME * greatest for now, later in pairs):
+    greatest = [0.0] * len(STATES)
+    differences = []
+    for k in range(INSTANTS):
+        # Irregular, so that no instant falls on a jump of the law but for bad luck.
+        t = period * (k % 8 + (k + 1) * GOLDEN % 1)
+        state = k % len(STATES)
+        x, v = STATES[state]
+        now, later = (_value(law, at, x * length, v * speed) for at in (t, t + period))
+        if math.isfinite(now) != math.isfinite(later):
             return False
-        compared |= bool(pairs)
-    return compared
+        if math.isfinite(now):
+            greatest[state] = max(greatest[state], abs(now), abs(later))
+            differences.append((state, abs(later - now)))
+    return bool(differences) and all(off <= SAME * greatest[own] for own, off in differences)
 
 
 def _value(law: Law, t: float, x: float, v: float) -> float:
