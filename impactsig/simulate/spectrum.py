@@ -93,9 +93,9 @@ def power_spectrum(
         Against the ground.
     rate : float, optional
         Samples per second [Hz]; by default 128 in a period of the first force, or else of the
-        base, and in a natural period without forcing. There is no filter: power
-        from above half the rate is folded back. The power of a
-        velocity that jumps falls with the square of the frequency only.
+        base, and in a natural period without forcing. There is no filter: power from above half
+        the rate is folded back. The power of a velocity that jumps falls with the square of the
+        frequency only.
     segments : int
         Spans to average over, each overlapping half of the next: more make the density of a
         chaotic motion steadier, fewer resolve closer lines.
