@@ -214,13 +214,14 @@ def test_a_chatter_is_summed_only_while_the_force_hardly_changes(frequency, meth
 
 
 @BOTH
-def test_a_chatter_is_not_summed_over_the_crest_of_a_force(method):
-    """There its rate is 0, but it has fallen by a tenth when the chatter would have ended."""
-    machine = pressed([Force(0.1, 20.0)], 0.3, stops=(Stop(0.0, Rigid(0.009)),))
-    run = {"duration": 0.3, "initial": (-1e-6, 1.0), "method": method}
+def test_a_chatter_is_not_summed_where_the_force_is_least(method):
+    """Its rate is 0 there, but it has risen by a tenth when the chatter would have ended."""
+    machine = pressed([Force(-0.28, 1.0)], 0.3, stops=(Stop(0.0, Rigid(0.009)),))
+    out = 0.13 * 0.009
+    run = {"duration": 0.3, "initial": (-1e-9, 0.13), "method": method}
     ends = [simulate(machine, chatter=share, **run).sticks[0, 0] for share in (1e-2, 1e-9)]
-    # The first rebound, of speed 0.009 r, in the force 0.3 + 0.1 cos 20 t from its crest.
-    time = brentq(lambda t: 0.15 * t * t + 0.1 * (1 - math.cos(20 * t)) / 400 - 0.009 * t, 0.01, 1)
+    # The first rebound in the force 0.3 - 0.28 cos t; all others take a hundredth of it.
+    time = brentq(lambda t: out * t - 0.15 * t * t + 0.28 * (1 - math.cos(t)), 0.01, 0.3)
     assert ends[1] == pytest.approx(time * (1 + 0.009), rel=2e-3)
     assert ends[0] == pytest.approx(ends[1], rel=1e-4)
 
@@ -241,3 +242,22 @@ def test_a_chatter_under_control_is_summed_only_while_what_is_fed_back_is_smooth
     off, left = ends.T
     assert np.count_nonzero(left > 1e-3) >= 4
     assert np.all(off <= 0.01 * left + 1e-9)
+
+
+def test_a_run_under_control_that_ends_within_a_chatter_ends_in_time():
+    """The chatter is then gone through impact by impact, as with a smaller share."""
+    machine = Oscillator(
+        damping=0.05, load=0.3, forces=(Force(0.6, 0.8),), stops=(Stop(0.0, Rigid(0.7)),)
+    )
+    feedback = DelayedFeedback(0.05, 0.1, signal="velocity")
+    run = {"initial": (-0.5, 0.0), "phase": 2.1}
+    whole = control(machine, feedback, periods=4, chatter=1e-2, **run)
+    stick = whole.sticks[0, 0]
+    before = whole.impacts.time[whole.impacts.time <= stick][-1]
+    assert stick - before > 1e-3
+    run["periods"] = (before + stick) / 2 / machine.forcing_period
+    cut, fine = (control(machine, feedback, chatter=share, **run) for share in (1e-2, 1e-9))
+    assert cut.stop == pytest.approx((before + stick) / 2, rel=1e-13)
+    assert cut.stick_count == fine.stick_count == 0
+    assert cut.impact_count == fine.impact_count
+    assert cut.final == pytest.approx(fine.final, abs=1e-10)

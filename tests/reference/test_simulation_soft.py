@@ -163,7 +163,7 @@ def test_a_force_that_begins_as_a_sine_presses_on_a_stop_once(method, sign):
     pressed = Oscillator(stiffness=0, forces=(Force(0.4 * sign, 1, phase=-pi / 2),), stops=(stop,))
     motion = impactsig.simulate(pressed, duration=4, method=method)
     assert motion.impact_count == 1
-    assert motion.impacts.time[0] == pytest.approx(0, abs=1e-12)
+    assert motion.impacts.time[0] == 0
     time = np.linspace(0.1, 1.5, 9)
     x, v = motion.sample(time)
     np.testing.assert_allclose(
@@ -181,6 +181,7 @@ def test_a_force_that_begins_as_a_square_of_time_presses_on_a_stop_once(method, 
     w = 1.5
     motion = impactsig.simulate(pressed, duration=1.5, initial=(place, 0), method=method)
     assert motion.impact_count == 1
+    assert motion.impacts.time[0] < 1e-6  # the push is less than rounding for as long
     time = np.linspace(0.2, 1.5, 9)
     x, _ = motion.sample(time)
     a = 0.4 / (5 - w * w)
