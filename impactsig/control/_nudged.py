@@ -10,7 +10,7 @@ import numpy as np
 
 from ..oscillators import Oscillator
 from ..simulate._events import COLUMNS, DONE, FULL, MARK, RELEASE, START, STATUS, STICK, Engine
-from ..simulate._frame import base_motion, first_place, pace
+from ..simulate._frame import base_motion, first_place, multiple, pace
 from ..simulate._run import CHUNK, LEGS_PER_PERIOD, _after, _engine
 from ..simulate.motion import TURN, Motion, assemble
 from ..simulate.runge_kutta import SteppingEngine
@@ -94,7 +94,14 @@ class Nudged:
         own = self._which(turns, phase)
         by = np.array(self.by)[own]
         waves = np.array([how is not None and how.parameter == "amplitude" for how in self.how])
-        return by * np.where(waves[own], np.cos(phase + self._angle), 1.0)
+        pulls = self._pace * phase + self._angle
+        return by * np.where(waves[own], np.cos(pulls), 1.0)
+
+    @property
+    def _pace(self) -> float:
+        """Frequency of the force whose amplitude is moved, over that of the reference."""
+        forces = self.oscillator.forces
+        return multiple(self.oscillator, forces[0].frequency) if forces else 1.0
 
     @property
     def _angle(self) -> float:
@@ -114,8 +121,9 @@ class Nudged:
                     break
                 how, part = self.how[n], b - a
                 if how is not None and how.parameter == "amplitude":
-                    a, b = a % TURN + self._angle, a % TURN + self._angle + part
-                    part = part / 2 + (math.sin(2 * b) - math.sin(2 * a)) / 4
+                    a = self._pace * (a % TURN) + self._angle
+                    b = a + self._pace * part
+                    part = part / 2 + (math.sin(2 * b) - math.sin(2 * a)) / (4 * self._pace)
                 out[m] += self.by[n] ** 2 * part
         return out
 

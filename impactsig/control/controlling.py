@@ -87,7 +87,7 @@ def control(
         State at t = 0: displacement and velocity, in the oscillator's units and against the ground,
         (0, 0) unless given; or the coordinates of a flow.
     phase : float, optional
-        Phase of the reference forcing at t = 0 [rad]; 0, or under OGY that of the orbit's section.
+        Phase of the forcing at t = 0 [rad]; 0, or under OGY that of the orbit's section.
     method : RungeKutta, optional
         How to step; ``RungeKutta(1e-12)`` under delayed feedback, and as in `simulate` under OGY.
     chatter : float

@@ -200,7 +200,12 @@ class Continuation:
         return None if point is None else replace(point, parameter=edge)
 
     def _near_impact(self, orbit: PeriodicOrbit) -> bool:
-        """Whether an impact is about to pass the section, where the map jumps."""
+        """Whether an impact is about to pass the section, where the map jumps, and this can move.
+
+        It cannot where a law depends on time, which counts from the section.
+        """
+        if orbit.oscillator.law_depends_on_time:
+            return False
         away, widest, _ = gaps(orbit)
         return away < CLOSE * widest / 2
 

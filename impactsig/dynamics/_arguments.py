@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidInput
+from ..oscillators import Oscillator
 
 
 def parameter_values(name: str, given: Any) -> np.ndarray:
@@ -35,3 +36,24 @@ def parameter_names(scene: Callable[..., Any], count: int) -> tuple[str, ...]:
     except (TypeError, ValueError):
         names = []
     return tuple(names) if len(names) == count else ("parameter", "second parameter")[:count]
+
+
+def recurring(name: str, oscillator: Any) -> Oscillator:
+    """An oscillator with a forcing period, after which alone a motion can be periodic.
+
+    Raises
+    ------
+    InvalidInput
+        If it is no oscillator, is not forced, or its forcing does not recur.
+    """
+    if not isinstance(oscillator, Oscillator) or oscillator.forcing_frequency is None:
+        raise InvalidInput(name, oscillator, "an Oscillator with forcing, to count its periods")
+    if not oscillator.forcing_recurs:
+        timed = " and a law that depends on time" if oscillator.law_depends_on_time else ""
+        raise InvalidInput(
+            name,
+            f"frequencies {', '.join(f'{w:.15g}' for w in oscillator.frequencies)}{timed}",
+            "a common period of all forcing, of at most 8 periods of the first frequency",
+            "Without one no motion is periodic; give frequencies in a ratio of whole numbers",
+        )
+    return oscillator

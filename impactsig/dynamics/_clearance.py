@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
+from ..simulate._frame import multiple
 from .orbits import PeriodicOrbit
 
-LOOKS = 512  # at a forcing period, for its turning points
+LOOKS = 512  # at a period of the first force, for its turning points
 
 
 def seconds_of(orbit: PeriodicOrbit) -> float:
@@ -32,7 +33,9 @@ def clearance(orbit: PeriodicOrbit) -> float:
     motion = orbit.motion()
     assert motion.impacts is not None
     hits = motion.impacts.time
-    grid = np.linspace(motion.start, motion.stop, LOOKS * orbit.periods + 1)
+    own = orbit.oscillator
+    swings = orbit.periods * round(multiple(own, own.frequencies[0]))
+    grid = np.linspace(motion.start, motion.stop, LOOKS * swings + 1)
     time = np.sort(np.concatenate([grid, hits]))
     _, v = motion._from_stops(time)
     least = math.inf

@@ -13,6 +13,7 @@ from ._collocation import chebyshev, solve
 
 SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding
 GOLDEN = (math.sqrt(5) - 1) / 2
+SAME = 1e-9  # of the greatest rate: what rates one period apart may differ by
 LOOKS, SPAN = 128, 32  # instants at which rates are compared, over so many periods
 
 
@@ -30,6 +31,19 @@ def depends_on_time(flow: Flow, period: float) -> bool:
         if not all(np.array_equal(own, rates[0], equal_nan=True) for own in rates[1:]):
             return True
     return False
+
+
+def recurs(flow: Flow, period: float) -> bool:
+    """Whether the rates are the same a period later but for rounding: looked at, not proven."""
+    y = np.array(flow.initial)
+    times = SPAN * period * (np.arange(1, LOOKS) * GOLDEN % 1.0)
+    for share in (0.0, GOLDEN, -(GOLDEN**3)):
+        beside = y + share * (1 + np.abs(y)) * np.sqrt(np.arange(1, len(y) + 1))
+        now = np.array([rate_at(flow, t, beside) for t in times])
+        later = np.array([rate_at(flow, t + period, beside) for t in times])
+        if not np.allclose(now, later, rtol=0, atol=SAME * np.nanmax(np.abs(now)), equal_nan=True):
+            return False
+    return True
 
 
 def rate_at(flow: Flow, t: float, y: np.ndarray) -> np.ndarray:

@@ -54,7 +54,8 @@ class Settled:
         Position and velocity in the engine's units once a period, impacts and energy lost in the
         period before; shape (periods followed + 1, 4).
     closed : int
-        Periods of the orbit that it has closed, 0 if it has not.
+        Periods of the orbit that it has closed, 0 if it has not, as where the forcing does not
+        recur.
     status : str
         As that of a Motion.
     where : tuple of numpy.ndarray
@@ -77,7 +78,7 @@ class Settled:
         the motion as its own derivative says. A chaotic motion that passes an unstable orbit does
         none of that.
         """
-        if self.closed or self.status != STATUS[DONE]:
+        if self.closed or self.status != STATUS[DONE] or not self.oscillator.forcing_recurs:
             return self
         points, impacts = self.strobes[:, :2], self.strobes[:, 2]
         size = float(np.abs(points).max())
@@ -165,17 +166,20 @@ def settle_all(
     Machines whose tables have the same shape are followed by one call of a kernel.
     """
     start = {"initial": initial, "phase": phase}
-    rule = float(tolerance), LONGEST, ends, LEGS
     found: dict[int, Settled] = {}
     alike: dict[Any, list[int]] = {}
     for k, oscillator in enumerate(oscillators):
         if not isinstance(oscillator, Oscillator):
             raise InvalidInput("scene", oscillator, "a function that makes an Oscillator")
+        # Where the forcing does not recur, no motion closes.
+        longest = LONGEST if oscillator.forcing_recurs else 0
         if piecewise_linear(oscillator):
-            alike.setdefault(shape(oscillator), []).append(k)
+            alike.setdefault((longest, shape(oscillator)), []).append(k)
         else:
+            rule = float(tolerance), longest, ends, LEGS
             found[k] = _stepped(oscillator, periods, rule, start)
-    for members in alike.values():
+    for (longest, _), members in alike.items():
+        rule = float(tolerance), longest, ends, LEGS
         machines = [oscillators[k] for k in members]
         if len(machines) == 1:  # its tables are kept for what else is asked of it
             found[members[0]] = _alone(machines[0], periods, rule, start)

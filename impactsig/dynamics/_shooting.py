@@ -13,6 +13,8 @@ from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import simulate
+from ..simulate._frame import reference_frequency
+from ._arguments import recurring
 from .tangent import TangentMap, tangent_map
 
 STEPS = 60  # of Newton's iteration
@@ -26,12 +28,8 @@ class Shooting:
     def __init__(
         self, oscillator: Oscillator, periods: int, phase: float, method: Any, tolerance: float
     ) -> None:
-        if not isinstance(oscillator, Oscillator) or oscillator.forcing_frequency is None:
-            raise InvalidInput(
-                "oscillator", oscillator, "an Oscillator with forcing, to count its periods"
-            )
-        self.oscillator = oscillator
-        self.omega = oscillator.forcing_frequency
+        self.oscillator = recurring("oscillator", oscillator)
+        self.omega = reference_frequency(oscillator)
         self.periods = whole("periods", periods, 1)
         self.phase = number("phase", phase)
         self.tolerance = number("tolerance", tolerance, positive=True, most=0.1)

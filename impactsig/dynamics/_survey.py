@@ -14,6 +14,7 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ..simulate._exact import ExactEngine
 from ..simulate._run import Run
+from ._arguments import recurring
 from ._settling import LEGS, LONGEST, NOTHING_KNOWN, ground
 
 TILE = 512  # starts that are followed in one call
@@ -39,6 +40,7 @@ class Survey:
         self, oscillator: Oscillator, phase: Any, periods: Any, closed: Any, workers: Any
     ) -> None:
         self.run = Run(oscillator, periods=1, phase=phase)
+        recurring("oscillator", oscillator)
         if not isinstance(self.run.engine, ExactEngine):
             raise InvalidInput(
                 "oscillator", oscillator, "one that is linear between events",

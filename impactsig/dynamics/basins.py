@@ -104,12 +104,12 @@ def basins_of_attraction(
     Parameters
     ----------
     oscillator : Oscillator
-        What moves; forced, and linear between events.
+        What moves; linear between events, and under forcing that recurs.
     x, v : array_like
         Displacements and velocities of the starts, against the ground. Starts beyond a rigid stop
         are refused.
     phase : float
-        Phase of the reference forcing at the starts and strobes [rad].
+        Phase of the forcing at the starts and strobes [rad].
     periods : int
         Forcing periods after which an orbit that has not closed is left open.
     closed : float
@@ -128,7 +128,7 @@ def basins_of_attraction(
     Raises
     ------
     InvalidInput
-        If an argument is out of range, or the oscillator is stepped or has no forcing.
+        If an argument is out of range, or the oscillator is stepped or has no forcing that recurs.
     """
     survey = Survey(oscillator, phase, periods, closed, workers)
     axes = parameter_values("x", x), parameter_values("v", v)

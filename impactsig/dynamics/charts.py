@@ -29,7 +29,8 @@ class PeriodicityChart:
     Attributes
     ----------
     periods : numpy.ndarray, shape (len(y), len(x))
-        Forcing periods n of the orbit; 0 where it has not closed.
+        Forcing periods n of the orbit; 0 where it has not closed, as where the forcing does not
+        recur (`Oscillator.forcing_recurs`).
     impacts : numpy.ndarray of int
         Impacts m in as many periods, likewise; -1 where it has not closed.
     followed : numpy.ndarray of int
@@ -99,7 +100,7 @@ def periodicity_chart(
     initial : (float, float)
         Displacement and velocity at the start.
     phase : float
-        Phase of the reference forcing at start and strobes [rad].
+        Phase of the forcing at start and strobes [rad].
     closed : float
         Tolerance as a share of the size of displacement and velocity.
     skip : bool

@@ -52,7 +52,8 @@ def continue_orbit(
     Raises
     ------
     InvalidInput
-        If an argument is out of its range, or no orbit is found to begin with.
+        If an argument is out of its range, the forcing does not recur (`Oscillator.forcing_recurs`)
+        at some value of the parameter, or no orbit is found to begin with.
 
     Examples
     --------

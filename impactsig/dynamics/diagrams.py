@@ -120,7 +120,7 @@ def bifurcation_diagram(
     initial : (float, float)
         Displacement and velocity at the start.
     phase : float
-        Phase of the reference forcing at starts and strobes [rad].
+        Phase of the forcing at starts and strobes [rad].
     carry : bool
         Start each value where the last one ended, relative to the stops and with its velocity by
         the forcing frequency, instead of at `initial`. Then the values go one by one.

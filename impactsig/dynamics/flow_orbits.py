@@ -13,7 +13,7 @@ from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ..simulate._course import Running, state_of
 from ..simulate.trajectories import trajectory
-from ._flow_shooting import depends_on_time, rate_at, shoot
+from ._flow_shooting import depends_on_time, rate_at, recurs, shoot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -124,7 +124,8 @@ def find_flow_orbit(
     flow : Flow
         What flows.
     period : float
-        Near which its period is; exactly the period where the rates depend on time.
+        Near which its period is. Where the rates depend on time, exactly the period: one after
+        which they recur.
     guess : sequence of float, shape (d,), optional
         A state near it. Without one, the close returns of a long course after about that time are
         tried, the closest first: on a chaotic attractor they lie near its unstable orbits.
@@ -139,7 +140,8 @@ def find_flow_orbit(
     Raises
     ------
     InvalidInput
-        If an argument is out of its range, or numba cannot compile the flow.
+        If an argument is out of its range, numba cannot compile the flow, or its rates depend on
+        time and do not recur after that period.
 
     Examples
     --------
@@ -152,6 +154,11 @@ def find_flow_orbit(
     tolerance = number("tolerance", tolerance, positive=True)
     Running(flow)  # what is wrong with the function is said here
     forced = depends_on_time(flow, period)
+    if forced and not recurs(flow, period):
+        raise InvalidInput(
+            "period", period, "a period of the flow's rates, which depend on time",
+            "They are not the same at that distance of time; give a multiple of their own period",
+        )  # fmt: skip
     if guess is not None:
         start = state_of(flow, guess)
         return _settled(flow, start, period, np.maximum(np.abs(start), 1e-3), forced, tolerance)

@@ -24,7 +24,7 @@ GUESSES, SPREAD = 24, 10  # close returns that are tried, and a square of other 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PeriodicOrbit:
-    """An orbit that closes after n forcing periods.
+    """An orbit that closes after n forcing periods (`Oscillator.forcing_period`).
 
     Attributes
     ----------
@@ -33,13 +33,13 @@ class PeriodicOrbit:
     state : ndarray, shape (2,)
         Displacement and velocity at `phase`, as `simulate` takes them.
     phase : float
-        Phase of the reference forcing there [rad].
+        Phase of the forcing there [rad].
     periods, impacts : int
         period(m, n): m impacts in n forcing periods.
     approach_velocity : ndarray, shape (m,)
         Of each impact, relative to the stop.
     impact_phase : ndarray, shape (m,)
-        Phase of the reference forcing at each [rad].
+        Phase of the forcing at each [rad].
     multipliers : ndarray, shape (2,)
         Floquet multipliers over n periods, the greater in modulus first; 0 where a stick or an
         impact without rebound ends what neighbours differ by.
@@ -120,9 +120,11 @@ def find_periodic_orbit(
     Parameters
     ----------
     oscillator : Oscillator
-        What moves; it must be forced.
+        What moves; it must be forced, and its forcing must recur (`Oscillator.forcing_recurs`).
     periods : int
-        n, forcing periods in which the orbit closes.
+        n, forcing periods in which the orbit closes. Under several frequencies the forcing
+        period is their common one: with 0.9 and 0.45 rad/s an orbit of n = 1 has the period of
+        the slower force.
     guess : (float, float), optional
         Displacement and velocity near it, at `phase`. Without one, the close returns of a long
         motion are tried, the closest first: on a chaotic attractor they lie near its unstable
@@ -130,7 +132,7 @@ def find_periodic_orbit(
     impacts : int, optional
         m, to be had by an orbit found without a guess.
     phase : float
-        Phase of the reference forcing at the section [rad]; not one at which the orbit hits.
+        Phase of the forcing at the section [rad]; not one at which the orbit hits.
     method : RungeKutta, optional
         How to step; as for `simulate`.
     tolerance : float
@@ -145,7 +147,8 @@ def find_periodic_orbit(
     Raises
     ------
     InvalidInput
-        If the oscillator is not forced, or an argument is out of its range.
+        If the oscillator is not forced, its forcing does not recur, or an argument is out of its
+        range.
 
     Examples
     --------

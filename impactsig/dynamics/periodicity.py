@@ -10,6 +10,8 @@ import numpy as np
 from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..simulate import Motion
+from ..simulate._frame import reference_frequency
+from ._arguments import recurring
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,8 @@ def orbit_period(
     Raises
     ------
     InvalidInput
-        If there is no forcing to count by, or fewer than 2 points.
+        If the motion is not forced, or its forcing does not recur, or there are fewer than 2
+        points.
 
     Examples
     --------
@@ -75,9 +78,7 @@ def orbit_period(
     """
     longest = whole("longest", longest, 1)
     tolerance = number("tolerance", tolerance, positive=True)
-    omega = motion.oscillator.forcing_frequency
-    if omega is None:
-        raise InvalidInput("motion", repr(motion), "a forced motion", "Its periods are counted")
+    omega = reference_frequency(recurring("motion", motion.oscillator))
     x, v = motion.stroboscopic(phase)
     if len(x) < 2:
         raise InvalidInput("motion", repr(motion), "a motion of two forcing periods or more")

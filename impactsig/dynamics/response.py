@@ -20,7 +20,7 @@ from ._settling import settle
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SAMPLES = 256  # of a forcing period, between which a turn is looked for
+SAMPLES = 256  # of a period of the first force, between which a turn is looked for
 WITHIN = 64  # of the interval that has one
 
 
@@ -139,8 +139,8 @@ def response_spectrum(
 
 def _extremes(motion: Motion) -> tuple[float, float]:
     """Greatest and least displacement: at turns, impacts, or the ends."""
-    period = motion.oscillator.forcing_period
-    assert period is not None
+    own = motion.oscillator
+    period = 2 * math.pi / own.frequencies[0] * own.time_unit
     count = 1 + math.ceil(SAMPLES * motion.duration / period)
     time = np.linspace(motion.start, motion.stop, count)
     x, v = motion.sample(time)

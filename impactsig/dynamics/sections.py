@@ -17,12 +17,13 @@ from ..oscillators import Rigid
 from ..simulate import Motion
 from ..simulate._events import IMPACT, TOUCH
 from ..simulate._exact import ExactEngine
+from ..simulate._frame import multiple
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 TURN = 2 * math.pi
-PARTS = 512  # of a forcing period, in which crossings of a stepped motion are looked for
+PARTS = 512  # of a period of the first force, in which crossings of a stepped motion are looked for
 MOST = 1_000_000  # steps on one leg
 
 
@@ -37,7 +38,7 @@ class Section:
     time : ndarray, shape (n,)
         When [s].
     phase : ndarray, shape (n,)
-        Phase of the reference forcing [rad], 0 to 2 pi.
+        Phase of the forcing [rad], 0 to 2 pi.
     velocity : ndarray, shape (n,)
         Of impacts the approach velocity, relative to the stop; else the velocity, relative to what
         carries the stops. In the oscillator's units.
@@ -100,9 +101,9 @@ def displacement_section(
     """Phase and velocity where the motion crosses a displacement.
 
     No crossing of a linear motion is missed: the way to it is followed as the engine follows the
-    gaps to the stops. Stepped motions are looked at 512 times in a forcing period, and two
-    crossings between two looks are not seen. A turn at the displacement, or an impact there, is no
-    crossing.
+    gaps to the stops. Stepped motions are looked at 512 times in a period of the first
+    force, and two crossings between two looks are not seen. A turn at the displacement, or an
+    impact there, is no crossing.
 
     Parameters
     ----------
@@ -160,7 +161,9 @@ def _looked(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.nd
     begins = motion._begins
     (first, early), (last, late) = motion._first, motion._last
     start, stop = first * TURN + early, last * TURN + late
-    looks = np.linspace(start, stop, max(2, math.ceil((stop - start) / TURN * PARTS)))
+    own = motion.oscillator
+    parts = PARTS * (multiple(own, own.frequencies[0]) if own.frequencies else 1.0)
+    looks = np.linspace(start, stop, max(2, math.ceil((stop - start) / TURN * parts)))
     # An impact within a look would hide what is before it: rows are looks too.
     looks = np.unique(np.concatenate([looks, begins[(begins >= start) & (begins <= stop)]]))
 

@@ -34,7 +34,7 @@ class TangentMap:
     grazings : int
         Events without a derivative, whose saltation is left out.
     final : tuple of float
-        Displacement, velocity and phase of the reference forcing at the end, as of `Motion`.
+        Displacement, velocity and phase of the forcing at the end, as of `Motion`.
     status : str
         As of `simulate`.
     """

@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 from ..errors import InvalidInput
+from ._recurrence import Recurrence, recurrence, repeats
 from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Noise, Rigid, Stop, numbers
 
 
@@ -27,8 +28,9 @@ class Oscillator:
     stiffness : float
         Stiffness [N/m], at least 0; 0 leaves the mass free, as a bouncing ball.
     forces : sequence of Force
-        Harmonic forces on the mass. The first (or else the base) is the reference that forcing
-        periods and phases are counted by.
+        Harmonic forces on the mass. Forcing periods are counted by `forcing_period`, the common
+        period of all forcing, and phases are 2 pi times the share of it that has passed; with one
+        frequency, they are its period and its phase.
     load : float
         Constant force [N].
     base : BaseMotion, optional
@@ -41,7 +43,7 @@ class Oscillator:
     law : callable, optional
         A further force ``law(t, x, v)`` on the mass [N], with t in the oscillator's unit of time
         since the start of the simulation and x, v against the ground; a function that numba can
-        compile.
+        compile. Whether it depends on t, and with which period, is found by evaluating it.
     noise : Noise, optional
         A random force on the mass, white or filtered. `simulate` knows none; `simulate_ensemble`
         does.
@@ -106,8 +108,7 @@ class Oscillator:
             raise InvalidInput("law", self.law, "a function of t, x and v, or None")
         self._check_stops()
         natural = self.stiffness / self.mass
-        frequencies = [force.frequency for force in self.forces]
-        for frequency in frequencies + ([self.base.frequency] if self.base else []):
+        for frequency in self.frequencies:
             # The forced response grows as 1 / |difference|, and digits are lost in that measure.
             detuning = abs(natural - frequency**2) / frequency**2
             loss = self.damping / (self.mass * frequency)
@@ -151,17 +152,52 @@ class Oscillator:
         return math.sqrt(self.stiffness / self.mass)
 
     @property
+    def frequencies(self) -> tuple[float, ...]:
+        """Angular frequencies of the forces in their order, and then of the base."""
+        of_forces = tuple(force.frequency for force in self.forces)
+        return of_forces + ((self.base.frequency,) if self.base else ())
+
+    @property
     def forcing_frequency(self) -> float | None:
-        """Angular frequency of the reference forcing, or None where there is no forcing."""
-        if self.forces:
-            return self.forces[0].frequency
-        return self.base.frequency if self.base else None
+        """Angular frequency of the forcing period, or None where there is no forcing."""
+        return self._recurrence.frequency if self.frequencies else None
 
     @property
     def forcing_period(self) -> float | None:
-        """Period of the reference forcing [s], or None where there is no forcing."""
+        """Least time after which all forcing recurs [s], or None where there is no forcing.
+
+        All forcing is the forces, the base and a `law` that depends on time; frequencies have a
+        common period where their ratios are those of whole numbers, but for rounding, and it lasts
+        no longer than 8 periods of the first. Without a common period (`forcing_recurs` is False)
+        it is the period of the first force, or else of the base.
+        """
         omega = self.forcing_frequency
         return None if omega is None else 2 * math.pi / omega * self.time_unit
+
+    @property
+    def forcing_recurs(self) -> bool:
+        """Whether there is forcing, and all of it recurs after `forcing_period`."""
+        return bool(self.frequencies) and self._recurrence.recurs
+
+    @property
+    def law_depends_on_time(self) -> bool:
+        """Whether `law` depends on t, by its values at some instants and states."""
+        if self.law is None:
+            return False
+        period = 2 * math.pi / (self.frequencies or (self.natural_frequency or 1.0,))[0]
+        shares = (0.3819660112501051, 0.8541019662496845)  # of no common measure with the period
+        size = self._size
+        speed = size * 2 * math.pi / period
+        return not all(repeats(self.law, share * period, size, speed) for share in shares)
+
+    @property
+    def _recurrence(self) -> Recurrence:
+        return recurrence(self.frequencies, self.law, self._size)
+
+    @property
+    def _size(self) -> float:
+        """Length at which a law is looked at."""
+        return max((abs(stop.position) for stop in self.stops), default=0.0) or 1.0
 
     def in_units(self, time: float = 1.0, length: float = 1.0, mass: float = 1.0) -> Oscillator:
         """The same machine, its numbers in other units.

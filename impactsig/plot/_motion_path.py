@@ -111,7 +111,8 @@ def swing(motion: Motion) -> float:
     """Time that the motion takes for about one swing [s]."""
     own = motion.oscillator.natural_frequency
     natural = 2 * math.pi / own * motion.oscillator.time_unit if own else motion.duration / 10
-    return motion.oscillator.forcing_period or natural
+    forced = motion.oscillator.frequencies
+    return 2 * math.pi / forced[0] * motion.oscillator.time_unit if forced else natural
 
 
 def stops_move(motion: Motion) -> bool:
@@ -125,7 +126,7 @@ def base_at(motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def strobe_times(motion: Motion, phase: float) -> np.ndarray:
-    """Times of the motion at which the reference forcing has that phase."""
+    """Times of the motion at which the forcing has that phase."""
     period = motion.oscillator.forcing_period
     assert period is not None
     first = (phase - motion._phase) / math.tau * period

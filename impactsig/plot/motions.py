@@ -63,7 +63,7 @@ def phase_portrait(
         Span to draw [s]; by default the last 50 forcing periods of the motion, or its last
         5000 impacts where these are fewer, or the whole trajectory.
     phase : float or None
-        Phase of the reference forcing at which the points are taken, over the whole motion [rad];
+        Phase of the forcing at which the points are taken, over the whole motion [rad];
         None for no points. A flow has none.
     coordinates : (str or int, str or int), optional
         Names or numbers of the coordinates of a flow, across and up; by default the first two.

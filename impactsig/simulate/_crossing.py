@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from ._flow import inlined, inner
-from ._rates import LAW, LOSS, OUT, PLACE, PUSHER, SIDE, SLACK, STIFFNESS, jerk, pull, status
+from ._rates import LAW, LOSS, OUT, PLACE, PUSHER, RIGID, SIDE, SLACK, STIFFNESS, jerk, pull, status
 from ._roots import first_root
 from ._step import classical, interpolate, take
 from ._tableau import DEGREE
@@ -18,6 +18,8 @@ from ._tableau import DEGREE
 # Event functions: a stop out of reach is reached; a stop parts; one left behind is out of reach, or
 # pushes again; the sliding mass comes to rest.
 REACH, LEAVE, EXIT, AGAIN, REST = range(5)
+ROUNDING = 4e-15  # a sum this small beside its terms is 0
+STILL = 5  # zeros, where an event function does not move
 
 
 @inner
@@ -59,16 +61,51 @@ def enter(events, n, at, of_position, of_velocity, kind, k):
 
 
 @inner
+def starts(p, leg, s, y, a, rate):
+    """How a mass at rest sets off: the first derivative of its position that is not 0, and its way.
+
+    What is no more than the rounding of the forces, and of their derivatives, is 0. The order is 0
+    where nothing tells.
+    """
+    force = abs(leg.constant) + abs(leg.kappa * y) + abs(leg.kappa * leg.origin)
+    changes = bends = bend = 0.0
+    for j in range(leg.waves):
+        ratio, size = s.waves[j, 0], abs(s.waves[j, 1])
+        force += size
+        changes += ratio * size
+        bends += ratio * ratio * size
+        bend -= ratio * ratio * s.waves[j, 1] * math.cos(s.waves[j, 2])
+    if abs(a) > ROUNDING * force:
+        return 2, a
+    if abs(rate) > ROUNDING * changes:
+        return 3, rate
+    if abs(bend) > ROUNDING * bends:
+        return 4, bend
+    return 0, 0.0
+
+
+@inner
 def zeros_at_start(p, f, leg, s, row, y, v, a, balanced):
     """How many times an event function is zero where the step starts; -1 if it falls from there.
 
     `balanced`: the mass was just let go where the forces on it cancel, so that what the
-    acceleration is but for rounding is known.
+    acceleration is but for rounding is known. A mass at rest at a soft stop sets off by the first
+    derivative that tells; where none does, the event does not come within the step (`STILL`).
     """
     if row[0] > 0:
         return 0
     if row[3] == REST and v == 0.0:
         return 2 if balanced else 1
+    if v == 0.0 and not balanced and p.stops[int(row[4]), LAW] != RIGID:
+        order, way = starts(p, leg, s, y, a, jerk(p, f, leg, s, y))
+        if order == 0:  # of a law, and of control, further derivatives are not known
+            return 3 if p.forced or f.control is not None else STILL
+        if row[2] != 0.0:  # a force by the velocity falls one derivative sooner
+            order -= 1
+            way *= row[2]
+        else:
+            way *= row[1]
+        return order if way > 0 else -1
     slope = row[1] * v + row[2] * a
     if slope != 0:
         return 1 if slope > 0 else -1
@@ -83,6 +120,8 @@ def zeros_at_start(p, f, leg, s, row, y, v, a, balanced):
 @inner
 def event_root(s, row, zeros):
     """First root of an event function over the step, past those where it starts; 2 if none."""
+    if zeros == STILL:
+        return 2.0
     c = s.stack[0]
     for i in range(DEGREE + 1):
         c[i] = row[0] + row[1] * s.q[i] + row[2] * s.v[i]

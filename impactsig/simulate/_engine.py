@@ -70,6 +70,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         if not (math.isfinite(q) and math.isfinite(v)):
             return DIVERGED
         way, level = 0, False  # level: the force is just at the limit of what held the mass
+        rests = False  # where neither friction nor a rigid stop could hold it
         if count[1] != 0:  # held by a rigid stop or by friction
             tau, way = unstick(p, clock, i, q, end)
             if tau >= end:
@@ -92,6 +93,8 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
             if heading(p, i, way) != i:
                 i = heading(p, i, way)
                 note(events, count, clock, REVERSE, -1, i, q, 0.0, 0.0)
+        elif v == 0.0:
+            rests = True
         count[0] = i
 
         leg = begin(p, scratch, i, clock[0], clock[1], clock[2], q, v)
@@ -108,6 +111,16 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
             fourth = bound(kappa, delta, root, sort, b2, b3) + p.reach[i, 4]
         if level:
             leg.series[2] = 0.0
+        snap = 0.0
+        if rests:  # what is but rounding must not choose the side of a soft stop
+            force = abs(kappa * q) + abs(kappa * p.origin[i]) + p.force_bound[0]
+            if abs(leg.series[2]) <= NOTHING * (force + abs(p.constant[i])):
+                leg.series[2] = 0.0
+                if abs(leg.series[3]) <= NOTHING * p.force_bound[1]:
+                    leg.series[3] = 0.0
+                    for j in range(len(leg.waves)):
+                        snap -= leg.waves[j, 0] ** 2 * leg.waves[j, 3]
+                    snap = snap if abs(snap) > NOTHING * p.force_bound[2] else 0.0
         a, jerk = 2 * leg.series[2], 6 * leg.series[3]
 
         # The gaps as they are; one that is closed opens, or is passed at once.
@@ -123,8 +136,10 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                 break
             if gap <= NOTHING * size:
                 gap, inside = 0.0, False
-                g1, g2, g3 = alpha * v + beta * a, alpha * a + beta * jerk, alpha * jerk
-                if g1 < 0 or (g1 == 0.0 and (g2 < 0 or (g2 == 0.0 and g3 < 0))):
+                g1, g2 = alpha * v + beta * a, alpha * a + beta * jerk
+                g3, g4 = alpha * jerk + beta * snap, alpha * snap
+                falls = g3 < 0 or (g3 == 0.0 and g4 < 0)
+                if g1 < 0 or (g1 == 0.0 and (g2 < 0 or (g2 == 0.0 and falls))):
                     closed = s
                     break
                 if g1 == 0.0 and g2 > 0:

@@ -18,10 +18,16 @@ def reference_frequency(oscillator: Oscillator) -> float:
     return oscillator.forcing_frequency or oscillator.natural_frequency or 1.0
 
 
+def multiple(oscillator: Oscillator, frequency: float) -> float:
+    """A frequency over that of the reference; a whole number where the forcing recurs."""
+    ratio = frequency / reference_frequency(oscillator)
+    return float(round(ratio)) if oscillator.forcing_recurs else ratio
+
+
 def pace(oscillator: Oscillator) -> float:
     """Frequency of the base over that of the reference; 1 where there is no base."""
     base = oscillator.base
-    return base.frequency / reference_frequency(oscillator) if base else 1.0
+    return multiple(oscillator, base.frequency) if base else 1.0
 
 
 def base_motion(oscillator: Oscillator, phase: Any) -> tuple[Any, Any]:
@@ -92,4 +98,7 @@ def forcing(oscillator: Oscillator) -> list[tuple[float, complex]]:
         drag = (base.damper - base.stops) * oscillator.damping
         push = (spring + base.stops * mass * w * w) + 1j * w * drag
         total[w] = total.get(w, 0) + push * base.amplitude * cmath.exp(1j * base.phase)
-    return [(frequency / omega, amplitude / inertia) for frequency, amplitude in total.items()]
+    return [
+        (multiple(oscillator, frequency), amplitude / inertia)
+        for frequency, amplitude in total.items()
+    ]

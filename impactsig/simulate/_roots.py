@@ -1,7 +1,7 @@
 """The first root of a polynomial in Bernstein form.
 
-Its coefficients bound it: where all are positive there is no root, and halving isolates the first
-root there is.
+Its coefficients bound it: where none is negative it does not cross zero, and halving isolates the
+first root at which it does.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def first_root(stack, n):
             if c[i] != 0 and (c[i] > 0) != (sign > 0):
                 changes += 1
                 sign = -sign
-        if least > 0:
+        if least >= 0:
             continue
         if low > 0 and c[0] <= 0:
             return low

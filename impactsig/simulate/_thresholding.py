@@ -100,7 +100,7 @@ def _view(motion: Motion, rate: float | None, skip: bool) -> _View:
     if oscillator.base:
         pace.append(oscillator.base.frequency)
     if rate is None:
-        counted = oscillator.forcing_frequency or oscillator.natural_frequency
+        counted = (oscillator.frequencies or (oscillator.natural_frequency,))[0]
         if not counted:
             raise InvalidInput("rate", rate, "samples per second, as there is no period to go by")
         rate = SAMPLES_PER_PERIOD * counted / (2 * math.pi * oscillator.time_unit)

@@ -80,7 +80,7 @@ def simulate_many(
     initial : array_like, shape (2,) or (n, 2)
         Displacement and velocity at t = 0, one for all or one each.
     phase : float or array_like, shape (n,)
-        Phase of the reference forcing at t = 0 [rad].
+        Phase of the forcing at t = 0 [rad].
     workers : int, optional
         Threads; as many as there are cores unless given.
     **options

@@ -48,7 +48,7 @@ class Motion:
         Kinetic energy, relative to the stop, lost in impacts and contacts; and the work of
         friction. A contact with several stops counts from the first touch to the last.
     final : tuple of float
-        Displacement, velocity and phase of the reference forcing at the end: what `simulate`
+        Displacement, velocity and phase of the forcing at the end: what `simulate`
         takes as `initial` and `phase` to go on.
     status : str
         "complete", "work limit", "diverged" or "broken law"; see `simulate`.
@@ -118,7 +118,7 @@ class Motion:
         return self._at(*self._instants(time))
 
     def stroboscopic(self, phase: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement and velocity once every forcing period, at a phase of the reference [rad].
+        """Displacement and velocity once every forcing period, at a phase of the forcing [rad].
 
         Returns
         -------

@@ -45,7 +45,7 @@ def simulate(
     initial : (float, float)
         Displacement and velocity at t = 0, in the oscillator's units, against the ground.
     phase : float
-        Phase of the reference forcing at t = 0 [rad].
+        Phase of the forcing at t = 0 [rad].
     method : RungeKutta or FixedStep, optional
         Step the motion in this way, linear or not. By default it is exact where it can be, and
         ``RungeKutta()`` elsewhere.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..errors import InvalidInput, finite_number
+from ._frame import multiple
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from .motion import Motion
 
 PER_PERIOD = 128
-"""Samples in a forcing period unless a rate is given."""
+"""Samples in a period of the first force unless a rate is given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class PowerSpectrum:
     segments : int
         Spans averaged over, each overlapping half of the next.
     forcing_frequency : float or None
-        Frequency of the reference forcing [Hz].
+        One over the forcing period [Hz].
     source : str
         What moved.
     in_seconds : bool
@@ -91,9 +92,10 @@ def power_spectrum(
     quantity : {"displacement", "velocity"}
         Against the ground.
     rate : float, optional
-        Samples per second [Hz]; 128 in a forcing period by default, in a natural one without
-        forcing. There is no filter: power from above half the rate is folded back. The power of a
-        velocity that jumps falls with the square of the frequency only.
+        Samples per second [Hz]; by default 128 in a period of the first force, or else of the
+        base, and in a natural period without forcing. There is no filter: power from above half
+        the rate is folded back. The power of a velocity that jumps falls with the square of the
+        frequency only.
     segments : int
         Spans to average over, each overlapping half of the next: more make the density of a
         chaotic motion steadier, fewer resolve closer lines.
@@ -116,7 +118,9 @@ def power_spectrum(
     if rate is None:
         if period is None:
             raise InvalidInput("rate", rate, "samples per second: the motion has no period")
-        rate = PER_PERIOD / period
+        own = motion.oscillator
+        first = multiple(own, own.frequencies[0]) if own.frequencies else 1.0
+        rate = PER_PERIOD * first / period
     elif not finite_number("rate", rate, "a positive number [Hz]") > 0:
         raise InvalidInput("rate", rate, "a positive number [Hz]")
     period = period or 1 / rate
@@ -134,10 +138,10 @@ def power_spectrum(
     time = motion.start + np.arange(count) / rate
     values = motion.sample(time)[quantity == "velocity"]
     frequency, density = welch(values, rate, "hann", size, detrend="constant")
-    own = motion.oscillator
+    moved = motion.oscillator
     return PowerSpectrum(
-        frequency, density, quantity, float(rate), segments, forcing and 1 / forcing, own.name,
-        own.in_seconds,
+        frequency, density, quantity, float(rate), segments, forcing and 1 / forcing, moved.name,
+        moved.in_seconds,
     )  # fmt: skip
 
 

@@ -27,7 +27,7 @@ class Course:
     q, v : numpy.ndarray, shape (paths,)
         Positions and velocities at t = 0, relative to the stops.
     phase : float
-        Phase of the reference forcing at t = 0 [rad].
+        Phase of the forcing at t = 0 [rad].
     step : float
         In the oscillator's unit of time.
     every : int

@@ -72,7 +72,7 @@ class Mover:
     method : str
         One of `METHODS`, checked.
     phase : float
-        Phase of the reference forcing at t = 0 [rad].
+        Phase of the forcing at t = 0 [rad].
     key : numpy.ndarray of uint32, shape (2,)
         Key of the generator.
     """

@@ -96,7 +96,7 @@ def survey(
     q, v : numpy.ndarray, shape (n,)
         Positions and velocities at t = 0, relative to the stops.
     phase : float
-        Phase of the reference forcing at t = 0 [rad].
+        Phase of the forcing at t = 0 [rad].
 
     Raises
     ------

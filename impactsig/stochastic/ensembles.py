@@ -154,7 +154,7 @@ def simulate_ensemble(
         Displacement and velocity at t = 0, one for all or one each. A filtered force starts from
         its stationary distribution.
     phase : float
-        Phase of the reference forcing at t = 0 [rad].
+        Phase of the forcing at t = 0 [rad].
     seed : int, SeedSequence or Generator, optional
         What the noise is drawn from.
     method : {"splitting", "runge-kutta", "zhuravlev", "gaussian"}

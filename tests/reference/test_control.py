@@ -196,6 +196,9 @@ def test_without_gain_the_multipliers_are_the_orbits(first):
     told = orbit_stability(first, DelayedFeedback(0.0, 1))
     np.testing.assert_allclose(told.multipliers[:2], first.multipliers, rtol=1e-8)
     assert np.abs(told.multipliers[2:]).max() < 1e-8  # what is fed back with no gain is forgotten
+    assert told.exponent == pytest.approx(first.exponents[0], rel=1e-8)
+    period = 2 * math.pi / BEAM.forcing_frequency
+    assert told.exponent == pytest.approx(math.log(abs(first.multipliers[0])) / period, rel=1e-8)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import impactsig
-from impactsig import Force, KelvinVoigt, Oscillator, Rigid, Stop, scenes
+from impactsig import Force, Hertz, KelvinVoigt, Oscillator, Rigid, Stop, scenes
 from impactsig.impacts import OPEN_END
 
 
@@ -147,3 +147,57 @@ def test_a_moving_base_pulls_through_spring_and_damper(case):
     x, v = motion.sample(time)
     np.testing.assert_allclose(x, expected.real, atol=1e-12)
     np.testing.assert_allclose(v, (1j * w * expected).real, atol=1e-12)
+
+
+# -- from rest at the stop -------------------------------------------------------------------------
+
+ENGINES = [None, impactsig.RungeKutta(), impactsig.FixedStep(3000)]
+SPRING, ROOT = KelvinVoigt(5.0), sqrt(5)
+
+
+@pytest.mark.parametrize("method", ENGINES)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_force_that_begins_as_a_sine_presses_on_a_stop_once(method, sign):
+    """x'' + 5 x = 0.4 sin t from rest: 0.1 (sin t - sin(sqrt 5 t) / sqrt 5)."""
+    stop = Stop(0.0, SPRING, "upper" if sign > 0 else "lower")
+    pressed = Oscillator(stiffness=0, forces=(Force(0.4 * sign, 1, phase=-pi / 2),), stops=(stop,))
+    motion = impactsig.simulate(pressed, duration=4, method=method)
+    assert motion.impact_count == 1
+    assert motion.impacts.time[0] == 0
+    time = np.linspace(0.1, 1.5, 9)
+    x, v = motion.sample(time)
+    np.testing.assert_allclose(
+        x, 0.1 * sign * (np.sin(time) - np.sin(ROOT * time) / ROOT), atol=1e-9
+    )
+    np.testing.assert_allclose(v, 0.1 * sign * (np.cos(time) - np.cos(ROOT * time)), atol=1e-9)
+
+
+@pytest.mark.parametrize("method", ENGINES)
+@pytest.mark.parametrize("place", [0.0, 0.3, -0.7])
+def test_a_force_that_begins_as_a_square_of_time_presses_on_a_stop_once(method, place):
+    """y'' + 5 y = 0.4 (1 - cos 1.5 t) of y = x - place, from rest."""
+    stops = (Stop(place, KelvinVoigt(4.0)),)
+    pressed = Oscillator(load=0.4 + place, forces=(Force(-0.4, 1.5),), stops=stops)
+    w = 1.5
+    motion = impactsig.simulate(pressed, duration=1.5, initial=(place, 0), method=method)
+    assert motion.impact_count == 1
+    assert motion.impacts.time[0] < 1e-6  # the push is less than rounding for as long
+    time = np.linspace(0.2, 1.5, 9)
+    x, _ = motion.sample(time)
+    a = 0.4 / (5 - w * w)
+    expected = 0.08 - a * np.cos(w * time) + (a - 0.08) * np.cos(ROOT * time)
+    np.testing.assert_allclose(x - place, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", ENGINES[:2])
+@pytest.mark.parametrize(
+    "law", [KelvinVoigt(5.0), KelvinVoigt(5.0, 0.3), KelvinVoigt(5.0, 0.3, "force"), Hertz(5.0)]
+)
+@pytest.mark.parametrize(("stiffness", "place"), [(1.0, 0.0), (0.0, 0.0), (0.7, 0.3), (1.9, -0.7)])
+def test_a_mass_at_rest_where_a_stop_begins_stays_there(method, law, stiffness, place):
+    """Its weight is borne by the spring but for rounding."""
+    mass = Oscillator(stiffness=stiffness, load=stiffness * place, stops=(Stop(place, law),))
+    motion = impactsig.simulate(mass, duration=30, initial=(place, 0), method=method)
+    assert motion.status == "complete"
+    assert motion.impact_count < 30
+    assert motion.final[:2] == pytest.approx((place, 0), abs=1e-14)

@@ -11,6 +11,7 @@ import pytest
 matplotlib.use("Agg")
 
 from matplotlib.figure import Figure
+from scipy.stats import binomtest
 
 from impactsig import Hertz, InvalidInput, Stop, basins_of_attraction, scenes, simulate
 
@@ -33,6 +34,17 @@ def test_the_four_attractors_of_the_reference(four):
     assert four.shares.sum() == pytest.approx(1)
     assert np.all(np.diff(four.shares) <= 0)
     assert np.all((four.intervals[:, 0] < four.shares) & (four.shares < four.intervals[:, 1]))
+
+
+def test_intervals_of_the_shares_are_those_of_wilson(four):
+    """Their ends p are where the share is 1.96 standard errors sqrt(p (1 - p) / n) away."""
+    n = four.labels.size
+    for share, interval in zip(four.shares, four.intervals, strict=True):
+        for p in interval:
+            assert (share - p) ** 2 == pytest.approx(1.959963984540054**2 * p * (1 - p) / n)
+        assert interval == pytest.approx(
+            binomtest(round(share * n), n).proportion_ci(method="wilson"), rel=1e-12
+        )
 
 
 def test_every_start_ends_where_its_motion_does(four):

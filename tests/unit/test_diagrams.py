@@ -25,6 +25,7 @@ from impactsig import (
     scenes,
     simulate,
 )
+from impactsig.dynamics._strobing import closing
 
 SHAW_HOLMES = 0.5810258993557  # approach velocity of the 22.1 Hz beam, a root of the closed form
 
@@ -274,3 +275,30 @@ def test_exponents_that_were_not_asked_for_are_not_drawn():
         found.plot(Figure().subplots(), observe="exponents")
     with pytest.raises(InvalidInput, match="observe"):
         found.plot(Figure().subplots(), observe="colour")
+
+
+def strobes_of(x, impacts):
+    """Rows of a motion at rest between the strobes: place, velocity, impacts, energy lost."""
+    rows = np.zeros((len(x), 4))
+    rows[:, 0], rows[:, 2] = x, impacts
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("x", "impacts", "closed"),
+    [
+        ([1], [1], 1),
+        ([1, -1], [1], 2),
+        ([1], [1, 2], 2),
+        ([1, -1], [1, 1, 1, 2], 4),
+        ([1, -1], [1, 1, 2, 1], 4),
+        ([1, -1, 0.5], [1, 1, 1, 2, 2, 2], 6),
+    ],
+)
+def test_an_orbit_has_closed_only_where_its_impacts_have_as_well(x, impacts, closed):
+    n = 39
+    strobes = strobes_of(np.resize(x, n + 1), np.resize(impacts, n + 1))
+    for last in range(3 * closed, n + 1):
+        assert closing(strobes, last, 1e-6, 8) == closed
+    assert closing(strobes, 3 * closed - 1, 1e-6, 8) == 0
+    assert closing(strobes, n, 1e-6, closed - 1) == 0

@@ -82,12 +82,26 @@ def test_a_run_that_ends_early_says_so():
 
 
 def test_batch_errors_of_independent_and_of_dependent_rates():
-    rng = np.random.default_rng(3)
-    white = rng.normal(size=(4096, 1))
-    assert batch_error(white)[0] == pytest.approx(1 / 64, rel=0.5)
-    slow = np.repeat(rng.normal(size=(64, 1)), 64, axis=0)
-    assert batch_error(slow)[0] == pytest.approx(1 / 8, rel=0.4)
-    assert math.isnan(batch_error(white[:7])[0])
+    """Signs that alternate in runs: n means of +-1 have the error 1 / sqrt(n - 1)."""
+    fast = np.resize([1.0, -1.0], (4096, 1))
+    assert batch_error(fast)[0] == pytest.approx(1 / math.sqrt(4095), rel=1e-12)
+    slow = np.repeat(fast[:64], 64, axis=0)
+    assert batch_error(slow)[0] == pytest.approx(1 / math.sqrt(63), rel=1e-12)
+    both = np.hstack([3 * fast, 2 * slow + 5])
+    assert batch_error(both) == pytest.approx([3 / math.sqrt(4095), 2 / math.sqrt(63)], rel=1e-12)
+    odd = np.resize([1.0, -1.0, -1.0, 1.0], (9, 1))  # joined, the last is left out
+    assert batch_error(odd)[0] == pytest.approx(math.sqrt(80 / 81 / 8), rel=1e-12)
+    assert math.isnan(batch_error(fast[:7])[0])
+
+
+def test_batch_errors_are_the_greatest_that_any_length_of_batch_gives():
+    rates = np.random.default_rng(3).normal(size=(1024, 20)).cumsum(axis=0)
+    rates[:, 10:] = np.diff(rates[:, 10:], axis=0, prepend=0.0)
+    errors = [
+        rates.reshape(-1, length, 20).mean(axis=1).std(axis=0, ddof=1) / math.sqrt(1024 / length)
+        for length in (1, 2, 4, 8, 16, 32, 64, 128)
+    ]
+    assert batch_error(rates) == pytest.approx(np.max(errors, axis=0), rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,17 @@ def test_a_harmonic_response_is_one_line_of_half_its_squared_amplitude(
     assert found.power() == pytest.approx(near, rel=1e-9)
 
 
+def test_the_power_of_a_band_has_the_frequencies_at_both_its_ends():
+    found = steady(HARMONIC).power_spectrum()
+    density, step = found.density, found.resolution
+    k = int(np.argmax(density))
+    line, beside, next_but_one = found.frequency[[k, k + 1, k + 2]]
+    assert found.power(line, line) == pytest.approx(density[k] * step, rel=1e-12)
+    assert found.power(line, beside) == pytest.approx(density[k : k + 2].sum() * step, rel=1e-12)
+    assert found.power(beside, beside) == pytest.approx(density[k + 1] * step, rel=1e-12)
+    assert found.power(beside, next_but_one) < found.power(line, line)
+
+
 def test_two_forces_are_two_lines():
     both = Oscillator(damping=0.2, forces=(Force(0.7, 1.7), Force(0.3, 3.4)))
     found = steady(both).power_spectrum()
