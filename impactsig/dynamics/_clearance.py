@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..simulate._frame import multiple
+from ..simulate._frame import swings
 from .orbits import PeriodicOrbit
 
 LOOKS = 512  # at a period of the first force, for its turning points
@@ -33,9 +33,8 @@ def clearance(orbit: PeriodicOrbit) -> float:
     motion = orbit.motion()
     assert motion.impacts is not None
     hits = motion.impacts.time
-    own = orbit.oscillator
-    swings = orbit.periods * round(multiple(own, own.frequencies[0]))
-    grid = np.linspace(motion.start, motion.stop, LOOKS * swings + 1)
+    looks = LOOKS * orbit.periods * round(swings(orbit.oscillator))
+    grid = np.linspace(motion.start, motion.stop, looks + 1)
     time = np.sort(np.concatenate([grid, hits]))
     _, v = motion._from_stops(time)
     least = math.inf

@@ -17,7 +17,7 @@ from ..oscillators import Rigid
 from ..simulate import Motion
 from ..simulate._events import IMPACT, TOUCH
 from ..simulate._exact import ExactEngine
-from ..simulate._frame import multiple
+from ..simulate._frame import swings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -161,8 +161,7 @@ def _looked(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.nd
     begins = motion._begins
     (first, early), (last, late) = motion._first, motion._last
     start, stop = first * TURN + early, last * TURN + late
-    own = motion.oscillator
-    parts = PARTS * (multiple(own, own.frequencies[0]) if own.frequencies else 1.0)
+    parts = PARTS * swings(motion.oscillator)
     looks = np.linspace(start, stop, max(2, math.ceil((stop - start) / TURN * parts)))
     # An impact within a look would hide what is before it: rows are looks too.
     looks = np.unique(np.concatenate([looks, begins[(begins >= start) & (begins <= stop)]]))

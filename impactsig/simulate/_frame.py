@@ -24,6 +24,12 @@ def multiple(oscillator: Oscillator, frequency: float) -> float:
     return float(round(ratio)) if oscillator.forcing_recurs else ratio
 
 
+def swings(oscillator: Oscillator) -> float:
+    """Periods of the first force, or else of the base, in one of the reference; 1 without any."""
+    frequencies = oscillator.frequencies
+    return multiple(oscillator, frequencies[0]) if frequencies else 1.0
+
+
 def pace(oscillator: Oscillator) -> float:
     """Frequency of the base over that of the reference; 1 where there is no base."""
     base = oscillator.base

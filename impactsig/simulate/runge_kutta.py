@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import InvalidInput, finite_number
 from ..oscillators import KelvinVoigt, Oscillator, Rigid
 from ._events import COUNTERS
-from ._frame import forcing, multiple, pace, reference_frequency
+from ._frame import forcing, pace, reference_frequency, swings
 from ._tableau import DEGREE, tableau
 from ._user import compiled, restitution_laws
 
@@ -257,7 +257,6 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
     order = sorted(range(len(stops)), key=lambda k: (-stops[k][1], stops[k][1] * stops[k][0]))
 
     steps = method.steps if isinstance(method, FixedStep) else 0
-    first = multiple(oscillator, oscillator.frequencies[0]) if oscillator.frequencies else 1.0
     friction = oscillator.friction
     fastest = max([1.0, *(ratio for ratio, _, _ in waves)])
     return Problem(
@@ -278,7 +277,7 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
         pace=pace(oscillator),
         sway=carried.phase if carried else 0.0,
         chatter=chatter,
-        fixed=2 * math.pi / (steps * first) if steps else 0.0,
+        fixed=2 * math.pi / (steps * swings(oscillator)) if steps else 0.0,
         tolerance=method.tolerance if isinstance(method, RungeKutta) else 1e-10,
         # An eighth of the fastest period: shorter swings than that the error estimate may not see.
         longest=2 * math.pi / 8 / fastest,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..errors import InvalidInput, finite_number
-from ._frame import multiple
+from ._frame import swings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -118,9 +118,7 @@ def power_spectrum(
     if rate is None:
         if period is None:
             raise InvalidInput("rate", rate, "samples per second: the motion has no period")
-        own = motion.oscillator
-        first = multiple(own, own.frequencies[0]) if own.frequencies else 1.0
-        rate = PER_PERIOD * first / period
+        rate = PER_PERIOD * swings(motion.oscillator) / period
     elif not finite_number("rate", rate, "a positive number [Hz]") > 0:
         raise InvalidInput("rate", rate, "a positive number [Hz]")
     period = period or 1 / rate
@@ -138,10 +136,10 @@ def power_spectrum(
     time = motion.start + np.arange(count) / rate
     values = motion.sample(time)[quantity == "velocity"]
     frequency, density = welch(values, rate, "hann", size, detrend="constant")
-    moved = motion.oscillator
+    own = motion.oscillator
     return PowerSpectrum(
-        frequency, density, quantity, float(rate), segments, forcing and 1 / forcing, moved.name,
-        moved.in_seconds,
+        frequency, density, quantity, float(rate), segments, forcing and 1 / forcing, own.name,
+        own.in_seconds,
     )  # fmt: skip
 
 
