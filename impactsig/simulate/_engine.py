@@ -1,6 +1,6 @@
 """The exact engine: piecewise linear motion from event to event, without a time step.
 
-In mode i, with the unit of time chosen so that the reference forcing has frequency 1,
+In mode i, with the unit of time chosen so that the forcing period is 2 pi,
 
     q'' + 2 delta_i q' + kappa_i q = sum_j (A_j cos theta_j + B_j sin theta_j) + f_i,
 

@@ -1,9 +1,9 @@
 """What the engines share: events as rows of numbers, counters, the clock; and their contract.
 
-An engine works in the unit of time of the reference forcing (its frequency is 1, a turn is its
-period) and in coordinates in which the stops rest. It is called with arrays that it changes:
+An engine works in the unit of time in which the forcing period (`Oscillator.forcing_period`) is a
+turn, 2 pi, and in coordinates in which the stops rest. It is called with arrays that it changes:
 
-clock : turns of the reference, its phase in [0, 2 pi), and what the phase lacks by rounding.
+clock : turns, phase of the forcing in [0, 2 pi), and what the phase lacks by rounding.
 state : position (from the origin of the mode), velocity, greatest approach velocity so far, and
     energy lost at the stops and by friction per mass.
 count : mode, whether stuck (0 or 1), impacts, sticks, contacts, rows written, legs (or steps).

@@ -1,6 +1,6 @@
 """The flow of one mode in closed form: forced response, decaying free motion, and their bounds.
 
-In the unit of time in which the reference forcing has frequency 1,
+In the unit of time in which the forcing period is 2 pi,
 
     q'' + 2 delta q' + kappa q = sum_j (A_j cos theta_j + B_j sin theta_j) + f,
 
@@ -31,7 +31,7 @@ inlined = njit(**_OPTIONS, **_WITHIN, forceinline=True)
 
 
 class Problem(NamedTuple):
-    """An oscillator in the unit of time of its reference forcing, as modes with their gaps."""
+    """An oscillator, its forcing period 2 pi, as modes with their gaps."""
 
     kappa: np.ndarray  # shape (modes,), as all down to drift
     delta: np.ndarray

@@ -14,7 +14,7 @@ from ..oscillators import Oscillator, Rigid
 
 
 def reference_frequency(oscillator: Oscillator) -> float:
-    """Angular frequency that time is counted by; any will do where there is no forcing."""
+    """Angular frequency of the forcing period, the reference; any will do without forcing."""
     return oscillator.forcing_frequency or oscillator.natural_frequency or 1.0
 
 

@@ -27,7 +27,7 @@ PLACE, SIDE, LAW, STIFFNESS, LOSS, EXPONENT, RESTITUTION, WEIGHT = range(8)
 
 
 class Problem(NamedTuple):
-    """An oscillator in the unit of time of its reference forcing, per mass.
+    """An oscillator, its forcing period 2 pi, per mass.
 
     Few arrays, as each that is passed on is counted by numba, at a cost.
     """
