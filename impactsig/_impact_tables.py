@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from .impacts import Impacts
 
-MEASURED = ("contact_time", "peak", "impulse", "rise_time", "approach_velocity")
+MEASURED = ("contact_time", "peak", "impulse", "rise_time", "approach_velocity", "pulses")
 COLUMNS = ("time", *MEASURED, "flags")
 HEAD = "# impactsig "
 """Begins the line that holds the run."""

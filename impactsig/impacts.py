@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from datetime import datetime
 from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -39,6 +39,27 @@ FLAG_NAMES = {
 }
 
 
+KINDS = {
+    "glitch": "single samples that stand alone",
+    "wide": "pulses longer than a contact",
+    "baseline": "moves of the baseline",
+}
+"""Kinds of disturbances, in words."""
+
+
+class Disturbance(NamedTuple):
+    """Something in a record that was kept apart from the impacts."""
+
+    kind: str
+    """"glitch", "wide" or "baseline", see `KINDS`."""
+    start: float
+    """Where it begins [s]."""
+    duration: float
+    """How long it is [s]."""
+    height: float
+    """How high [unit]; 0 where that was not measured."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Impacts:
     """Impacts in the order of time, with what was measured of each and of the run.
@@ -58,19 +79,21 @@ class Impacts:
         From first touch to peak [s].
     approach_velocity : array_like, shape (n,), optional
         Speed towards the stop at first touch, relative to it; of simulated impacts.
+    pulses : array_like, shape (n,), optional
+        How many pulses were merged into each.
     flags : array_like of uint8, shape (n,), optional
         Bits `OPEN_START`, `OPEN_END`, `CLIPPED`, `UNRESOLVED`, `INFERRED`.
     start, duration : float
         Span of the run [s]; by default from the first to the last impact.
     unit : str
         Unit of peak and of the levels.
-    threshold, release : float, optional
-        Level of the (filtered) signal at which an impact is recognised and at which it is over
-        [unit].
+    threshold : float, optional
+        Level of the response at which an impact is recognised [unit].
     noise : float, optional
         Noise level: standard deviation of the signal between impacts [unit].
-    contact_level : float, optional
-        Level above the baseline [unit] that `contact_time` refers to; 0 is the touch itself.
+    contact_level : float or str, optional
+        Level above the baseline [unit] that `contact_time` refers to, or a share of each peak such
+        as "10 %"; 0 is the touch itself.
     gaps : array_like, shape (g, 2), optional
         Spans [s] without valid samples; no interval is taken across one.
     sensor, source : str
@@ -81,6 +104,10 @@ class Impacts:
         How the impacts were found.
     reason : str
         Why there are none, where there are none.
+    notes : tuple of str
+        What makes them doubtful, in sentences.
+    disturbances : tuple of Disturbance
+        What was kept apart from the impacts.
 
     Raises
     ------
@@ -95,21 +122,23 @@ class Impacts:
     impulse: np.ndarray | None = None
     rise_time: np.ndarray | None = None
     approach_velocity: np.ndarray | None = None
+    pulses: np.ndarray | None = None
     flags: np.ndarray = field(default_factory=lambda: np.empty(0, np.uint8))
     # Once made they are numbers; None only asks for the default.
     start: float = None  # type: ignore[assignment]
     duration: float = None  # type: ignore[assignment]
     unit: str = ""
     threshold: float | None = None
-    release: float | None = None
     noise: float | None = None
-    contact_level: float | None = None
+    contact_level: float | str | None = None
     gaps: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
     sensor: str = ""
     source: str = ""
     recorded_at: datetime | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     reason: str = ""
+    notes: tuple[str, ...] = ()
+    disturbances: tuple[Disturbance, ...] = ()
 
     def __post_init__(self) -> None:
         time = _vector("time", self.time)
@@ -153,6 +182,8 @@ class Impacts:
                 array.flags.writeable = False
         store |= {"start": start, "duration": duration}
         store["settings"] = MappingProxyType(dict(self.settings))
+        store["notes"] = tuple(self.notes)
+        store["disturbances"] = tuple(Disturbance(*one) for one in self.disturbances)
         for name, value in store.items():
             object.__setattr__(self, name, value)
 

@@ -9,14 +9,17 @@ from typing import Any, Literal
 import numpy as np
 
 from ..errors import InvalidInput, finite_number
-from ..impacts import Impacts
+from ..impacts import KINDS, Disturbance, Impacts
 from ..recording import Sensor
+from ._force import MOST_SAMPLES, Level, Wanted, detect_force
 from ._merge import Columns, keep_first, merge
+from ._notes import force_notes
 from ._source import Gaps, Source, open_source
 from ._watching import compiling
 
 Polarity = Literal["auto", "positive", "negative"]
 _SIGNS = {"auto": 0.0, "positive": 1.0, "negative": -1.0}
+_PERCENT = re.compile(r"\s*([0-9.eE+-]+)\s*%\s*")
 _SIGMAS = re.compile(r"\s*([0-9.eE+-]+)\s*(?:σ|sigmas?)\s*")
 
 
@@ -27,7 +30,8 @@ def detect_impacts(
     channel: str | int | None = None,
     threshold: float | str | None = None,
     polarity: Polarity = "auto",
-    contact_level: float = 0.0,
+    contact_level: float | str = 0.0,
+    contact_time: tuple[float, float] | None = None,
     merge_within: float = 0.0,
     dead_time: float = 0.0,
     gaps: Gaps = "refuse",
@@ -47,21 +51,26 @@ def detect_impacts(
     channel : str or int, optional
         Which channel, where there are several.
     threshold : float or str, optional
-        Force: level that the matched response must reach (see Notes), in the recording's unit, or
-        as a multiple of its noise, ``"6 sigma"``. By default at least 5 sigma, and such that
-        Gaussian noise would be taken for an impact once in twenty recordings, or once in 500
-        impacts.
+        Force: level that the response to an impact must reach (see Notes), in the recording's unit,
+        or as a multiple of its noise, ``"6 sigma"``. By default at least 5 sigma, and such that in
+        the seconds around Gaussian noise would be taken for an impact once in fifty minutes, or
+        once in 2000 impacts.
         Sound: how many times the noise an impact must reach in every octave, given either way.
         By default it need not; what counts is the rise of power.
     polarity : {"auto", "positive", "negative"}
         Direction of the pulses of a force record; "auto" takes that of the strongest ones.
-    contact_level : float
-        Level above the baseline [unit] between whose crossings the contact time is taken. By
-        default 0: from first to last touch.
+    contact_level : float or str
+        Level above the baseline between whose crossings the contact time is taken: in the
+        recording's unit, or as a share of each impact's own peak, ``"10 %"``. By default 0: from
+        first to last touch.
+    contact_time : (float, float), optional
+        Shortest and longest contact [s] of a force record; pulses of other lengths are no impacts.
+        By default up to 30 ms or 64 samples, whichever is more; where no pulse is as short as that,
+        up to 1 s or 1024 samples.
     merge_within : float
-        Impacts at most this long after the first of a group [s] become one with it: its instant,
-        the greatest peak, contact times and impulses added. For the press and release of a key,
-        or the ringing of a structure.
+        Impacts at most this long after the first of a group [s] become one with it: its instant
+        and contact time, the greatest peak, the impulses added, and how many they were. For the
+        press and release of a key, or the ringing of a structure.
     dead_time : float
         Impacts at most this long after one [s] are ignored.
     gaps : {"refuse", "split"}
@@ -72,7 +81,8 @@ def detect_impacts(
     Returns
     -------
     Impacts
-        With `reason` where there are none.
+        With `reason` where there are none, `notes` on what makes them doubtful, and the
+        `disturbances` that were kept apart from them.
 
     Raises
     ------
@@ -84,11 +94,15 @@ def detect_impacts(
 
     Notes
     -----
-    Force: the matched response is the mean of x over a width w less the mean over both flanks,
-    with w from the strongest pulses, scaled such that a half-sine pulse gives its height. An
-    impact begins where it reaches the threshold and is over where it falls below half of it.
-    `Impacts.noise` is the standard deviation of the samples between impacts. How a pulse is
-    measured is told in `impactsig.detect._pulse`.
+    Force: the response to a width w is the mean of the samples over w less the mean over both
+    flanks, scaled such that the half-sine of the matching length gives its height; it must also
+    rise above the higher flank, which no step and no ramp does. An impact is a crest of the
+    response at the width at which it stands highest above its noise, of all widths up to that of
+    the longest contact. Noise, mains hum and the steps of the converter are read from the samples
+    between impacts within eight seconds of it, and hum is taken off by a fit; single samples that
+    stand alone among longer pulses are glitches. `Impacts.noise` is the standard deviation of the
+    samples between impacts, ``settings`` holds what was read of the instrument. How a pulse is
+    measured is described in `impactsig.detect._pulse`.
 
     Sound: see `impactsig.detect._sound`. Where at least half of the impacts sound alike, those that
     do are timed by their waveform, to about a hundredth of a sample; others by their attack, to a
@@ -105,13 +119,14 @@ def detect_impacts(
     if sensor not in (None, "force", "sound"):
         raise InvalidInput("sensor", sensor, '"force" or "sound"')
     for name, value in (
-        ("contact_level", contact_level),
         ("merge_within", merge_within),
         ("dead_time", dead_time),
     ):
         if finite_number(name, value, "a finite number, 0 or greater") < 0:
             raise InvalidInput(name, value, "a finite number, 0 or greater")
     chosen = parse_threshold(threshold)
+    level, relative = parse_contact_level(contact_level)
+    span = parse_contact_time(contact_time)
     opened = open_source(source, channel, sensor, gaps)
     kind = sensor or opened.head.sensor
     settings: dict[str, Any] = {
@@ -121,9 +136,24 @@ def detect_impacts(
         "dead_time": dead_time,
         "gaps": gaps,
     }
-    find = _find_sound if kind == "sound" else _find_force
     with compiling():
-        columns, run = find(opened, chosen, _SIGNS[polarity], contact_level, skip_quiet)
+        if kind == "sound":
+            if polarity != "auto" or level or contact_time is not None:
+                raise next(
+                    InvalidInput(
+                        name, value, "its default for sound", "It is of force records only"
+                    )
+                    for name, value, default in (
+                        ("polarity", polarity, "auto"),
+                        ("contact_level", contact_level, 0.0),
+                        ("contact_time", contact_time, None),
+                    )
+                    if value != default
+                )
+            columns, run = _find_sound(opened, chosen, skip_quiet)
+        else:
+            wanted = Wanted(_SIGNS[polarity], chosen, level, relative, *span, skip_quiet)
+            columns, run = _find_force(opened, wanted, contact_level)
     if dead_time > 0:
         columns = keep_first(columns, dead_time)
     if merge_within > 0:
@@ -144,8 +174,8 @@ def detect_impacts(
     )
 
 
-def parse_threshold(threshold: float | str | None) -> tuple[str, float] | None:
-    """("unit", level) or ("sigma", multiple) from what the user gave.
+def parse_threshold(threshold: float | str | None) -> Level:
+    """The level, in the unit or in standard deviations, from what the user gave.
 
     Raises
     ------
@@ -153,99 +183,138 @@ def parse_threshold(threshold: float | str | None) -> tuple[str, float] | None:
         If it is neither a positive number nor one followed by "sigma".
     """
     if threshold is None:
-        return None
-    kind, text = "unit", threshold
-    if isinstance(threshold, str):
-        match = _SIGMAS.fullmatch(threshold)
-        if match:
-            kind, text = "sigma", match[1]
+        return Level()
+    match = _SIGMAS.fullmatch(threshold) if isinstance(threshold, str) else None
     try:
-        value = float(text)
+        value = float(match[1] if match else threshold)
     except (TypeError, ValueError):
         value = math.nan
     if not (math.isfinite(value) and value > 0):
         raise InvalidInput(
             "threshold", threshold, 'a positive level, or a multiple of the noise such as "6 sigma"'
         )
-    return kind, value
+    return Level(sigma=value) if match else Level(unit=value)
+
+
+def parse_contact_level(level: float | str) -> tuple[float, bool]:
+    """The level, and whether it is a share of the peak.
+
+    Raises
+    ------
+    InvalidInput
+        If it is neither a level of 0 or more nor a percentage below 100.
+    """
+    match = _PERCENT.fullmatch(level) if isinstance(level, str) else None
+    try:
+        value = float(match[1]) / 100 if match else float(level)
+    except (TypeError, ValueError):
+        value = math.nan
+    if not (math.isfinite(value) and value >= 0 and (not match or 0 < value < 1)):
+        raise InvalidInput(
+            "contact_level",
+            level,
+            'a level of 0 or more in the unit, or a share of the peak such as "10 %"',
+        )
+    return value, match is not None
+
+
+def parse_contact_time(span: Any) -> tuple[float, float | None]:
+    """Shortest and longest contact [s], None where the record decides.
+
+    Raises
+    ------
+    InvalidInput
+        If they are no two times, the longest greater than the shortest.
+    """
+    if span is None:
+        return 0.0, None
+    try:
+        shortest, longest = (float(one) for one in span)
+    except (TypeError, ValueError):
+        shortest = longest = math.nan
+    if not (0 <= shortest < longest < math.inf):
+        raise InvalidInput(
+            "contact_time",
+            span,
+            "the shortest and the longest contact [s], 0 <= shortest < longest",
+            "contact_time=(0, 0.1) finds pulses of up to 0.1 s",
+        )
+    return shortest, longest
 
 
 def _find_force(
-    source: Source, threshold: tuple[str, float] | None, sign: float, level: float, skip: bool
+    source: Source, wanted: Wanted, contact_level: float | str
 ) -> tuple[Columns, dict[str, Any]]:
-    from ._force import detect_force
-
-    def choose(noise: float) -> float | None:
-        if threshold is None:
-            return None
-        if threshold[0] == "unit":
-            return threshold[1]
-        if noise == 0:
-            raise InvalidInput(
-                "threshold",
-                f"{threshold[1]:g} sigma",
-                "a level in the unit",
-                "This record has no noise to take a multiple of",
-            )
-        return threshold[1] * noise
-
-    found = detect_force(
-        source.pieces,
-        threshold=choose,
-        polarity=sign,
-        contact_level=level,
-        in_memory=source.in_memory,
-        skip=skip,
-    )
-    rate, unit = source.head.rate, source.head.unit
+    if wanted.longest is not None and wanted.longest * source.head.rate > MOST_SAMPLES:
+        raise InvalidInput(
+            "contact_time",
+            (wanted.shortest, wanted.longest),
+            f"contacts of at most {MOST_SAMPLES:g} samples, {MOST_SAMPLES / source.head.rate:g} s",
+            "Resample the recording: such long contacts need fewer samples a second",
+        )
+    found = detect_force(source.pieces, source.head.rate, wanted, in_memory=source.in_memory)
+    rate, unit, start = source.head.rate, source.head.unit, source.head.start
     names = ("time", "contact_time", "peak", "impulse", "rise_time")
     if found is None:
         columns: Columns = {name: np.empty(0) for name in names} | {"flags": np.empty(0, np.uint8)}
         reason = "the record is constant, or too short to show its noise"
         return columns, {"reason": reason, "settings": {}}
-    start, contact, peak, impulse, rise = found.columns.T
-    values = (source.head.start + start / rate, contact / rate, peak, impulse / rate, rise / rate)
+    if wanted.level.sigma is not None and found.response_noise == 0:
+        raise InvalidInput(
+            "threshold",
+            f"{wanted.level.sigma:g} sigma",
+            "a level in the unit",
+            "This record has no noise to take a multiple of",
+        )
+    first, contact, peak, impulse, rise = found.columns.T
+    values = (start + first / rate, contact / rate, peak, impulse / rate, rise / rate)
     columns = dict(zip(names, values, strict=True)) | {"flags": found.flags}
-    levels = found.levels
+    level = found.threshold
+    if wanted.level.unit is not None:
+        level = wanted.level.unit
+    elif wanted.level.sigma is not None:
+        level = wanted.level.sigma * found.response_noise
     reason = ""
-    if not len(start):
+    if not len(first):
         shown = f" {unit}" if unit else ""
-        level_text = f"the threshold of {levels.threshold:.3g}{shown}"
-        noise_text = f"(noise of the response {levels.matched_noise:.3g})"
-        if found.reached >= levels.threshold:
-            reason = (
-                f"what exceeds {level_text} is no pulse: it does not come back down on both "
-                "sides (a step, a ramp)"
-            )
-        elif found.strongest < levels.threshold:
-            strongest = f"{found.strongest:.3g}{shown}"
-            reason = f"the strongest response is {strongest}, below {level_text} {noise_text}"
-        else:
-            # At another width than that of the search it may be above.
-            reason = f"all responses are below {level_text} {noise_text}"
+        reason = f"no pulse reaches the threshold of {level:.3g}{shown}"
+        if found.disturbances:
+            reason += f", but for what is none: {_counted(found.disturbances)}"
+    settings: dict[str, Any] = {
+        "polarity": "positive" if found.sign > 0 else "negative",
+        "width": found.width / rate,
+        "response_noise": found.response_noise,
+    }
+    if found.step:
+        settings["converter_step"] = found.step
+    if found.hum:
+        settings["hum"] = {f"{f:g} Hz": a for f, a in found.hum.items()}
+    if wanted.longest is not None:
+        settings["contact_time"] = (wanted.shortest, wanted.longest)
     return columns, {
-        "threshold": levels.threshold,
-        "release": levels.release,
-        "noise": levels.noise,
-        "contact_level": level,
+        "threshold": level,
+        "noise": found.noise,
+        "contact_level": contact_level,
         "reason": reason,
-        "settings": {
-            "polarity": "positive" if found.matched.gain > 0 else "negative",
-            "width": found.matched.width / rate,
-            "matched_noise": levels.matched_noise,
-        },
+        "notes": force_notes(found, rate, wanted.longest is None),
+        "disturbances": tuple(
+            Disturbance(one.kind, start + one.start / rate, one.duration / rate, one.height)
+            for one in found.disturbances
+        ),
+        "settings": settings,
     }
 
 
-def _find_sound(
-    source: Source, threshold: tuple[str, float] | None, sign: float, level: float, skip: bool
-) -> tuple[Columns, dict[str, Any]]:
+def _counted(disturbances: list[Disturbance]) -> str:
+    """How many of each kind there are."""
+    kinds = [one.kind for one in disturbances]
+    return ", ".join(f"{kinds.count(kind)} {KINDS[kind]}" for kind in dict.fromkeys(kinds))
+
+
+def _find_sound(source: Source, level: Level, skip: bool) -> tuple[Columns, dict[str, Any]]:
     from ._sound import detect_sound
 
-    if sign or level:
-        name, value = ("polarity", sign) if sign else ("contact_level", level)
-        raise InvalidInput(name, value, "its default for sound", "A sound has no contact time")
-    multiple = None if threshold is None else threshold[1]
+    multiple = level.sigma if level.unit is None else level.unit
     found = detect_sound(source.pieces, source.head.rate, threshold=multiple, skip=skip)
     columns: Columns = {
         "time": source.head.start + found.time,

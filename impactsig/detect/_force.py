@@ -1,10 +1,9 @@
 """Impacts in a force record: load cell, strain gauge, accelerometer.
 
-Two passes over the record. The first surveys it: ranges of its blocks, its strongest frames and a
-bounded, evenly spread choice of frames; from these follow the direction and typical width of the
-pulses, the noise and the levels. The second looks for stretches where the matched response
-exceeds the threshold, and measures the pulse in each. Nothing depends on how the record was cut
-into blocks, and memory is bounded.
+The record is gone through twice. The first pass surveys it: its range and its steepest stretches,
+from which the direction of the pulses follows. The second goes from second to second
+(`_spans.py`): background, converter, hum, responses of many widths, events. Here the events
+become impacts or disturbances, and each impact is measured at its own width (`_pulse.py`).
 """
 
 from __future__ import annotations
@@ -15,36 +14,71 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._force_kernels import Matched, scan
-from ._levels import LEAST_SIGMA, Levels, discovery_level, matched_response, noise_levels
-from ._pulse import NO_PULSE, measure_all, measure_reach
-from ._stream import FRAME, Frame, Piece, frames, refuse_huge
-from ._survey import Survey, survey
+from ..impacts import CLIPPED, Disturbance
+from ._direction import direction
+from ._disturbances import baseline_moves
+from ._event_kernels import place
+from ._judging import (
+    LEAST_SAMPLES,
+    Judge,
+    Level,
+    alone,
+    at_end,
+    drawn_together,
+    one_sided_noise,
+    worst,
+)
+from ._ladder import MATCH
+from ._pulse import measure_all
+from ._spans import BESIDE, LEAST, Grid, Span, Spans
+from ._stream import FRAME, Frame, Piece, frames
+from ._survey import survey
 
-LEAST_SAMPLES = 32  # a shorter record shows no noise to tell an impact from
-FLOOR = 0.005  # of the strongest response: the least automatic threshold
-ROW = 8  # start, contact, peak, impulse, rise, flags, response, noise of it
+LONGEST, LONGER = (0.03, 64.0), (1.0, 1024.0)
+"""Longest contact unless the user says otherwise, and where no pulse is as short as that: so many
+seconds or samples, whichever is more."""
+MOST_SAMPLES = 1e6
+"""Longest contact that may be asked for."""
+SLOW = 3.0
+"""Times the noise that the baseline moves by, where something slow may be an impact."""
+RESPONSE = 1.03
+"""Noise of the response to one sample over that of a sample."""
+COLUMNS = 5  # start, contact, peak, impulse, rise
+ROW = 10  # those, then flags, clipped, width, height over noise, height
+
+
+class Wanted(NamedTuple):
+    """What the user wants of the search."""
+
+    polarity: float  # 1, -1, or 0 for that of the record
+    level: Level
+    contact_level: float
+    relative: bool  # the contact level is a share of the peak
+    shortest: float  # contact [s]
+    longest: float | None
+    skip: bool
 
 
 class ForceImpacts(NamedTuple):
-    """Columns of the impacts found, times in samples since the start of the record."""
+    """What was found in a record; times in samples since its beginning."""
 
     columns: np.ndarray  # (n, 5): start, contact, peak, impulse, rise
     flags: np.ndarray
-    levels: Levels
-    matched: Matched
-    strongest: float  # response in the strongest frames of the record, at the best of all widths
-    reached: float  # greatest response of a stretch that was measured, pulse or not; 0 if none was
+    sure: np.ndarray  # height over noise
+    width: float  # median, of the response
+    sign: float
+    noise: float  # of the samples
+    response_noise: float  # at the median width
+    threshold: float  # median over the record, at the median width
+    step: float  # of the converter
+    hum: dict[float, float]  # amplitude by frequency
+    disturbances: list[Disturbance]
+    longest: float  # contact that was searched for [s]
+    moves: bool  # something slower than that does
 
 
 def detect_force(
-    pieces: Callable[[], Iterable[Piece]],
-    *,
-    threshold: Callable[[float], float | None],
-    polarity: float,
-    contact_level: float,
-    in_memory: bool,
-    skip: bool,
+    pieces: Callable[[], Iterable[Piece]], rate: float, wanted: Wanted, *, in_memory: bool
 ) -> ForceImpacts | None:
     """Find and measure the impacts; None if the record is constant or too short.
 
@@ -52,165 +86,219 @@ def detect_force(
     ----------
     pieces : callable
         Gives the record's stretches of finite samples, anew at each call.
-    threshold : callable
-        From the noise of the matched response, the threshold to use; None for the automatic one.
-    polarity : {1.0, -1.0, 0.0}
-        Direction of the pulses; 0 takes that of the strongest.
-    contact_level : float
-        Level above the baseline the contact time refers to; 0 is the touch.
+    rate : float
+        Samples a second.
     in_memory : bool
         The pieces are views that stay valid: no frame needs to be copied.
-    skip : bool
-        Pass over stretches that cannot hold an impact.
     """
     record = survey(frames(pieces()), copy=not in_memory)
     if record.samples < LEAST_SAMPLES or record.lowest == record.highest:
         return None
-    refuse_huge(record.lowest, record.highest)
-    matched, strongest = matched_response(record.strong, polarity)
-    noise, matched_noise = noise_levels(record.spread, matched, strongest)
-    automatic = max(LEAST_SIGMA * matched_noise, FLOOR * strongest)
-    given = threshold(matched_noise)
-    level = automatic if given is None else given
-    levels = Levels(level, 0.5 * level, noise, matched_noise)
-    found = [np.empty((0, ROW))]
+    greatest = max(abs(record.lowest), abs(record.highest))
+    # A power of two changes no digit; squares of what is far from 1 would not be numbers.
+    scale = 1.0 if 1e-60 < greatest < 1e60 else 2.0 ** -math.floor(math.log2(greatest))
     size = max(length for _, length in record.segments) if in_memory else 16 * FRAME
-    search: _Search | None = None
-    for frame in frames(pieces(), size):
-        if frame.offset == 0:
-            search = _Search(
-                record, frame.segment, matched, levels, given is None, contact_level, skip
-            )
-        assert search is not None
-        found.append(search.feed(frame))
-    rows = np.concatenate(found)
-    reached = float(np.max(rows[:, 6], initial=0.0))
-    rows = rows[rows[:, 5] != NO_PULSE]
-    if given is None:
-        # Where there is no noise at all, every response is certain.
-        sigmas = np.full(len(rows), np.inf)
-        np.divide(rows[:, 6], rows[:, 7], out=sigmas, where=rows[:, 7] > 0)
-        certain = discovery_level(sigmas, record.samples / matched.width)
-        rows = rows[sigmas >= certain]
-        levels = levels._replace(threshold=max(level, certain * matched_noise))
-    rows = rows[_distinct(rows)]
-    return ForceImpacts(
-        rows[:, :5], rows[:, 5].astype(np.uint8), levels, matched, strongest, reached
-    )
+
+    def search(longest: float) -> ForceImpacts:
+        grid = Grid(rate, longest * rate)
+        sign = wanted.polarity or direction(record, grid, scale)
+        limit = record.highest if sign > 0 else -record.lowest
+        found = _Found(longest, scale)
+        for frame in frames(pieces(), size):
+            if frame.offset == 0:
+                total = next(length for first, length in record.segments if first == frame.segment)
+                stretch = _Search(grid, total, sign, scale, limit, wanted, found)
+            stretch.feed(frame)
+        return found.result(sign)
+
+    if wanted.longest is not None:
+        return search(wanted.longest)
+    found = search(max(LONGEST[0], LONGEST[1] / rate))
+    if len(found.columns) or not found.moves:
+        return found
+    return search(max(LONGER[0], LONGER[1] / rate))
 
 
-def _distinct(columns: np.ndarray) -> np.ndarray:
-    """Indices, in order of time, of the pulses that do not lie on a pulse already there.
+class _Found:
+    """What has been found so far."""
 
-    The response of one pulse may cross the threshold twice; the greater of two pulses that share
-    more than half of the first's contact is kept.
-    """
-    order = np.argsort(columns[:, 0], kind="stable")
-    start, contact, peak = columns[order, :3].T
-    if not np.any(start[1:] < start[:-1] + 0.5 * contact[:-1]):
-        return order
-    kept: list[int] = []
-    for k in range(len(order)):
-        if kept and start[k] < start[kept[-1]] + 0.5 * contact[kept[-1]]:
-            if peak[k] > peak[kept[-1]]:
-                kept[-1] = k
-        else:
-            kept.append(k)
-    return order[kept]
+    def __init__(self, longest: float, scale: float) -> None:
+        self.longest, self.scale = longest, scale
+        self.rows = [np.empty((0, ROW))]
+        self.noise: list[np.ndarray] = []
+        self.certain: list[float] = []
+        self.sigma: list[float] = []
+        self.steps: list[float] = []
+        self.hum: list[dict[float, float]] = []
+        self.disturbances: list[Disturbance] = []
+        self.widths = np.empty(0)
+        self.moves = False
+
+    def add(self, rows: np.ndarray, span: Span, certain: float, widths: np.ndarray) -> None:
+        self.rows.append(rows)
+        self.noise.append(span.noise)
+        self.sigma.append(span.sigma)
+        self.certain.append(certain)
+        self.steps.append(span.step)
+        self.hum.append(span.hum)
+        self.widths = widths
+        self.moves |= bool(np.ptp(span.medians) > SLOW * span.sigma) or bool(self.disturbances)
+
+    def result(self, sign: float) -> ForceImpacts:
+        rows = np.concatenate(self.rows)
+        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+        flags = rows[:, 5].astype(np.uint8) | (CLIPPED * rows[:, 6]).astype(np.uint8)
+        width = float(np.median(rows[:, 7])) if len(rows) else 1.0
+        noise = np.median(self.noise, axis=0) if self.noise else np.zeros(1)
+        rung = int(np.argmin(np.abs(np.log(self.widths / width)))) if len(self.widths) else 0
+        steps = [one for one in self.steps if one]
+        hum = {
+            f: float(np.median([one.get(f, 0.0) for one in self.hum]))
+            for f in sorted({f for one in self.hum for f in one})
+        }
+        back = 1.0 / self.scale
+        columns = rows[:, :COLUMNS].copy()
+        columns[:, 2:4] *= back
+        tiny = np.finfo(float).tiny
+        response = float(noise[rung]) if noise[rung] > 2 * tiny else 0.0
+        return ForceImpacts(
+            columns,
+            flags,
+            rows[:, 8],
+            width,
+            sign,
+            float(np.median(self.sigma)) * back if self.sigma else 0.0,
+            response * back,
+            (float(np.median(self.certain)) if self.certain else LEAST) * response * back,
+            (float(np.median(steps)) if len(steps) > len(self.steps) / 2 else 0.0) * back,
+            {f: a * back for f, a in hum.items() if a > 0},
+            [one._replace(height=one.height * back) for one in self.disturbances],
+            self.longest,
+            self.moves,
+        )
 
 
 class _Search:
-    """The second pass over one segment."""
+    """The second pass over one stretch without gaps."""
 
     def __init__(
         self,
-        record: Survey,
-        segment: int,
-        matched: Matched,
-        levels: Levels,
-        adaptive: bool,
-        contact_level: float,
-        skip: bool,
+        grid: Grid,
+        total: int,
+        sign: float,
+        scale: float,
+        limit: float,
+        wanted: Wanted,
+        found: _Found,
     ) -> None:
-        index = next(i for i, part in enumerate(record.segments) if part[0] == segment)
-        self.segment, self.total = record.segments[index]
-        self.low, self.high = record.low[index], record.high[index]
-        self.matched = matched
-        self.limits = (
-            levels.threshold,
-            levels.release,
-            levels.noise,
-            levels.matched_noise,
-            LEAST_SIGMA if adaptive else 0.0,
+        self.grid, self.total, self.wanted, self.found = grid, total, wanted, found
+        self.factor, self.limit = sign * scale, limit * scale
+        self.spans = Spans(
+            grid,
+            total,
+            wanted.level.unit and wanted.level.unit * scale,
+            wanted.level.sigma,
+            wanted.skip,
         )
-        self.contact_level, self.skip = contact_level, skip
-        self.limit = record.highest if matched.gain > 0 else -record.lowest
-        # Long against the reach of the response, which is summed anew for each unit.
-        self.unit = max(1024, 1 << (4 * (matched.far + matched.width) - 1).bit_length())
-        self.buffer = np.empty(0)
-        self.origin = 0  # sample of the segment that buffer[0] is
-        self.scanned = 0
-        self.state = np.zeros(6)
-        self.candidates = np.empty((0, 5))
+        self.held = np.empty(0)
+        self.offset = 0  # sample of the stretch that held[0] is
+        self.reference = 0.0
         self.measured = 0
 
-    def feed(self, frame: Frame) -> np.ndarray:
-        """Take the next frame; return the rows of the impacts that are now complete."""
-        self.buffer = (
-            np.concatenate((self.buffer, frame.samples)) if len(self.buffer) else frame.samples
+    def feed(self, frame: Frame) -> None:
+        """Take the next frame; report what is complete."""
+        if self.total < LEAST_SAMPLES:
+            return
+        held = np.concatenate((self.held, frame.samples)) if len(self.held) else frame.samples
+        spans = self.spans
+        while (k := spans.done[0]) < spans.count:
+            first, last = self.grid.bounds(k, self.total)
+            if last > self.offset + len(held):
+                break
+            if k == 0:
+                self.reference = float(held[0])
+            part = held[first - self.offset : last - self.offset].astype(np.float64)
+            part -= self.reference
+            part *= self.factor
+            spans.load(part)
+            while (m := self.measured) < spans.count and (
+                min(m + BESIDE, spans.count - 1) < spans.done[-1]
+            ):
+                self._report(m, frame.segment)
+                self.measured += 1
+                spans.forget(self.measured - BESIDE - 1)
+        done = max(spans.done[0] * self.grid.span - self.offset, 0)
+        self.held, self.offset = held[done:], self.offset + min(done, len(held))
+
+    def _report(self, k: int, segment: int) -> None:
+        """Measure the impacts of span k, and note its disturbances."""
+        spans, grid = self.spans, self.grid
+        span = spans.spans[k]
+        beside = spans.around(k, BESIDE)
+        near = np.concatenate([one.events for one in beside])
+        seconds = sum(one.last - one.first for one in beside) / grid.rate
+        judge = Judge(near, seconds, grid, self.wanted.level, self.wanted.shortest)
+        group = near[judge.passes(near)]
+        events = span.events[judge.passes(span.events)]
+        events[:, 1] = drawn_together(events, group)
+        rows = self._measure(k, events, group)
+        while len(events):
+            # A neighbour in its flanks makes a pulse look narrower than it is.
+            off = rows[:, 1] / (rows[:, 7] / MATCH)
+            widen = (rows[:, 5] == 0) & (off > 1.5) & (off < 10.0) & (rows[:, 7] > 2.0)
+            if widen.any():
+                events[widen, 1] = MATCH * rows[widen, 1]
+                rows = self._measure(k, events, group)
+            kept = judge.consistent(rows, self.total)
+            for i in np.flatnonzero(kept & at_end(rows, self.total)):
+                kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])
+            kept &= alone(rows)
+            if kept.all():
+                break
+            events = events[~worst(~kept, rows[:, 8])]  # what is no pulse bounds none
+            rows = self._measure(k, events, group)
+        self.found.disturbances += [
+            one._replace(start=one.start + segment)
+            for one in (
+                *(Disturbance("glitch", float(i), 1.0, 0.0) for i in span.first + span.glitches),
+                *(
+                    Disturbance("wide", event[0] - 0.5 * event[1], event[1], event[2])
+                    for event in span.events[judge.too_wide(span.events)]
+                ),
+                *baseline_moves(spans, k),
+            )
+        ]
+        rows[:, 0] += segment
+        self.found.add(rows, span, judge.usual_level, grid.rungs.width)
+
+    def _measure(self, k: int, events: np.ndarray, group: np.ndarray) -> np.ndarray:
+        """Rows of the events of span k, each at its width; the group bounds the first and last."""
+        rows = np.empty((len(events), ROW))
+        if not len(events):
+            return rows
+        spans, span, grid = self.spans, self.spans.spans[k], self.grid
+        events = events.copy()
+        events[:, 1] = np.maximum(np.round(events[:, 1]), 1.0)
+        samples, origin = spans.clean(k)
+        place(samples, origin, self.total, events, grid.rungs, span.noise)
+        others = group[:, 0]
+        before = others[others < span.first].max(initial=-1.0)
+        after = others[others >= span.last].min(initial=float(self.total))
+        # Where nothing moves but impacts, the least noise that was assumed is none.
+        sigma = np.full(len(events), span.noise[0] / RESPONSE if span.sigma else 0.0)
+        measure_all(
+            samples,
+            span.samples,
+            span.first,
+            origin,
+            self.total,
+            np.column_stack((events[:, 0], events[:, 4], events[:, 1], sigma)),
+            before,
+            after,
+            self.wanted.contact_level * (1.0 if self.wanted.relative else abs(self.factor)),
+            self.wanted.relative,
+            self.limit - self.factor * self.reference,
+            rows,
         )
-        end = self.origin + len(self.buffer)
-        # The noise of the unit after the last one searched is looked at as well.
-        ready = self.total if frame.last else (end - self.unit) // self.unit * self.unit
-        if ready > self.scanned:
-            out = np.empty(((ready - self.scanned) // 2 + 2, 5))
-            found = scan(
-                self.buffer,
-                self.origin,
-                self.total,
-                self.scanned,
-                ready,
-                self.unit,
-                self.matched,
-                self.limits,
-                self.low,
-                self.high,
-                self.skip,
-                self.state,
-                out,
-            )
-            self.candidates = np.concatenate((self.candidates, out[:found]))
-            self.scanned = ready
-        if frame.last and self.state[0]:
-            self.candidates = np.concatenate((self.candidates, self.state[None, 1:]))
-        complete = len(self.candidates)
-        reach = measure_reach(self.matched.width)
-        if not frame.last:
-            # A neighbour may still turn up within reach, or be the one under way.
-            horizon = min(self.scanned, self.state[1] if self.state[0] else math.inf) - reach - 1
-            complete = int(np.searchsorted(self.candidates[:, 0], horizon))
-        rows = np.empty((max(complete - self.measured, 0), ROW))
-        if len(rows):
-            measure_all(
-                self.buffer,
-                self.origin,
-                self.total,
-                self.candidates,
-                (self.measured, complete),
-                math.copysign(1.0, self.matched.gain),
-                self.matched.width,
-                self.contact_level,
-                self.limit,
-                rows,
-            )
-            rows[:, 0] += self.segment
-            rows[:, 6:] = self.candidates[self.measured : complete][:, [2, 4]]
-            self.measured = complete
-        needed = self.scanned - self.unit
-        if self.measured < len(self.candidates):
-            needed = min(needed, int(self.candidates[self.measured, 0]) - reach)
-        if self.state[0]:
-            needed = min(needed, int(self.state[1]) - reach)
-        keep = max(needed - self.origin, 0)
-        self.buffer, self.origin = self.buffer[keep:], self.origin + keep
+        rows[:, 7], rows[:, 8], rows[:, 9] = events[:, 1], events[:, 3], events[:, 2]
         return rows

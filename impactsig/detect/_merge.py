@@ -26,8 +26,8 @@ def keep_first(columns: Columns, dead_time: float) -> Columns:
 def merge(columns: Columns, within: float) -> Columns:
     """Make one of the impacts at most `within` after the first of them.
 
-    The first one's instant; the greatest peak, and the rise from the first touch to it; contact
-    times and impulses added; flags joined.
+    The first one's instant and contact time; the greatest peak, and the rise from the first touch
+    to it; impulses added; flags joined; how many they were.
     """
     first = group_starts(columns["time"], within)
     if not len(first):
@@ -35,9 +35,11 @@ def merge(columns: Columns, within: float) -> Columns:
     merged = {"time": columns["time"][first]}
     merged["peak"] = np.maximum.reduceat(columns["peak"], first)
     merged["flags"] = np.bitwise_or.reduceat(columns["flags"], first)
-    for name in ("contact_time", "impulse"):
-        if name in columns:
-            merged[name] = np.add.reduceat(columns[name], first)
+    merged["pulses"] = np.diff(np.append(first, len(columns["time"]))).astype(float)
+    if "contact_time" in columns:
+        merged["contact_time"] = columns["contact_time"][first]
+    if "impulse" in columns:
+        merged["impulse"] = np.add.reduceat(columns["impulse"], first)
     if "rise_time" in columns:
         group = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(columns["time"]))))
         # lexsort puts the greatest peak of each group last.

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import njit
-from ..impacts import CLIPPED, OPEN_END, OPEN_START, UNRESOLVED
+from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
 from ._pulse_edges import crest_at, crossing, integral, remove_baseline, touch, valley, walk
 from ._pulse_fit import PARAMETERS, fit_pulse
 
@@ -62,9 +62,7 @@ def measure_reach(width):
 
 
 @njit(nogil=True)
-def measure_pulse(
-    signal, origin, total, sign, peak, base, before, after, width, sigma, level, limit
-):
+def measure_pulse(signal, origin, total, peak, base, before, after, width, sigma, level, relative):
     """Measure the pulse around `peak`.
 
     Parameters
@@ -73,35 +71,30 @@ def measure_pulse(
         The samples from `origin` on of a segment of `total` samples, or as many as may matter.
     origin, total : int
         Place of signal[0] in the segment, and the length of the segment.
-    sign : float
-        1 or -1: direction of the pulses.
     peak, before, after : int
         Place in the segment of this pulse's peak, and of its neighbours' (-1 and `total` if
         there is none).
     base : float
-        First guess of the baseline, times sign.
+        First guess of the baseline.
     width : int
-        Typical width of a pulse in samples.
+        Width of the response that suits the pulse, in samples.
     sigma : float
         Standard deviation of the noise.
-    level : float
-        Level above the baseline that the contact time refers to; 0 for the touch itself.
-    limit : float
-        Greatest value of the record, times sign: three samples of the pulse in a row at it are
-        called clipped.
+    level, relative : float, bool
+        Level above the baseline that the contact time refers to, as a share of the peak if
+        relative; 0 for the touch itself.
     """
     reach = measure_reach(width)
     lo, hi = max(0, peak - reach), min(total, peak + reach + 1)
     place = Place(before, peak, after, lo, hi, total)
     x = np.empty(hi - lo)
     for i in range(hi - lo):
-        x[i] = sign * signal[lo - origin + i]
+        x[i] = signal[lo - origin + i]
     top, crest = _summit(x, place, base, width, sigma)
     height = crest - base
     if crest - _foot(x, top, width) < 0.4 * height:
         return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
     extent, flags = _extent(x, top, place, base, height, width, sigma)
-    clipped = _longest_run(x[extent.left : extent.right + 1], limit) >= 3
     for i in range(len(x)):
         x[i] -= base
     height -= _level_out(x, top, extent, place, width, sigma, height)
@@ -125,10 +118,11 @@ def measure_pulse(
     rise = min(max(rise, 0.0), contact)
     if level > 0.0:
         contact = 0.0
+        level *= crest if relative else 1.0
         if height > level:
             contact = crossing(x, top, 1, extent.right_limit, level)
             contact -= crossing(x, top, -1, extent.left_limit, level)
-    return Pulse(lo + start, contact, crest, impulse, rise, flags | (CLIPPED if clipped else 0))
+    return Pulse(lo + start, contact, crest, impulse, rise, flags)
 
 
 @njit(nogil=True)
@@ -196,16 +190,6 @@ def _extent(x, top, place, base, height, width, sigma):
 
 
 @njit(nogil=True)
-def _longest_run(x, limit):
-    """How many samples in a row, at most, are at or above `limit`."""
-    run = longest = 0
-    for i in range(len(x)):
-        run = run + 1 if x[i] >= limit else 0
-        longest = max(longest, run)
-    return longest
-
-
-@njit(nogil=True)
 def _level_out(x, top, extent, place, width, sigma, height):
     """Subtract the baseline beside the pulse, clear of its neighbours; its value at the top."""
     left, right = extent.left, extent.right
@@ -265,31 +249,50 @@ def _by_shape(x, top, crest, extent, width, sigma, height):
 
 
 @njit(nogil=True)
-def measure_all(signal, origin, total, candidates, span, sign, width, level, limit, out):
-    """Measure the candidates first ... last - 1 of `span` into rows of `out`.
+def measure_all(
+    signal, raw, start, origin, total, events, before, after, level, relative, limit, out
+):
+    """Measure `events` into rows of `out`: the fields of Pulse, then 1 if the pulse is clipped.
 
-    A candidate is its peak's index, its flanks' mean, its response, the noise there. A row holds
-    the fields of Pulse. For the other arguments see `measure_pulse`.
+    Parameters
+    ----------
+    signal : array
+        Samples without hum, from sample `origin` on, of `total` in all.
+    raw : array
+        Samples as they came, from sample `start` on.
+    events : array (n, 4)
+        Place of the response's crest, mean of its flanks, width, noise of a sample.
+    before, after : float
+        Places of the crests before the first and after the last, -1 and `total` where none is.
+    level, relative : float, bool
+        That the contact time refers to; a share of the peak if relative.
+    limit : float
+        Greatest value of the record: three samples in a row at it are clipped.
     """
-    first, last = span
-    for k in range(first, last):
-        peak = int(candidates[k, 0])
-        before = int(candidates[k - 1, 0]) if k > 0 else -1
-        after = int(candidates[k + 1, 0]) if k + 1 < len(candidates) else total
+    for k in range(len(events)):
+        peak = int(events[k, 0] + 0.5)
+        previous = int(events[k - 1, 0] + 0.5) if k > 0 else int(before)
+        following = int(events[k + 1, 0] + 0.5) if k + 1 < len(events) else int(after)
         pulse = measure_pulse(
             signal,
             origin,
             total,
-            sign,
             peak,
-            candidates[k, 1],
-            before,
-            after,
-            width,
-            candidates[k, 3],
+            events[k, 1],
+            previous,
+            following,
+            int(events[k, 2]),
+            events[k, 3],
             level,
-            limit,
+            relative,
         )
-        row = k - first
-        out[row, 0], out[row, 1], out[row, 2] = pulse.start, pulse.contact, pulse.peak
-        out[row, 3], out[row, 4], out[row, 5] = pulse.impulse, pulse.rise, pulse.flags
+        out[k, 0], out[k, 1], out[k, 2] = pulse.start, pulse.contact, pulse.peak
+        out[k, 3], out[k, 4], out[k, 5] = pulse.impulse, pulse.rise, pulse.flags
+        run = longest = 0
+        if pulse.flags != NO_PULSE:
+            first = max(int(pulse.start) - 1, start)
+            last = min(int(pulse.start + pulse.contact) + 2, start + len(raw))
+            for i in range(first, last):
+                run = run + 1 if raw[i - start] >= limit else 0
+                longest = max(longest, run)
+        out[k, 6] = 1.0 if longest >= 3 else 0.0

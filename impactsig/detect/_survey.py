@@ -1,23 +1,20 @@
-"""The first pass over a force record: what the levels and the search need to know of it.
-
-Memory is bounded: a few stretches of samples, and 1/256 of the record for the ranges of its
-blocks.
-"""
+"""The first pass over a force record: its range and its steepest stretches, in bounded memory."""
 
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._force_kernels import BLOCK, block_ranges
+from .._compiled import njit
 from ._stream import Frame
 
-KEPT_SPREAD = 64  # frames kept for the noise level
-KEPT_STRONG = 6  # stretches kept for the width and the direction of the pulses
-AROUND = 1 << 14  # samples to either side of the steepest block in such a stretch
+BLOCK = 512  # samples that share one least and one greatest value
+KEPT = 5  # steepest stretches, which show the direction of the pulses
+AROUND = 1 << 12  # samples to either side of the steepest block in such a stretch
 
 
 @dataclass
@@ -25,61 +22,53 @@ class Survey:
     """What the first pass keeps of a record."""
 
     samples: int = 0
+    lowest: float = math.inf
+    highest: float = -math.inf
     segments: list[tuple[int, int]] = field(default_factory=list)  # first sample, length
-    low: list[np.ndarray] = field(default_factory=list)  # one array of block ranges a segment
-    high: list[np.ndarray] = field(default_factory=list)
-    spread: list[np.ndarray] = field(default_factory=list)
-    strong: list[tuple[np.ndarray, bool]] = field(default_factory=list)  # is it a whole segment?
-
-    @property
-    def lowest(self) -> float:
-        """Least sample of the record."""
-        return float(min(part.min() for part in self.low))
-
-    @property
-    def highest(self) -> float:
-        """Greatest sample of the record."""
-        return float(max(part.max() for part in self.high))
+    strong: list[np.ndarray] = field(default_factory=list)
 
 
 def survey(stream: Iterable[Frame], copy: bool) -> Survey:
-    """Keep the ranges of all blocks, the strongest frames, and every 2^k-th frame."""
+    """Range, stretches without gaps, and of the steepest frames the steepest parts.
+
+    `copy` them where the frames do not stay valid.
+    """
     record = Survey()
-    strongest: list[tuple[float, int, np.ndarray, bool]] = []
-    stride = 1
-    spread: list[tuple[int, np.ndarray]] = []
-    low: list[np.ndarray] = []
-    high: list[np.ndarray] = []
+    strongest: list[tuple[float, int, np.ndarray]] = []
     for number, frame in enumerate(stream):
         x = frame.samples
         blocks = -(-len(x) // BLOCK)
-        low.append(np.empty(blocks))
-        high.append(np.empty(blocks))
-        block_ranges(x, low[-1], high[-1])
-        if number % stride == 0:
-            spread.append((number, x.copy() if copy else x))
-            if len(spread) > KEPT_SPREAD:
-                stride *= 2
-                spread = [item for item in spread if item[0] % stride == 0]
+        low, high = np.empty(blocks), np.empty(blocks)
+        block_ranges(x, low, high)
+        record.lowest = min(record.lowest, float(low.min()))
+        record.highest = max(record.highest, float(high.max()))
         # The range within a block tells a pulse from drift.
-        extents = high[-1] - low[-1]
+        extents = high - low
         steepest = int(np.argmax(extents))
         extent = float(extents[steepest])
-        if len(strongest) < KEPT_STRONG or extent > strongest[0][0]:
-            whole = frame.last and frame.offset == 0
+        if len(strongest) < KEPT or extent > strongest[0][0]:
             middle = steepest * BLOCK + BLOCK // 2
-            part = x if whole else x[max(0, middle - AROUND) : middle + AROUND]
+            part = x[max(0, middle - AROUND) : middle + AROUND]
             # Ties are broken by the frame number, never by comparing arrays.
-            item = (extent, -number, part.copy() if copy else part, whole)
-            heapq.heappush(strongest, item)
-            if len(strongest) > KEPT_STRONG:
+            heapq.heappush(strongest, (extent, -number, part.copy() if copy else part))
+            if len(strongest) > KEPT:
                 heapq.heappop(strongest)
         record.samples += len(x)
         if frame.last:
             record.segments.append((frame.segment, frame.offset + len(x)))
-            record.low.append(np.concatenate(low))
-            record.high.append(np.concatenate(high))
-            low, high = [], []
-    record.spread = [item[1] for item in spread]
-    record.strong = [item[2:] for item in sorted(strongest, key=lambda item: -item[1])]
+    record.strong = [item[2] for item in sorted(strongest, key=lambda item: -item[1])]
     return record
+
+
+# nnan: the caller has checked that all samples are finite; it lets min and max run in lanes.
+@njit(nogil=True, fastmath={"nnan", "nsz"})
+def block_ranges(x, low, high):
+    """Least and greatest value of each BLOCK samples of x."""
+    for k in range(len(low)):
+        first, last = k * BLOCK, min((k + 1) * BLOCK, len(x))
+        least = greatest = x[first]
+        for i in range(first, last):
+            value = x[i]
+            least = value if value < least else least
+            greatest = value if value > greatest else greatest
+        low[k], high[k] = least, greatest

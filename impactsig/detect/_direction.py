@@ -1,0 +1,46 @@
+"""Which way the pulses of a force record point."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ._judging import LEAST_SAMPLES
+from ._ladder import MATCH
+from ._spans import LEAST, Grid, Spans
+from ._survey import Survey
+
+UNDECIDED = 0.2
+"""Lead, as a share of the heights of events, that does not decide on the direction."""
+
+
+def direction(record: Survey, grid: Grid, scale: float) -> float:
+    """Whether pulses go up or down: the heights of events in the steepest stretches tell."""
+    vote = lean = voted = 0.0
+    for part in record.strong:
+        x = (part.astype(np.float64) - float(part[0])) * scale
+        if len(x) < LEAST_SAMPLES:
+            continue
+        ups, downs = (_events(sign * x, grid) for sign in (1.0, -1.0))
+        # What is not clear of the noise counts where nothing is.
+        clear = [one[one[:, 3] >= 2 * LEAST, 2].sum() for one in (ups, downs)]
+        up, down = clear if any(clear) else (ups[:, 2].sum(), downs[:, 2].sum())
+        if up + down:
+            vote += (up - down) / (up + down)
+            voted += 1.0
+        middle = float(np.median(x[:: max(1, len(x) // 2048)]))
+        extent = float(x.max() - x.min())
+        lean += (float(x.max()) + float(x.min()) - 2.0 * middle) / extent if extent else 0.0
+    # Close-set pulses have gaps as strong as themselves; the values lean away from their floor.
+    return math.copysign(1.0, vote if abs(vote) > UNDECIDED * voted else lean)
+
+
+def _events(x: np.ndarray, grid: Grid) -> np.ndarray:
+    """Those of a stretch that points up, no longer than a contact."""
+    spans = Spans(grid, len(x))
+    for k in range(spans.count):
+        first, last = grid.bounds(k, len(x))
+        spans.load(x[first:last].copy())
+    events = np.concatenate([spans.spans[k].events for k in range(spans.count)])
+    return events[events[:, 1] <= MATCH * grid.longest]

@@ -1,0 +1,314 @@
+"""Kernels that make events of crests: one an impact, each with the width that suits it best.
+
+An impact raises the responses of many widths, and those of its neighbourhood. The crest that
+stands highest above its noise is taken first; what it explains of the others is taken off them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .._compiled import njit
+from ._ladder import HALF_SINE_GAIN, MATCH
+from ._response_kernels import gated, parts, running_sums
+
+EVENT = 5  # fields of an event: centre, width [samples], height, height over noise, flank mean
+LEAST = 5.0  # standard deviations that are left of a response once others are taken off
+CLEAR = 15.0  # standard deviations from which an event is one whatever is around it
+AROUND, SEEN = 32, 40  # widths to either side that are looked at, and responses on each
+LOUDER = 2.0  # times the noise that they are at least, where they count
+INSIDE = 0.5  # of a wide impact's height: the least of a narrow one on top of it
+NARROW = 0.08  # of its width: the greatest of such, whose flanks lie on the wide one
+DIP = 0.9  # of the lower crest: what the samples fall below between two that touch
+SURE = 4.5  # standard deviations that they fall by at least
+
+
+@njit(nogil=True)
+def _half_sine(a, b, length):
+    """Integral from a to b of a half-sine of height 1 in the middle of which 0 lies."""
+    a, b = max(a, -0.5 * length), min(b, 0.5 * length)
+    return (
+        (math.sin(math.pi * b / length) - math.sin(math.pi * a / length)) * (length / math.pi)
+        if b > a
+        else 0.0
+    )
+
+
+@njit(nogil=True)
+def explained(apart, width, wide):
+    """Response on a width to a half-sine of height 1 that suits the width `wide`, `apart` away."""
+    length = wide / MATCH
+    a, b = apart - 0.5 * width, apart + 0.5 * width
+    response = _half_sine(a, b, length) / width
+    near, far = 1.5 * width + 0.5, 5.5 * width + 4.5
+    sides = _half_sine(apart - far, apart - near, length) + _half_sine(
+        apart + near, apart + far, length
+    )
+    return HALF_SINE_GAIN * (response - 0.5 * sides / (far - near))
+
+
+@njit(nogil=True)
+def find_events(x, origin, total, first, last, crests, rungs, noise, widest, out):
+    """Events whose crests lie in samples [first, last), in the order of time.
+
+    Parameters
+    ----------
+    x : array
+        Samples, from sample `origin` on, of `total` in all.
+    crests : array (n, 4)
+        Of these seconds and of those beside them.
+    rungs : Ladder
+    noise : array (rungs,)
+    widest : float
+        Greatest width of a contact; a wider event is not parted.
+    out : array (m, EVENT), filled
+
+    Returns
+    -------
+    int
+        How many there are.
+    """
+    widths = rungs.width.astype(np.float64)
+    chosen = np.empty(len(crests), np.int64)
+    kept = _leading(crests, np.argsort(-crests[:, 3], kind="mergesort"), widths, chosen)
+    events = np.empty((len(out), EVENT))
+    found = 0
+    event = np.empty(EVENT)
+    for k in range(kept):
+        centre, width = crests[chosen[k], 0], widths[int(crests[chosen[k], 1])]
+        if not first <= centre < last:
+            continue
+        narrowest = 1.0 if width <= 2.0 else width / 1.6
+        good = _best(x, origin, total, centre, narrowest, 1.7 * width, widths, noise, event)
+        if good and found < len(events):
+            if event[1] <= widest and event[1] >= 4.0:
+                found += _parted(x, origin, total, event, widths, noise, events[found:])
+            else:
+                events[found] = event
+                found += 1
+    events = events[:found]
+    for k in range(found):
+        if events[k, 3] < CLEAR:
+            events[k, 3] = min(events[k, 3], _among(x, origin, total, events[k]))
+    alone = np.zeros(found, np.bool_)
+    _distinct(events, np.argsort(-events[:, 3], kind="mergesort"), alone)
+    count = 0
+    for k in np.argsort(events[:, 0], kind="mergesort"):
+        if alone[k]:
+            out[count] = events[k]
+            count += 1
+    return count
+
+
+@njit(nogil=True)
+def _among(x, origin, total, event):
+    """Height of an event over the responses around it, inf where these are no louder than noise.
+
+    Within a burst, or in the ringing after a shock, one of many crests is no impact.
+    """
+    width = int(event[1])
+    near, far = width + (width + 1) // 2 + 1, 5 * width + (width + 1) // 2 + 5
+    reach = AROUND * width + far + width
+    centre = int(event[0])
+    lo, hi = max(centre - reach, origin), min(centre + reach + 1, origin + len(x))
+    if (lo > centre - reach and lo > 0) or (hi < centre + reach + 1 and hi < total):
+        return np.inf  # too wide for what is at hand
+    sums = np.empty(hi - lo + 1)
+    running_sums(x, lo - origin, hi - lo, sums)
+    values = np.empty(SEEN)
+    local = 0.0
+    for side in (-1, 1):
+        count = 0
+        for k in range(SEEN):
+            i = centre + side * (4 * width + (AROUND - 4) * width * k // SEEN)
+            if lo + far + 1 < i < hi - far - 1:
+                a, b, c = parts(sums, lo, hi, i, width, near, far)
+                values[count] = a - 0.5 * (b + c)
+                count += 1
+        if count >= SEEN // 2:
+            # Three quarters of Gaussian values lie below 0.6745 standard deviations; of a train of
+            # impacts, which are positive for a short part of the time, below 0.
+            upper = np.sort(values[:count])[3 * count // 4]
+            local = max(local, HALF_SINE_GAIN * upper / 0.6745)
+    if local * event[3] <= LOUDER * event[2]:
+        return np.inf
+    return event[2] / local
+
+
+@njit(nogil=True)
+def _leading(crests, order, widths, out):
+    """Numbers of the crests, in the order of `order`, that those before them do not explain.
+
+    Parameters
+    ----------
+    crests : array (n, 4)
+        Centre, rung, response, response over its noise; in the order of centres.
+    order : array (n,)
+        The crests from the most certain to the least.
+    out : array (n,) of int, filled
+
+    Returns
+    -------
+    int
+        How many there are.
+    """
+    kept = 0
+    for index in order:
+        centre, width = crests[index, 0], widths[int(crests[index, 1])]
+        height = crests[index, 2]
+        rest, least = height, 0.5 * height
+        for k in range(kept):
+            other = crests[out[k]]
+            wide = widths[int(other[1])]
+            apart = abs(other[0] - centre)
+            if apart > 0.5 * (wide / MATCH + width):
+                continue
+            rest -= max(other[2] * explained(apart, width, wide), 0.0)
+            if width < wide and apart < 0.5 * wide / MATCH:
+                least = max(least, INSIDE * other[2] if width <= NARROW * wide else np.inf)
+            if rest < least:
+                break
+        if rest >= max(least, LEAST * height / crests[index, 3]):
+            out[kept] = index
+            kept += 1
+    return kept
+
+
+@njit(nogil=True)
+def noise_at(width, widths, noise):
+    """Noise of the response to a width, between those of the rungs beside it."""
+    if width <= widths[0]:
+        return noise[0]
+    for j in range(1, len(widths)):
+        if width <= widths[j]:
+            share = math.log(width / widths[j - 1]) / math.log(widths[j] / widths[j - 1])
+            return noise[j - 1] ** (1.0 - share) * noise[j] ** share
+    return noise[-1]
+
+
+@njit(nogil=True)
+def _best(x, origin, total, centre, narrowest, widest, widths, noise, event):
+    """Fill `event` with the best of the widths in a range, near a centre; quarter octaves."""
+    margin = int(8 * widest) + 24
+    lo, hi = max(0, int(centre) - margin), min(total, int(centre) + margin + 1)
+    lo, hi = max(lo, origin), min(hi, origin + len(x))
+    sums = np.empty(hi - lo + 1)
+    running_sums(x, lo - origin, hi - lo, sums)
+    reference = x[lo - origin]
+    event[0], event[1], event[2], event[3], event[4] = centre, narrowest, 0.0, 0.0, 0.0
+    previous = 0
+    steps = math.ceil(4.0 * math.log(widest / narrowest) / math.log(2.0) - 1e-9)
+    for step in range(steps + 1):
+        width = round(narrowest * 2.0 ** (0.25 * step))
+        if width == previous or width > widest + 0.5:
+            continue
+        previous = width
+        near = width + (width + 1) // 2 + 1
+        far = near + 4 * width + 4
+        gain = HALF_SINE_GAIN if width > 1 else 1.0
+        sigma = noise_at(float(width), widths, noise)
+        shift = 0.5 * (width - 1) - (width - 1) // 2
+        stride = max(1, width // 16)
+        first = max(round(centre - shift - 0.6 * width - 0.5), lo)
+        last = min(round(centre - shift + 0.6 * width + 0.5), hi - 1)
+        for i in range(first, last + 1, stride):
+            c, left, right = parts(sums, 0, hi - lo, i - lo, width, near, far)
+            value = gated(c, left, right, gain)
+            if value > sigma * event[3]:
+                event[0], event[1], event[2] = i + shift, width, value
+                event[3], event[4] = value / sigma, 0.5 * (left + right) + reference
+    return event[3] > 0.0
+
+
+@njit(nogil=True)
+def _parted(x, origin, total, event, widths, noise, out):
+    """The events that one is made of: two where the samples dip between two crests."""
+    width, base = event[1], event[4]
+    mean = max(1, int(0.2 * width))
+    lo = max(int(event[0] - 1.1 * width), origin)
+    hi = min(int(event[0] + 1.1 * width) + 1, origin + len(x))
+    count = hi - lo - mean + 1
+    if count < 3:
+        out[0] = event
+        return 1
+    smooth = np.empty(count)
+    total_here = 0.0
+    for i in range(mean):
+        total_here += x[lo - origin + i]
+    for i in range(count):
+        smooth[i] = total_here / mean - base
+        if i < count - 1:
+            total_here += x[lo - origin + i + mean] - x[lo - origin + i]
+    sure = SURE * noise_at(float(mean), widths, noise) / (HALF_SINE_GAIN if mean > 1 else 1.0)
+    crests = np.empty(8, np.int64)  # of which the samples dip between any two
+    dips = np.empty(8, np.int64)
+    crest, dip, n = 0, 0, 0
+    falling = False
+    for i in range(count):
+        if not falling:
+            if smooth[i] > smooth[crest]:
+                crest = i
+            elif smooth[i] < min(DIP * smooth[crest], smooth[crest] - sure):
+                if smooth[crest] >= 0.15 * event[2] and n < 8:
+                    crests[n] = crest
+                    n += 1
+                falling, dip = True, i
+        else:
+            if smooth[i] < smooth[dip]:
+                dip = i
+            elif smooth[dip] < min(DIP * smooth[i], smooth[i] - sure):
+                if n > 0:
+                    dips[n - 1] = dip
+                falling, crest = False, i
+    if not falling and smooth[crest] >= 0.15 * event[2] and n < 8:
+        crests[n] = crest
+        n += 1
+    if n < 2 or len(out) < n:
+        out[0] = event
+        return 1
+    found = 0
+    part = np.empty(EVENT)
+    for k in range(n):
+        left = dips[k - 1] if k > 0 else crests[k] - (dips[k] - crests[k])
+        right = dips[k] if k < n - 1 else crests[k] + (crests[k] - dips[k - 1])
+        widest = max(1.0, 0.9 * (right - left))
+        narrowest = max(1.0, 0.35 * (right - left))
+        centre = lo + crests[k] + 0.5 * (mean - 1)
+        if _best(x, origin, total, centre, narrowest, widest, widths, noise, part):
+            out[found] = part
+            found += 1
+    if found == 0:
+        out[0] = event
+        found = 1
+    return found
+
+
+@njit(nogil=True)
+def _distinct(events, order, out):
+    """Mark in `out` the events, in the order of `order`, that lie on none before them."""
+    for k in range(len(order)):
+        index = order[k]
+        out[index] = True
+        for m in range(k):
+            other = order[m]
+            if not out[other]:
+                continue
+            wide = max(events[index, 1], events[other, 1])
+            if abs(events[index, 0] - events[other, 0]) < 0.6 * wide and (
+                min(events[index, 1], events[other, 1]) > NARROW * wide
+            ):
+                out[index] = False
+                break
+
+
+@njit(nogil=True)
+def place(x, origin, total, events, rungs, noise):
+    """Crest and flanks of events at the widths that they have been given, in place."""
+    widths = rungs.width.astype(np.float64)
+    event = np.empty(EVENT)
+    for k in range(len(events)):
+        width = events[k, 1]
+        if _best(x, origin, total, events[k, 0], width, width, widths, noise, event):
+            events[k, 0], events[k, 4] = event[0], event[4]

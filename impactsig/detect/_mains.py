@@ -1,0 +1,130 @@
+"""Mains hum in a force record: found in the background, fitted and taken off.
+
+Taken off, not filtered out: a filter would move the first touch. In each span the lines of 50 or
+60 Hz that stand out of their surroundings are fitted to the samples between impacts, with
+amplitudes that change linearly in time, which a frequency that is 0.1 % off needs no more than.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+
+BASES = (50.0, 60.0)
+HARMONICS = 10
+ASIDE = 3.5  # Hz from a line: what is as strong there is no line
+STANDS = 8.0  # times what is beside it: a line
+STANDS_TOO = 3.0  # the same of a harmonic, where one line is known
+SMALL = 0.02  # of the noise of a sample: too weak to matter
+RIDGE = 1e-3
+MOST = 2.0  # seconds of a span in which the mains keep their pace
+
+
+@functools.lru_cache(maxsize=8)
+def _waves(count: int, pace: float, frequencies: tuple[float, ...]) -> np.ndarray:
+    """exp(i omega t) at the middles of blocks, a row for each frequency."""
+    t = (np.arange(count) + 0.5) / pace
+    return np.exp(2j * np.pi * np.array(frequencies)[:, None] * t)
+
+
+@functools.lru_cache(maxsize=8)
+def _seen_through(count: int, pace: float, frequencies: tuple[float, ...]) -> np.ndarray:
+    """Rows whose products with the means are twice the real and the imaginary amplitudes."""
+    window = np.hanning(count + 2)[1:-1]
+    waves = 2.0 * _waves(count, pace, frequencies) * window / window.sum()
+    return np.vstack((waves.real, waves.imag))
+
+
+def _amplitudes(means: np.ndarray, pace: float, frequencies: tuple[float, ...]) -> np.ndarray:
+    """Of lines at some frequencies, and the greatest beside each, seen through Hann's window."""
+    beside = tuple(f + d for f in frequencies for d in (-ASIDE, ASIDE))
+    parts = _seen_through(len(means), pace, frequencies + beside) @ means
+    found = np.hypot(*parts.reshape(2, -1))
+    lines, sides = found[: len(frequencies)], found[len(frequencies) :].reshape(-1, 2)
+    return np.array((lines, sides.max(axis=1)))
+
+
+def find_lines(
+    sums: np.ndarray,
+    counts: np.ndarray,
+    pace: float,
+    rate: float,
+    sigma: float,
+    fitted: tuple[float, ...] = (),
+) -> tuple[float, ...]:
+    """Frequencies of the mains lines that the background shows, and those fitted before.
+
+    Parameters
+    ----------
+    sums, counts : arrays (b,)
+        Sums of the samples of the background in each block, and of how many.
+    pace, rate : float
+        Blocks and samples a second.
+    sigma : float
+        Noise of a sample; weaker lines are left.
+    fitted : tuple of float
+        Lines that are taken off already. What is left of one need not stand out to be worth
+        another fit, and others stand out more clearly.
+    """
+    if len(sums) < 64 or len(sums) / pace > MOST or counts.sum() < 0.3 * len(sums) * rate / pace:
+        return fitted
+    means = np.divide(sums, counts, out=np.zeros(len(sums)), where=counts > 0)
+    half = 0.5 * (means[: len(means) // 2 * 2 : 2] + means[1::2])
+    highest = 0.4 * pace
+
+    def standing(
+        values: np.ndarray, pace: float, frequencies: tuple[float, ...], times: float
+    ) -> list[tuple[float, float]]:
+        lines, sides = _amplitudes(values, pace, frequencies)
+        least = np.maximum(times * sides, SMALL * sigma)
+        return [(a, f) for f, a, low in zip(frequencies, lines, least, strict=True) if a > low]
+
+    if fitted:
+        base = next(one for one in BASES if fitted[0] % one == 0)
+    else:
+        seen = []
+        for base in BASES:
+            first = tuple(base * h for h in (1, 2, 3) if base * h < 0.5 * highest)
+            if first:
+                stand = standing(half, 0.5 * pace, first, STANDS)
+                seen.append((max(stand, default=(0.0, 0.0))[0], base))
+        amplitude, base = max(seen, default=(0.0, 0.0))
+        if amplitude == 0.0:
+            return ()
+    every = tuple(base * h for h in range(1, HARMONICS + 1) if base * h < highest)
+    others = {f for _, f in standing(means, pace, every, STANDS_TOO)}
+    return tuple(sorted({*fitted, *others}))
+
+
+def fit_lines(
+    sums: np.ndarray, counts: np.ndarray, block: int, rate: float, lines: tuple[float, ...]
+) -> np.ndarray:
+    """Complex amplitudes of the lines: at the middle of the span, and their change to its end.
+
+    Returns
+    -------
+    array (lines, 2)
+        x(t) = Re sum (a + b u) exp(i omega t), u from -1 to 1 over the blocks.
+    """
+    if max(lines) < 0.2 * rate / block:  # blocks of twice the length tell as much
+        even = len(sums) // 2 * 2
+        sums, counts = (one[:even:2] + one[1:even:2] for one in (sums, counts))
+        block *= 2
+    design = _design(len(sums), block, rate, lines)
+    normal = design.T @ (design * counts[:, None])
+    normal[np.diag_indices_from(normal)] += RIDGE * np.trace(normal) / len(normal)
+    solved = np.linalg.solve(normal, design.T @ sums)
+    a, b, c, d = solved[:-1].reshape(4, -1)
+    return np.column_stack((a + 1j * b, c + 1j * d))
+
+
+@functools.lru_cache(maxsize=8)
+def _design(count: int, block: int, rate: float, lines: tuple[float, ...]) -> np.ndarray:
+    """What the amplitudes of the lines make of the means of blocks."""
+    f = np.array(lines)
+    # What the mean over a block leaves of a line.
+    left = np.sin(np.pi * f * block / rate) / (block * np.sin(np.pi * f / rate))
+    waves = _waves(count, rate / block, lines).T * left
+    u = np.linspace(-1.0, 1.0, count)[:, None]
+    return np.hstack((waves.real, -waves.imag, u * waves.real, -u * waves.imag, np.ones_like(u)))

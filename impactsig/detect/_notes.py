@@ -1,0 +1,63 @@
+"""What makes a result of the force detector doubtful, in sentences."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..impacts import UNRESOLVED
+from ._force import LONGEST, ForceImpacts
+
+FAINT = 1.4
+"""Times the threshold: below it, as many impacts are missed as are found."""
+MANY = 0.1
+"""Share of the impacts that a note is worth."""
+
+
+def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, ...]:
+    """Sentences, each with the setting that would help.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    settled : bool
+        The record, not the user, decided how long a contact may be.
+    """
+    count = len(found.columns)
+    notes = []
+    if count:
+        faint = (
+            float(np.mean(found.sure < FAINT * found.threshold / found.response_noise))
+            if (found.response_noise > 0)
+            else 0.0
+        )
+        if faint > MANY:
+            notes.append(
+                f"{faint:.0%} of the impacts are hardly stronger than the threshold, so fainter "
+                "ones are missed: a lower threshold finds more of them, and more that are none."
+            )
+        overlapping = float(np.mean((found.flags & UNRESOLVED) > 0))
+        if overlapping > MANY:
+            notes.append(
+                f"{overlapping:.0%} of the impacts overlap a neighbour: their contact times are "
+                "lower bounds, and two that follow within half a contact are one."
+            )
+        if found.width < 1.5:
+            notes.append(
+                "A contact lasts about one sample: contact times are upper bounds; a higher "
+                "sampling rate would resolve them."
+            )
+    usual = max(LONGEST[0], LONGEST[1] / rate)
+    if count and settled and found.longest > usual:
+        notes.append(
+            f"No pulse is shorter than {usual:g} s, so longer ones were taken for impacts: give "
+            "contact_time if they are none, or to find such in every record of a series."
+        )
+    wide = [one for one in found.disturbances if one.kind == "wide"]
+    if len(wide) > 0.5 * count and len(wide) > 2:
+        typical = np.median([one.duration for one in wide]) / rate
+        notes.append(
+            f"{len(wide)} pulses of about {typical:.2g} s are longer than a contact may be "
+            f"({found.longest:g} s): if they are impacts, give contact_time=(0, {3 * typical:.2g})."
+        )
+    return tuple(notes)

@@ -1,0 +1,230 @@
+"""Kernels of the search: block means, responses at all widths, and their crests."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._compiled import njit
+from ._ladder import FACTOR
+
+GATE = 0.35
+"""A crest must rise above the higher of its flanks by this much of its response."""
+VALLEY = 0.7
+"""Two crests are two where the response falls below this share of the lower one between them."""
+STRIDE = 1024  # responses worked out at once
+CREST = 4  # fields of a crest: centre, rung, response, response over its noise
+
+
+@njit(nogil=True)
+def block_means(x, out):
+    """Means of each FACTOR values of x, as many as `out` holds."""
+    for k in range(len(out)):
+        total = 0.0
+        for i in range(FACTOR):
+            total += x[FACTOR * k + i]
+        out[k] = total / FACTOR
+
+
+@njit(nogil=True)
+def running_sums(x, first, count, sums):
+    """sums[k] = sum of the first k of `count` values from x[first], less x[first] each.
+
+    Four runs side by side, because a single chain of additions waits for each sum.
+    """
+    reference = x[first]
+    part = count // 4
+    s0 = s1 = s2 = s3 = 0.0
+    sums[0] = 0.0
+    for k in range(part):
+        s0 += x[first + k] - reference
+        s1 += x[first + part + k] - reference
+        s2 += x[first + 2 * part + k] - reference
+        s3 += x[first + 3 * part + k] - reference
+        sums[k + 1] = s0
+        sums[part + k + 1] = s1
+        sums[2 * part + k + 1] = s2
+        sums[3 * part + k + 1] = s3
+    for run in range(1, 4):
+        carry = sums[run * part]
+        for k in range(run * part + 1, (run + 1) * part + 1):
+            sums[k] += carry
+    for k in range(4 * part, count):
+        sums[k + 1] = sums[k] + (x[first + k] - reference)
+
+
+@njit(nogil=True)
+def parts(sums, lo, total, i, unit, near, far):
+    """Mean over the centre, and over either flank, at value i; all above one reference.
+
+    `sums` are those of the values from `lo` on, of `total` in all. Where less than a width of
+    a flank lies within the series, the other flank speaks for both: what is under way there may be
+    a pulse; where neither does, there is no response.
+    """
+    before = (unit - 1) // 2
+    if i < before or i - before + unit > total:
+        return -np.inf, 0.0, 0.0
+    c0, c1 = i - before, i - before + unit
+    l0, l1 = max(i - far, 0), max(i - near, 0)
+    r0, r1 = min(i + near + 1, total), min(i + far + 1, total)
+    centre = (sums[c1 - lo] - sums[c0 - lo]) / (c1 - c0)
+    least = unit
+    left = right = centre
+    if l1 - l0 >= least:
+        left = (sums[l1 - lo] - sums[l0 - lo]) / (l1 - l0)
+    if r1 - r0 >= least:
+        right = (sums[r1 - lo] - sums[r0 - lo]) / (r1 - r0)
+        if l1 - l0 < least:
+            left = right
+    elif l1 - l0 >= least:
+        right = left
+    return centre, left, right
+
+
+@njit(nogil=True)
+def gated(centre, left, right, gain):
+    """The response, or what the rise above the higher flank allows of it; not above 0 on a ramp."""
+    return gain * min(centre - 0.5 * (left + right), (centre - max(left, right)) / GATE)
+
+
+# nnan: the samples are finite; it lets the maximum run in lanes.
+@njit(nogil=True, fastmath={"nnan", "nsz"})
+def _respond(sums, lo, total, start, stop, unit, near, far, gain, y):
+    """Responses of values [start, stop), without the gate; the greatest of them."""
+    reach = far + unit
+    a, b = min(max(start, reach), stop), max(min(stop, total - reach), start)
+    highest = -np.inf
+    if b > a:
+        before = (unit - 1) // 2
+        after = unit - before
+        count, k = b - a, a - lo
+        per_unit = gain / unit
+        per_side = gain / (2 * (far - near))
+        c1, c0 = sums[k + after : k + after + count], sums[k - before : k - before + count]
+        l1, l0 = sums[k - near : k - near + count], sums[k - far : k - far + count]
+        r1 = sums[k + far + 1 : k + far + 1 + count]
+        r0 = sums[k + near + 1 : k + near + 1 + count]
+        inner = y[a - start : b - start]
+        for i in range(count):
+            inner[i] = (c1[i] - c0[i]) * per_unit - ((l1[i] - l0[i]) + (r1[i] - r0[i])) * per_side
+        for i in range(count):
+            highest = inner[i] if inner[i] > highest else highest
+    for i in range(start, min(a, stop)):
+        centre, left, right = parts(sums, lo, total, i, unit, near, far)
+        y[i - start] = gain * (centre - 0.5 * (left + right))
+        highest = max(highest, y[i - start])
+    for i in range(max(b, a), stop):
+        centre, left, right = parts(sums, lo, total, i, unit, near, far)
+        y[i - start] = gain * (centre - 0.5 * (left + right))
+        highest = max(highest, y[i - start])
+    return highest
+
+
+@njit(nogil=True)
+def find_crests(x, origin, total, first, last, rungs, thresholds, noise, out):
+    """Crests of the responses of all widths within samples [first, last).
+
+    Parameters
+    ----------
+    x : 1-D array
+        Samples, from sample `origin` on, of `total` in all; far enough to either side. `origin`
+        and `first` are whole numbers of the widest blocks.
+    rungs : Ladder
+    thresholds, noise : arrays
+        Least response, and standard deviation of its noise, on each rung.
+    out : array (n, CREST), filled
+        Crests: centre, rung, response, response over noise.
+
+    Returns
+    -------
+    int
+        Crests found, at most as many as there is room for.
+    """
+    found = 0
+    values = x
+    for level in range(int(rungs.level[-1]) + 1):
+        if level:
+            means = np.empty(len(values) // FACTOR)
+            block_means(values, means)
+            values = means
+        block = FACTOR**level
+        found = _find_on(
+            values,
+            origin // block,
+            total // block,
+            first // block,
+            last // block,
+            level,
+            rungs,
+            thresholds,
+            out,
+            found,
+        )
+    for k in range(found):
+        out[k, 3] = out[k, 2] / noise[int(out[k, 1])]
+    return found
+
+
+@njit(nogil=True)
+def _find_on(x, origin, total, first, last, level, rungs, thresholds, out, found):
+    """Add to `out` the crests of one level, within values [first, last) of it."""
+    block = FACTOR**level
+    low, high = 0, 0
+    for j in range(len(rungs.level)):
+        low += rungs.level[j] < level
+        high += rungs.level[j] <= level
+    count = high - low
+    reach = 0
+    for j in range(low, high):
+        reach = max(reach, rungs.far[j] + rungs.unit[j])
+    sums = np.empty(STRIDE + 2 * reach + 2)
+    y = np.empty(STRIDE)
+    inside = np.zeros(count, np.bool_)
+    greatest, valley = np.zeros(count), np.zeros(count)
+    at = np.zeros(count, np.int64)
+    # Crests at the border belong to the side on which they are highest.
+    start = max(first - rungs.unit[high - 1], 0)
+    end = min(last + rungs.unit[high - 1], total)
+    while start < end:
+        stop = min(start + STRIDE, end)
+        lo, hi = max(0, start - reach), min(total, stop + reach)
+        running_sums(x, lo - origin, hi - lo, sums)
+        for k in range(count):
+            j = low + k
+            unit, near, far = rungs.unit[j], rungs.near[j], rungs.far[j]
+            gain, threshold = rungs.gain[j], thresholds[j]
+            highest = _respond(sums, lo, total, start, stop, unit, near, far, gain, y)
+            if highest < threshold and not inside[k]:
+                valley[k] = 0.0
+                continue
+            for i in range(start, stop):
+                value = y[i - start]
+                if value >= VALLEY * threshold:
+                    centre, left, right = parts(sums, lo, total, i, unit, near, far)
+                    value = gated(centre, left, right, gain)
+                if inside[k]:
+                    if value > greatest[k]:
+                        greatest[k], at[k] = value, i
+                    elif value < VALLEY * greatest[k]:
+                        found = _note(at[k], first, last, unit, block, j, greatest[k], out, found)
+                        inside[k], valley[k] = False, value
+                else:
+                    valley[k] = min(valley[k], value)
+                    if value >= threshold and VALLEY * value > valley[k]:
+                        inside[k], greatest[k], at[k] = True, value, i
+        start = stop
+    for k in range(count):
+        if inside[k]:
+            unit = rungs.unit[low + k]
+            found = _note(at[k], first, last, unit, block, low + k, greatest[k], out, found)
+    return found
+
+
+@njit(nogil=True)
+def _note(at, first, last, unit, block, rung, response, out, found):
+    """Put a crest into the next row of `out`, if it lies in [first, last) and there is room."""
+    if first <= at < last and found < len(out):
+        shift = 0.5 * (unit - 1) - (unit - 1) // 2  # of the centre, where the width is even
+        out[found, 0] = (at + 0.5 + shift) * block - 0.5
+        out[found, 1], out[found, 2] = rung, response
+        found += 1
+    return found

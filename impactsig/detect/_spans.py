@@ -1,0 +1,331 @@
+"""The search of one stretch of a record, a second at a time.
+
+Every step looks at a bounded number of seconds around the one it is at, so the search can follow
+a stream; and seconds are counted from the beginning of the stretch, so the result does not depend
+on how the samples were delivered.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ._background_kernels import chunk_medians, middle, outlying, read_noise
+from ._event_kernels import EVENT, find_events
+from ._ladder import FACTOR, MATCH, Ladder, ladder
+from ._mains import find_lines, fit_lines
+from ._mains_kernels import take_off
+from ._response_kernels import CREST, find_crests
+
+BESIDE = 2
+"""Spans to either side whose noise counts."""
+LOUDER = 2.0
+"""Times the noise of the spans around it, from which that of a span counts for itself."""
+LEAST = 5.0
+"""Standard deviations of its noise that a response must reach."""
+CODES, CODES_IN_A_ROW = 1.35, 1.7
+"""Steps of the converter that it must reach, where noise does not blur them; and that one of up to
+four samples must, since noise of a third of a step moves as many by one code now and then."""
+TINY = 1e-7
+"""Of the range of the samples: the least noise that is assumed."""
+WEAK = 0.1
+"""Of the noise: hum that is weaker does not change what is background."""
+ROUNDS = 6
+"""Fits of the hum: each shows the background, and so the hum, more clearly."""
+REST = 2e-3
+"""Of the hum that is taken off: what may be left."""
+RARE = 3
+"""Times as many impacts as samples that stand alone make these glitches, not short impacts."""
+MOST_GLITCHES = 4096
+SQRT12 = float(np.sqrt(12.0))
+TINIEST = float(np.finfo(float).tiny)
+LOBES = 20
+"""Samples to either side of a very short pulse where its filter rings."""
+
+
+@dataclass
+class Grid:
+    """How a record is divided, in samples."""
+
+    rate: float
+    longest: float  # contact
+    rungs: Ladder = field(init=False)
+    span: int = field(init=False)
+    chunk: int = field(init=False)  # of a median that the baseline follows
+    margin: int = field(init=False)  # beside a span: what its search takes in
+    block: int = field(init=False)  # of the means that hum is seen in
+
+    def __post_init__(self) -> None:
+        self.rungs = ladder(self.longest)
+        unit = FACTOR ** int(self.rungs.level[-1])
+        self.margin = -(-(14 * int(self.rungs.width[-1]) + 64) // unit) * unit
+        self.span = -(-max(round(self.rate), 4096, self.margin) // unit) * unit
+        self.chunk = max(8, min(round(4 * self.longest), self.span // 2))
+        self.block = max(1, round(self.rate / 1500))
+
+    def count(self, total: int) -> int:
+        """Spans of a stretch; less than half a span, or than its margin, joins the last."""
+        whole, rest = divmod(total, self.span)
+        return max(1, whole + (rest >= max(self.span // 2, self.margin)))
+
+    def bounds(self, k: int, total: int) -> tuple[int, int]:
+        """First sample of span k, and of what follows it."""
+        return k * self.span, total if k == self.count(total) - 1 else (k + 1) * self.span
+
+
+def _nothing() -> np.ndarray:
+    return np.empty(0, np.int64)
+
+
+def _no_events() -> np.ndarray:
+    return np.empty((0, EVENT))
+
+
+@dataclass
+class Span:
+    """What is known of one second."""
+
+    first: int
+    last: int
+    samples: np.ndarray  # with pulses upward
+    padded: np.ndarray  # without hum and glitches, with room for the margins
+    clean: np.ndarray  # the part of it without the margins
+    medians: np.ndarray
+    step: float  # of the converter, 0 if none shows
+    range: float
+    mask: np.ndarray = field(default_factory=_nothing)  # what is no background
+    hum: dict[float, float] = field(default_factory=dict)  # amplitude by frequency
+    spikes: np.ndarray = field(default_factory=_nothing)  # samples that stand alone
+    glitches: np.ndarray = field(
+        default_factory=_nothing
+    )  # those of them that are glitches, counted as the span's samples
+    runs: int = 0  # of samples that stand out, longer than a glitch
+    sigma: float = 0.0  # of the background's samples
+    own_noise: np.ndarray = field(default_factory=_nothing)  # of the responses
+    noise: np.ndarray = field(default_factory=_nothing)  # the same, of the seconds around
+    crests: np.ndarray = field(default_factory=_nothing)
+    events: np.ndarray = field(default_factory=_no_events)
+
+
+class Spans:
+    """Spans of one stretch, each brought from stage to stage as those around it allow.
+
+    Parameters
+    ----------
+    total : int
+        Samples of the stretch.
+    level : float, optional
+        What a response must reach.
+    sigmas : float, optional
+        What it must reach in standard deviations of its noise, if there is no `level`.
+    skip : bool
+        Pass over what does not move at all.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        total: int,
+        level: float | None = None,
+        sigmas: float | None = None,
+        skip: bool = True,
+    ) -> None:
+        self.grid, self.total = grid, total
+        self.level, self.sigmas, self.skip = level, LEAST if sigmas is None else sigmas, skip
+        self.count = grid.count(total)
+        self.spans: dict[int, Span] = {}
+        self.stages = (self._cut, self._clean, self._search, self._choose)
+        self.ahead = (1, BESIDE, BESIDE, 1)
+        self.done = [0] * (len(self.stages) + 1)
+        self._free: list[np.ndarray] = []
+        self._room = np.empty((0, CREST))
+
+    def load(self, samples: np.ndarray) -> None:
+        """Take the samples of the next span, with pulses upward, and work as far as they go."""
+        k = self.done[0]
+        first, last = self.grid.bounds(k, self.total)
+        margin, size = self.grid.margin, len(samples)
+        medians = np.empty(max(1, size // self.grid.chunk))
+        chunk_medians(samples, self.grid.chunk, medians)
+        extent = float(samples.max() - samples.min())
+        # Fresh memory costs as much as the search.
+        fits = [i for i, one in enumerate(self._free) if len(one) == size + 2 * margin]
+        padded = self._free.pop(fits[0]) if fits else np.empty(size + 2 * margin)
+        clean = padded[margin : margin + size]
+        clean[:] = samples
+        step = converter_step(samples) if extent else 0.0
+        self.spans[k] = Span(first, last, samples, padded, clean, medians, step, extent)
+        self.done[0] += 1
+        moved = True
+        while moved:
+            moved = False
+            for stage, work in enumerate(self.stages):
+                k = self.done[stage + 1]
+                if k < self.count and min(k + self.ahead[stage], self.count - 1) < self.done[stage]:
+                    work(k)
+                    self.done[stage + 1] += 1
+                    moved = True
+
+    def around(self, k: int, reach: int) -> list[Span]:
+        """The spans at most `reach` from k that there are."""
+        return [self.spans[i] for i in range(max(0, k - reach), min(self.count, k + reach + 1))]
+
+    def forget(self, before: int) -> None:
+        """Let go of the spans before one."""
+        for k in [k for k in self.spans if k < before]:
+            self._free.append(self.spans.pop(k).padded)
+
+    def clean(self, k: int) -> tuple[np.ndarray, int]:
+        """Samples without hum of span k and of a margin to either side; the first's number."""
+        span, margin = self.spans[k], self.grid.margin
+        left, right = margin * (k > 0), margin * (k < self.count - 1)
+        return span.padded[margin - left : len(span.padded) - margin + right], span.first - left
+
+    # -- stages --------------------------------------------------------------------------------
+
+    def _cut(self, k: int) -> None:
+        """Tell the background from what stands out of it, and take mains hum off."""
+        span, grid = self.spans[k], self.grid
+        n = len(span.samples)
+        span.mask = np.zeros(n, np.uint8)
+        if not span.range and self.skip:
+            return
+        before = self.spans[k - 1].medians[-1] if k > 0 else span.medians[0]
+        after = self.spans[k + 1].medians[0] if k < self.count - 1 else span.medians[-1]
+        medians = np.concatenate(([before], span.medians, [after]))
+        sums, counts = np.empty(n // grid.block), np.empty(n // grid.block)
+        spikes = np.empty(MOST_GLITCHES, np.int64)
+        for _ in range(ROUNDS):
+            span.sigma, alone, span.runs = outlying(
+                span.clean,
+                medians,
+                grid.chunk,
+                int(grid.longest),
+                span.step / SQRT12,
+                span.mask,
+                grid.block,
+                sums,
+                counts,
+                spikes,
+            )
+            span.spikes = spikes[: min(alone, MOST_GLITCHES)].copy()
+            pace, fitted = grid.rate / grid.block, tuple(span.hum)
+            lines = find_lines(sums, counts, pace, grid.rate, span.sigma, fitted)
+            if not lines:
+                break
+            fit = fit_lines(sums, counts, grid.block, grid.rate, lines)
+            take_off(span.clean, grid.block, len(sums), np.array(lines) / grid.rate, fit)
+            chunk_medians(span.clean, grid.chunk, medians[1:-1])
+            strength = np.abs(fit).sum(axis=1)
+            for frequency, amplitude in zip(lines, strength, strict=True):
+                span.hum[frequency] = max(span.hum.get(frequency, 0.0), float(amplitude))
+            if strength.sum() < WEAK * span.sigma:
+                break  # the background is as it was
+
+    def _clean(self, k: int) -> None:
+        """Take glitches out, and read the noise of each width."""
+        span = self.spans[k]
+        beside = self.around(k, BESIDE)
+        # Where what stands out lasts, single samples are none of it.
+        if RARE * sum(len(one.spikes) for one in beside) <= sum(one.runs for one in beside):
+            span.glitches = span.spikes
+        rungs = self.grid.rungs
+        floor = max(max(one.step for one in beside) / SQRT12, TINY * span.range)
+        span.own_noise = floor * rungs.gain / np.sqrt(rungs.width)
+        if not span.range and self.skip:
+            return
+        rest = REST * sum(span.hum.values())
+        read_noise(span.clean, span.glitches, span.mask, rungs, floor, rest, span.own_noise)
+
+    def _search(self, k: int) -> None:
+        """Find the crests of the responses."""
+        span, rungs, margin = self.spans[k], self.grid.rungs, self.grid.margin
+        if k > 0:
+            span.padded[:margin] = self.spans[k - 1].clean[-margin:]
+        if k < self.count - 1:
+            span.padded[-margin:] = self.spans[k + 1].clean[:margin]
+        beside = self.around(k, BESIDE)
+        usual = np.empty(len(span.own_noise))
+        middle(np.array([one.own_noise for one in beside]), usual)
+        span.noise = usual.copy()
+        for one in self.around(k, 1):  # responses at the border see the noise beyond it
+            louder = one.own_noise > LOUDER * usual
+            span.noise[louder] = np.maximum(span.noise, one.own_noise)[louder]
+        # Where nothing moves for seconds, anything but rounding is something.
+        extent = max(one.range for one in beside)
+        span.noise = np.maximum(span.noise, max(TINY**2 * extent, TINIEST))
+        least = self.sigmas * span.noise
+        step = max(one.step for one in beside)
+        if step and span.sigma < step:
+            least = np.maximum(least, np.where(rungs.width <= 4, CODES_IN_A_ROW, CODES) * step)
+        if self.level is not None:
+            least = np.full(len(least), self.level)
+        span.crests = np.empty((0, CREST))
+        if self.skip and not max(one.range for one in self.around(k, 1)):
+            return
+        if not len(self._room):
+            self._room = np.empty((max(64, self.grid.span // 4), CREST))
+        samples, origin = self.clean(k)
+        count = find_crests(
+            samples,
+            origin,
+            self.total,
+            span.first,
+            span.last,
+            rungs,
+            least,
+            span.noise,
+            self._room,
+        )
+        span.crests = self._room[:count].copy()
+
+    def _choose(self, k: int) -> None:
+        """Make events of crests."""
+        span = self.spans[k]
+        if not len(span.crests):
+            return
+        crests = np.concatenate([one.crests for one in self.around(k, 1)])
+        margin = self.grid.margin
+        near = (crests[:, 0] >= span.first - margin) & (crests[:, 0] < span.last + margin)
+        room = np.empty((4 * len(span.crests) + 8, EVENT))
+        samples, origin = self.clean(k)
+        count = find_events(
+            samples,
+            origin,
+            self.total,
+            span.first,
+            span.last,
+            crests[near],
+            self.grid.rungs,
+            span.noise,
+            MATCH * self.grid.longest,
+            room,
+        )
+        span.events = room[:count]
+
+
+def converter_step(samples: np.ndarray) -> float:
+    """The step of the converter that the samples came from, behind any gain; 0 if none shows.
+
+    Values that differ by less than rounding are one. All differences of the values seen must be
+    whole multiples of the step.
+    """
+    seen = np.sort(samples[:: max(1, len(samples) // 2048)])
+    rounding = 64 * np.finfo(float).eps * max(abs(seen[0]), abs(seen[-1]))
+    differences = np.diff(seen)
+    differences = differences[differences > rounding]
+    if not 1 <= len(differences) < 0.7 * len(seen):
+        return 0.0
+    least = float(differences.min())
+    least = float(np.median(differences[differences < 1.5 * least]))
+    if len(differences) == 1 and least > 0.05 * float(samples.max() - samples.min()):
+        return 0.0
+    multiples = differences / least
+    single = multiples < 1.5
+    if single.mean() < 0.05:
+        return 0.0
+    few = multiples < 1e4
+    step = float(differences[few].sum() / np.round(multiples[few]).sum())
+    off = np.abs(differences / step - np.round(differences / step))
+    return step if step > 40 * rounding and np.quantile(off[few], 0.95) < 0.05 else 0.0
