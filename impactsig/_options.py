@@ -14,7 +14,15 @@ from .errors import InvalidInput
 if TYPE_CHECKING:
     from .io import RawLayout
 
-DETECTING = ("threshold", "polarity", "contact_level", "merge_within", "dead_time", "gaps")
+DETECTING = (
+    "threshold",
+    "polarity",
+    "contact_level",
+    "contact_time",
+    "merge_within",
+    "dead_time",
+    "gaps",
+)
 
 
 class Parser(argparse.ArgumentParser):
@@ -120,9 +128,17 @@ def detecting_options() -> Parser:
     )
     group.add_argument(
         "--contact-level",
-        type=number,
+        type=contact_level,
         metavar="LEVEL",
-        help="take contact times above this level, not from first to last touch",
+        help='take contact times above this level, or a share of each peak such as "10%%", not '
+        "from first to last touch",
+    )
+    group.add_argument(
+        "--contact-time",
+        type=number,
+        nargs=2,
+        metavar=("SHORTEST", "LONGEST"),
+        help="contacts of a force record last this long [s] (default: 0 0.03)",
     )
     group.add_argument(
         "--merge-within",
@@ -182,6 +198,11 @@ def number(text: str) -> float:
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
     return value
+
+
+def contact_level(text: str) -> float | str:
+    """A level, or a share of the peak."""
+    return text if text.rstrip().endswith("%") else number(text)
 
 
 def threshold(text: str) -> float | str:

@@ -139,6 +139,8 @@ def detect(chosen: argparse.Namespace) -> None:
     check_ending(chosen.output, TABLES)
     impacts = detected(chosen.file, chosen)
     write_table(impacts, chosen.output)
+    for note in impacts.notes:
+        warnings.warn(note, ImpactsigWarning, stacklevel=1)
     if not len(impacts):
         warnings.warn(f"no impacts: {impacts.reason}", ImpactsigWarning, stacklevel=1)
 

@@ -11,7 +11,6 @@ from ._axes import (
     BLUE,
     GREEN,
     GREY,
-    ORANGE,
     VERMILLION,
     axes,
     colour,
@@ -207,17 +206,17 @@ def pulse(
     if contact:
         ax.axvspan(0, contact, color=BLUE, alpha=0.12, linewidth=0)
         _write_contact(ax, contact, 0.02 if side > 0 else 0.98)
+    level = impacts.contact_level
     levels = (
         ("threshold", impacts.threshold, VERMILLION, "--"),
-        ("release", impacts.release, ORANGE, "--"),
         # Level 0 stands for the touch itself: there is nothing to draw.
-        ("contact level", impacts.contact_level or None, GREEN, ":"),
+        ("contact level", level if isinstance(level, float) and level else None, GREEN, ":"),
     )
     if impacts.sensor != "sound":
-        for name, level, colour, style in levels:
-            if level is not None:
-                height = rest + side * abs(level)
-                label = plain(f"{name} {level:.3g} {impacts.unit}")
+        for name, value, colour, style in levels:
+            if value is not None:
+                height = rest + side * abs(value)
+                label = plain(f"{name} {value:.3g} {impacts.unit}")
                 ax.axhline(height, color=colour, linestyle=style, linewidth=1, label=label)
         if ax.get_legend_handles_labels()[0]:
             place = "upper right" if side > 0 else "lower right"

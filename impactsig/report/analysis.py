@@ -99,7 +99,8 @@ def analyse(
     raw: RawLayout | None = None,
     threshold: float | str | None = None,
     polarity: Literal["auto", "positive", "negative"] | None = None,
-    contact_level: float | None = None,
+    contact_level: float | str | None = None,
+    contact_time: tuple[float, float] | None = None,
     merge_within: float | None = None,
     dead_time: float | None = None,
     gaps: Literal["refuse", "split"] | None = None,
@@ -120,7 +121,7 @@ def analyse(
         the dimension 0 in any case.
     channel, start, stop, scale, offset, unit, rate, sensor, raw : optional
         As for `impactsig.read`.
-    threshold, polarity, contact_level, merge_within, dead_time, gaps : optional
+    threshold, polarity, contact_level, contact_time, merge_within, dead_time, gaps : optional
         As for `impactsig.detect_impacts`.
 
     Returns
@@ -163,6 +164,7 @@ def analyse(
         threshold=threshold,
         polarity=polarity,
         contact_level=contact_level,
+        contact_time=contact_time,
         merge_within=merge_within,
         dead_time=dead_time,
         gaps=gaps,

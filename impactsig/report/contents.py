@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
-from ..impacts import FLAG_NAMES, flag_names
+from ..impacts import FLAG_NAMES, KINDS, flag_names
 from ..reconstruct.surrogates import LABEL
 from .analysis import Analysis, mean_and_spread
 from .dynamics import SEED
@@ -57,7 +57,7 @@ def printable(text: str) -> str:
 def notes(analysis: Analysis) -> list[str]:
     """What the reader must know before trusting the numbers."""
     impacts = analysis.impacts
-    told = list(analysis.warnings)
+    told = [*impacts.notes, *analysis.warnings]
     cut = analysis.file.truncated or analysis.overview.truncated
     if cut and not any("cut short" in text for text in told):
         told.append("The recording is cut short: the file ends before its own header says.")
@@ -208,7 +208,6 @@ def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
         for name, value, note in (
             ("noise level", impacts.noise, ""),
             ("threshold, filtered", impacts.threshold, chosen),
-            ("release, filtered", impacts.release, ""),
         )
         if value is not None
     ]
@@ -219,6 +218,8 @@ def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
         for name, value in impacts.settings.items()
         if name not in ("sensor", "channel", "threshold")
     ]
+    kinds = [one.kind for one in impacts.disturbances]
+    detection += [(KINDS[kind], f"{kinds.count(kind)}") for kind in dict.fromkeys(kinds)]
     if analysis.forcing_frequency is not None:
         detection.append(("forcing frequency", f"{analysis.forcing_frequency:g} Hz"))
     dynamics = _settings_of_dynamics(analysis)
@@ -266,10 +267,14 @@ def _level(impacts: Impacts) -> str:
         return "level not stored"
     if impacts.contact_level == 0:
         return "first to last touch"
+    if isinstance(impacts.contact_level, str):
+        return f"above {impacts.contact_level} of each peak"
     return f"above {impacts.contact_level:.3g} {impacts.unit}".rstrip()
 
 
 def _setting(name: str, value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{one:.3g} at {key}" for key, one in value.items())
     number = f"{value:.6g}" if isinstance(value, float) else str(value)
     return f"{number} s" if name in _TIMES else number
 
