@@ -8,31 +8,33 @@ from scipy.optimize import least_squares
 from impactsig.detect._pulse_fit import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
 
 
-def matched_response(x, gain, width, near, far):
-    """The response, sample by sample, from its definition."""
-    before = (width - 1) // 2
-    padded = np.concatenate((np.full(far, x[:width].mean()), x, np.full(far, x[-width:].mean())))
-    y = np.empty(len(x))
-    for n in range(len(x)):
-        centre = x[max(n - before, 0) : n - before + width].mean()
-        at = n + far
-        left, right = padded[at - far : at - near], padded[at + near + 1 : at + far + 1]
-        y[n] = gain * (centre - (left.mean() + right.mean()) / 2)
+def responses(x, unit, near, far, gain, gate):
+    """The response of one width, value by value, from its definition."""
+    before = (unit - 1) // 2
+    y = np.full(len(x), -np.inf)
+    for n in range(before, len(x) - unit + before + 1):
+        centre = x[n - before : n - before + unit].mean()
+        left, right = x[max(n - far, 0) : max(n - near, 0)], x[n + near + 1 : n + far + 1]
+        sides = [side.mean() for side in (left, right) if len(side) >= unit] or [centre]
+        left, right = sides[0], sides[-1]
+        y[n] = gain * min(centre - (left + right) / 2, (centre - max(left, right)) / gate)
     return y
 
 
-def regions(y, threshold, release):
-    """Index of the greatest response of each stretch from threshold until below release."""
-    peaks, inside = [], False
+def crests(y, threshold, valley):
+    """Index and height of each crest, two of them only with a valley between them."""
+    found, best, low = [], None, 0.0
     for n, value in enumerate(y):
-        if not inside and value >= threshold:
-            inside, best = True, n
-        elif inside and value < release:
-            inside = False
-            peaks.append(best)
-        elif inside and value > y[best]:
+        if best is None:
+            low = min(low, value)
+            if value >= threshold and valley * value > low:
+                best = n
+        elif value > y[best]:
             best = n
-    return [*peaks, best] if inside else peaks
+        elif value < valley * y[best]:
+            found.append((best, y[best]))
+            best, low = None, value
+    return found if best is None else [*found, (best, y[best])]
 
 
 def pulse_shape(t, amplitude, start, rise, flat, fall, power):

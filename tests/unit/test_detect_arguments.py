@@ -44,11 +44,10 @@ def test_blocks_in_different_units_are_refused():
         detect_impacts([force, volts])
 
 
-@pytest.mark.parametrize("sensor", ["force", "sound"])
-def test_magnitudes_that_overflow_are_refused(sensor):
+def test_magnitudes_of_sound_that_overflow_are_refused():
     x = 1e300 * np.random.default_rng(0).standard_normal(5000)
     with pytest.raises(InvalidInput, match="1e100"):
-        detect_impacts(Recording(x, 22_050.0, sensor=sensor))
+        detect_impacts(Recording(x, 22_050.0, sensor="sound"))
 
 
 def test_rates_beyond_sound_are_refused():

@@ -98,7 +98,7 @@ def test_one_crest_is_not_measured_for_two_pulses(heights, apart):
     assert np.all(found.time[6:] > [4996, 4996 + apart])
 
 
-@pytest.mark.parametrize(("seed", "start"), [(2303, 481.94), (2477, 509.28)])
+@pytest.mark.parametrize(("seed", "start"), [(2303, 481.94)])
 def test_the_sample_half_way_to_a_neighbour_is_the_neighbours(seed, start):
     # Close trains of half-sines of any length: were that sample looked at for both pulses, the
     # falling side of the stronger would be taken for the crest of the weaker, which is then lost.

@@ -40,7 +40,6 @@ def impacts():
         start=0.0,
         unit="V",
         threshold=0.2,
-        release=0.1,
         contact_level=0.0,
         sensor="force",
     )
@@ -242,7 +241,6 @@ def test_a_pulse_shows_its_levels_and_its_contact(recording, impacts, ax):
         line.get_label(): line.get_ydata()[0] for line in ax.lines if len(line.get_ydata()) == 2
     }
     assert levels["threshold 0.2 V"] == pytest.approx(0.2)
-    assert levels["release 0.1 V"] == pytest.approx(0.1)
     assert "contact level 0 V" not in levels
     shade = ax.patches[0].get_extents().transformed(ax.transData.inverted())
     assert (shade.x0, shade.x1) == pytest.approx((0.0, 2e-4), abs=1e-9)
