@@ -134,6 +134,7 @@ def test_a_keyboard_interrupt_in_a_cell_stops_the_sweep(run, tmp_path):
     """In a worker process, which ignores Ctrl-C, too; what is done is kept."""
     pytest.importorskip("zarr")
     axes = {"a": range(20, 1, -1)}
+    run = run | {"workers": 1} if run else run  # or the second may be done before the first begins
     with pytest.raises(KeyboardInterrupt):
         sweep(raising(KeyboardInterrupt), axes, tile=1, directory=tmp_path, **run)
     done = open_study(tmp_path).done
