@@ -172,10 +172,15 @@ class _Found:
             (float(np.median(self.certain)) if self.certain else LEAST) * response * back,
             (float(np.median(steps)) if len(steps) > len(self.steps) / 2 else 0.0) * back,
             {f: a * back for f, a in hum.items() if a > 0},
-            [one._replace(height=one.height * back) for one in self.disturbances],
+            [self._in_the_unit(one, sign * back) for one in self.disturbances],
             self.longest,
             self.moves,
         )
+
+    @staticmethod
+    def _in_the_unit(one: Disturbance, factor: float) -> Disturbance:
+        """A move of the baseline has a sign of its own; other heights are above it."""
+        return one._replace(height=one.height * (factor if one.kind == "baseline" else abs(factor)))
 
 
 class _Search:

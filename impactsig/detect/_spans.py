@@ -265,7 +265,7 @@ class Spans:
         if self.skip and not max(one.range for one in self.around(k, 1)):
             return
         if not len(self._room):
-            self._room = np.empty((max(64, self.grid.span // 4), CREST))
+            self._room = np.empty((len(span.samples) + self.grid.span, CREST))
         samples, origin = self.clean(k)
         count = find_crests(
             samples,
