@@ -179,7 +179,7 @@ class _Found:
 
     @staticmethod
     def _in_the_unit(one: Disturbance, factor: float) -> Disturbance:
-        """A move of the baseline has a sign of its own; other heights are above it."""
+        """A move of the baseline is up or down; other heights are above it."""
         return one._replace(height=one.height * (factor if one.kind == "baseline" else abs(factor)))
 
 

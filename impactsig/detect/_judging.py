@@ -42,7 +42,6 @@ class Judge:
         self.widest = MATCH * grid.longest
         self.shortest = shortest * grid.rate
         self.level = level
-        self.rate = grid.rate
         near = near[near[:, 1] <= self.widest]
         samples = seconds * grid.rate
         clear = near[near[:, 3] >= 2 * LEAST]

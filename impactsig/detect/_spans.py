@@ -97,9 +97,7 @@ class Span:
     mask: np.ndarray = field(default_factory=_nothing)  # what is no background
     hum: dict[float, float] = field(default_factory=dict)  # amplitude by frequency
     spikes: np.ndarray = field(default_factory=_nothing)  # samples that stand alone
-    glitches: np.ndarray = field(
-        default_factory=_nothing
-    )  # those of them that are glitches, counted as the span's samples
+    glitches: np.ndarray = field(default_factory=_nothing)  # the spikes that are glitches
     runs: int = 0  # of samples that stand out, longer than a glitch
     sigma: float = 0.0  # of the background's samples
     own_noise: np.ndarray = field(default_factory=_nothing)  # of the responses
