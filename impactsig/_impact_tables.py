@@ -17,7 +17,19 @@ if TYPE_CHECKING:
 
     from .impacts import Impacts
 
-MEASURED = ("contact_time", "peak", "impulse", "rise_time", "approach_velocity", "pulses")
+ERRORS = ("time_error", "contact_time_error", "peak_error", "impulse_error")
+COUNTS = ("pulses", "stop_index")
+"""Whole numbers, 0 or greater."""
+MEASURED = (
+    "contact_time",
+    "peak",
+    "impulse",
+    "rise_time",
+    "approach_velocity",
+    *ERRORS,
+    "probability",
+    *COUNTS,
+)
 COLUMNS = ("time", *MEASURED, "flags")
 HEAD = "# impactsig "
 """Begins the line that holds the run."""

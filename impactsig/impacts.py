@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from datetime import datetime
 from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from .errors import InvalidInput, finite_number
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+    from scipy.sparse import dia_array
 
 OPEN_START = 1
 """The pulse had begun before the record did: contact time and impulse are lower bounds."""
@@ -79,8 +80,15 @@ class Impacts:
         From first touch to peak [s].
     approach_velocity : array_like, shape (n,), optional
         Speed towards the stop at first touch, relative to it; of simulated impacts.
-    pulses : array_like, shape (n,), optional
+    time_error, contact_time_error, peak_error, impulse_error : array_like, shape (n,), optional
+        Standard errors of what is named, in its unit; 0 where it is exact (simulated impacts), inf
+        where nothing was measured (inferred ones).
+    probability : array_like, shape (n,), optional
+        Probability that it is an impact, 0 to 1.
+    pulses : array_like of int, shape (n,), optional
         How many pulses were merged into each.
+    stop_index : array_like of int, shape (n,), optional
+        Which stop was hit; of a simulated impact its place in `Oscillator.stops`.
     flags : array_like of uint8, shape (n,), optional
         Bits `OPEN_START`, `OPEN_END`, `CLIPPED`, `UNRESOLVED`, `INFERRED`.
     start, duration : float
@@ -112,8 +120,8 @@ class Impacts:
     Raises
     ------
     InvalidInput
-        If the times are not finite and ascending, the arrays differ in length, or an impact lies
-        outside the run.
+        If the times are not finite and ascending, the arrays differ in length, an impact lies
+        outside the run, an error is negative, or a probability not between 0 and 1.
     """
 
     time: np.ndarray
@@ -122,7 +130,13 @@ class Impacts:
     impulse: np.ndarray | None = None
     rise_time: np.ndarray | None = None
     approach_velocity: np.ndarray | None = None
+    time_error: np.ndarray | None = None
+    contact_time_error: np.ndarray | None = None
+    peak_error: np.ndarray | None = None
+    impulse_error: np.ndarray | None = None
+    probability: np.ndarray | None = None
     pulses: np.ndarray | None = None
+    stop_index: np.ndarray | None = None
     flags: np.ndarray = field(default_factory=lambda: np.empty(0, np.uint8))
     # Once made they are numbers; None only asks for the default.
     start: float = None  # type: ignore[assignment]
@@ -153,7 +167,7 @@ class Impacts:
         store: dict[str, Any] = {"time": time}
         for name in tables.MEASURED:
             value = getattr(self, name)
-            store[name] = None if value is None else _vector(name, value, len(time))
+            store[name] = None if value is None else _column(name, value, len(time))
         flags = np.asarray(self.flags, np.uint8)
         store["flags"] = flags if len(flags) or not len(time) else np.zeros(len(time), np.uint8)
         if store["flags"].shape != time.shape:
@@ -225,14 +239,49 @@ class Impacts:
         """End of the run [s]."""
         return self.start + self.duration
 
-    def intervals(self) -> np.ndarray:
+    @overload
+    def intervals(self, *, errors: Literal[False] = False) -> np.ndarray: ...
+    @overload
+    def intervals(self, *, errors: Literal[True]) -> tuple[np.ndarray, dia_array]: ...
+    def intervals(self, *, errors: bool = False) -> np.ndarray | tuple[np.ndarray, dia_array]:
         """Interspike intervals [s]: differences of successive instants, none across a gap.
+
+        Parameters
+        ----------
+        errors : bool
+            Return their covariance too.
 
         Returns
         -------
-        ndarray, shape (n - 1 - intervals across gaps,)
+        intervals : ndarray, shape (m,)
+        covariance : scipy.sparse.dia_array, shape (m, m)
+            With `errors`, covariance of their errors [s^2]. Errors of instants are independent;
+            neighbours share an instant, so that with s_i the error of the i-th,
+            ``C[i, i] = s_i^2 + s_{i+1}^2`` and ``C[i, i+1] = C[i+1, i] = -s_{i+1}^2``.
+
+        Raises
+        ------
+        InvalidInput
+            If `errors` are asked for where the instants have none.
         """
-        return np.diff(self.time)[~self.interval_spans_gap()]
+        whole = ~self.interval_spans_gap()
+        intervals = np.diff(self.time)[whole]
+        if not errors:
+            return intervals
+        if self.time_error is None:
+            raise InvalidInput(
+                "time_error", None, "the standard errors of the instants",
+                "Detected, simulated and measured trains have them; give others their own",
+            )  # fmt: skip
+        from scipy.sparse import dia_array
+
+        first = np.flatnonzero(whole)
+        square = self.time_error**2
+        # Two intervals in a row share an instant where no gap lies between them.
+        shared = np.where(np.diff(first, prepend=-2) == 1, -square[first], 0.0)
+        own = square[first] + square[first + 1]
+        bands = np.stack([np.append(shared[1:], 0.0)[: len(own)], own, shared])
+        return intervals, dia_array((bands, (-1, 0, 1)), shape=(len(own), len(own)))
 
     def interval_spans_gap(self) -> np.ndarray:
         """Whether the interval after each impact but the last crosses a gap, shape (n - 1,)."""
@@ -374,12 +423,19 @@ class Impacts:
         return f"<code>{html.escape(repr(self))}</code>{frame._repr_html_()}"
 
 
+def exact(count: int) -> dict[str, Any]:
+    """What is known of simulated impacts: no error, and that they are impacts."""
+    return {"time_error": np.zeros(count), "probability": np.ones(count)}
+
+
 def flag_names(flags: int) -> str:
     """The names of the bits set in `flags`, separated by commas."""
     return ", ".join(name for bit, name in FLAG_NAMES.items() if flags & bit)
 
 
-def _vector(name: str, value: Iterable[float], length: int | None = None) -> np.ndarray:
+def _vector(
+    name: str, value: Iterable[float], length: int | None = None, *, finite: bool = True
+) -> np.ndarray:
     try:
         given = np.asarray(value)
         if given.dtype.kind in "mMc":
@@ -391,10 +447,30 @@ def _vector(name: str, value: Iterable[float], length: int | None = None) -> np.
     if array.ndim != 1 or (length is not None and len(array) != length):
         wanted = "(n,)" if length is None else f"({length},)"
         raise InvalidInput(name, f"shape {array.shape}", f"shape {wanted}")
-    if not np.isfinite(array).all():
-        where = int(np.argmax(~np.isfinite(array)))
-        raise InvalidInput(name, f"{array[where]} at index {where}", "finite numbers")
+    if finite and len(array):
+        _require(name, array, np.isfinite(array), "finite numbers")
     return array
+
+
+def _column(name: str, value: Any, length: int) -> np.ndarray:
+    """What was measured of each impact, checked."""
+    if name in tables.ERRORS:
+        array = _vector(name, value, length, finite=False)
+        _require(name, array, array >= 0, "standard errors, 0 or greater")
+        return array
+    array = _vector(name, value, length)
+    if name == "probability":
+        _require(name, array, (array >= 0) & (array <= 1), "probabilities, 0 to 1")
+    elif name in tables.COUNTS:
+        _require(name, array, (array >= 0) & (array % 1 == 0), "whole numbers, 0 or greater")
+        return array.astype(np.intp)
+    return array
+
+
+def _require(name: str, array: np.ndarray, right: np.ndarray, wanted: str) -> None:
+    if not right.all():
+        where = int(np.argmin(right))
+        raise InvalidInput(name, f"{array[where]} at index {where}", wanted)
 
 
 def _spans(gaps: Any) -> np.ndarray:

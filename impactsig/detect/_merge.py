@@ -27,24 +27,30 @@ def merge(columns: Columns, within: float) -> Columns:
     """Make one of the impacts at most `within` after the first of them.
 
     The first one's instant and contact time; the greatest peak, and the rise from the first touch
-    to it; impulses added; flags joined; how many they were.
+    to it; impulses added; flags joined; how many they were; the probability that one of them is an
+    impact, were they independent of each other.
     """
     first = group_starts(columns["time"], within)
     if not len(first):
         return columns
-    merged = {"time": columns["time"][first]}
-    merged["peak"] = np.maximum.reduceat(columns["peak"], first)
-    merged["flags"] = np.bitwise_or.reduceat(columns["flags"], first)
-    merged["pulses"] = np.diff(np.append(first, len(columns["time"]))).astype(float)
-    if "contact_time" in columns:
-        merged["contact_time"] = columns["contact_time"][first]
-    if "impulse" in columns:
-        merged["impulse"] = np.add.reduceat(columns["impulse"], first)
-    if "rise_time" in columns:
-        group = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(columns["time"]))))
-        # lexsort puts the greatest peak of each group last.
-        order = np.lexsort((columns["peak"], group))
-        greatest = order[np.append(first[1:], len(order)) - 1]
-        crest = columns["time"][greatest] + columns["rise_time"][greatest]
-        merged["rise_time"] = crest - merged["time"]
+    size = np.diff(np.append(first, len(columns["time"])))
+    # lexsort puts the greatest peak of each group last.
+    order = np.lexsort((columns["peak"], np.repeat(np.arange(len(first)), size)))
+    greatest = order[np.append(first[1:], len(order)) - 1]
+    merged = {"pulses": size}
+    for name, values in columns.items():
+        if name == "flags":
+            merged[name] = np.bitwise_or.reduceat(values, first)
+        elif name == "impulse":
+            merged[name] = np.add.reduceat(values, first)
+        elif name == "impulse_error":
+            merged[name] = np.sqrt(np.add.reduceat(values**2, first))
+        elif name == "probability":
+            merged[name] = 1.0 - np.multiply.reduceat(1.0 - values, first)
+        elif name in ("peak", "peak_error"):
+            merged[name] = values[greatest]
+        elif name == "rise_time":
+            merged[name] = columns["time"][greatest] + values[greatest] - columns["time"][first]
+        else:
+            merged[name] = values[first]
     return merged

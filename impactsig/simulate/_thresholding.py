@@ -41,6 +41,7 @@ class Spikes(NamedTuple):
 
     of_impact: np.ndarray
     spurious: np.ndarray
+    stop: np.ndarray  # that the spurious ones are taken to have hit
 
 
 class _View(NamedTuple):
@@ -77,7 +78,7 @@ def spikes(
     level = _level(view, noise)
     key = rng.integers(2**63, size=2).tolist()
     of_impact = np.full(len(impacts), np.nan)
-    spurious = [np.empty(0)]
+    spurious, stops = [np.empty(0)], [np.empty(0, np.intp)]
     for side, own in _sides(motion):
         time = impacts.time[own]
         begin, end = _excursions(view, side, level, time, key)
@@ -88,7 +89,11 @@ def spikes(
         real[real] = np.diff(first[real], prepend=-1) > 0
         of_impact[own[first[real]]] = begin[real]
         spurious.append(begin[~real])
-    return Spikes(of_impact, np.sort(np.concatenate(spurious)))
+        stop = motion.oscillator.stops.index(motion.oscillator.stops_on(side)[0])
+        stops.append(np.full(len(spurious[-1]), stop))
+    instants = np.concatenate(spurious)
+    order = np.argsort(instants, kind="stable")
+    return Spikes(of_impact, instants[order], np.concatenate(stops)[order])
 
 
 def _view(motion: Motion, rate: float | None, skip: bool) -> _View:

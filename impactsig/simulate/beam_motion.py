@@ -10,7 +10,7 @@ import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ..impacts import OPEN_END, Impacts
+from ..impacts import OPEN_END, Impacts, exact
 from ..oscillators import Cantilever, KelvinVoigt, Rigid, Stop
 from ._events import IMPACT, PART, RELEASE, STICK, TOUCH
 from .motion import TURN
@@ -225,6 +225,7 @@ def assemble(
     which = np.flatnonzero((kind == IMPACT) | (kind == TOUCH))
     speed = rows[which, 5] * omega
     known: dict[str, Any] = {"time": time[which], "approach_velocity": speed, "unit": "N"}
+    known |= {"stop_index": np.zeros(len(which)), **exact(len(which))}
     law = stop.law if stop else None
     if isinstance(law, Rigid):
         known["impulse"] = (1 + table.restitution) * speed * beam.modal_mass / m

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ..impacts import Impacts
+from ..impacts import Impacts, exact
 from ..oscillators.flows import Flow
 from ._course import Running
 
@@ -192,6 +192,7 @@ def _spikes(
     stop = max(transient, stop, *times[-1:])
     return Impacts(
         times,
+        **exact(len(times)),
         start=transient,
         duration=stop - transient,
         threshold=level,

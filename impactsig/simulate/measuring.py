@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -119,6 +120,8 @@ def measure(
     Returns
     -------
     Measured
+        The `time_error` of its impacts is that of the truth, the jitter, and how far the noise
+        moved them (RMS), together; their `probability` is the share of them that were impacts.
 
     Raises
     ------
@@ -158,7 +161,7 @@ def measure(
     lookalike = false.integers(count, size=extra) if count else np.empty(0, np.intp)
 
     time = np.concatenate((time[seen], time[echo] + echo_delay, instants))
-    like = np.concatenate((which[seen], which[echo], lookalike))
+    origin = np.concatenate((np.flatnonzero(seen), np.flatnonzero(echo), lookalike))
     strength = np.repeat((1.0, ECHO_STRENGTH, 1.0), (seen.sum(), echo.sum(), extra))
     source = np.concatenate((which[seen], np.full(echo.sum() + extra, -1)))
 
@@ -169,10 +172,20 @@ def measure(
     if dead_time:
         alive = _outside_dead_time(time, dead_time)
         time, order = time[alive], order[alive]
-    train = _like(impacts, like[order], time, strength[order])
+    origin, source = origin[order], source[order]
+    train = _like(impacts, which[origin], time, strength[order])
+    if impacts.stop_index is not None:
+        at_stop = np.concatenate((impacts.stop_index, counted.stop))
+        train = replace(train, stop_index=at_stop[origin])
+    early = counted.of_impact - impacts.time
+    early = early[~np.isnan(early)]
+    by_noise = math.sqrt(np.mean(early**2)) if len(early) else 0.0
+    error = np.zeros(len(train)) if train.time_error is None else train.time_error
+    error = np.sqrt(error**2 + jitter**2 + by_noise**2)
+    true = np.full(len(train), np.mean(source >= 0) if len(source) else 1.0)
+    train = replace(train, time_error=error, probability=true)
     if not len(train):
         train = replace(train, reason=impacts.reason or "all impacts were missed")
-    source = source[order]
     source.flags.writeable = False
     return Measured(train, impacts, source)
 
@@ -190,7 +203,7 @@ def _count(
             'Of a motion keep all: simulate(..., keep="all")',
         )
     if not noise:
-        return Spikes(truth.time, np.empty(0)), truth
+        return Spikes(truth.time, np.empty(0), np.empty(0, np.intp)), truth
     if not isinstance(given, Motion):
         raise InvalidInput(
             "noise", noise, "a Motion to measure", "Impacts have no displacement to put it on"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..errors import InvalidInput
-from ..impacts import OPEN_END, Impacts
+from ..impacts import OPEN_END, Impacts, exact
 from ..oscillators import Oscillator, Rigid
 from ._events import IMPACT, PART, RELEASE, STICK, TOUCH, Engine
 from ._frame import base_motion, pace
@@ -274,6 +274,8 @@ def _impacts(
     known: dict[str, Any] = {
         "time": time[which],
         "approach_velocity": rows[which, 7] * engine.omega,
+        "stop_index": which_stop[which],
+        **exact(len(which)),
     }
     soft = [n for n, own in enumerate(oscillator.stops) if not isinstance(own.law, Rigid)]
     if soft:

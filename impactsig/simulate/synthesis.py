@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from ..recording import Recording
 from .measuring import strength_of
 from .sensors import LoadCell, Microphone
 
+Kind = Literal["force", "sound"]
 SPEED_OF_SOUND = 343.0  # [m/s], in air at 20 degrees C
 REACH = 14.0  # time constants after which a decay is left out: 1e-6 of where it began
 PINK_FROM = 20.0  # [Hz]; below it the room noise is white
@@ -21,7 +23,7 @@ SETTLING = 0.2  # [s] in which the filter of the room noise forgets how it was s
 
 def synthesize(
     impacts: Impacts,
-    sensor: Literal["force", "sound"] | LoadCell | Microphone = "force",
+    sensor: Kind | LoadCell | Microphone | Sequence[Kind | LoadCell | Microphone] = "force",
     *,
     rate: float | None = None,
     start: float | None = None,
@@ -43,7 +45,9 @@ def synthesize(
         one that gives it its impulse; where neither is, it is proportional to the approach
         velocity; where nothing is known, all are equal.
     sensor : {"force", "sound"}, LoadCell or Microphone
-        "force" and "sound" are a load cell and a microphone of default settings.
+        "force" and "sound" are a load cell and a microphone of default settings. A sequence has one
+        for each stop of `Impacts.stop_index`, as two stops sound differently in one microphone: the
+        record is the sum of what each makes, noise included.
     rate : float, optional
         Samples per second [Hz]; by default 50 000 for a load cell, 22 050 for a microphone.
     start, duration : float, optional
@@ -72,11 +76,9 @@ def synthesize(
     >>> synthesize(train, LoadCell(noise=0.01, unit="V"), seed=1)
     Recording(5000 samples; 50000 Hz; 0.1 s; V; force)
     """
-    if isinstance(sensor, str) and sensor in _DEFAULTS:
-        sensor = _DEFAULTS[sensor]
-    if not isinstance(sensor, (LoadCell, Microphone)):
-        raise InvalidInput("sensor", sensor, '"force", "sound", a LoadCell or a Microphone')
-    kind: Literal["force", "sound"] = "force" if isinstance(sensor, LoadCell) else "sound"
+    parts = _parts(impacts, sensor)
+    first = parts[0][0]
+    kind: Kind = "force" if isinstance(first, LoadCell) else "sound"
     rate = number("rate", _RATES[kind] if rate is None else rate, positive=True)
     start = impacts.start if start is None else number("start", start)
     length = impacts.duration if duration is None else number("duration", duration, least=0)
@@ -87,16 +89,18 @@ def synthesize(
         )
     _check_converter(bits, full_scale)
     noise, phases = streams(seed, 2)
-    if isinstance(sensor, LoadCell):
-        samples = _white(noise, sensor.noise, count)
-        _add_disturbances(samples, sensor, rate, phases)
-        _add_contacts(samples, sensor, impacts, start, rate)
-    else:
-        samples = _pink(noise, sensor.noise, count, rate)
-        _add_sounds(samples, sensor, impacts, start, rate, phases)
+    samples = np.zeros(count)
+    for one, own in parts:
+        if isinstance(one, LoadCell):
+            samples += _white(noise, one.noise, count)
+            _add_disturbances(samples, one, rate, phases)
+            _add_contacts(samples, one, own, start, rate)
+        else:
+            samples += _pink(noise, one.noise, count, rate)
+            _add_sounds(samples, one, own, start, rate, phases)
     if full_scale is not None:
         _convert(samples, full_scale, bits)
-    unit = sensor.unit or (impacts.unit if kind == "force" else "")
+    unit = first.unit or (impacts.unit if kind == "force" else "")
     return Recording(
         samples,
         rate,
@@ -108,8 +112,31 @@ def synthesize(
     )
 
 
-_DEFAULTS: dict[str, LoadCell | Microphone] = {"force": LoadCell(), "sound": Microphone()}
+_DEFAULTS: dict[Any, LoadCell | Microphone] = {"force": LoadCell(), "sound": Microphone()}
 _RATES = {"force": 50_000.0, "sound": 22_050.0}
+
+
+def _parts(impacts: Impacts, sensor: Any) -> list[tuple[LoadCell | Microphone, Impacts]]:
+    """Each sensor with the impacts that it records."""
+    given = [sensor] if isinstance(sensor, (str, LoadCell, Microphone)) else sensor
+    wanted = '"force", "sound", a LoadCell or a Microphone, or a sequence of one kind of them'
+    if not isinstance(given, Sequence) or not given:
+        raise InvalidInput("sensor", sensor, wanted)
+    sensors: list[Any] = [_DEFAULTS.get(one) if isinstance(one, str) else one for one in given]
+    cells = [isinstance(one, LoadCell) for one in sensors]
+    if not (all(cells) or all(isinstance(one, Microphone) for one in sensors)):
+        raise InvalidInput("sensor", sensor, wanted)
+    if given is not sensor:
+        return [(sensors[0], impacts)]
+    stops = impacts.stop_index
+    if stops is None:
+        raise InvalidInput(
+            "sensor", sensor, "one sensor, as these impacts have no `stop_index`",
+            "Simulated impacts have one",
+        )  # fmt: skip
+    if len(stops) and stops.max() >= len(sensors):
+        raise InvalidInput("sensor", sensor, f"a sensor for each of {stops.max() + 1} stops")
+    return [(one, impacts[stops == k]) for k, one in enumerate(sensors)]
 
 
 def _add_contacts(

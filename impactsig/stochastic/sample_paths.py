@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._arguments import Seed, whole
-from ..impacts import Impacts
+from ..impacts import Impacts, exact
 from ..oscillators import Oscillator
 from ._arguments import course
 from ._running import Method, Mover, key_of
@@ -101,6 +101,8 @@ def sample_path(
     InvalidInput
         As `simulate_ensemble` does.
     """
+    from ._equation import SPEED, WHICH
+
     path = whole("path", path, 0)
     found = course(
         oscillator, 1, periods=periods, duration=duration, transient=transient, initial=initial,
@@ -134,7 +136,9 @@ def sample_path(
         v=v[:good].copy(),
         impacts=Impacts(
             hit[:, 0] * unit,
-            approach_velocity=hit[:, 2],
+            approach_velocity=hit[:, SPEED],
+            stop_index=hit[:, WHICH],
+            **exact(len(hit)),
             start=start,
             duration=span,
             source=oscillator.name,

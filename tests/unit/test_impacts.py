@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+from dataclasses import replace
 from datetime import datetime
 
 import numpy as np
@@ -221,3 +222,47 @@ def test_impacts_go_to_other_processes_whole():
         for name in ("start", "duration", "unit", "settings"):
             assert getattr(again, name) == getattr(impacts, name)
         assert not again.time.flags.writeable
+
+
+def test_the_covariance_of_intervals():
+    error = np.array([0.1, 0.2, 0.3, 0.4, 0.5])
+    intervals, covariance = five(time_error=error).intervals(errors=True)
+    np.testing.assert_array_equal(intervals, five().intervals())
+    difference = np.diff(np.eye(5), axis=0)  # intervals = difference @ instants
+    expected = difference @ np.diag(error**2) @ difference.T
+    np.testing.assert_allclose(covariance.toarray(), expected, atol=1e-17)
+    # The interval across a gap is left out, and what its neighbours shared with it.
+    gapped, covariance = five(time_error=error, gaps=[[2.5, 3.0]]).intervals(errors=True)
+    difference = difference[[0, 2, 3]]
+    np.testing.assert_array_equal(gapped, [1, 3, 4])
+    expected = difference @ np.diag(error**2) @ difference.T
+    np.testing.assert_allclose(covariance.toarray(), expected, atol=1e-17)
+    for few in (Impacts([]), Impacts([1.0])):
+        intervals, covariance = replace(few, time_error=np.zeros(len(few))).intervals(errors=True)
+        assert (len(intervals), covariance.shape) == (0, (0, 0))
+    with pytest.raises(InvalidInput, match="time_error"):
+        five().intervals(errors=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("time_error", [0.1, -0.1], "-0.1 at index 1"),
+        ("peak_error", [0.1, np.nan], "nan at index 1"),
+        ("probability", [0.5, 1.1], "1.1 at index 1"),
+        ("stop_index", [0, 0.5], "0.5 at index 1"),
+        ("pulses", [-1, 1], "-1.0 at index 0"),
+    ],
+)
+def test_what_is_known_of_impacts_must_make_sense(name, value, words):
+    with pytest.raises(InvalidInput, match=words):
+        Impacts([1.0, 2.0], **{name: value})
+
+
+def test_whole_numbers_stay_whole_and_errors_may_be_infinite(tmp_path):
+    train = Impacts([1.0, 2.0], stop_index=[1.0, 0.0], time_error=[1e-6, np.inf])
+    assert np.array(["lower", "upper"])[train.stop_index].tolist() == ["upper", "lower"]
+    train.to_csv(tmp_path / "train.csv")
+    again = Impacts.read_csv(tmp_path / "train.csv")
+    np.testing.assert_array_equal(again.time_error, train.time_error)
+    assert again.stop_index.tolist() == [1, 0]

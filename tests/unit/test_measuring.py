@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from impactsig import Impacts, InvalidInput
+from impactsig import (
+    Force,
+    Impacts,
+    InvalidInput,
+    Oscillator,
+    Rigid,
+    Stop,
+    impact_map,
+    scenes,
+    simulate,
+)
 from impactsig.simulate.measuring import ECHO_STRENGTH, Measured, measure
 
 
@@ -212,3 +224,41 @@ def test_what_cannot_be_used_is_named(argument, value):
 def test_weak_needs_a_strength():
     with pytest.raises(InvalidInput, match="missed_weak"):
         measure(train(10), missed_weak=(0.3, 0.1))
+
+
+def test_what_an_instrument_did_stands_beside_the_impacts():
+    truth = graded(5000)
+    seen = measure(truth, jitter=1e-4, spurious=0.1, echoes=0.05, seed=4)
+    real = seen.source >= 0
+    z = (seen.impacts.time - truth.time[seen.source])[real] / seen.impacts.time_error[real]
+    assert z.std() == pytest.approx(1.0, rel=5 / np.sqrt(2 * 5000))
+    np.testing.assert_array_equal(seen.impacts.probability, np.full(len(real), real.mean()))
+    # What was uncertain before stays so.
+    twice = measure(replace(truth, time_error=np.full(5000, 1e-4)), jitter=1e-4, seed=4)
+    np.testing.assert_allclose(twice.impacts.time_error, np.sqrt(2) * 1e-4)
+
+
+def test_noise_on_the_displacement_counts_as_an_error_of_the_instants():
+    motion = simulate(scenes.karpodinis(20.1), periods=200, keep="all")
+    seen = measure(motion, noise=0.02, seed=1)
+    real = seen.source >= 0
+    off = (seen.impacts.time - seen.truth.time[seen.source])[real]
+    np.testing.assert_allclose(seen.impacts.time_error, np.sqrt(np.mean(off**2)))
+
+
+def test_each_impact_keeps_the_stop_it_hit():
+    machine = Oscillator(
+        damping=0.05,
+        forces=(Force(1.0, 0.9),),
+        stops=(Stop(0.5, Rigid(0.7)), Stop(-0.4, Rigid(0.7), side="lower")),
+    )
+    motion = simulate(machine, periods=100, keep="all")
+    np.testing.assert_array_equal(motion.impacts.stop_index, impact_map(motion).stop)
+    assert set(motion.impacts.stop_index) == {0, 1}
+    seen = measure(motion, noise=0.05, jitter=0.01, missed=0.2, spurious=0.1, echoes=0.1, seed=5)
+    real = seen.source >= 0
+    assert len(seen.missed) > 0
+    assert len(seen.spurious) > 0
+    np.testing.assert_array_equal(
+        seen.impacts.stop_index[real], motion.impacts.stop_index[seen.source[real]]
+    )

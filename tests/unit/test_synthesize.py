@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -370,3 +372,23 @@ def test_bits_need_a_range_and_a_run_needs_a_length():
 def test_instruments_refuse_what_they_cannot_be(sensor, settings):
     with pytest.raises(InvalidInput, match=next(iter(settings))):
         sensor(**settings)
+
+
+def test_each_stop_has_a_sensor():
+    low, high = Microphone(modes=((1000.0, 5e-3, 1.0),)), Microphone(modes=((3000.0, 2e-3, 1.0),))
+    train = Impacts([0.1, 0.2, 0.3], stop_index=[0, 1, 0], start=0.0, duration=0.5)
+    both = synthesize(train, (low, high), seed=1).samples
+    second = synthesize(train[1], high, seed=2)
+    alone = np.abs(second.samples) > 1e-4
+    first = synthesize(train[[0, 2]], low, seed=1).samples
+    np.testing.assert_array_equal(
+        both[~alone & (np.abs(first) > 0)], first[~alone & (np.abs(first) > 0)]
+    )
+    spectrum = np.abs(np.fft.rfft(both[alone]))
+    assert np.argmax(spectrum) * 22_050 / alone.sum() == pytest.approx(3000, abs=150)
+    with pytest.raises(InvalidInput, match="stop_index"):
+        synthesize(replace(train, stop_index=None), (low, high))
+    with pytest.raises(InvalidInput, match="each of 2 stops"):
+        synthesize(train, (low,))
+    with pytest.raises(InvalidInput, match="sequence of one kind"):
+        synthesize(train, (low, LoadCell()))
