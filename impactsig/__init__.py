@@ -14,6 +14,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from . import plot
+    from .alignment import Alignment, align_impacts
     from .comparison import Comparison, compare
     from .control import (
         OGY,
@@ -275,6 +276,7 @@ _HOME = {
     "studies.sweeping": ("sweep",),
     "comparison": ("Comparison", "compare"),
     "matching": ("Matching", "match_impacts"),
+    "alignment": ("Alignment", "align_impacts"),
     "fitting": ("OscillatorFit", "fit_oscillator"),
     "plot": (),
 }
@@ -282,6 +284,7 @@ _WHERE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
     "OGY",
+    "Alignment",
     "ApparentRestitution",
     "Attractor",
     "AveragedDensity",
@@ -362,6 +365,7 @@ __all__ = [
     "Trajectory",
     "UnreadableFile",
     "UnwritableFile",
+    "align_impacts",
     "apparent_restitution",
     "autocorrelation_delay",
     "averaged_density",

@@ -1,0 +1,249 @@
+"""One clock for two recordings of the same machine: alignment by their impacts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ._arguments import number
+from .errors import InvalidInput
+from .impacts import Impacts
+
+SKEW = 2e-4
+"""Greatest relative difference of two clocks that the search allows for."""
+SEGMENT = 200
+"""Impacts, at most, that the search lays beside the other train at once."""
+SEGMENTS = 8
+FEWEST = 6
+"""Impacts that pairs are looked for with."""
+SHARE = 0.5
+"""Of the impacts of a segment: fewer pairs are chance."""
+ALIKE = 0.9
+"""Of the pairs: another delay with as many is as good."""
+TRIM = 4.0
+"""Robust standard deviations beyond which a pair is not one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """Impacts in the clock of another recording.
+
+    An instant `t` of the reference is ``delay + (1 + skew) t`` in the clock of what was aligned.
+
+    Attributes
+    ----------
+    impacts : Impacts
+        What was aligned, in the clock of the reference.
+    delay, delay_error : float
+        At the reference's time 0, and its standard error [s].
+    skew, skew_error : float
+        By how much the clock runs fast, relative, and its standard error; 1e-6 is 1 ppm.
+    pairs : ndarray of int, shape (n, 2)
+        Indices of an aligned impact and of the reference's that it is.
+    error : ndarray, shape (n,)
+        How late each aligned one of a pair is [s].
+    """
+
+    impacts: Impacts = field(repr=False)
+    delay: float
+    delay_error: float
+    skew: float
+    skew_error: float
+    pairs: np.ndarray = field(repr=False)
+    error: np.ndarray = field(repr=False)
+
+    def __str__(self) -> str:
+        return (
+            f"{len(self.pairs)} impacts in common; delay {self.delay:.9g} ± {self.delay_error:.1g} "
+            f"s, skew {1e6 * self.skew:.3f} ± {1e6 * self.skew_error:.1g} ppm"
+        )
+
+
+class _Line(NamedTuple):
+    """found = offset + slope (reference - centre), and standard errors."""
+
+    centre: float
+    offset: float
+    slope: float
+    offset_error: float
+    slope_error: float
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """Instants of the reference in the other clock."""
+        return self.offset + self.slope * (time - self.centre)
+
+    def back(self, time: np.ndarray) -> np.ndarray:
+        """Instants of the other clock in that of the reference."""
+        return self.centre + (time - self.offset) / self.slope
+
+
+def align_impacts(
+    impacts: Impacts,
+    reference: Impacts,
+    within: float = 1e-3,
+    *,
+    longest_delay: float | None = None,
+    skew: bool = True,
+) -> Alignment:
+    """Find how two clocks differ, by the impacts that both recordings hold.
+
+    A few impacts in a row are laid beside the whole other train, and the delay at which most of
+    them have a partner is taken. From there, pairs are made (`match_impacts`) and a straight line
+    is fitted through them, in a span that doubles until it holds both trains. Pairs that lie
+    further off the line than four robust standard deviations do not count.
+
+    Parameters
+    ----------
+    impacts, reference : Impacts
+        Two trains of the same machine. Each may lack some of the impacts, and hold others.
+    within : float
+        How far off the line two of a pair may be [s].
+    longest_delay : float, optional
+        Greatest delay, either way [s]; by default any that leaves an overlap.
+    skew : bool
+        Whether the clocks may run at different rates, by up to 200 ppm. Two channels of one
+        instrument do not.
+
+    Returns
+    -------
+    Alignment
+
+    Raises
+    ------
+    InvalidInput
+        If the trains have too few impacts in common, or repeat themselves such that several
+        delays do.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> reference = Impacts.from_times(np.cumsum(rng.uniform(0.03, 0.06, 500)))
+    >>> clock = 2.5 + (1 + 5e-5) * reference.time
+    >>> print(align_impacts(Impacts.from_times(clock + rng.normal(0, 2e-5, 500)), reference))
+    500 impacts in common; delay 2.49999735 ± 2e-06 s, skew 50.113 ± 0.1 ppm
+    """
+    for name, train in (("impacts", impacts), ("reference", reference)):
+        if not isinstance(train, Impacts):
+            raise InvalidInput(name, train, "Impacts", "Of instants make them by from_times")
+        if len(train) < FEWEST:
+            raise InvalidInput(
+                name, f"{len(train)} impacts", f"{FEWEST} or more", "Fewer fit at any delay"
+            )
+    within = number("within", within, positive=True)
+    most = math.inf
+    if longest_delay is not None:
+        most = number("longest_delay", longest_delay, positive=True)
+    a, b = impacts.time, reference.time
+    begin, end, delay = _coarse(a, b, within, most, skew)
+    line = _follow(a, b, _Line(0.0, delay, 1.0, 0.0, 0.0), begin, end, within, skew)
+    pairs, error, line = _fit(a, b, line, within, skew)
+    start = float(line.back(np.array(impacts.start)))
+    aligned = replace(
+        impacts,
+        time=line.back(a),
+        start=start,
+        duration=impacts.duration / line.slope,
+        gaps=line.back(impacts.gaps),
+    )
+    mean_error = math.hypot(line.offset_error, line.centre * line.slope_error)
+    return Alignment(
+        aligned,
+        float(line.at(np.array(0.0))),
+        mean_error,
+        line.slope - 1.0,
+        line.slope_error,
+        pairs,
+        error,
+    )
+
+
+def _coarse(
+    a: np.ndarray, b: np.ndarray, within: float, most: float, skew: bool
+) -> tuple[float, float, float]:
+    """Span of a that most agree in, and the delay at which they do."""
+    long = within / (2 * SKEW) if skew else math.inf
+    best = (0, 0.0, 0.0, 0.0)
+    rivals: list[float] = []
+    for first in np.unique(np.linspace(0, len(a) - FEWEST, SEGMENTS).astype(int)):
+        last = min(first + SEGMENT, int(np.searchsorted(a, a[first] + long)), len(a))
+        if last - first < FEWEST:
+            last = first + FEWEST
+        count, delays = _votes(a[first:last], b, within, most)
+        if count >= SHARE * (last - first) and count > best[0]:
+            best = (count, float(a[first]), float(a[last - 1]), float(delays[0]))
+            rivals = delays.tolist()
+    if not best[0]:
+        raise InvalidInput(
+            "impacts",
+            f"{len(a)} and {len(b)} impacts",
+            f"impacts that both trains hold, within {1e3 * within:g} ms at one delay",
+            "Give a greater `within`, or check that the recordings overlap",
+        )
+    if len(rivals) > 1:
+        raise InvalidInput(
+            "longest_delay",
+            None if math.isinf(most) else most,
+            "a bound that leaves one delay, as the trains repeat themselves",
+            f"Delays of {rivals[0]:.6g} and {rivals[1]:.6g} s pair as many impacts",
+        )
+    return best[1], best[2], best[3]
+
+
+def _votes(part: np.ndarray, b: np.ndarray, within: float, most: float) -> tuple[int, np.ndarray]:
+    """Greatest number of pairs at one delay, and the delays that have nearly as many."""
+    spread = [one - b[np.abs(one - b) <= most] for one in part]
+    difference = np.sort(np.concatenate(spread))
+    if not len(difference):
+        return 0, difference
+    count = np.searchsorted(difference, difference + 2 * within, side="right")
+    count -= np.arange(len(difference))
+    top = min(int(count.max()), len(part))
+    at = np.flatnonzero(count >= max(ALIKE * top, 2))
+    peaks: list[tuple[int, float]] = []
+    for group in np.split(at, np.flatnonzero(np.diff(difference[at]) > 2 * within) + 1):
+        if len(group):
+            k = group[np.argmax(count[group])]
+            peaks.append((int(count[k]), float(np.median(difference[k : k + count[k]]))))
+    peaks.sort(reverse=True)
+    return top, np.array([delay for _, delay in peaks])
+
+
+def _follow(
+    a: np.ndarray, b: np.ndarray, line: _Line, begin: float, end: float, within: float, skew: bool
+) -> _Line:
+    """The line through the pairs of a span that doubles until it holds all of a."""
+    while True:
+        inside = a[(a >= begin) & (a <= end)]
+        _, _, line = _fit(inside, b, line, within, skew)
+        if begin <= a[0] and end >= a[-1]:
+            return line
+        half = max(0.5 * (end - begin), within)
+        begin, end = begin - half, end + half
+
+
+def _fit(
+    a: np.ndarray, b: np.ndarray, line: _Line, within: float, skew: bool
+) -> tuple[np.ndarray, np.ndarray, _Line]:
+    """Pairs along a line, how late the first of each is, and the line through them."""
+    from ._assignment_kernels import assign
+
+    pairs = assign(a, line.at(b), within)
+    error = a[pairs[:, 0]] - line.at(b[pairs[:, 1]])
+    spread = 1.4826 * float(np.median(np.abs(error - np.median(error)))) if len(error) else 0.0
+    own = np.abs(error - np.median(error)) <= max(TRIM * spread, 1e-12) if len(error) else []
+    pairs = pairs[own]
+    if len(pairs) < 3:
+        raise InvalidInput("impacts", f"{len(pairs)} pairs", "impacts that both trains hold")
+    x, y = b[pairs[:, 1]], a[pairs[:, 0]]
+    centre = float(x.mean())
+    x = x - centre
+    offset, slope = float(y.mean()), line.slope
+    if skew:
+        slope = 1.0 + float(x @ (y - offset - x)) / float(x @ x)
+    error = y - offset - slope * x
+    deviation = math.sqrt(float(error @ error) / (len(x) - 1 - skew))
+    slope_error = deviation / math.sqrt(float(x @ x)) if skew else 0.0
+    return pairs, error, _Line(centre, offset, slope, deviation / math.sqrt(len(x)), slope_error)
