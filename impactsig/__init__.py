@@ -15,6 +15,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from . import plot
     from .alignment import Alignment, align_impacts
+    from .combining import Combination, combine_impacts
     from .comparison import Comparison, compare
     from .control import (
         OGY,
@@ -277,6 +278,7 @@ _HOME = {
     "comparison": ("Comparison", "compare"),
     "matching": ("Matching", "match_impacts"),
     "alignment": ("Alignment", "align_impacts"),
+    "combining": ("Combination", "combine_impacts"),
     "fitting": ("OscillatorFit", "fit_oscillator"),
     "plot": (),
 }
@@ -295,6 +297,7 @@ __all__ = [
     "BifurcationDiagram",
     "Branch",
     "Cantilever",
+    "Combination",
     "Comparison",
     "ContactSamples",
     "ControlledMotion",
@@ -373,6 +376,7 @@ __all__ = [
     "basins_of_attraction",
     "bifurcation_diagram",
     "coefficient_of_variation",
+    "combine_impacts",
     "compare",
     "continue_orbit",
     "control",

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from .impacts import Impacts
 
 ERRORS = ("time_error", "contact_time_error", "peak_error", "impulse_error")
-COUNTS = ("pulses", "stop_index")
-"""Whole numbers, 0 or greater."""
+COUNTS = {"pulses": 1, "stop_index": -1}
+"""Whole numbers, and the least that each may be."""
 MEASURED = (
     "contact_time",
     "peak",

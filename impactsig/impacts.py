@@ -88,7 +88,8 @@ class Impacts:
     pulses : array_like of int, shape (n,), optional
         How many pulses were merged into each.
     stop_index : array_like of int, shape (n,), optional
-        Which stop was hit; of a simulated impact its place in `Oscillator.stops`.
+        Which stop was hit, -1 where that is not known; of a simulated impact its place in
+        `Oscillator.stops`.
     flags : array_like of uint8, shape (n,), optional
         Bits `OPEN_START`, `OPEN_END`, `CLIPPED`, `UNRESOLVED`, `INFERRED`.
     start, duration : float
@@ -462,7 +463,9 @@ def _column(name: str, value: Any, length: int) -> np.ndarray:
     if name == "probability":
         _require(name, array, (array >= 0) & (array <= 1), "probabilities, 0 to 1")
     elif name in tables.COUNTS:
-        _require(name, array, (array >= 0) & (array % 1 == 0), "whole numbers, 0 or greater")
+        least = tables.COUNTS[name]
+        right = (array >= least) & (array % 1 == 0)
+        _require(name, array, right, f"whole numbers, {least} or greater")
         return array.astype(np.intp)
     return array
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from ..errors import InvalidInput, finite_number
 from ..impacts import KINDS, Disturbance, Impacts
 from ..recording import Sensor
+from ._channels import detect_channels
 from ._force import MOST_SAMPLES, Level, Wanted, detect_force
 from ._merge import Columns, keep_first, merge
 from ._notes import force_notes
@@ -26,8 +28,9 @@ _SIGMAS = re.compile(r"\s*([0-9.eE+-]+)\s*(?:σ|sigmas?)\s*")
 def detect_impacts(
     source: Any,
     *,
-    sensor: Sensor | None = None,
-    channel: str | int | None = None,
+    sensor: Sensor | Sequence[Sensor] | None = None,
+    channel: str | int | Sequence[str | int] | None = None,
+    stops: Sequence[int | None] | None = None,
     threshold: float | str | None = None,
     polarity: Polarity = "auto",
     contact_level: float | str = 0.0,
@@ -45,11 +48,14 @@ def detect_impacts(
         What to search. Blocks must follow each other in time and be such that they can be gone
         through twice (`impactsig.read_blocks`, or a list). The result does not depend on how
         the record is cut into blocks.
-    sensor : {"force", "sound"}, optional
+    sensor : {"force", "sound"}, or a sequence of them, optional
         By default the source's own. "force" finds pulses and measures their contact; "sound"
-        finds the instants of attack.
-    channel : str or int, optional
-        Which channel, where there are several.
+        finds the instants of attack. A sequence has one for each channel.
+    channel : str or int, or a sequence of them, optional
+        Which channel, where there are several. Those of a sequence are sensors of one machine:
+        each impact is returned once, by `impactsig.combine_impacts`.
+    stops : sequence of int or None, optional
+        Which stop each channel of a sequence belongs to, None for one that hears them all.
     threshold : float or str, optional
         Force: level that the response to an impact must reach (see Notes), in the recording's unit,
         or as a multiple of its noise, ``"6 sigma"``. By default at least 5 sigma, and such that in
@@ -114,6 +120,15 @@ def detect_impacts(
     >>> impacts = impactsig.detect_impacts("hammer.tdms", channel="F", contact_level=5.0)
     ...                                                                    # doctest: +SKIP
     """
+    if isinstance(channel, Sequence) and not isinstance(channel, str):
+        options = dict(
+            threshold=threshold, polarity=polarity, contact_level=contact_level,
+            contact_time=contact_time, merge_within=merge_within, dead_time=dead_time, gaps=gaps,
+            skip_quiet=skip_quiet,
+        )  # fmt: skip
+        return detect_channels(detect_impacts, source, channel, sensor, stops, options)
+    if stops is not None:
+        raise InvalidInput("stops", stops, "its default for one channel", "Give several channels")
     if polarity not in tuple(_SIGNS):
         raise InvalidInput("polarity", polarity, '"auto", "positive" or "negative"')
     if sensor not in (None, "force", "sound"):

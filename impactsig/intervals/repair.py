@@ -188,7 +188,7 @@ def _filled(name: str, value: np.ndarray, left: np.ndarray, right: np.ndarray) -
     if name == "probability":
         return np.zeros(len(left))
     if name in COUNTS:
-        return value[left]
+        return np.full(len(left), COUNTS[name])
     return 0.5 * (value[left] + value[right])
 
 

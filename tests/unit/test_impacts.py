@@ -251,7 +251,8 @@ def test_the_covariance_of_intervals():
         ("peak_error", [0.1, np.nan], "nan at index 1"),
         ("probability", [0.5, 1.1], "1.1 at index 1"),
         ("stop_index", [0, 0.5], "0.5 at index 1"),
-        ("pulses", [-1, 1], "-1.0 at index 0"),
+        ("pulses", [0, 1], "0.0 at index 0"),
+        ("stop_index", [0, -2], "-2.0 at index 1"),
     ],
 )
 def test_what_is_known_of_impacts_must_make_sense(name, value, words):

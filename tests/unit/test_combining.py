@@ -1,0 +1,132 @@
+"""Trains of several sensors made one."""
+
+from __future__ import annotations
+
+import doctest
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from impactsig import (
+    Impacts,
+    InvalidInput,
+    LoadCell,
+    Recording,
+    combine_impacts,
+    combining,
+    detect_impacts,
+    match_impacts,
+    synthesize,
+)
+
+
+def heard(truth, rng, *, late=0.0, jitter=2e-5, **known):
+    """What a sensor makes of the truth: 5 % missed, 5 % spurious."""
+    kept = rng.random(len(truth)) >= 0.05
+    false = rng.uniform(truth[0], truth[-1], rng.poisson(0.05 * len(truth)))
+    time = np.concatenate((truth[kept] + jitter * rng.standard_normal(kept.sum()), false)) + late
+    return Impacts.from_times(time, time_error=np.full(len(time), jitter), **known)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_load_cell_and_microphone(seed):
+    rng = np.random.default_rng(seed)
+    truth = np.cumsum(rng.uniform(0.02, 0.08, 1000))
+    cell, microphone = heard(truth, rng, jitter=5e-6), heard(truth, rng, late=0.0029, jitter=3e-5)
+    both = combine_impacts([cell, microphone])
+    assert both.delays[1] == pytest.approx(0.0029, abs=3e-5)
+    assert both.delay_errors[1] < 1e-5
+    matched = match_impacts(both.impacts, Impacts(truth), 3e-4)
+    assert matched.recall > 0.99
+    # No impact twice: what is spurious is what either sensor made up.
+    made_up = len(cell) + len(microphone) - 2 * 0.95 * len(truth)
+    assert len(matched.spurious) == pytest.approx(made_up, abs=30)
+    assert len(both.impacts) == len(matched.pairs) + len(matched.spurious)
+    z = matched.error / both.impacts.time_error[matched.pairs[:, 0]]
+    assert 0.9 < np.std(z[np.abs(z) < 5]) < 1.1
+    for k, train in enumerate((cell, microphone)):
+        assert sorted(both.index[both.index[:, k] >= 0, k]) == list(range(len(train)))
+
+
+def test_two_load_cells_tell_the_stops_apart():
+    rng = np.random.default_rng(5)
+    truth = np.cumsum(rng.uniform(0.02, 0.08, 600))
+    stop = rng.integers(0, 2, 600)
+    strong = np.exp(0.3 * rng.standard_normal(600))
+    trains = []
+    for own in (0, 1):
+        peak = np.where(stop == own, strong, 0.2 * strong)
+        felt = peak > 0.15
+        trains.append(
+            Impacts(
+                truth[felt] + 1e-4 * own, peak=peak[felt], contact_time=3e-4 * peak[felt],
+                unit="N", sensor="force",
+            )
+        )  # fmt: skip
+    both = combine_impacts(trains, stops=[0, 1])
+    assert len(both.impacts) == 600
+    np.testing.assert_array_equal(both.impacts.stop_index, stop)
+    np.testing.assert_allclose(both.impacts.peak, strong)
+    np.testing.assert_allclose(both.impacts.contact_time, 3e-4 * strong)
+    assert both.delays[1] == pytest.approx(1e-4)
+
+
+def test_what_no_sensor_of_a_stop_recorded_has_no_stop():
+    cell = Impacts([1.0, 2.0], peak=[1.0, 1.0])
+    microphone = Impacts([1.0, 1.5, 2.0], peak=[0.1, 0.1, 0.1], sensor="sound")
+    both = combine_impacts([cell, microphone], stops=[0, None])
+    assert both.impacts.stop_index.tolist() == [0, -1, 0]
+    assert both.impacts.peak is None  # newtons and pascals do not mix
+    assert both.index.tolist() == [[0, 0], [-1, 1], [1, 2]]
+
+
+def test_a_gap_is_where_no_sensor_was():
+    one = Impacts([1.0], gaps=[[2.0, 4.0], [6.0, 7.0]], start=0.0, duration=10.0)
+    two = Impacts([1.0], gaps=[[3.0, 6.5]], start=0.0, duration=10.0)
+    assert combine_impacts([one, two]).impacts.gaps.tolist() == [[3.0, 4.0], [6.0, 6.5]]
+
+
+def test_example():
+    assert doctest.testmod(combining, extraglobs={"Impacts": Impacts}).failed == 0
+
+
+def test_refusals():
+    train = Impacts([1.0, 2.0])
+    with pytest.raises(InvalidInput, match="trains"):
+        combine_impacts([])
+    with pytest.raises(InvalidInput, match="each of 1 trains"):
+        combine_impacts([train], stops=[0, 1])
+    with pytest.raises(InvalidInput, match="has none"):
+        combine_impacts([train], stops=[0])
+    clock = Impacts(0.05 * np.arange(200))
+    with pytest.raises(InvalidInput, match="repeat themselves"):
+        combine_impacts([clock, clock], longest_delay=0.2)
+
+
+def test_channels_of_one_recording():
+    rng = np.random.default_rng(2)
+    time = np.cumsum(rng.uniform(0.03, 0.08, 150))
+    stop = rng.integers(0, 2, 150)
+    truth = Impacts(time, start=0.0, duration=time[-1] + 0.1, peak=np.exp(rng.normal(0, 0.3, 150)))
+    cells = [
+        synthesize(
+            replace(truth, peak=np.where(stop == own, 1.0, 0.15) * truth.peak),
+            LoadCell(noise=0.005),
+            seed=own,
+        ).samples
+        for own in (0, 1)
+    ]
+    record = Recording(
+        np.column_stack(cells), 50_000.0, channels=("left", "right"), units=("N",) * 2
+    )
+    both = detect_impacts(record, channel=["left", "right"], stops=[0, 1])
+    assert len(both) == 150
+    np.testing.assert_allclose(both.time, time, atol=3e-5)
+    np.testing.assert_array_equal(both.stop_index, stop)
+    assert abs(both.settings["delay"]["right"]) < 2e-6
+    assert both.settings["of_channel"]["left"]["sensor"] == "force"
+    with pytest.raises(InvalidInput, match="stops"):
+        detect_impacts(record, channel="left", stops=[0])
+    with pytest.raises(InvalidInput, match="each of 2 channels"):
+        detect_impacts(record, channel=["left", "right"], sensor=["force"])
