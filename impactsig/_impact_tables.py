@@ -41,6 +41,19 @@ def columns(impacts: Impacts) -> dict[str, np.ndarray]:
     return {name: values for name, values in known.items() if values is not None}
 
 
+def filled(name: str, values: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """A column at impacts that were not measured, between the neighbours `left` and `right`."""
+    import numpy as np
+
+    if name in ERRORS:
+        return np.full(len(left), np.inf)
+    if name == "probability":
+        return np.zeros(len(left))
+    if name in COUNTS:
+        return np.full(len(left), COUNTS[name])
+    return 0.5 * (values[left] + values[right])
+
+
 def write_csv(impacts: Impacts, path: Any) -> None:
     """As `Impacts.to_csv`."""
     if hasattr(path, "write"):

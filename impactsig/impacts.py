@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from datetime import datetime
 from functools import partial
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
@@ -31,12 +32,16 @@ UNRESOLVED = 8
 INFERRED = 16
 """Not measured at all, but put in by `impactsig.repair_intervals` where one was missed."""
 
+EDITED = 32
+"""Put in or moved by hand (`Impacts.edit`)."""
+
 FLAG_NAMES = {
     OPEN_START: "open start",
     OPEN_END: "open end",
     CLIPPED: "clipped",
     UNRESOLVED: "unresolved",
     INFERRED: "inferred",
+    EDITED: "edited",
 }
 
 
@@ -91,7 +96,8 @@ class Impacts:
         Which stop was hit, -1 where that is not known; of a simulated impact its place in
         `Oscillator.stops`.
     flags : array_like of uint8, shape (n,), optional
-        Bits `OPEN_START`, `OPEN_END`, `CLIPPED`, `UNRESOLVED`, `INFERRED`.
+        Bits `OPEN_START`, `OPEN_END`, `CLIPPED`, `UNRESOLVED`, `INFERRED`,
+        `EDITED`.
     start, duration : float
         Span of the run [s]; by default from the first to the last impact.
     unit : str
@@ -353,6 +359,63 @@ class Impacts:
         gaps = np.clip(self.gaps, low, high)
         gaps = gaps[gaps[:, 1] > gaps[:, 0]]
         return replace(self[inside], start=low, duration=high - low, gaps=gaps)
+
+    # -- correcting ------------------------------------------------------------------------
+
+    def edit(
+        self,
+        *,
+        add: Iterable[float] = (),
+        move: Mapping[float, float] | None = None,
+        reject: Iterable[float] = (),
+        by: str = "",
+        comment: str = "",
+    ) -> Impacts:
+        """The train corrected by hand; ``settings["corrections"]`` says how, by whom and when.
+
+        Parameters
+        ----------
+        add : iterable of float
+            Instants [s] of impacts to put in. They get the flag `EDITED`, the probability 1, and
+            of what was not measured the mean of their neighbours with an infinite error.
+        move : mapping of float to float
+            Instants to move, and where to [s].
+        reject : iterable of float
+            Instants of impacts to take out [s]. The one nearest to an instant is meant, at most
+            1 ms away.
+        by, comment : str
+            Who corrects, and why.
+
+        Raises
+        ------
+        InvalidInput
+            If there is no such impact, or an instant lies outside the run.
+        """
+        from ._corrections import edited
+
+        return edited(self, add, move or {}, reject, by, comment)
+
+    def write_corrections(self, recording: Any) -> Path:
+        """Write the corrections beside a recording, where `detect_impacts` finds them again.
+
+        Parameters
+        ----------
+        recording : path-like
+            The recording's file; the table is written to that name with ".corrections.csv" added.
+
+        Returns
+        -------
+        Path
+            The table: action, instant, where to, by whom, when, comment.
+
+        Raises
+        ------
+        UnwritableFile
+            If it cannot be written.
+        """
+        from ._corrections import write
+
+        return write(self, recording)
 
     # -- tables ----------------------------------------------------------------------------
 

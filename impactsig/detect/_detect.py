@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from .._corrections import applied_beside
 from ..errors import InvalidInput, finite_number
 from ..impacts import KINDS, Disturbance, Impacts
 from ..recording import Sensor
@@ -90,6 +92,8 @@ def detect_impacts(
         With `reason` where there are none, `notes` on what makes them doubtful, and the
         `disturbances` that were kept apart from them.
 
+        Corrections beside a file (`Impacts.write_corrections`) are made again.
+
     Raises
     ------
     InvalidInput
@@ -120,15 +124,35 @@ def detect_impacts(
     >>> impacts = impactsig.detect_impacts("hammer.tdms", channel="F", contact_level=5.0)
     ...                                                                    # doctest: +SKIP
     """
+    options: dict[str, Any] = dict(
+        threshold=threshold, polarity=polarity, contact_level=contact_level,
+        contact_time=contact_time, merge_within=merge_within, dead_time=dead_time, gaps=gaps,
+        skip_quiet=skip_quiet,
+    )  # fmt: skip
     if isinstance(channel, Sequence) and not isinstance(channel, str):
-        options = dict(
-            threshold=threshold, polarity=polarity, contact_level=contact_level,
-            contact_time=contact_time, merge_within=merge_within, dead_time=dead_time, gaps=gaps,
-            skip_quiet=skip_quiet,
-        )  # fmt: skip
-        return detect_channels(detect_impacts, source, channel, sensor, stops, options)
-    if stops is not None:
+        found = detect_channels(detect_channel, source, channel, sensor, stops, options)
+    elif stops is not None:
         raise InvalidInput("stops", stops, "its default for one channel", "Give several channels")
+    else:
+        found = detect_channel(source, sensor=sensor, channel=channel, **options)
+    return applied_beside(found, source) if isinstance(source, (str, Path)) else found
+
+
+def detect_channel(
+    source: Any,
+    *,
+    sensor: Any,
+    channel: str | int | None,
+    threshold: float | str | None = None,
+    polarity: str = "auto",
+    contact_level: float | str = 0.0,
+    contact_time: tuple[float, float] | None = None,
+    merge_within: float,
+    dead_time: float,
+    gaps: Gaps,
+    skip_quiet: bool,
+) -> Impacts:
+    """The impacts of one channel, as the sensor's detector finds them."""
     if polarity not in tuple(_SIGNS):
         raise InvalidInput("polarity", polarity, '"auto", "positive" or "negative"')
     if sensor not in (None, "force", "sound"):

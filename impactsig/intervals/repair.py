@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._arguments import number
-from .._impact_tables import COUNTS, ERRORS
+from .._impact_tables import filled
 from ..impacts import INFERRED, Impacts
 from ._pairs import Intervals, as_intervals
 from ._repair_map import map_edits
@@ -175,21 +175,10 @@ def _edited(train: Impacts, removed: np.ndarray, splits: tuple[Split, ...]) -> I
         value = getattr(train, item.name)
         if item.name in ("time", "gaps", "flags") or not isinstance(value, np.ndarray):
             continue
-        filled = _filled(item.name, value, left, right)
-        known[item.name] = np.concatenate((value[~removed], filled))[order]
+        new = filled(item.name, value, left, right)
+        known[item.name] = np.concatenate((value[~removed], new))[order]
     flags = np.concatenate((train.flags[~removed], np.full(len(splits), INFERRED, np.uint8)))
     return replace(train, time=time[order], flags=flags[order], **known)
-
-
-def _filled(name: str, value: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """A column at the impacts put in, which were not measured, from their neighbours."""
-    if name in ERRORS:
-        return np.full(len(left), np.inf)
-    if name == "probability":
-        return np.zeros(len(left))
-    if name in COUNTS:
-        return np.full(len(left), COUNTS[name])
-    return 0.5 * (value[left] + value[right])
 
 
 def _edited_intervals(
