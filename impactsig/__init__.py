@@ -15,6 +15,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from . import plot
     from .alignment import Alignment, align_impacts
+    from .calibration import Calibration, fit_calibration
     from .combining import Combination, combine_impacts
     from .comparison import Comparison, compare
     from .control import (
@@ -278,6 +279,7 @@ _HOME = {
     "comparison": ("Comparison", "compare"),
     "matching": ("Matching", "match_impacts"),
     "alignment": ("Alignment", "align_impacts"),
+    "calibration": ("Calibration", "fit_calibration"),
     "combining": ("Combination", "combine_impacts"),
     "fitting": ("OscillatorFit", "fit_oscillator"),
     "plot": (),
@@ -296,6 +298,7 @@ __all__ = [
     "BeamMotion",
     "BifurcationDiagram",
     "Branch",
+    "Calibration",
     "Cantilever",
     "Combination",
     "Comparison",
@@ -392,6 +395,7 @@ __all__ = [
     "find_flow_orbit",
     "find_periodic_orbit",
     "find_periodic_orbits",
+    "fit_calibration",
     "fit_oscillator",
     "fit_soft_stop",
     "flows",

@@ -1,0 +1,157 @@
+"""A sensor's gain and offset from known loads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .errors import InvalidInput
+from .recording import Recording
+
+ROUNDS = 50
+"""Of weights; those of a line as good as a calibration's settle in a few."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """``load = scale * reading + offset``, fitted to known loads.
+
+    Attributes
+    ----------
+    scale, offset : float
+        In the unit of the load over that of the reading, and in the unit of the load.
+    covariance : ndarray, shape (2, 2)
+        Of scale and offset; its diagonal holds the squares of their standard errors.
+    residual : ndarray, shape (n,)
+        Known load less fitted one.
+    unit : str
+        Unit of the load.
+    """
+
+    scale: float
+    offset: float
+    covariance: np.ndarray = field(repr=False)
+    residual: np.ndarray = field(repr=False)
+    unit: str = ""
+
+    def apply(self, recording: Recording) -> Recording:
+        """The recording in the unit of the load."""
+        return recording.calibrate(self.scale, self.offset, self.unit or None)
+
+    def error(self, reading: Any) -> np.ndarray:
+        """Standard error of the load at a reading, from scale and offset together."""
+        at = np.stack([np.asarray(reading, float), np.ones(np.shape(reading))])
+        return np.sqrt(np.einsum("i...,ij,j...->...", at, self.covariance, at))
+
+    def __str__(self) -> str:
+        of_scale, of_offset = np.sqrt(np.diag(self.covariance))
+        unit = f" {self.unit}" if self.unit else ""
+        return (
+            f"scale {self.scale:.6g} ± {of_scale:.1g}, offset {self.offset:.6g} ± {of_offset:.1g}"
+            f"{unit}; {len(self.residual)} loads"
+        )
+
+
+def fit_calibration(
+    reading: Any,
+    load: Any,
+    *,
+    reading_error: Any = None,
+    load_error: Any = None,
+    through_zero: bool = False,
+    unit: str = "",
+) -> Calibration:
+    """Fit gain and offset of a sensor to pairs of reading and known load.
+
+    The straight line through pairs of which both values have errors, by maximum likelihood
+    [York2004]_. Where no errors are given, those of all loads are alike, the readings are exact,
+    and the size of the errors is that of the residuals.
+
+    Parameters
+    ----------
+    reading, load : array_like, shape (n,)
+        What the sensor showed, and what acted on it: weights, or for an impact hammer its mass
+        times the peak of its acceleration, beside the peak that the sensor recorded.
+    reading_error, load_error : float or array_like, shape (n,), optional
+        Standard errors.
+    through_zero : bool
+        Without load the sensor shows exactly 0, as one does whose baseline is taken off.
+    unit : str
+        Unit of the load.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer than three pairs (two through zero), an error is not positive, or all
+        readings are alike.
+
+    Examples
+    --------
+    >>> weights = np.array([0.0, 9.81, 19.62, 29.43])
+    >>> print(fit_calibration([0.02, 1.01, 2.03, 3.01], weights, unit="N"))
+    scale 9.81929 ± 0.05, offset -0.18577 ± 0.1 N; 4 loads
+    """
+    x, y = _numbers("reading", reading), _numbers("load", load)
+    least = 2 if through_zero else 3
+    if x.shape != y.shape or len(x) < least:
+        raise InvalidInput(
+            "reading, load", f"{len(x)} and {len(y)} values", f"as many of each, {least} or more"
+        )
+    of_x, of_y = (
+        np.zeros(len(x)) if given is None else _errors(name, given, len(x))
+        for name, given in (("reading_error", reading_error), ("load_error", load_error))
+    )
+    if np.ptp(x) == 0 and not (through_zero and x[0]):
+        raise InvalidInput("reading", x[0], "readings that differ", "One point makes no line")
+    known = reading_error is not None or load_error is not None
+    if not known:
+        of_y = np.ones(len(x))
+    scale = float(x @ y / (x @ x)) if through_zero else float(np.polyfit(x, y, 1)[0])
+    for _ in range(ROUNDS):
+        weight = 1.0 / (of_y**2 + (scale * of_x) ** 2)
+        middle_x, middle_y = (0.0, 0.0) if through_zero else np.average([x, y], 1, weight)
+        u, v = x - middle_x, y - middle_y
+        true = weight * (u * of_y**2 + scale * v * of_x**2)  # adjusted readings, off their middle
+        before, scale = scale, float(weight * true @ v / (weight * true @ u))
+        if math.isclose(before, scale, rel_tol=1e-15):
+            break
+    offset = 0.0 if through_zero else float(middle_y - scale * middle_x)
+    at = middle_x + true
+    mean = 0.0 if through_zero else np.average(at, weights=weight)
+    of_scale = 1.0 / float(weight @ (at - mean) ** 2)
+    covariance = np.zeros((2, 2))
+    covariance[0, 0] = of_scale
+    if not through_zero:
+        covariance[0, 1] = covariance[1, 0] = -mean * of_scale
+        covariance[1, 1] = 1.0 / weight.sum() + mean**2 * of_scale
+    residual = y - scale * x - offset
+    if not known:
+        covariance *= float(residual @ residual) / (len(x) - (1 if through_zero else 2))
+    return Calibration(scale, offset, covariance, residual, unit)
+
+
+def _numbers(name: str, given: Any) -> np.ndarray:
+    try:
+        values = np.array(given, float)
+    except (TypeError, ValueError):
+        values = np.array(math.nan)
+    if values.ndim != 1 or not np.isfinite(values).all():
+        raise InvalidInput(name, given, "finite numbers, shape (n,)")
+    return values
+
+
+def _errors(name: str, given: Any, count: int) -> np.ndarray:
+    try:
+        values = np.broadcast_to(np.asarray(given, float), (count,))
+    except (TypeError, ValueError):
+        values = np.zeros(1)
+    if not (np.isfinite(values).all() and (values > 0).all()):
+        raise InvalidInput(name, given, f"one positive standard error, or {count}")
+    return values

@@ -1,0 +1,64 @@
+"""Gain and offset from known loads."""
+
+from __future__ import annotations
+
+import doctest
+
+import numpy as np
+import pytest
+
+from impactsig import InvalidInput, Recording, calibration, fit_calibration
+
+
+def test_example():
+    assert doctest.testmod(calibration, extraglobs={"np": np}).failed == 0
+
+
+@pytest.mark.parametrize("through_zero", [False, True])
+@pytest.mark.parametrize("given", ["none", "load", "both"])
+def test_standard_errors_are_those_of_many_fits(given, through_zero):
+    rng = np.random.default_rng(3)
+    load = np.linspace(5.0, 60.0, 12)
+    of_load = np.full(12, 0.05) if given == "none" else 0.002 * load
+    of_reading = 0.3 if given == "both" else 0.0
+    offset = 0.0 if through_zero else 1.5
+    errors = {
+        "none": {},
+        "load": {"load_error": of_load},
+        "both": {"load_error": of_load, "reading_error": of_reading},
+    }[given]
+    z = []
+    for _ in range(800):
+        reading = (load - offset) / 8.0 + of_reading * rng.standard_normal(12)
+        known = load + of_load * rng.standard_normal(12)
+        fit = fit_calibration(reading, known, through_zero=through_zero, **errors)
+        at = fit.scale * 3.0 + fit.offset - (8.0 * 3.0 + offset)
+        z.append(((fit.scale - 8.0) / np.sqrt(fit.covariance[0, 0]), at / fit.error(3.0)))
+    # Student's t with 10 or 11 degrees of freedom where the size of the errors is fitted.
+    expected = np.sqrt(10 / 8) if given == "none" else 1.0
+    assert np.all(np.abs(np.std(z, axis=0) / expected - 1) < 0.1)
+    assert np.all(np.abs(np.mean(z, axis=0)) < 0.15)
+
+
+def test_an_exact_line_and_a_recording():
+    fit = fit_calibration([0.0, 1.0, 2.0], [3.0, 5.0, 7.0], unit="N")
+    assert (fit.scale, fit.offset) == (pytest.approx(2.0), pytest.approx(3.0))
+    done = fit.apply(Recording([0.0, 0.5], 100.0, units="V"))
+    assert done.samples == pytest.approx([3.0, 4.0])
+    assert done.unit == "N"
+
+
+@pytest.mark.parametrize(
+    ("reading", "load", "more", "words"),
+    [
+        ([1.0, 2.0], [1.0, 2.0], {}, "3 or more"),
+        ([1.0, 2.0, 3.0], [1.0, 2.0], {}, "as many of each"),
+        ([1.0, 1.0, 1.0], [1.0, 2.0, 3.0], {}, "differ"),
+        ([1.0, np.nan, 1.0], [1.0, 2.0, 3.0], {}, "finite"),
+        ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"load_error": 0.0}, "load_error"),
+        ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"reading_error": [1.0, 1.0]}, "reading_error"),
+    ],
+)
+def test_refusals(reading, load, more, words):
+    with pytest.raises(InvalidInput, match=words):
+        fit_calibration(reading, load, **more)
