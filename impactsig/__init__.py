@@ -123,6 +123,7 @@ if TYPE_CHECKING:
     )
     from .reconstruct.surrogate_testing import SurrogateTest, surrogate_test
     from .reconstruct.surrogates import Surrogates, surrogates
+    from .recorded import RecordedMotion, recorded_motion
     from .recording import Recording
     from .report import Detected, detect_many, write_report, write_reports
     from .simulate import (
@@ -279,6 +280,7 @@ _HOME = {
     "comparison": ("Comparison", "compare"),
     "matching": ("Matching", "match_impacts"),
     "alignment": ("Alignment", "align_impacts"),
+    "recorded": ("RecordedMotion", "recorded_motion"),
     "calibration": ("Calibration", "fit_calibration"),
     "combining": ("Combination", "combine_impacts"),
     "fitting": ("OscillatorFit", "fit_oscillator"),
@@ -350,6 +352,7 @@ __all__ = [
     "PeriodicityChart",
     "PredictionError",
     "RawLayout",
+    "RecordedMotion",
     "Recording",
     "RecurrencePlot",
     "RecurrenceQuantification",
@@ -422,6 +425,7 @@ __all__ = [
     "read",
     "read_blocks",
     "read_many",
+    "recorded_motion",
     "recurrence_plot",
     "recurrence_quantification",
     "repair_intervals",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidInput, finite_number
+from ..recording import sample_span
 from ._axes import BLUE, GREY, VERMILLION, axes, explain, frame, legend, points, seconds
 from ._flow_portrait import flow_portrait
 from ._kinds import checked
@@ -26,6 +27,7 @@ from ._motion_path import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..recorded import RecordedMotion
     from ..simulate.motion import Motion
     from ..simulate.spectrum import PowerSpectrum
     from ..simulate.trajectories import Trajectory
@@ -39,7 +41,7 @@ DECADES = 12
 
 @checked
 def phase_portrait(
-    motion: Motion | Trajectory,
+    motion: Motion | RecordedMotion | Trajectory,
     ax: Axes | None = None,
     *,
     start: float | None = None,
@@ -57,7 +59,7 @@ def phase_portrait(
 
     Parameters
     ----------
-    motion : Motion or Trajectory
+    motion : Motion, RecordedMotion or Trajectory
         What moved, with all kept.
     start, stop : float, optional
         Span to draw [s]; by default the last 50 forcing periods of the motion, or its last
@@ -73,12 +75,15 @@ def phase_portrait(
     InvalidInput
         If the span is not in the motion, only counts were kept, or there are no such coordinates.
     """
+    from ..recorded import RecordedMotion
     from ..simulate.trajectories import Trajectory
 
     if isinstance(motion, Trajectory):
         return flow_portrait(motion, ax, start, stop, coordinates)
     if coordinates is not None:
         raise InvalidInput("coordinates", coordinates, "None for the motion of an oscillator")
+    if isinstance(motion, RecordedMotion):
+        return _recorded_portrait(motion, axes(ax, width=4.8, height=4.4), start, stop, phase)
     path = path_of(motion, *span_drawn(motion, start, stop, periods=50), relative=True)
     ax = axes(ax, width=4.8, height=4.4)
     ax.plot(path.x, path.v, color=BLUE, linewidth=0.7)
@@ -197,6 +202,24 @@ def power_spectrum(
     if spectrum.in_seconds:
         return frame(ax, "frequency [Hz]", f"power density of {symbol} [unit$^2$/Hz]")
     return frame(ax, "frequency", f"power density of {symbol}")
+
+
+def _recorded_portrait(
+    motion: RecordedMotion, ax: Axes, start: float | None, stop: float | None, phase: float | None
+) -> Axes:
+    first, last = sample_span(start, stop, motion.rate, len(motion.x), float(motion.time[0]))
+    ax.plot(motion.x[first:last], motion.v[first:last], color=BLUE, linewidth=0.7)
+    if phase is not None and motion.phase is not None:
+        label = "once a period" if phase == 0 else f"once a period, at phase {phase:.3g}"
+        points(ax, *motion.stroboscopic(phase), color=VERMILLION, label=label, zorder=3)
+        _legend_above(ax)
+    unit = motion.unit
+    ax.margins(0.06)
+    return frame(
+        ax,
+        f"displacement $x$ [{unit}]" if unit else "displacement $x$",
+        f"velocity $x'$ [{unit}/s]" if unit else "velocity $x'$",
+    )
 
 
 def _legend_above(ax: Axes) -> None:
