@@ -152,8 +152,10 @@ def prediction_error(
         )
     from ._prediction import forecasts
 
+    fixed = values.view()
+    fixed.flags.writeable = False  # as some arrays come: for others it would be compiled again
     found = forecasts(
-        values, references, dimension, delay, horizons, neighbors, window, predictor == "linear"
+        fixed, references, dimension, delay, horizons, neighbors, window, predictor == "linear"
     )
     target = values[references + reach - horizons.max() + horizons[:, None]]
     spread = target.std(axis=1)

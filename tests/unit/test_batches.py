@@ -45,7 +45,7 @@ def rig(tmp_path_factory):
     """Seven recordings; the fourth is none, and two have one name."""
     folder = tmp_path_factory.mktemp("rig")
     (folder / "other").mkdir()
-    names = ["a.wav", "b.wav", "c <b>.wav", "broken.wav", "d.wav", "other/a.wav", "e.wav"]
+    names = ["a.wav", "b.wav", "c <b>.wav", "broken.wav", "d.wav", "other/c <b>.wav", "e.wav"]
     for seed, name in enumerate(names):
         record(folder / name, seed)
     (folder / "broken.wav").write_bytes(b"RIFF and no more")
@@ -92,25 +92,26 @@ def test_impacts_are_those_of_each_file(workers, rig):
         assert len(impacts) == 12
 
 
-def test_reports_and_the_page_that_lists_them(rig, tmp_path):
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_reports_and_the_page_that_lists_them(workers, rig, tmp_path):
     folder = tmp_path / "new" / "out"
-    few = [rig[0], rig[3], rig[5], rig[2]]
-    entries = write_reports(few, folder, workers=2, sensor="force")
+    few = [rig[2], rig[3], rig[5]]
+    entries = write_reports(few, folder, workers=workers, sensor="force")
     assert [entry.page and entry.page.name for entry in entries] == [
-        "a.wav.html", None, "a.wav-2.html", "c <b>.wav.html",
+        "c <b>.wav.html", None, "c <b>.wav-2.html",
     ]  # fmt: skip
     names = {entry.page.name for entry in entries if entry.page}
     assert {path.name for path in folder.iterdir()} == {*names, "index.html"}
     index = (folder / "index.html").read_text(encoding="utf-8")
     assert "<b>" not in index
     links = re.findall(r'href="\./([^"]*)"', index)
-    assert links == ["a.wav.html", "a.wav-2.html", "c%20%3Cb%3E.wav.html"]
+    assert links == ["c%20%3Cb%3E.wav.html", "c%20%3Cb%3E.wav-2.html"]
     assert "1 could not be analysed" in index
     assert entries[1].path == rig[3]
     with pytest.raises(UnreadableFile) as caught:
         read(rig[3])
     assert str(caught.value) == f"{rig[3]}: {entries[1].summary}"
-    assert index.count("12 impacts in 0.5 s") == 3
+    assert index.count("12 impacts in 0.5 s") == 2
     alone = write_report(rig[5], tmp_path / "alone.html", sensor="force").read_text()
     words = re.search(r'<p class="summary">(.*?)</p>', alone, re.DOTALL)
     assert words.group(0) in entries[2].page.read_text()

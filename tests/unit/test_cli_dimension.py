@@ -28,13 +28,17 @@ def write(path, intervals):
     return path
 
 
-@pytest.fixture
-def logistic(tmp_path):
+def series(count):
     """Intervals by the logistic map at r = 4: dimension 1, exponent ln 2."""
     x = [0.4]
-    for _ in range(1499):
+    for _ in range(count - 1):
         x.append(4 * x[-1] * (1 - x[-1]))
-    return write(tmp_path / "logistic.csv", 0.05 + 0.01 * np.array(x))
+    return 0.05 + 0.01 * np.array(x)
+
+
+@pytest.fixture
+def logistic(tmp_path):
+    return write(tmp_path / "logistic.csv", series(700))
 
 
 def test_a_chaotic_recording(capsys):
@@ -75,25 +79,30 @@ def test_only_what_is_asked_for_is_told(logistic, capsys):
 def test_dimensions_and_theiler_window_reach_the_estimate(logistic, capsys):
     assert run(logistic, "--dimensions=2,3", "--theiler=7") == 0
     assert "embedding dimensions 2 to 3" in capsys.readouterr().out
-    assert run(logistic, "--dimensions=2,3", "--theiler=1499") == 1
-    assert "a Theiler window of 1499" in capsys.readouterr().err
+    assert run(logistic, "--dimensions=2,3", "--theiler=699") == 1
+    assert "a Theiler window of 699" in capsys.readouterr().err
 
 
-def test_the_seed_decides_the_interval(logistic, capsys):
+def test_the_seed_decides_the_interval_and_the_surrogates(tmp_path, capsys):
+    path = write(tmp_path / "short.csv", series(300))
     told = []
     for seed in (3, 3, 4):
-        assert run(logistic, "--dimensions=2", f"--seed={seed}", "--surrogates") == 0
-        told.append(capsys.readouterr().out)
+        assert run(path, "--dimensions=2", f"--seed={seed}", "--surrogates") == 0
+        told.append(capsys.readouterr().out.splitlines())
     assert told[0] == told[1]
-    assert told[0] != told[2]
+    assert told[0][1] != told[2][1]
+    assert told[0][1].startswith("correlation dimension ")
+    assert told[0][-1] != told[2][-1]
+    assert told[0][-1].startswith("surrogates: ")
 
 
 @pytest.mark.parametrize(
     ("ending", "magic"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")]
 )
-def test_the_figure_is_written(ending, magic, logistic, tmp_path, capsys):
+def test_the_figure_is_written(ending, magic, tmp_path, capsys):
+    few = write(tmp_path / "few.csv", series(300))
     path = tmp_path / f"dimension{ending}"
-    assert run(logistic, "--dimensions=2", "-o", path) == 0
+    assert run(few, "--dimensions=2", "-o", path) == 0
     assert capsys.readouterr().out.splitlines()[-1] == f"figure: {path}"
     assert path.read_bytes().startswith(magic)
 

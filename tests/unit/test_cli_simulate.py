@@ -271,7 +271,8 @@ def test_a_run_that_ends_early_says_so(monkeypatch, capsys):
     from impactsig.simulate import _run
 
     monkeypatch.setattr(_run, "LEGS_PER_PERIOD", 0)
-    assert run("simulate", "karpodinis", "--periods=300000") == 0
+    monkeypatch.setattr(_run, "LEGS_AT_LEAST", 1000)
+    assert run("simulate", "karpodinis", "--periods=3000") == 0
     assert "status: work limit" in capsys.readouterr().err
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import resource
 import subprocess
@@ -52,17 +53,53 @@ def outer(x):
     # inner doubles it
     return inner(x) + 1
 '''
-RUN = """
-import resource, sys, warnings
-resource.setrlimit(resource.RLIMIT_FSIZE, ({largest}, resource.RLIM_INFINITY))
-warnings.simplefilter("always")
-with warnings.catch_warnings(record=True) as caught:
-    from kernels.outer import outer
-    value = outer(5)
-print(value, sum(outer.stats.cache_hits.values()))
-for one in caught:
-    print(one.category.__name__, one.message)
+SERVER = """
+import json, os, resource, sys, warnings
+import numba
+import impactsig._compiled
+
+numba.njit(lambda x: 2 * x + 1)(5)  # loads what any compilation needs
+for line in sys.stdin:
+    folder, largest, variables = json.loads(line)
+    if os.fork() == 0:
+        for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+            os.environ.pop(name, None)
+        os.environ.update(variables)
+        numba.core.config.reload_config()
+        sys.path.insert(0, folder)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (largest, resource.RLIM_INFINITY))
+        warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True) as caught:
+            from kernels.outer import outer
+            value = outer(5)
+        told = [f"{one.category.__name__} {one.message}" for one in caught]
+        print(json.dumps([value, sum(outer.stats.cache_hits.values()), told]), flush=True)
+        os._exit(0)
+    assert os.wait()[1] == 0
 """
+
+
+@pytest.fixture(scope="module")
+def server():
+    """A process that has imported numba and none of our kernels; a copy of it runs each."""
+    with subprocess.Popen(
+        [sys.executable, "-c", SERVER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    ) as process:  # fmt: skip
+        yield process
+        process.stdin.close()
+
+
+@pytest.fixture
+def run(server):
+    """Ask for a kernel of 5: its value, whether it was read from the cache, and the warnings."""
+
+    def asked(package, largest=resource.RLIM_INFINITY, **variables):
+        texts = {name: str(value) for name, value in variables.items()}
+        print(json.dumps([str(package.parent), largest, texts]), file=server.stdin, flush=True)
+        return tuple(json.loads(server.stdout.readline()))
+
+    return asked
 
 
 @pytest.fixture
@@ -75,22 +112,7 @@ def package(tmp_path):
     return folder
 
 
-def run(package, largest=resource.RLIM_INFINITY, **variables):
-    """Value of the kernel for 5, whether it was read from the cache, and the warnings."""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(package.parent), *sys.path])}
-    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
-        environment.pop(name, None)
-    done = subprocess.run(
-        [sys.executable, "-c", RUN.format(largest=largest)],
-        env=environment | {name: str(value) for name, value in variables.items()},
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    first, *warned = done.stdout.splitlines()
-    value, hits = map(int, first.split())
-    return value, hits, warned
-
-
-def test_a_kernel_does_what_another_file_says_now(package):
+def test_a_kernel_does_what_another_file_says_now(package, run):
     """Comments and docstrings cost no compilation, wherever they move a function."""
     assert run(package) == (11, 0, [])
     (package / "inner.py").write_text(INNER_EXPLAINED)
@@ -100,7 +122,7 @@ def test_a_kernel_does_what_another_file_says_now(package):
     assert run(package) == (16, 0, [])
 
 
-def test_functions_of_one_name_are_kept_apart(package):
+def test_functions_of_one_name_are_kept_apart(package, run):
     (package / "outer.py").write_text("""
 from impactsig._compiled import njit
 
@@ -153,7 +175,7 @@ def private(nowhere):
     return nowhere["TMPDIR"] / f"impactsig-{os.getuid()}"
 
 
-def test_without_a_home_kernels_are_kept_in_a_private_temporary_directory(package, nowhere):
+def test_without_a_home_kernels_are_kept_in_a_private_temporary_directory(package, nowhere, run):
     value, hits, warned = run(package, **nowhere)
     assert (value, hits) == (11, 0)
     (warning,) = warned
@@ -164,12 +186,12 @@ def test_without_a_home_kernels_are_kept_in_a_private_temporary_directory(packag
     assert run(package, **nowhere) == (11, 1, warned)
 
 
-def test_the_directory_that_the_warning_asks_for_is_taken(package, nowhere, tmp_path):
+def test_the_directory_that_the_warning_asks_for_is_taken(package, nowhere, tmp_path, run):
     assert run(package, **nowhere, NUMBA_CACHE_DIR=tmp_path / "cache") == (11, 0, [])
     assert list((tmp_path / "cache").rglob("outer*.nbc"))
 
 
-def test_code_that_others_could_have_planted_is_not_run(package, nowhere):
+def test_code_that_others_could_have_planted_is_not_run(package, nowhere, run):
     run(package, **nowhere)
     private(nowhere).chmod(0o777)
     value, hits, warned = run(package, **nowhere)
@@ -232,7 +254,7 @@ def test_a_private_directory_is_checked_whenever_it_is_read(package, nowhere, mo
     """A process may live on after its files were removed, and the directory made by others."""
     monkeypatch.setattr(_compiled, "private_directory", lambda: private(nowhere))
     monkeypatch.setattr(_compiled, "_warned", ["before"])
-    place = _compiled._Temporary.from_function(run, str(package / "outer.py"))
+    place = _compiled._Temporary.from_function(private, str(package / "outer.py"))
     private(nowhere).mkdir()
     place.ensure_cache_path()
     monkeypatch.setattr(_compiled, "private_directory", lambda: None)
@@ -240,7 +262,7 @@ def test_a_private_directory_is_checked_whenever_it_is_read(package, nowhere, mo
         place.ensure_cache_path()
 
 
-def test_a_full_disk_does_not_end_a_calculation(package):
+def test_a_full_disk_does_not_end_a_calculation(package, run):
     value, hits, warned = run(package, largest=0)
     assert (value, hits) == (11, 0)
     assert [one.partition(" ")[0] for one in warned] == ["ImpactsigWarning"]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import impactsig
+from impactsig.detect._pulse import Place, _summit
 from impactsig.impacts import CLIPPED
 
 
@@ -96,6 +97,22 @@ def test_one_crest_is_not_measured_for_two_pulses(heights, apart):
     np.testing.assert_allclose(found.peak[6:], heights, rtol=1e-6)
     assert np.all(found.time[6:] < [5000, 5000 + apart])
     assert np.all(found.time[6:] > [4996, 4996 + apart])
+
+
+@pytest.mark.parametrize("apart", [6, 7])
+def test_every_sample_between_two_crests_is_looked_at_for_one_of_them(apart):
+    # Were the sample half way looked at for both, the falling side of the stronger would be taken
+    # for the crest of the weaker.
+    first, second, total = 20, 20 + apart, 50
+    places = (
+        Place(-1, first, second, 0, total, total),
+        Place(first, second, total, 0, total, total),
+    )
+    for sample in range(first + 1, second):
+        x = np.zeros(total)
+        x[sample] = 1.0
+        tops = [_summit(x, place, 0.0, 10, 0.0)[0] for place in places]
+        assert sorted(top == sample for top in tops) == [False, True], sample
 
 
 @pytest.mark.parametrize(("seed", "start"), [(2303, 481.94)])

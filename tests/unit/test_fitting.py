@@ -404,7 +404,7 @@ def test_a_regression_leaves_out_trains_of_another_kind():
 
 @pytest.fixture(scope="module")
 def fitted():
-    return fit_oscillator(measured(chaos(), 1), 20.1, natural_frequency=NATURAL, seed=1)
+    return fit_oscillator(measured(chaos(count=500), 1), 20.1, natural_frequency=NATURAL, seed=1)
 
 
 def test_a_fit_finds_the_truth_within_its_intervals(fitted):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from impactsig import InvalidInput, prediction_error, time_reversal_asymmetry
+from impactsig.reconstruct._prediction import forecasts
 from tests import firing, naive_recurrence
 
 RNG = np.random.default_rng(11)
@@ -106,3 +107,12 @@ def test_a_constant_cannot_be_normalised():
         prediction_error([2.0] * 80)
     with pytest.raises(InvalidInput, match=r"^x: got periodic"):
         time_reversal_asymmetry([1.0, 2.0] * 20, delay=2)
+
+
+def test_one_kernel_serves_arrays_that_can_be_written_to_and_ones_that_cannot():
+    x = np.random.default_rng(1).random(100)
+    first = prediction_error(x, dimension=1).value
+    kernels = list(forecasts.signatures)
+    x.flags.writeable = False
+    assert prediction_error(x, dimension=1).value == first
+    assert forecasts.signatures == kernels

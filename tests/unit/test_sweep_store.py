@@ -515,7 +515,8 @@ def test_the_fingerprint_is_that_of_another_process():
 
 
 PROBE = """
-import functools, sys
+import functools, json, os, sys
+from pathlib import Path
 import impactsig, impactsig.io.reading
 from impactsig.studies._fingerprint import code_of
 
@@ -532,9 +533,39 @@ def reading(path):
 def passing_on(a):
     return a(impactsig)
 
-cells = (simulating, importing, reading, passing_on, impactsig.Oscillator)
-print(*(code_of(cell)["impactsig"] for cell in cells))
+cells = {
+    "simulating": simulating,
+    "importing": importing,
+    "reading": reading,
+    "passing on": passing_on,
+    "posing": impactsig.Oscillator,
+}
+
+def told():
+    # In a process of its own, which has read no file of the package for another.
+    if os.fork() == 0:
+        print(json.dumps({name: code_of(cell)["impactsig"] for name, cell in cells.items()}))
+        sys.stdout.flush()
+        os._exit(0)
+    assert os.wait()[1] == 0
+
+told()
+for file, line in json.loads(sys.argv[1]):
+    path = Path(impactsig.__file__).parent / file
+    text = path.read_text()
+    path.write_text(f"# before\\n{text}\\n{line}\\n")
+    told()
+    path.write_text(text)
 """
+EDITS = {
+    ("io/_uff.py", "# typo"): set(),
+    ("io/_uff.py", '"""Not a docstring, but nothing either."""'): set(),
+    ("io/_uff.py", "LATER = 1"): {"reading", "passing on"},
+    ("simulate/_flow.py", "LATER = 1"): {"simulating", "importing", "passing on"},
+    ("dynamics/lyapunov.py", "LATER = 1"): {"importing", "passing on"},
+    ("oscillators/parts.py", "LATER = 1"): {"simulating", "importing", "passing on", "posing"},
+    ("plot/trains.py", "LATER = 1"): set(),
+}
 
 
 @pytest.fixture(scope="module")
@@ -547,47 +578,21 @@ def package(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def before(package):
-    return package_parts(package)
-
-
-def package_parts(package):
-    """What `code_of` says of the package, for the cells of the probe."""
+def parts(package):
+    """What `code_of` says of the package for each cell: as it is, and after each edit alone."""
     run = subprocess.run(
-        [sys.executable, "-c", PROBE], capture_output=True, text=True, check=True,
+        [sys.executable, "-c", PROBE, json.dumps(list(EDITS))],
+        capture_output=True, text=True, check=True,
         env=os.environ | {"PYTHONPATH": str(package.parent)}, cwd=package.parent,
     )  # fmt: skip
-    parts = run.stdout.split()
-    return dict(
-        zip(("simulating", "importing", "reading", "passing on", "posing"), parts, strict=True)
-    )
+    before, *after = map(json.loads, run.stdout.splitlines())
+    return before, dict(zip(EDITS, after, strict=True))
 
 
-@pytest.mark.parametrize(
-    ("file", "line", "changed"),
-    [
-        ("io/_uff.py", "# typo", set()),
-        ("io/_uff.py", '"""Not a docstring, but nothing either."""', set()),
-        ("io/_uff.py", "LATER = 1", {"reading", "passing on"}),
-        ("simulate/_flow.py", "LATER = 1", {"simulating", "importing", "passing on"}),
-        ("dynamics/lyapunov.py", "LATER = 1", {"importing", "passing on"}),
-        (
-            "oscillators/parts.py",
-            "LATER = 1",
-            {"simulating", "importing", "passing on", "posing"},
-        ),
-        ("plot/trains.py", "LATER = 1", set()),
-    ],
-)
-def test_of_this_package_the_code_counts_that_a_cell_reaches(file, line, changed, package, before):
-    path = package / file
-    text = path.read_text()
-    try:
-        path.write_text(f"# before\n{text}\n{line}\n")
-        after = package_parts(package)
-    finally:
-        path.write_text(text)
-    assert {name for name in before if before[name] != after[name]} == changed
+@pytest.mark.parametrize("edit", EDITS, ids=lambda edit: " ".join(edit))
+def test_of_this_package_the_code_counts_that_a_cell_reaches(edit, parts):
+    before, after = parts
+    assert {name for name in before if before[name] != after[edit][name]} == EDITS[edit]
 
 
 def test_a_comment_in_this_package_voids_no_study(package, tmp_path):

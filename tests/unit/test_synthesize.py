@@ -242,8 +242,21 @@ def test_room_noise_does_not_fade_in(rate):
 # -- there and back: what was put in is found ------------------------------------------------
 
 
-@pytest.mark.parametrize("rate", [50_000.0, 60_000.0, 100_000.0])
-@pytest.mark.parametrize("seed", [0, 1, 2])
+RATES = 50_000.0, 60_000.0, 100_000.0
+
+
+@pytest.mark.parametrize(
+    ("seed", "rate"),
+    [
+        *enumerate(RATES),
+        *(
+            pytest.param(seed, rate, marks=pytest.mark.slow)
+            for k, rate in enumerate(RATES)
+            for seed in range(3)
+            if seed != k
+        ),
+    ],
+)
 def test_a_load_cell_at_20_db_loses_no_impact(seed, rate):
     truth = train(seed)
     cell = LoadCell(noise=0.1, drift=0.3, drift_period=37.0, hum=0.1)
