@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InvalidInput
-from ._axes import BLUE, GREY, RASTER_ABOVE, axes, explain, points, seconds, span_of, with_unit
+from ._axes import (
+    BLUE,
+    CHANNEL_COLOURS,
+    GREY,
+    RASTER_ABOVE,
+    axes,
+    explain,
+    legend,
+    points,
+    seconds,
+    span_of,
+    with_unit,
+)
 from ._kinds import checked
 
 if TYPE_CHECKING:
@@ -28,15 +41,18 @@ def spike_train(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ax = axes(ax, height=1.4)
     if not len(impacts):
         return explain(ax, impacts.reason or "No impacts.")
-    ax.vlines(
-        impacts.time,
-        0,
-        1,
-        color=BLUE,
-        linewidth=0.8,
-        alpha=1.0 if len(impacts) < 500 else 0.5,
-        rasterized=len(impacts) > RASTER_ABOVE,
-    )
+    for label, colour, own in _by_stop(impacts, np.ones(len(impacts), bool)):
+        ax.vlines(
+            impacts.time[own],
+            0,
+            1,
+            color=colour,
+            label=label,
+            linewidth=0.8,
+            alpha=1.0 if len(impacts) < 500 else 0.5,
+            rasterized=len(impacts) > RASTER_ABOVE,
+        )
+    _name_stops(ax)
     for first, last in impacts.gaps:
         ax.axvspan(first, last, color=GREY, alpha=0.2, linewidth=0)
     ax.set_yticks([])
@@ -67,7 +83,9 @@ def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ax = axes(ax)
     if not len(impacts):
         return explain(ax, impacts.reason or "No impacts.")
-    points(ax, impacts.time, impacts.peak)
+    for label, colour, own in _by_stop(impacts, np.ones(len(impacts), bool)):
+        points(ax, impacts.time[own], impacts.peak[own], color=colour, label=label)
+    _name_stops(ax)
     seconds(ax.xaxis, "time", [impacts.stop])
     ax.set_ylabel(with_unit("peak", impacts.unit))
     ax.set_ylim(
@@ -100,8 +118,11 @@ def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
     intervals = impacts.intervals()
     if not len(intervals):
         return explain(ax, f"{_count(impacts)}: an interval needs two.")
-    contact = impacts.contact_time[1:][~impacts.interval_spans_gap()]
-    points(ax, intervals, contact)
+    after = np.append(False, ~impacts.interval_spans_gap())
+    contact = impacts.contact_time[after]
+    for label, colour, own in _by_stop(impacts, after):
+        points(ax, intervals[own], contact[own], color=colour, label=label)
+    _name_stops(ax)
     seconds(ax.xaxis, "interspike interval before it", intervals)
     seconds(ax.yaxis, "contact time", contact)
     ax.set_xlim(span_of(intervals))
@@ -122,12 +143,33 @@ def interval_sequence(impacts: Impacts, ax: Axes | None = None) -> Axes:
     intervals = impacts.intervals()
     if not len(intervals):
         return explain(ax, f"{_count(impacts)}: an interval needs two.")
-    ended = impacts.time[1:][~impacts.interval_spans_gap()]
-    points(ax, ended, intervals)
+    after = np.append(False, ~impacts.interval_spans_gap())
+    ended = impacts.time[after]
+    for label, colour, own in _by_stop(impacts, after):
+        points(ax, ended[own], intervals[own], color=colour, label=label)
+    _name_stops(ax)
     seconds(ax.xaxis, "time", [impacts.stop])
     seconds(ax.yaxis, "interspike interval", np.append(intervals, 0.0))
     ax.set_ylim(0, 1.08 * float(intervals.max()) or None)
     return ax
+
+
+def _by_stop(impacts: Impacts, chosen: np.ndarray) -> Iterator[tuple[str, str, np.ndarray]]:
+    """Label, colour and mask, among the chosen impacts, of those of each stop; all where one is."""
+    every = impacts.stop_index
+    if every is None or len(np.unique(every)) < 2:
+        yield "", BLUE, np.ones(int(chosen.sum()), bool)
+        return
+    stop = every[chosen]
+    for one in np.unique(stop):
+        known = one >= 0
+        colour = CHANNEL_COLOURS[one % len(CHANNEL_COLOURS)] if known else GREY
+        yield f"stop {one}" if known else "stop not known", colour, stop == one
+
+
+def _name_stops(ax: Axes) -> None:
+    if ax.get_legend_handles_labels()[0]:
+        legend(ax, "above", ncols=4)
 
 
 def _count(impacts: Impacts) -> str:

@@ -87,3 +87,24 @@ def test_nothing_to_bin_is_said_in_words():
 def test_what_cannot_be_drawn_is_named(trains, parameter, named):
     with pytest.raises(InvalidInput, match=named):
         plot.interval_densities(trains, parameter, ax=Figure().subplots())
+
+
+@pytest.mark.parametrize(
+    "paint",
+    [
+        plot.spike_train, plot.peak_against_time, plot.contact_against_interval,
+        plot.interval_sequence,
+    ],
+)  # fmt: skip
+def test_impacts_of_each_stop_have_a_colour(paint):
+    time = np.cumsum(np.random.default_rng(1).uniform(0.03, 0.06, 40))
+    stop = np.arange(40) % 2
+    stop[7] = -1
+    train = Impacts(time, peak=1.0 + stop, contact_time=np.full(40, 3e-4), stop_index=stop)
+    ax = paint(train)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [
+        "stop not known", "stop 0", "stop 1",
+    ]  # fmt: skip
+    one = paint(train[stop == 0])
+    assert one.get_legend() is None
+    pyplot.close("all")
