@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         stability_chart,
     )
     from .detect import detect_impacts
+    from .detect.stops import StopSeparation, separate_stops
     from .dynamics.basins import Attractor, Basins, basins_of_attraction
     from .dynamics.branches import Branch
     from .dynamics.charts import PeriodicityChart, periodicity_chart
@@ -280,6 +281,7 @@ _HOME = {
     "comparison": ("Comparison", "compare"),
     "matching": ("Matching", "match_impacts"),
     "alignment": ("Alignment", "align_impacts"),
+    "detect.stops": ("StopSeparation", "separate_stops"),
     "recorded": ("RecordedMotion", "recorded_motion"),
     "calibration": ("Calibration", "fit_calibration"),
     "combining": ("Combination", "combine_impacts"),
@@ -367,6 +369,7 @@ __all__ = [
     "SoftStopFit",
     "Split",
     "Stop",
+    "StopSeparation",
     "Study",
     "SurrogateTest",
     "Surrogates",
@@ -434,6 +437,7 @@ __all__ = [
     "return_map_determinism",
     "sample_path",
     "scenes",
+    "separate_stops",
     "simulate",
     "simulate_beam",
     "simulate_blocks",

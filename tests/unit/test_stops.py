@@ -1,0 +1,85 @@
+"""Two stops heard by one microphone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from impactsig import (
+    Impacts,
+    InvalidInput,
+    Microphone,
+    Recording,
+    detect_impacts,
+    match_impacts,
+    separate_stops,
+    synthesize,
+)
+
+MODES = ((2140.0, 6e-3, 1.0), (3710.0, 4e-3, 0.6), (5930.0, 2e-3, 0.4))
+
+
+def heard(seed, *, apart, noise, count=150, second=0.4):
+    """Impacts on two stops, the modes of the second by a share higher, and their sound."""
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(rng.uniform(0.03, 0.08, count))
+    stop = (rng.random(count) < second).astype(int)
+    truth = Impacts(
+        time, stop_index=stop, start=0.0, duration=time[-1] + 0.1,
+        peak=np.exp(0.5 * rng.standard_normal(count)),
+    )  # fmt: skip
+    other = tuple((f * (1 + apart), decay, share) for f, decay, share in MODES)
+    microphones = Microphone(modes=MODES, noise=noise), Microphone(modes=other)
+    return truth, synthesize(truth, microphones, seed=seed)
+
+
+def right(found, truth, late=1 / 343):
+    """Share of the impacts that were given the stop they hit, whichever is called 0."""
+    matched = match_impacts(found, truth, 2e-3, delay=late).pairs
+    same = found.stop_index[matched[:, 0]] == truth.stop_index[matched[:, 1]]
+    return max(same.mean(), 1 - same.mean()), same
+
+
+@pytest.mark.parametrize(("seed", "noise"), [(10, 0.01), (11, 0.1), (12, 0.3), (13, 0.3)])
+def test_stops_that_sound_a_fifth_apart(seed, noise):
+    truth, record = heard(seed, apart=0.2, noise=noise, count=100)
+    found = separate_stops(record, detect_impacts(record))
+    assert found.distance > 6
+    assert right(found.impacts, truth)[0] >= 0.95
+    assert found.impacts.stop_index[0] == 0
+    np.testing.assert_allclose(found.probability.sum(axis=1), 1.0)
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.1, 0.5])
+def test_one_sound_is_not_parted(noise):
+    for seed in range(4):
+        truth, record = heard(40 + seed, apart=0.0, noise=noise, count=(60, 120)[seed % 2])
+        found = separate_stops(record, Impacts(truth.time + 1 / 343))
+        assert found.impacts.stop_index is None
+        assert found.probability is None
+        assert "standard deviations apart" in found.reason
+
+
+def test_stated_probabilities_hold():
+    stated, same = [], []
+    for seed in range(71, 75):  # in noise so loud that the sounds barely come apart
+        truth, record = heard(seed, apart=0.2, noise=0.7, count=200)
+        found = separate_stops(record, Impacts(truth.time + 1 / 343))
+        if found.probability is not None:
+            share, own = right(found.impacts, truth)
+            same.append(own if own.mean() == share else ~own)
+            stated.append(found.probability.max(axis=1))
+    assert len(stated) >= 3
+    assert np.mean(np.concatenate(stated)) == pytest.approx(np.mean(np.concatenate(same)), abs=0.03)
+
+
+def test_refusals_and_few():
+    truth, record = heard(1, apart=0.2, noise=0.1, count=30)
+    assert "too few" in separate_stops(record, truth[:10]).reason
+    with pytest.raises(InvalidInput, match="recording"):
+        separate_stops(record.samples, truth)
+    with pytest.raises(InvalidInput, match="impacts"):
+        separate_stops(record, truth.time)
+    two = Recording(np.zeros((100, 2)), 22_050.0, channels=("a", "b"), units=("", ""))
+    with pytest.raises(InvalidInput, match="one of 0: 'a'"):
+        separate_stops(two, truth)
