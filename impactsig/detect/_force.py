@@ -17,7 +17,7 @@ import numpy as np
 from ..impacts import CLIPPED, Disturbance
 from ._direction import direction
 from ._disturbances import baseline_moves
-from ._event_kernels import place
+from ._event_kernels import RESPONSE, place
 from ._judging import (
     LEAST_SAMPLES,
     Judge,
@@ -41,8 +41,6 @@ MOST_SAMPLES = 1e6
 """Longest contact that may be asked for."""
 SLOW = 3.0
 """Times the noise that the baseline moves by, where something slow may be an impact."""
-RESPONSE = 1.03
-"""Noise of the response to one sample over that of a sample."""
 COLUMNS = 5  # start, contact, peak, impulse, rise
 ROW = 10  # those, then flags, clipped, width, height over noise, height
 
