@@ -23,6 +23,7 @@ AROUND, SEEN = 32, 40  # widths to either side that are looked at, and responses
 LOUDER = 2.0  # times the noise that they are at least, where they count
 INSIDE = 0.5  # of a wide impact's height: the least of a narrow one on top of it
 NARROW = 0.08  # of its width: the greatest of such, whose flanks lie on the wide one
+ROOM = 0.2  # of the way to a neighbour: how far a crest may move
 SURE = 4.5  # standard deviations that the samples fall by between two crests, at least
 RESPONSE = 1.03  # noise of the response to one sample over that of a sample
 
@@ -191,8 +192,11 @@ def noise_at(width, widths, noise):
 
 
 @njit(nogil=True)
-def _best(x, origin, total, centre, narrowest, widest, widths, noise, event):
-    """Fill `event` with the best of the widths in a range, near a centre; quarter octaves."""
+def _best(x, origin, total, centre, narrowest, widest, widths, noise, event, room=np.inf):
+    """Fill `event` with the best of the widths in a range, near a centre; quarter octaves.
+
+    The crest is looked for within 0.6 widths and `room` of the centre.
+    """
     margin = int(8 * widest) + 24
     lo, hi = max(0, int(centre) - margin), min(total, int(centre) + margin + 1)
     lo, hi = max(lo, origin), min(hi, origin + len(x))
@@ -213,8 +217,9 @@ def _best(x, origin, total, centre, narrowest, widest, widths, noise, event):
         sigma = noise_at(float(width), widths, noise)
         shift = 0.5 * (width - 1) - (width - 1) // 2
         stride = max(1, width // 16)
-        first = max(round(centre - shift - 0.6 * width - 0.5), lo)
-        last = min(round(centre - shift + 0.6 * width + 0.5), hi - 1)
+        reach = min(0.6 * width, room)
+        first = max(round(centre - shift - reach - 0.5), lo)
+        last = min(round(centre - shift + reach + 0.5), hi - 1)
         for i in range(first, last + 1, stride):
             c, left, right = parts(sums, 0, hi - lo, i - lo, width, near, far)
             value = gated(c, left, right, gain)
@@ -308,6 +313,10 @@ def place(x, origin, total, events, rungs, noise):
     widths = rungs.width.astype(np.float64)
     event = np.empty(EVENT)
     for k in range(len(events)):
-        width = events[k, 1]
-        if _best(x, origin, total, events[k, 0], width, width, widths, noise, event):
+        width, room = events[k, 1], np.inf
+        for m in (k - 1, k + 1):
+            if 0 <= m < len(events):
+                room = min(room, ROOM * abs(events[m, 0] - events[k, 0]))
+        centre = events[k, 0]
+        if _best(x, origin, total, centre, width, width, widths, noise, event, room):
             events[k, 0], events[k, 4] = event[0], event[4]

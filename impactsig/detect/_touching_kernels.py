@@ -23,9 +23,9 @@ FOOT = 0.12  # of the height: what the feet of a pulse lie below
 HALF_SINE_FOOT = 0.924  # of its length a half-sine is above FOOT of its height
 FEWEST = 16  # points that the fits need
 ALIKE = 0.06  # of the height, root mean square: what is as near to a half-sine is one pulse
-GAIN, SHAPE = 30.0, 0.015  # what two leave less than one, in the noise's variance; of the height
+GAIN, SHAPE = 20.0, 0.015  # what two leave less than one, in the noise's variance; of the height
 BETTER = 9.0  # times as much of what noise does not explain is left by one as by two
-APART, UNLIKE, WEAK = 0.5, 2.5, 0.15  # contacts between starts, ratio of lengths, of heights
+APART, UNLIKE, WEAK = 0.5, 2.5, 0.4  # contacts between starts, ratio of lengths, of heights
 DIP = 0.9  # of the lower crest: what the samples fall below between two that touch
 NOT_TWO, MAYBE, TWO = 0, 1, 2
 
@@ -129,18 +129,20 @@ def two_pulses(x, origin, centre, width, height, base, sigma, pair):
     relative = height / seen.unit
     if _beyond_one(means, seen) < n * (1.3 + (ALIKE * relative) ** 2):
         return NOT_TWO
-    one = np.empty(PARAMETERS)
-    _begin_one(means, one)
-    left_by_one = n * fit_pulse(points, means, math.log(max(0.5 * (seen.right - seen.left), 1.0)), one)
+    left_by_one = _left_by_one(points, means, seen, False)
     chance = 2.0 * math.sqrt(2.0 * n)
     otherwise = NOT_TWO if left_by_one < n + chance else MAYBE
     p = pair[:PAIR]
     if not begin_pair(points, means, seen.left, seen.right, p):
         return otherwise
     left_by_two = n * fit_pair(points, means, p)
-    gained = left_by_one - left_by_two > GAIN + n * (SHAPE * relative) ** 2
-    whole = left_by_two - n < (left_by_one - n) / BETTER + chance
-    if not (gained and whole and plausible(p)):
+    least = GAIN + n * (SHAPE * relative) ** 2
+    if left_by_one - left_by_two < least or not plausible(p):
+        return otherwise
+    left_by_one = min(left_by_one, _left_by_one(points, means, seen, True))
+    if left_by_one - left_by_two < least:
+        return otherwise
+    if left_by_two - n > (left_by_one - n) / BETTER + chance:
         return otherwise
     to_samples(p, seen)
     pair[PAIR] = seen.level
@@ -179,6 +181,17 @@ def _beyond_one(means, seen):
             square += s * s
             cross += s * means[k]
     return total - cross * cross / square if square > 0.0 else total
+
+
+@njit(nogil=True)
+def _left_by_one(points, means, seen, from_feet):
+    """Sum of squares that one pulse leaves, fitted from its crossings or from its feet."""
+    p = np.empty(PARAMETERS)
+    _begin_one(means, p)
+    half = 0.5 * (seen.right - seen.left)
+    if from_feet:
+        p[1], p[2], p[3], p[4] = seen.left, math.log(half), math.log(0.2 * half), math.log(half)
+    return len(means) * fit_pulse(points, means, math.log(half), p)
 
 
 @njit(nogil=True)
