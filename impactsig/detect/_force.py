@@ -73,6 +73,7 @@ class ForceImpacts(NamedTuple):
     disturbances: list[Disturbance]
     longest: float  # contact that was searched for [s]
     moves: bool  # something slower than that does
+    silent: bool  # nothing at all moves between impacts
 
 
 def detect_force(
@@ -173,6 +174,7 @@ class _Found:
             [self._in_the_unit(one, sign * back) for one in self.disturbances],
             self.longest,
             self.moves,
+            not any(self.sigma),
         )
 
     @staticmethod

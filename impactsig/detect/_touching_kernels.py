@@ -25,7 +25,7 @@ FEWEST = 16  # points that the fits need
 ALIKE = 0.06  # of the height, root mean square: what is as near to a half-sine is one pulse
 GAIN, SHAPE = 20.0, 0.015  # what two leave less than one, in the noise's variance; of the height
 BETTER = 9.0  # times as much of what noise does not explain is left by one as by two
-APART, UNLIKE, WEAK = 0.5, 2.5, 0.4  # contacts between starts, ratio of lengths, of heights
+APART, UNLIKE, WEAK = 0.6, 2.5, 0.4  # contacts between starts, ratio of lengths, of heights
 DIP = 0.9  # of the lower crest: what the samples fall below between two that touch
 NOT_TWO, MAYBE, TWO = 0, 1, 2
 
