@@ -28,7 +28,9 @@ def direction(record: Survey, grid: Grid, scale: float) -> float:
         middle = float(np.median(x[:: max(1, len(x) // 2048)]))
         extent = float(x.max() - x.min())
         lean += (float(x.max()) + float(x.min()) - 2.0 * middle) / extent if extent else 0.0
-    every = np.concatenate([one for both in found for one in both]) if found else np.empty((0, EVENT))
+    every = (
+        np.concatenate([one for both in found for one in both]) if found else np.empty((0, EVENT))
+    )
     clear = every[every[:, 3] >= 2 * LEAST, 1]
     # Glitches point either way, and among the steepest stretches they are many.
     least = 2.0 if np.count_nonzero(clear >= 2.0) >= np.count_nonzero(clear < 2.0) else 0.0

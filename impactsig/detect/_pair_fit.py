@@ -16,7 +16,9 @@ from ._pulse_fit import _solve
 
 PAIR = 6  # A, t0, ln T of the first, then of the second
 ALIKE_SD = 0.25  # of the logarithm of the second length over the first
-SHARES = np.array([0.4, 0.45, 0.5, 0.55, 0.6, 0.66, 0.72])  # of both that one lasts: where a fit begins
+SHARES = np.array(
+    [0.4, 0.45, 0.5, 0.55, 0.6, 0.66, 0.72]
+)  # of both that one lasts: where a fit begins
 
 
 @njit(nogil=True)

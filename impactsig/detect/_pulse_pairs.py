@@ -62,9 +62,7 @@ def _fit(signal, origin, first, second, p):
     for i in range(int(first[0]) - origin, int(second[0]) - origin + 1):
         height = max(height, signal[i] - first[1])
     middle = 0.5 * (first[0] + second[0])
-    seen = look_around(
-        signal, origin, middle, width, height, first[1], first[3], points, means
-    )
+    seen = look_around(signal, origin, middle, width, height, first[1], first[3], points, means)
     points, means = points[: seen.count], means[: seen.count]
     if seen.count == 0 or not begin_pair(points, means, seen.left, seen.right, p):
         return False

@@ -33,9 +33,7 @@ SHAPES = {
 def record(starts, contact, height, noise, shape=SHAPES["half-sine"], seed=0):
     x = noise * np.random.default_rng(seed).standard_normal(round(4 * RATE))
     count = len(starts)
-    add_pulses(
-        x, RATE, starts, np.full(count, contact), np.broadcast_to(height, count), shape
-    )
+    add_pulses(x, RATE, starts, np.full(count, contact), np.broadcast_to(height, count), shape)
     return impactsig.Recording(x, RATE, units="N", sensor="force")
 
 
