@@ -13,7 +13,7 @@ import numpy as np
 from .._compiled import njit
 from ._ladder import HALF_SINE_GAIN, MATCH
 from ._pair_fit import PAIR
-from ._response_kernels import gated, parts, running_sums
+from ._response_kernels import gated, noise_at, parts, running_sums
 from ._touching_kernels import NOT_TWO, TWO, crests_between_dips, two_pulses
 
 EVENT = 5  # fields of an event: centre, width [samples], height, height over noise, flank mean
@@ -180,18 +180,6 @@ def _leading(crests, order, widths, out):
 
 
 @njit(nogil=True)
-def noise_at(width, widths, noise):
-    """Noise of the response to a width, between those of the rungs beside it."""
-    if width <= widths[0]:
-        return noise[0]
-    for j in range(1, len(widths)):
-        if width <= widths[j]:
-            share = math.log(width / widths[j - 1]) / math.log(widths[j] / widths[j - 1])
-            return noise[j - 1] ** (1.0 - share) * noise[j] ** share
-    return noise[-1]
-
-
-@njit(nogil=True)
 def _best(x, origin, total, centre, narrowest, widest, widths, noise, event, room=np.inf):
     """Fill `event` with the best of the widths in a range, near a centre; quarter octaves.
 
@@ -231,8 +219,10 @@ def _best(x, origin, total, centre, narrowest, widest, widths, noise, event, roo
 
 @njit(nogil=True)
 def _parted(x, origin, total, event, widths, noise, out):
-    """The events that one is made of: two where two pulses explain the samples and one does not,
-    or where the samples dip between two crests and one pulse does not explain it.
+    """The events that one is made of.
+
+    Two where two half-sines explain the samples and one pulse does not; or one for each crest where
+    the samples dip between crests and no single pulse explains that.
     """
     out[0] = event
     pair = np.empty(PAIR + 1)
@@ -259,17 +249,10 @@ def _parted(x, origin, total, event, widths, noise, out):
     count = hi - lo - mean + 1
     if count < 3:
         return 1
-    smooth = np.empty(count)
-    total_here = 0.0
-    for i in range(mean):
-        total_here += x[lo - origin + i]
-    for i in range(count):
-        smooth[i] = total_here / mean - base
-        if i < count - 1:
-            total_here += x[lo - origin + i + mean] - x[lo - origin + i]
     sure = SURE * noise_at(float(mean), widths, noise) / (HALF_SINE_GAIN if mean > 1 else 1.0)
     crests, dips = np.empty(8, np.int64), np.empty(8, np.int64)
-    n = crests_between_dips(smooth, 0.15 * event[2], sure, crests, dips)
+    here = x[lo - origin : hi - origin]
+    n = crests_between_dips(here, base, mean, 0.15 * event[2], sure, crests, dips)
     if n < 2 or len(out) < n:
         return 1
     found = 0

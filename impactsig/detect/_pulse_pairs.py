@@ -63,8 +63,8 @@ def _fit(signal, origin, first, second, p):
         height = max(height, signal[i] - first[1])
     middle = 0.5 * (first[0] + second[0])
     seen = look_around(signal, origin, middle, width, height, first[1], first[3], points, means)
-    points, means = points[: seen.count], means[: seen.count]
-    if seen.count == 0 or not begin_pair(points, means, seen.left, seen.right, p):
+    points, means = points[: seen.points], means[: seen.points]
+    if seen.points == 0 or not begin_pair(points, means, seen.left, seen.right, p):
         return False
     misfit = fit_pair(points, means, p)
     if misfit > max(MISFIT, (SHAPE * height / seen.unit) ** 2) or min(p[0], p[3]) <= 0.0:

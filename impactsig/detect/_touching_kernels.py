@@ -33,7 +33,7 @@ NOT_TWO, MAYBE, TWO = 0, 1, 2
 class Window(NamedTuple):
     """Means of `per` samples around a pulse, above the baseline, in units of their noise."""
 
-    count: int  # points; 0 where there is no such window
+    points: int  # 0 where there is no such window
     per: int
     first: int  # sample of the series that the first point begins with
     unit: float
@@ -122,7 +122,7 @@ def two_pulses(x, origin, centre, width, height, base, sigma, pair):
     """
     points, means = np.empty(8 * PER_WIDTH), np.empty(8 * PER_WIDTH)
     seen = look_around(x, origin, centre, width, height, base, sigma, points, means)
-    n = seen.count
+    n = seen.points
     if n == 0:
         return MAYBE
     points, means = points[:n], means[:n]
@@ -220,11 +220,18 @@ def _begin_one(means, p):
 
 
 @njit(nogil=True)
-def crests_between_dips(smooth, least, sure, crests, dips):
-    """Crests of which `smooth` dips between any two, and the dips; returns how many crests.
+def crests_between_dips(x, base, mean, least, sure, crests, dips):
+    """Crests of the running mean of x over `mean` samples, which dips between any two of them.
 
-    A dip lies below DIP of either crest, and by `sure`; a crest is at least `least` high.
+    A dip lies below DIP of either crest, and by `sure`; a crest is at least `least` above `base`.
+    Crests and dips are numbers of the means; returns how many crests there are.
     """
+    smooth = np.empty(len(x) - mean + 1)
+    total = x[:mean].sum()
+    for i in range(len(smooth)):
+        smooth[i] = total / mean - base
+        if i < len(smooth) - 1:
+            total += x[i + mean] - x[i]
     crest, dip, n = 0, 0, 0
     falling = False
     for i in range(len(smooth)):
