@@ -28,6 +28,14 @@ def families(cases: list[Case]) -> dict[str, list[str]]:
     return found
 
 
+def strengths(of: list[str]) -> str:
+    """Strengths in a row; a word that all begin with is said once."""
+    word, _, _ = of[0].rpartition(" ")
+    if word and all(one.startswith(f"{word} ") for one in of):
+        return f"{word} {', '.join(one.removeprefix(f'{word} ') for one in of)}"
+    return ", ".join(of)
+
+
 def heat_map(cases: list[Case], table: dict, path: Path) -> None:
     """F1 of each method by disturbance (rows) and strength (columns)."""
     rows = families(cases)
@@ -42,20 +50,20 @@ def heat_map(cases: list[Case], table: dict, path: Path) -> None:
         for i, row in enumerate(rows.values()):
             for j, record in enumerate(row):
                 f1[i, j] = table[record][name]["f1"]
-                ink = "black" if f1[i, j] > 0.2 else "white"
+                ink = "black" if 0.6 < f1[i, j] < 0.9 else "white"
                 ax.text(j, i, f"{f1[i, j]:.3f}", ha="center", va="center", fontsize=6.5, color=ink)
-        image = ax.imshow(f1, cmap="RdYlGn", vmin=0, vmax=1, aspect="auto")
+        image = ax.imshow(f1, cmap="RdYlBu", vmin=0.5, vmax=1, aspect="auto")
         ax.set_title(name, fontsize=9)
         ax.set_xticks([])
         for edge in ax.spines.values():
             edge.set_visible(False)
     labels = [
-        f"{family}:  {', '.join(record.rpartition(', ')[2] for record in row)}"
+        f"{family}:  {strengths([record.rpartition(', ')[2] for record in row])}"
         for family, row in rows.items()
     ]
     panels[0].set_yticks(range(len(rows)), labels, fontsize=7)
     picture.supxlabel("strength, in the order of the label on the left", fontsize=8)
-    picture.colorbar(image, ax=panels, label="F1 at ±1 ms", shrink=0.6, pad=0.01)
+    picture.colorbar(image, ax=panels, label="F1 at ±1 ms", extend="min", shrink=0.6, pad=0.01)
     picture.savefig(path, dpi=120)
 
 
@@ -66,9 +74,12 @@ def three_records(every: list, seed: int, path: Path) -> None:
     for ax, name in zip(picture.subplots(3), SHOWN, strict=True):
         truth = cases[name].make(seed)
         x, rate = truth.samples, truth.rate
-        change = np.abs(np.diff(x[:: round(0.01 * rate)]))
-        middle = 0.01 * np.argmax(change) if name.startswith("step") else 3.0
-        first = max(middle - 0.5 * SPAN, 0.0)
+        if name.startswith("step"):
+            middle = 0.01 * np.argmax(np.abs(np.diff(x[:: round(0.01 * rate)])))
+            first = middle - 0.5 * SPAN
+        else:  # where most impacts are
+            ends = np.searchsorted(truth.time, truth.time + 0.9 * SPAN)
+            first = truth.time[np.argmax(ends - np.arange(len(ends)))] - 0.05 * SPAN
         part = slice(round(first * rate), round((first + SPAN) * rate))
         t = np.arange(len(x))[part] / rate
         ax.plot(t, x[part], color="0.35", linewidth=0.6)

@@ -22,6 +22,8 @@ FAINT, IN_STEP = 12.0, 0.98
 """Standard deviations of what may be interference, and how well it keeps the mains' phase."""
 RINGING, NARROWER, WEAKER = 30.0, 0.6, 0.2
 """Widths after an impact in which its sensor may ring; how narrow and weak that is beside it."""
+TOO_LONG = 1.2
+"""Times the longest contact: a pulse that is measured as longer is none."""
 LEAST_SAMPLES = 32
 """A shorter stretch shows no noise to tell an impact from."""
 
@@ -39,6 +41,7 @@ class Judge:
     def __init__(
         self, near: np.ndarray, seconds: float, grid: Grid, level: Level, shortest: float
     ) -> None:
+        self.longest = grid.longest
         self.widest = MATCH * grid.longest
         self.shortest = shortest * grid.rate
         self.level = level
@@ -115,7 +118,7 @@ class Judge:
         whole = (rows[:, 1] > 0.25 * length) & (rows[:, 1] < longest)
         whole &= (rows[:, 2] > 0.4 * rows[:, 9]) & (rows[:, 2] < 2.5 * rows[:, 9])
         under_way = (flags & (OPEN_START | OPEN_END)) > 0
-        whole &= rows[:, 1] >= self.shortest
+        whole &= (rows[:, 1] >= self.shortest) & (rows[:, 1] <= TOO_LONG * self.longest)
         ends = at_end(rows, total)
         return (flags != NO_PULSE) & np.where(
             ends, under_way | (whole & (flags == 0)), whole & ~under_way

@@ -151,3 +151,12 @@ def test_contacts_of_about_one_sample_are_found(rate, how):
     assert 114 <= len(found) <= 116
     assert score(found.time, truth.time)[0] >= 0.98
     assert found.settings["width"] <= 2.5 / rate
+
+
+@pytest.mark.parametrize("name", ["bump 0.1 s, 5", "settling, 0.05 s"])
+def test_a_bump_hides_no_impacts_beside_it(name):
+    # Its steep beginning looked like a pulse, was measured as 0.1 s long, and hid what was on it.
+    truth = CASES[name].make(301)
+    found = found_in(truth)
+    assert found.contact_time.max() < 0.036
+    assert score(found.time, truth.time)[0] >= 0.985
