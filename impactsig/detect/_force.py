@@ -254,6 +254,13 @@ class _Search:
             if widen.any():
                 events[widen, 1] = MATCH * rows[widen, 1]
                 rows = self._measure(k, events, group)
+            if (long := judge.too_long(rows)).any():
+                # No impact: nothing rings after it, and it bounds none.
+                span.events = span.events[~np.isin(span.events[:, 0], events[long, 0])]
+                self.found.disturbances += [
+                    Disturbance("wide", row[0] + segment, row[1], row[2]) for row in rows[long]
+                ]
+                return self._report(k, segment)
             kept = judge.consistent(rows, self.total)
             for i in np.flatnonzero(kept & at_end(rows, self.total)):
                 kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])

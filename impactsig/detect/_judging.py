@@ -106,6 +106,12 @@ class Judge:
             lobes[k] = np.any(event[2] < 0.5 * self.near[first:last, 2] / (1 + 0.5 * apart))
         return lobes
 
+    def too_long(self, rows: np.ndarray) -> np.ndarray:
+        """Measured pulses that are longer than a contact, and not cut off by an end."""
+        flags = rows[:, 5].astype(int)
+        whole = (flags != NO_PULSE) & ((flags & (OPEN_START | OPEN_END)) == 0)
+        return whole & (rows[:, 1] > TOO_LONG * self.longest)
+
     def consistent(self, rows: np.ndarray, total: int) -> np.ndarray:
         """Measured pulses about as long and as high as their responses say.
 
@@ -118,7 +124,7 @@ class Judge:
         whole = (rows[:, 1] > 0.25 * length) & (rows[:, 1] < longest)
         whole &= (rows[:, 2] > 0.4 * rows[:, 9]) & (rows[:, 2] < 2.5 * rows[:, 9])
         under_way = (flags & (OPEN_START | OPEN_END)) > 0
-        whole &= (rows[:, 1] >= self.shortest) & (rows[:, 1] <= TOO_LONG * self.longest)
+        whole &= rows[:, 1] >= self.shortest
         ends = at_end(rows, total)
         return (flags != NO_PULSE) & np.where(
             ends, under_way | (whole & (flags == 0)), whole & ~under_way

@@ -155,8 +155,8 @@ def test_contacts_of_about_one_sample_are_found(rate, how):
 
 @pytest.mark.parametrize("name", ["bump 0.1 s, 5", "settling, 0.05 s"])
 def test_a_bump_hides_no_impacts_beside_it(name):
-    # Its steep beginning looked like a pulse, was measured as 0.1 s long, and hid what was on it.
+    # It was taken for a pulse, and what followed within thirty of its widths for its ringing.
     truth = CASES[name].make(301)
     found = found_in(truth)
     assert found.contact_time.max() < 0.036
-    assert score(found.time, truth.time)[0] >= 0.985
+    assert score(found.time, truth.time)[0] >= 0.99
