@@ -7,8 +7,10 @@ counted. Writes results/robustness.json, robustness.md and robustness.png.
     python -m benchmarks.robustness                                  # needs obspy for STA/LTA
     python -m benchmarks.robustness --only hum "ADC gain" --seeds 3:5 --ours
 
+    python -m benchmarks.robustness --untuned --figure robustness.png
+
 `--only` takes beginnings of names; `--ours` leaves out all but impactsig with its defaults, and
-writes nothing.
+writes nothing; `--figure` draws, and writes nothing else.
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ from .detection import markdown
 from .detectors import by_impactsig, find_peaks_passed, sta_lta, timed, tuned
 from .disturbances import DURATION, Case, records, stationary
 from .recordings import Truth
+from .robustness_figures import heat_map, three_records
 
 RESULTS = Path(__file__).parent / "results"
 TOLERANCE = 1e-3
@@ -192,32 +195,6 @@ def speeds(every: list[Method]) -> list[dict]:
     return lines
 
 
-def figure(cases: list[Case], table: dict, path: Path) -> None:
-    """F1 by record and method; where there is no impact, the number of false ones."""
-    from matplotlib.figure import Figure
-
-    names = list(dict.fromkeys(name for line in table.values() for name in line))
-    colour = np.full((len(cases), len(names)), np.nan)
-    picture = Figure(figsize=(3 + 1.1 * len(names), 1 + 0.2 * len(cases)), layout="constrained")
-    ax = picture.subplots()
-    for i, case in enumerate(cases):
-        for j, name in enumerate(names):
-            mean = table[case.name].get(name)
-            if mean is None:
-                continue
-            false = mean.get("false")
-            colour[i, j] = mean["f1"] if false is None else false <= (case.allowed or 0)
-            text = f"{mean['f1']:.3f}" if false is None else str(false)
-            ink = "black" if 0.15 < colour[i, j] < 0.9 else "white"
-            ax.text(j, i, text, ha="center", va="center", fontsize=7, color=ink)
-    image = ax.imshow(colour, cmap="RdYlGn", vmin=0, vmax=1, aspect="auto")
-    ax.set_xticks(range(len(names)), names, rotation=30, ha="left", fontsize=8)
-    ax.set_yticks(range(len(cases)), [case.name for case in cases], fontsize=7)
-    ax.xaxis.tick_top()
-    picture.colorbar(image, ax=ax, shrink=0.3, label="F1 at ±1 ms; false impacts: wanted or not")
-    picture.savefig(path, dpi=150)
-
-
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="+", default=[""], help="beginnings of records' names")
@@ -225,13 +202,15 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--duration", type=float, default=DURATION, help="of a record [s]")
     parser.add_argument("--ours", action="store_true", help="impactsig with its defaults only")
     parser.add_argument("--untuned", action="store_true", help="defaults only")
+    parser.add_argument("--figure", type=Path, help="PNG of F1; beside it FILE_records of three")
     return parser.parse_args()
 
 
 def main() -> None:
     asked = arguments()
     first, _, last = asked.seeds.partition(":")
-    seeds = range(int(first), int(last or first) + 1)
+    first_seed = int(first)
+    seeds = range(first_seed, int(last or first) + 1)
     cases = [case for case in records(asked.duration) if case.name.startswith(tuple(asked.only))]
     every = methods()[: 1 if asked.ours else None]
     rows, table = compare(cases, seeds, every, not (asked.ours or asked.untuned))
@@ -240,7 +219,11 @@ def main() -> None:
         tables["speed"] = speeds(every)
     text = "".join(f"\n## {name}\n\n{markdown(lines)}" for name, lines in tables.items())
     print(text)
-    if asked.ours:
+    if asked.figure:
+        heat_map(cases, table, asked.figure)
+        beside = asked.figure.with_name(f"{asked.figure.stem}_records{asked.figure.suffix}")
+        three_records(every, first_seed, beside)
+    if asked.ours or asked.figure:
         return
     lines = [
         {"record": name} | {method: cell(mean) for method, mean in line.items()}
@@ -250,7 +233,7 @@ def main() -> None:
     (RESULTS / "robustness.json").write_text(json.dumps({"rows": rows, **tables}, indent=1))
     head = "F1 at ±1 ms, timing RMS [µs], contact time bias [µs]; or false impacts\n\n"
     (RESULTS / "robustness.md").write_text(head + markdown(lines) + text)
-    figure(cases, table, RESULTS / "robustness.png")
+    heat_map(cases, table, RESULTS / "robustness.png")
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
+from impactsig.detect._pair_fit import ALIKE_SD
 from impactsig.detect._pulse_fit import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
 
 
@@ -68,4 +69,24 @@ def posterior_residuals(p, t, x, log_edge):
 def fit_pulse(t, x, log_edge, p):
     """The posterior's minimum by scipy, with finite differences: parameters and cost."""
     result = least_squares(posterior_residuals, p, args=(t, x, log_edge), xtol=1e-12, ftol=1e-12)
+    return result.x, 2 * result.cost
+
+
+def pair_shape(t, *p):
+    """Two half-sines: height, start and logarithm of the length of either."""
+    y = np.zeros(len(t))
+    for height, start, log_length in (p[:3], p[3:]):
+        u = (t - start) / np.exp(log_length)
+        y += np.where((u > 0) & (u < 1), height * np.sin(np.pi * u), 0.0)
+    return y
+
+
+def pair_residuals(p, t, x):
+    """Residuals of samples (in units of the noise) and of the prior, which comes last."""
+    return np.append(x - pair_shape(t, *p), (p[5] - p[2]) / ALIKE_SD)
+
+
+def fit_pair(t, x, p):
+    """The least squares by scipy, with finite differences: parameters and cost."""
+    result = least_squares(pair_residuals, p, args=(t, x), xtol=1e-12, ftol=1e-12)
     return result.x, 2 * result.cost

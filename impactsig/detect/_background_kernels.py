@@ -121,13 +121,19 @@ def outlying(x, medians, chunk, widest, least, mask, block, sums, counts, spikes
     while i < n:  # as much again of what is marked, for its feet
         if mask[i]:
             j = i
+            longest = same = 0  # samples in a row on one side: lobes of a filter alternate
+            above = False
             while j < n and mask[j]:
                 if _stands_alone(x, j, sigma):
                     if alone < len(spikes):
                         spikes[alone] = j
                     alone += 1
+                side = x[j] > _baseline(medians, chunk, j)
+                same = same + 1 if side == above else 1
+                above = side
+                longest = max(longest, same)
                 j += 1
-            runs += j - i >= SEVERAL
+            runs += longest >= SEVERAL
             grow = 1 + min(3 * (j - i) // 5, widest)
             lo, hi = max(0, i - grow), min(n, j + grow)
             for m in range(lo, i):

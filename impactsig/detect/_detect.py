@@ -298,7 +298,7 @@ def _find_force(
         columns: Columns = {name: np.empty(0) for name in names} | {"flags": np.empty(0, np.uint8)}
         reason = "the record is constant, or too short to show its noise"
         return columns, {"reason": reason, "settings": {}}
-    if wanted.level.sigma is not None and found.response_noise == 0:
+    if wanted.level.sigma is not None and found.silent:
         raise InvalidInput(
             "threshold",
             f"{wanted.level.sigma:g} sigma",

@@ -12,7 +12,9 @@ import numpy as np
 
 from .._compiled import njit
 from ._ladder import HALF_SINE_GAIN, MATCH
-from ._response_kernels import gated, parts, running_sums
+from ._pair_fit import PAIR
+from ._response_kernels import gated, noise_at, parts, running_sums
+from ._touching_kernels import NOT_TWO, TWO, crests_between_dips, two_pulses
 
 EVENT = 5  # fields of an event: centre, width [samples], height, height over noise, flank mean
 LEAST = 5.0  # standard deviations that are left of a response once others are taken off
@@ -21,8 +23,9 @@ AROUND, SEEN = 32, 40  # widths to either side that are looked at, and responses
 LOUDER = 2.0  # times the noise that they are at least, where they count
 INSIDE = 0.5  # of a wide impact's height: the least of a narrow one on top of it
 NARROW = 0.08  # of its width: the greatest of such, whose flanks lie on the wide one
-DIP = 0.9  # of the lower crest: what the samples fall below between two that touch
-SURE = 4.5  # standard deviations that they fall by at least
+ROOM = 0.2  # of the way to a neighbour: how far a crest may move
+SURE = 4.5  # standard deviations that the samples fall by between two crests, at least
+RESPONSE = 1.03  # noise of the response to one sample over that of a sample
 
 
 @njit(nogil=True)
@@ -177,20 +180,11 @@ def _leading(crests, order, widths, out):
 
 
 @njit(nogil=True)
-def noise_at(width, widths, noise):
-    """Noise of the response to a width, between those of the rungs beside it."""
-    if width <= widths[0]:
-        return noise[0]
-    for j in range(1, len(widths)):
-        if width <= widths[j]:
-            share = math.log(width / widths[j - 1]) / math.log(widths[j] / widths[j - 1])
-            return noise[j - 1] ** (1.0 - share) * noise[j] ** share
-    return noise[-1]
+def _best(x, origin, total, centre, narrowest, widest, widths, noise, event, room=np.inf):
+    """Fill `event` with the best of the widths in a range, near a centre; quarter octaves.
 
-
-@njit(nogil=True)
-def _best(x, origin, total, centre, narrowest, widest, widths, noise, event):
-    """Fill `event` with the best of the widths in a range, near a centre; quarter octaves."""
+    The crest is looked for within 0.6 widths and `room` of the centre.
+    """
     margin = int(8 * widest) + 24
     lo, hi = max(0, int(centre) - margin), min(total, int(centre) + margin + 1)
     lo, hi = max(lo, origin), min(hi, origin + len(x))
@@ -211,8 +205,9 @@ def _best(x, origin, total, centre, narrowest, widest, widths, noise, event):
         sigma = noise_at(float(width), widths, noise)
         shift = 0.5 * (width - 1) - (width - 1) // 2
         stride = max(1, width // 16)
-        first = max(round(centre - shift - 0.6 * width - 0.5), lo)
-        last = min(round(centre - shift + 0.6 * width + 0.5), hi - 1)
+        reach = min(0.6 * width, room)
+        first = max(round(centre - shift - reach - 0.5), lo)
+        last = min(round(centre - shift + reach + 0.5), hi - 1)
         for i in range(first, last + 1, stride):
             c, left, right = parts(sums, 0, hi - lo, i - lo, width, near, far)
             value = gated(c, left, right, gain)
@@ -224,49 +219,41 @@ def _best(x, origin, total, centre, narrowest, widest, widths, noise, event):
 
 @njit(nogil=True)
 def _parted(x, origin, total, event, widths, noise, out):
-    """The events that one is made of: two where the samples dip between two crests."""
+    """The events that one is made of.
+
+    Two where two half-sines explain the samples and one pulse does not; or one for each crest where
+    the samples dip between crests and no single pulse explains that.
+    """
+    out[0] = event
+    pair = np.empty(PAIR + 1)
+    sigma = noise[0] / RESPONSE
+    kind = two_pulses(x, origin, event[0], event[1], event[2], event[4], sigma, pair)
+    if kind == NOT_TWO or len(out) < 2:
+        return 1
+    if kind == TWO:
+        least = np.inf
+        for m in range(2):
+            length = math.exp(pair[3 * m + 2])
+            width = max(1.0, round(MATCH * length))
+            out[m, 0], out[m, 1], out[m, 2] = pair[3 * m + 1] + 0.5 * length, width, pair[3 * m]
+            out[m, 3], out[m, 4] = pair[3 * m] / noise_at(width, widths, noise), pair[PAIR]
+            least = min(least, out[m, 3])
+        if least >= LEAST:
+            return 2
+        out[0] = event
+        return 1
     width, base = event[1], event[4]
     mean = max(1, int(0.2 * width))
     lo = max(int(event[0] - 1.1 * width), origin)
     hi = min(int(event[0] + 1.1 * width) + 1, origin + len(x))
     count = hi - lo - mean + 1
     if count < 3:
-        out[0] = event
         return 1
-    smooth = np.empty(count)
-    total_here = 0.0
-    for i in range(mean):
-        total_here += x[lo - origin + i]
-    for i in range(count):
-        smooth[i] = total_here / mean - base
-        if i < count - 1:
-            total_here += x[lo - origin + i + mean] - x[lo - origin + i]
     sure = SURE * noise_at(float(mean), widths, noise) / (HALF_SINE_GAIN if mean > 1 else 1.0)
-    crests = np.empty(8, np.int64)  # of which the samples dip between any two
-    dips = np.empty(8, np.int64)
-    crest, dip, n = 0, 0, 0
-    falling = False
-    for i in range(count):
-        if not falling:
-            if smooth[i] > smooth[crest]:
-                crest = i
-            elif smooth[i] < min(DIP * smooth[crest], smooth[crest] - sure):
-                if smooth[crest] >= 0.15 * event[2] and n < 8:
-                    crests[n] = crest
-                    n += 1
-                falling, dip = True, i
-        else:
-            if smooth[i] < smooth[dip]:
-                dip = i
-            elif smooth[dip] < min(DIP * smooth[i], smooth[i] - sure):
-                if n > 0:
-                    dips[n - 1] = dip
-                falling, crest = False, i
-    if not falling and smooth[crest] >= 0.15 * event[2] and n < 8:
-        crests[n] = crest
-        n += 1
+    crests, dips = np.empty(8, np.int64), np.empty(8, np.int64)
+    here = x[lo - origin : hi - origin]
+    n = crests_between_dips(here, base, mean, 0.15 * event[2], sure, crests, dips)
     if n < 2 or len(out) < n:
-        out[0] = event
         return 1
     found = 0
     part = np.empty(EVENT)
@@ -309,6 +296,10 @@ def place(x, origin, total, events, rungs, noise):
     widths = rungs.width.astype(np.float64)
     event = np.empty(EVENT)
     for k in range(len(events)):
-        width = events[k, 1]
-        if _best(x, origin, total, events[k, 0], width, width, widths, noise, event):
+        width, room = events[k, 1], np.inf
+        for m in (k - 1, k + 1):
+            if 0 <= m < len(events):
+                room = min(room, ROOM * abs(events[m, 0] - events[k, 0]))
+        centre = events[k, 0]
+        if _best(x, origin, total, centre, width, width, widths, noise, event, room):
             events[k, 0], events[k, 4] = event[0], event[4]

@@ -17,7 +17,7 @@ import numpy as np
 from ..impacts import CLIPPED, Disturbance
 from ._direction import direction
 from ._disturbances import baseline_moves
-from ._event_kernels import place
+from ._event_kernels import RESPONSE, place
 from ._judging import (
     LEAST_SAMPLES,
     Judge,
@@ -41,8 +41,6 @@ MOST_SAMPLES = 1e6
 """Longest contact that may be asked for."""
 SLOW = 3.0
 """Times the noise that the baseline moves by, where something slow may be an impact."""
-RESPONSE = 1.03
-"""Noise of the response to one sample over that of a sample."""
 COLUMNS = 5  # start, contact, peak, impulse, rise
 ROW = 10  # those, then flags, clipped, width, height over noise, height
 
@@ -75,6 +73,7 @@ class ForceImpacts(NamedTuple):
     disturbances: list[Disturbance]
     longest: float  # contact that was searched for [s]
     moves: bool  # something slower than that does
+    silent: bool  # nothing at all moves between impacts
 
 
 def detect_force(
@@ -175,6 +174,7 @@ class _Found:
             [self._in_the_unit(one, sign * back) for one in self.disturbances],
             self.longest,
             self.moves,
+            not any(self.sigma),
         )
 
     @staticmethod
@@ -254,6 +254,13 @@ class _Search:
             if widen.any():
                 events[widen, 1] = MATCH * rows[widen, 1]
                 rows = self._measure(k, events, group)
+            if (long := judge.too_long(rows)).any():
+                # No impact: nothing rings after it, and it bounds none.
+                span.events = span.events[~np.isin(span.events[:, 0], events[long, 0])]
+                self.found.disturbances += [
+                    Disturbance("wide", row[0] + segment, row[1], row[2]) for row in rows[long]
+                ]
+                return self._report(k, segment)
             kept = judge.consistent(rows, self.total)
             for i in np.flatnonzero(kept & at_end(rows, self.total)):
                 kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])

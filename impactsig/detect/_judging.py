@@ -22,6 +22,8 @@ FAINT, IN_STEP = 12.0, 0.98
 """Standard deviations of what may be interference, and how well it keeps the mains' phase."""
 RINGING, NARROWER, WEAKER = 30.0, 0.6, 0.2
 """Widths after an impact in which its sensor may ring; how narrow and weak that is beside it."""
+TOO_LONG = 1.2
+"""Times the longest contact: a pulse that is measured as longer is none."""
 LEAST_SAMPLES = 32
 """A shorter stretch shows no noise to tell an impact from."""
 
@@ -39,6 +41,7 @@ class Judge:
     def __init__(
         self, near: np.ndarray, seconds: float, grid: Grid, level: Level, shortest: float
     ) -> None:
+        self.longest = grid.longest
         self.widest = MATCH * grid.longest
         self.shortest = shortest * grid.rate
         self.level = level
@@ -102,6 +105,12 @@ class Judge:
             apart = np.abs(centres[first:last] - event[0])
             lobes[k] = np.any(event[2] < 0.5 * self.near[first:last, 2] / (1 + 0.5 * apart))
         return lobes
+
+    def too_long(self, rows: np.ndarray) -> np.ndarray:
+        """Measured pulses that are longer than a contact, and not cut off by an end."""
+        flags = rows[:, 5].astype(int)
+        whole = (flags != NO_PULSE) & ((flags & (OPEN_START | OPEN_END)) == 0)
+        return whole & (rows[:, 1] > TOO_LONG * self.longest)
 
     def consistent(self, rows: np.ndarray, total: int) -> np.ndarray:
         """Measured pulses about as long and as high as their responses say.

@@ -16,6 +16,7 @@ HARMONICS = 10
 ASIDE = 3.5  # Hz from a line: what is as strong there is no line
 STANDS = 8.0  # times what is beside it: a line
 STANDS_TOO = 3.0  # the same of a harmonic, where one line is known
+LOUD = 0.7  # of the noise of a sample: a line that need not stand out by more than a harmonic
 SMALL = 0.02  # of the noise of a sample: too weak to matter
 RIDGE = 1e-3
 MOST = 2.0  # seconds of a span in which the mains keep their pace
@@ -78,6 +79,8 @@ def find_lines(
     ) -> list[tuple[float, float]]:
         lines, sides = _amplitudes(values, pace, frequencies)
         least = np.maximum(times * sides, SMALL * sigma)
+        # What makes up much of the background hides impacts from its mask, and they hide the line.
+        least = np.minimum(least, np.maximum(STANDS_TOO * sides, LOUD * sigma))
         return [(a, f) for f, a, low in zip(frequencies, lines, least, strict=True) if a > low]
 
     if fitted:

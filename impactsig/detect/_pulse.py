@@ -16,6 +16,7 @@ from .._compiled import njit
 from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
 from ._pulse_edges import crest_at, crossing, integral, remove_baseline, touch, valley, walk
 from ._pulse_fit import PARAMETERS, fit_pulse
+from ._pulse_pairs import measure_pairs
 
 MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points for the fit
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
@@ -296,3 +297,4 @@ def measure_all(
                 run = run + 1 if raw[i - start] >= limit else 0
                 longest = max(longest, run)
         out[k, 6] = 1.0 if longest >= 3 else 0.0
+    measure_pairs(signal, origin, events, level, relative, out)

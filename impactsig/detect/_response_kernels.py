@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from .._compiled import njit
@@ -228,3 +230,15 @@ def _note(at, first, last, unit, block, rung, response, out, found):
         out[found, 1], out[found, 2] = rung, response
         found += 1
     return found
+
+
+@njit(nogil=True)
+def noise_at(width, widths, noise):
+    """Noise of the response to a width, between those of the rungs beside it."""
+    if width <= widths[0]:
+        return noise[0]
+    for j in range(1, len(widths)):
+        if width <= widths[j]:
+            share = math.log(width / widths[j - 1]) / math.log(widths[j] / widths[j - 1])
+            return noise[j - 1] ** (1.0 - share) * noise[j] ** share
+    return noise[-1]

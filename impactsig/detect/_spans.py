@@ -40,7 +40,7 @@ RARE = 3
 MOST_GLITCHES = 4096
 SQRT12 = float(np.sqrt(12.0))
 TINIEST = float(np.finfo(float).tiny)
-LOBES = 20
+LOBES = 32
 """Samples to either side of a very short pulse where its filter rings."""
 
 

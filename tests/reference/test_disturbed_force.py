@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from scipy import signal
 
 import impactsig
 from benchmarks.disturbances import records
@@ -115,3 +118,45 @@ def test_merged_ringing_keeps_the_first_contact():
     found = impactsig.detect_impacts(recording(x), merge_within=0.01)
     np.testing.assert_allclose(found.contact_time, 600e-6, rtol=5e-3)
     np.testing.assert_array_equal(found.pulses, [3, 1])
+
+
+@pytest.mark.parametrize("name", ["glitch x 30, 10", "glitch x 30, 400"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_glitches_do_not_turn_the_record_upside_down(name, seed):
+    truth = CASES[name].make(seed)
+    found = found_in(truth)
+    assert found.settings["polarity"] == "positive"
+    assert score(found.time, truth.time)[0] >= 0.99
+
+
+def test_hum_that_hides_the_impacts_is_found_in_every_second():
+    truth = CASES["hum, 3 ms, 0.2"].make(301)
+    found = found_in(truth)
+    assert score(found.time, truth.time)[0] >= 0.97
+    assert found.settings["hum"]["50 Hz"] == pytest.approx(0.2, rel=0.1)
+
+
+@pytest.mark.parametrize("how", ["resample", "resample_poly"])
+@pytest.mark.parametrize("rate", [5000, 4000, 3000, 2000])
+def test_contacts_of_about_one_sample_are_found(rate, how):
+    folder = Path(__file__).parents[2] / "data_samples"
+    rec = impactsig.read(folder / "loadcell_chaotic_20.1Hz.wav")
+    truth = impactsig.Impacts.read_csv(folder / "loadcell_chaotic_20.1Hz.truth.csv")
+    x = np.asarray(rec.samples, float).ravel()
+    if how == "resample":
+        x = signal.resample(x, len(x) * rate // round(rec.rate))
+    else:
+        x = signal.resample_poly(x, rate, round(rec.rate))
+    found = impactsig.detect_impacts(impactsig.Recording(x, float(rate), sensor="force"))
+    assert 114 <= len(found) <= 116
+    assert score(found.time, truth.time)[0] >= 0.98
+    assert found.settings["width"] <= 2.5 / rate
+
+
+@pytest.mark.parametrize("name", ["bump 0.1 s, 5", "settling, 0.05 s"])
+def test_a_bump_hides_no_impacts_beside_it(name):
+    # It was taken for a pulse, and what followed within thirty of its widths for its ringing.
+    truth = CASES[name].make(301)
+    found = found_in(truth)
+    assert found.contact_time.max() < 0.036
+    assert score(found.time, truth.time)[0] >= 0.99

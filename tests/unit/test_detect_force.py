@@ -410,6 +410,19 @@ def test_threshold_in_the_unit_and_in_sigma():
     assert by_sigma.threshold == pytest.approx(9 * by_sigma.settings["response_noise"])
 
 
+def test_a_multiple_of_no_noise_is_refused():
+    x = half_sines([0.03, 0.06, 0.1], amplitude=[1.0, 2.0, 4.0])
+    for offset in (0.0, 0.1):
+        with pytest.raises(InvalidInput, match="no noise to take a multiple of") as caught:
+            impactsig.detect_impacts(recording(x + offset), threshold="6 sigma")
+        assert (caught.value.argument, caught.value.value) == ("threshold", "6 sigma")
+    assert len(impactsig.detect_impacts(recording(x), threshold=0.5)) == 3
+    # Where it is silent for some seconds only, there is noise to take a multiple of.
+    quiet = half_sines([0.5, 1.5, 2.5], duration=4.0)
+    quiet[50_000:100_000] += 0.01 * np.random.default_rng(1).standard_normal(50_000)
+    assert len(impactsig.detect_impacts(recording(quiet), threshold="6 sigma")) == 3
+
+
 @pytest.mark.parametrize(
     ("argument", "value"),
     [

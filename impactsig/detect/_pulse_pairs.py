@@ -1,0 +1,78 @@
+"""Two pulses that overlap, measured together: each as the half-sine that it contributes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .._compiled import njit
+from ..impacts import UNRESOLVED
+from ._ladder import MATCH
+from ._pair_fit import PAIR, begin_pair, fit_pair
+from ._touching_kernels import PER_WIDTH, look_around, to_samples
+
+NEAR = 1.15  # mean lengths between two crests: pulses further apart are measured one by one
+MISFIT, SHAPE = 2.0, 0.01  # residual variance over the noise's, or of the height: as in a pulse
+PLACED = 0.3  # lengths that a fitted crest may be off the crest of the response
+
+
+@njit(nogil=True)
+def measure_pairs(signal, origin, events, level, relative, out):
+    """Measure pulses that lie in pairs anew, in the rows of `out`, where two half-sines fit.
+
+    Parameters
+    ----------
+    signal, origin, level, relative
+        As `impactsig.detect._pulse.measure_all` takes them.
+    events : array (n, 4)
+        Place of the response's crest, mean of its flanks, width, noise of a sample.
+    out : array (n, 7 or more)
+        Start, contact, peak, impulse, rise, flags and whether the pulse is clipped.
+    """
+    p = np.empty(PAIR)
+    k = 0
+    while k + 1 < len(events):
+        alone = out[k, 5] > 0 and int(out[k, 5]) != UNRESOLVED
+        alone |= out[k + 1, 5] > 0 and int(out[k + 1, 5]) != UNRESOLVED
+        alone |= out[k, 6] > 0 or out[k + 1, 6] > 0
+        if alone or not _fit(signal, origin, events[k], events[k + 1], p):
+            k += 1
+            continue
+        for m in range(2):
+            row, height, length = out[k + m], p[3 * m], math.exp(p[3 * m + 2])
+            row[0], row[1], row[2] = p[3 * m + 1], length, height
+            row[3], row[4], row[5] = 2.0 / math.pi * height * length, 0.5 * length, 0.0
+            if level > 0.0:
+                share = level if relative else level / height
+                row[1] *= 1.0 - 2.0 / math.pi * math.asin(min(share, 1.0))
+        k += 2
+
+
+@njit(nogil=True)
+def _fit(signal, origin, first, second, p):
+    """Whether two half-sines fit; their heights, starts and lengths [samples] into `p`."""
+    length = 0.5 * (first[2] + second[2]) / MATCH
+    apart = second[0] - first[0]
+    if apart > NEAR * length or apart < 2.0:
+        return False
+    points, means = np.empty(8 * PER_WIDTH), np.empty(8 * PER_WIDTH)
+    width = MATCH * (apart + length)
+    height = 0.0
+    for i in range(int(first[0]) - origin, int(second[0]) - origin + 1):
+        height = max(height, signal[i] - first[1])
+    middle = 0.5 * (first[0] + second[0])
+    seen = look_around(signal, origin, middle, width, height, first[1], first[3], points, means)
+    points, means = points[: seen.points], means[: seen.points]
+    if seen.points == 0 or not begin_pair(points, means, seen.left, seen.right, p):
+        return False
+    misfit = fit_pair(points, means, p)
+    if misfit > max(MISFIT, (SHAPE * height / seen.unit) ** 2) or min(p[0], p[3]) <= 0.0:
+        return False
+    to_samples(p, seen)
+    for m in range(2):
+        length = math.exp(p[3 * m + 2])
+        crest = first[0] if m == 0 else second[0]
+        if abs(p[3 * m + 1] + 0.5 * length - crest) > PLACED * length:
+            return False
+    return p[1] >= 0.0
