@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from .._compiled import njit
+from ._order_kernels import median_of, select
 from ._response_kernels import running_sums
 
 OUTLYING = 4.0
@@ -29,31 +30,6 @@ PLACES = 320  # responses that tell the noise of a width
 
 
 @njit(nogil=True)
-def median_of(values, count):
-    """Median of the first `count` values, which are put out of order; the upper of two."""
-    low, high, wanted = 0, count - 1, count // 2
-    while low < high:
-        pivot = values[(low + high) // 2]
-        i, j = low, high
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while values[j] > pivot:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if wanted <= j:
-            high = j
-        elif wanted >= i:
-            low = i
-        else:
-            break
-    return values[wanted]
-
-
-@njit(nogil=True)
 def chunk_medians(x, chunk, out):
     """Medians of the chunks of x, of SEEN samples each; the last chunk may be longer.
 
@@ -68,7 +44,7 @@ def chunk_medians(x, chunk, out):
             values[i] = x[a + i * (b - a) // count]
         out[k] = median_of(values, count)
     if len(out) == 1:
-        out[0] = np.sort(values[:count])[count // 6]
+        out[0] = select(values, 0, count - 1, count // 6)
 
 
 @njit(nogil=True, fastmath={"reassoc", "nnan", "nsz"})
@@ -104,7 +80,7 @@ def outlying(x, medians, chunk, widest, least, mask, block, sums, counts, spikes
         values[count] = abs(x[i] - _baseline(medians, chunk, i))
         count += 1
     if len(medians) == 3:  # one chunk alone
-        sigma = max(SIXTH * np.sort(values[:count])[count // 6], least)
+        sigma = max(SIXTH * select(values, 0, count - 1, count // 6), least)
     else:
         sigma = max(MEDIAN * median_of(values, count), least)
     limit = OUTLYING * sigma
@@ -198,16 +174,6 @@ def _baseline(medians, chunk, i):
 
 
 @njit(nogil=True)
-def middle(rows, out):
-    """Median of each column of a few rows; the upper of two."""
-    values = np.empty(len(rows))
-    for j in range(rows.shape[1]):
-        for i in range(len(rows)):
-            values[i] = rows[i, j]
-        out[j] = median_of(values, len(rows))
-
-
-@njit(nogil=True)
 def _cut_out(x, mask, out):
     """X with straight lines in place of what is marked; levels where it reaches an end."""
     n = len(x)
@@ -289,7 +255,7 @@ def _response_noise(x, marked, rungs, floor, out):
             out[j] = max(out[j - 1] if j else 0.0, least)
             continue
         middle_value = MEDIAN * median_of(values, count)
-        upper = np.sort(values[:count])[int(0.9 * count)] / DECILE
+        upper = select(values, count // 2, count - 1, int(0.9 * count)) / DECILE
         out[j] = max(rungs.gain[j] * max(middle_value, upper), least)
 
 

@@ -243,8 +243,10 @@ class _Search:
         near = np.concatenate([one.events for one in beside])
         seconds = sum(one.last - one.first for one in beside) / grid.rate
         judge = Judge(near, seconds, grid, self.wanted.level, self.wanted.shortest)
-        group = near[judge.passes(near)]
-        events = span.events[judge.passes(span.events)]
+        passing = judge.passes(near)
+        group = near[passing]
+        first = sum(len(one.events) for one in beside if one.first < span.first)
+        events = span.events[passing[first : first + len(span.events)]]
         events[:, 1] = drawn_together(events, group)
         rows = self._measure(k, events, group)
         while len(events):

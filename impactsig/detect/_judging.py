@@ -11,8 +11,9 @@ from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
 from ._false_alarms import discovery_level
 from ._ladder import HALF_SINE_GAIN, MATCH
 from ._mains import BASES
+from ._neighbor_kernels import lobes, ringing
 from ._pulse import NO_PULSE
-from ._spans import LEAST, LOBES, Grid, Span
+from ._spans import LEAST, Grid, Span
 
 FLOOR = 0.005
 """Of the height of the strong ones around: the least automatic threshold."""
@@ -20,8 +21,6 @@ SEVERAL = 5
 """Events that tell what width is usual."""
 FAINT, IN_STEP = 12.0, 0.98
 """Standard deviations of what may be interference, and how well it keeps the mains' phase."""
-RINGING, NARROWER, WEAKER = 30.0, 0.6, 0.2
-"""Widths after an impact in which its sensor may ring; how narrow and weak that is beside it."""
 LEAST_SAMPLES = 32
 """A shorter stretch shows no noise to tell an impact from."""
 
@@ -84,24 +83,15 @@ class Judge:
 
     def _rings(self, events: np.ndarray) -> np.ndarray:
         """Events that are the ringing of a sensor: narrower and far weaker than one just before."""
-        rings = np.zeros(len(events), bool)
-        for k, (centre, width, height, *_) in enumerate(events):
-            first, last = np.searchsorted(self.near[:, 0], [centre - RINGING * self.widest, centre])
-            strong = self.near[first:last]
-            near = centre - strong[:, 0] < RINGING * strong[:, 1]
-            alike = (width > NARROWER * strong[:, 1]) | (height > WEAKER * strong[:, 2])
-            rings[k] = np.any(near & ~alike)
+        rings = np.empty(len(events), np.bool_)
+        ringing(events, self.near, self.widest, rings)
         return rings
 
     def _lobes(self, events: np.ndarray) -> np.ndarray:
         """Events that may be the ringing of a filter beside a greater one."""
-        lobes = np.zeros(len(events), bool)
-        centres = self.near[:, 0]
-        for k, event in enumerate(events):
-            first, last = np.searchsorted(centres, [event[0] - LOBES, event[0] + LOBES])
-            apart = np.abs(centres[first:last] - event[0])
-            lobes[k] = np.any(event[2] < 0.5 * self.near[first:last, 2] / (1 + 0.5 * apart))
-        return lobes
+        beside = np.empty(len(events), np.bool_)
+        lobes(events, self.near, beside)
+        return beside
 
     def consistent(self, rows: np.ndarray, total: int) -> np.ndarray:
         """Measured pulses about as long and as high as their responses say.

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._background_kernels import chunk_medians, middle, outlying, read_noise
+from ._background_kernels import chunk_medians, outlying, read_noise
 from ._event_kernels import EVENT, find_events
 from ._ladder import FACTOR, MATCH, Ladder, ladder
 from ._mains import find_lines, fit_lines
 from ._mains_kernels import take_off
+from ._order_kernels import middle
 from ._response_kernels import CREST, find_crests
 
 BESIDE = 2
@@ -40,8 +41,6 @@ RARE = 3
 MOST_GLITCHES = 4096
 SQRT12 = float(np.sqrt(12.0))
 TINIEST = float(np.finfo(float).tiny)
-LOBES = 20
-"""Samples to either side of a very short pulse where its filter rings."""
 
 
 @dataclass
