@@ -12,11 +12,13 @@ import math
 import numpy as np
 
 from .._compiled import njit
-from ._order_kernels import median_of, select
+from ._order_kernels import median_of, middle, select
 from ._response_kernels import running_sums
 
 OUTLYING = 4.0
 """Deviations from the baseline, in its own noise, beyond which a sample is no background."""
+LOUDER = 2.0
+"""Times the noise of the spans around it, from which that of a span counts for itself."""
 SEVERAL = 4
 """Samples in a row that are no glitch."""
 ALONE = 5.0
@@ -27,6 +29,14 @@ DECILE = 1.75  # nine in ten are within 1.645 standard deviations; the rest is f
 FEW = 24  # responses: fewer tell no noise
 SEEN = 256  # values that a median is taken of
 PLACES = 320  # responses that tell the noise of a width
+
+
+@njit(nogil=True)
+def take(values, reference, factor, samples, clean):
+    """Fill two arrays with `factor` times what the values are above the reference."""
+    for i in range(len(values)):
+        samples[i] = (np.float64(values[i]) - reference) * factor
+    clean[:] = samples
 
 
 @njit(nogil=True)
@@ -93,28 +103,25 @@ def outlying(x, medians, chunk, widest, least, mask, block, sums, counts, spikes
         for i in range(len(part)):
             marks[i] = abs(part[i] - (base + slope * i)) > limit
     alone = runs = 0
-    i = 0
+    i = _next_marked(mask, 0)
     while i < n:  # as much again of what is marked, for its feet
-        if mask[i]:
-            j = i
-            while j < n and mask[j]:
-                if _stands_alone(x, j, sigma):
-                    if alone < len(spikes):
-                        spikes[alone] = j
-                    alone += 1
-                j += 1
-            runs += j - i >= SEVERAL
-            grow = 1 + min(3 * (j - i) // 5, widest)
-            lo, hi = max(0, i - grow), min(n, j + grow)
-            for m in range(lo, i):
-                mask[m] = 1
-            m = j
-            while m < hi and not mask[m]:
-                mask[m] = 1
-                m += 1
-            i = m
-        else:
-            i += 1
+        j = i
+        while j < n and mask[j]:
+            if _stands_alone(x, j, sigma):
+                if alone < len(spikes):
+                    spikes[alone] = j
+                alone += 1
+            j += 1
+        runs += j - i >= SEVERAL
+        grow = 1 + min(3 * (j - i) // 5, widest)
+        lo, hi = max(0, i - grow), min(n, j + grow)
+        for m in range(lo, i):
+            mask[m] = 1
+        m = j
+        while m < hi and not mask[m]:
+            mask[m] = 1
+            m += 1
+        i = _next_marked(mask, m)
     for k in range(len(sums)):
         part, marks = x[k * block : (k + 1) * block], mask[k * block : (k + 1) * block]
         total, kept = 0.0, 0
@@ -126,6 +133,24 @@ def outlying(x, medians, chunk, widest, least, mask, block, sums, counts, spikes
         counts[k] = kept
     _outlying_blocks(mask, block, sums, counts)
     return sigma, alone, runs
+
+
+@njit(nogil=True)
+def _next_marked(mask, i):
+    """Number of the first sample from i on that is marked; of the end if none is."""
+    n = len(mask)
+    while i < n and i % 8:
+        if mask[i]:
+            return i
+        i += 1
+    words = mask[: n // 8 * 8].view(np.uint64)
+    word = i // 8
+    while word < len(words) and words[word] == 0:
+        word += 1
+    i = max(i, 8 * word)
+    while i < n and not mask[i]:
+        i += 1
+    return i
 
 
 @njit(nogil=True)
@@ -142,7 +167,9 @@ def _outlying_blocks(mask, block, sums, counts):
     limit = OUTLYING * MEDIAN * median_of(values, count)
     until = 0
     for k in range(len(sums)):
-        if counts[k] > 0 and abs(sums[k]) > limit * counts[k] * math.sqrt(block / counts[k]):
+        if abs(sums[k]) <= limit * counts[k] or counts[k] == 0:  # whatever few samples add
+            continue
+        if abs(sums[k]) > limit * counts[k] * math.sqrt(block / counts[k]):
             for m in range(max(k - 1, until), min(k + 2, len(sums))):
                 mask[m * block : (m + 1) * block] = 1
             until = k + 2
@@ -178,11 +205,8 @@ def _cut_out(x, mask, out):
     """X with straight lines in place of what is marked; levels where it reaches an end."""
     n = len(x)
     out[:] = x
-    i = 0
+    i = _next_marked(mask, 0)
     while i < n:
-        if not mask[i]:
-            i += 1
-            continue
         j = i
         while j < n and mask[j]:
             j += 1
@@ -195,7 +219,7 @@ def _cut_out(x, mask, out):
             after = before
         for m in range(i, j):
             out[m] = before + (m - i + 1) * (after - before) / (j - i + 1)
-        i = j
+        i = _next_marked(mask, j)
 
 
 @njit(nogil=True)
@@ -210,18 +234,17 @@ def _beside(x, mask, first, step, wanted):
 
 
 @njit(nogil=True)
-def _response_noise(x, marked, rungs, floor, out):
-    """Standard deviation of the response on each rung, where no impact is.
+def _response_noise(sums, marked, rungs, floor, out):
+    """Standard deviation of the responses on each rung, from PLACES of them.
 
-    From the median and from the ninth decile of the magnitudes, whichever is more: noise that comes
-    in bursts has a small median. Where x is too short for a response, it is that of the widest rung
+    Where too little background is left of a stretch, the noise of a width is that of the widest rung
     that it is not too short for: noise of any colour is averaged down by a greater width, or at
     worst it is not.
 
     Parameters
     ----------
-    x : array (n,)
-        Samples with straight lines in place of what is marked.
+    sums : array (n + 1,)
+        Of the first samples, with straight lines in place of what is marked.
     marked : array (n + 1,)
         How many samples before each are marked.
     rungs : Ladder
@@ -229,9 +252,7 @@ def _response_noise(x, marked, rungs, floor, out):
         Least standard deviation of a sample.
     out : array (rungs,), filled
     """
-    n = len(x)
-    sums = np.empty(n + 1)
-    running_sums(x, 0, n, sums)
+    n = len(sums) - 1
     values = np.empty(PLACES)
     for j in range(len(out)):
         width, block = rungs.width[j], rungs.width[j] // rungs.unit[j]
@@ -242,15 +263,18 @@ def _response_noise(x, marked, rungs, floor, out):
         count = 0
         if last - first >= 4 * width + 8:
             places = min(PLACES, last - first)
-            for k in range(places):
-                i = first + k * (last - first) // places
+            apart, over = (last - first) // places, (last - first) % places
+            i, rest = first, 0
+            for _ in range(places):
                 a = i - before
-                if marked[a + width] - marked[a] > width // 4:
-                    continue
-                centre = (sums[a + width] - sums[a]) / width
-                sides = sums[i - near] - sums[i - far] + sums[i + far + 1] - sums[i + near + 1]
-                values[count] = abs(centre - sides / (2 * (far - near)))
-                count += 1
+                if marked[a + width] - marked[a] <= width // 4:
+                    centre = (sums[a + width] - sums[a]) / width
+                    sides = sums[i - near] - sums[i - far] + sums[i + far + 1] - sums[i + near + 1]
+                    values[count] = abs(centre - sides / (2 * (far - near)))
+                    count += 1
+                i, rest = i + apart, rest + over
+                if rest >= places:
+                    i, rest = i + 1, rest - places
         if count < FEW:
             out[j] = max(out[j - 1] if j else 0.0, least)
             continue
@@ -260,29 +284,50 @@ def _response_noise(x, marked, rungs, floor, out):
 
 
 @njit(nogil=True)
-def read_noise(x, spikes, mask, rungs, floor, rest, out):
+def read_noise(x, spikes, mask, rungs, floor, rest, sums, marked, out):
     """Take samples that stand alone out of x, in place; the noise of its responses.
 
     Parameters
     ----------
+    x : array (n,)
     spikes : array of int
         Places of these samples.
-    mask : array of uint8
+    mask : array (n,) of uint8
         What is no background.
     floor : float
         Least standard deviation of a sample.
     rest : float
         Least standard deviation of a response.
+    sums, marked : arrays (n + 1,) of float and int32
+        Room to work in.
     out : array (rungs,), filled
     """
     for i in spikes:
         x[i] = 0.5 * (x[i - 1] + x[i + 1])
-    background = np.empty(len(x))
-    _cut_out(x, mask, background)
-    marked = np.empty(len(x) + 1, np.int64)
-    marked[0] = 0
+    _cut_out(x, mask, sums[1:])
+    running_sums(sums, 1, len(x), sums)
+    marked[0] = count = 0
     for i in range(len(x)):
-        marked[i + 1] = marked[i] + mask[i]
-    _response_noise(background, marked, rungs, floor, out)
+        count += mask[i]
+        marked[i + 1] = count
+    _response_noise(sums, marked, rungs, floor, out)
     for j in range(len(out)):
         out[j] = max(out[j], rest)
+
+
+@njit(nogil=True)
+def noise_around(noise, at, least):
+    """Noise of the responses in the span of row `at`, from that of some spans, a row each.
+
+    The median; but a louder span counts for itself and the next ones, as responses at the border
+    see the noise beyond it.
+    """
+    usual = np.empty(noise.shape[1])
+    middle(noise, usual)
+    out = usual.copy()
+    for j in range(len(out)):
+        for k in range(max(at - 1, 0), min(at + 2, len(noise))):
+            if noise[k, j] > LOUDER * usual[j]:
+                out[j] = max(out[j], noise[k, j])
+        out[j] = max(out[j], least)
+    return out

@@ -22,7 +22,7 @@ def direction(record: Survey, grid: Grid, scale: float) -> float:
         x = (part.astype(np.float64) - float(part[0])) * scale
         if len(x) < LEAST_SAMPLES:
             continue
-        ups, downs = (_events(sign * x, grid) for sign in (1.0, -1.0))
+        ups, downs = (_events(x, sign, grid) for sign in (1.0, -1.0))
         # What is not clear of the noise counts where nothing is.
         clear = [one[one[:, 3] >= 2 * LEAST, 2].sum() for one in (ups, downs)]
         up, down = clear if any(clear) else (ups[:, 2].sum(), downs[:, 2].sum())
@@ -36,11 +36,11 @@ def direction(record: Survey, grid: Grid, scale: float) -> float:
     return math.copysign(1.0, vote if abs(vote) > UNDECIDED * voted else lean)
 
 
-def _events(x: np.ndarray, grid: Grid) -> np.ndarray:
-    """Those of a stretch that points up, no longer than a contact."""
+def _events(x: np.ndarray, sign: float, grid: Grid) -> np.ndarray:
+    """Those of a stretch that point one way, no longer than a contact."""
     spans = Spans(grid, len(x))
     for k in range(spans.count):
         first, last = grid.bounds(k, len(x))
-        spans.load(x[first:last].copy())
+        spans.load(x[first:last], 0.0, sign)
     events = np.concatenate([spans.spans[k].events for k in range(spans.count)])
     return events[events[:, 1] <= MATCH * grid.longest]

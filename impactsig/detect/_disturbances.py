@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..impacts import Disturbance
+from ._order_kernels import median_of
 
 if TYPE_CHECKING:
     from ._spans import Spans
@@ -21,9 +22,12 @@ def baseline_moves(spans: Spans, k: int) -> list[Disturbance]:
     before = spans.spans[k - 1].medians[-1:] if k > 0 else span.medians[:1]
     steps = np.diff(np.concatenate((before, span.medians)))
     beside = spans.around(k, 2)
-    usual = _middle(np.abs(np.concatenate([np.diff(one.medians) for one in beside])))
-    sigma = _middle(np.array([one.sigma for one in beside]))
+    moves, sigmas = np.concatenate([one.moves for one in beside]), [one.sigma for one in beside]
+    usual = median_of(moves, len(moves)) if len(moves) else 0.0
+    sigma = sorted(sigmas)[len(sigmas) // 2]
     moved = np.abs(steps) > max(MOVED * usual, sigma)
+    if not moved.any():
+        return []
     found = []
     for i in np.flatnonzero(moved & ~np.concatenate(([False], moved[:-1]))):
         j = i
@@ -33,8 +37,3 @@ def baseline_moves(spans: Spans, k: int) -> list[Disturbance]:
         start = float(span.first + i * chunk - chunk)
         found.append(Disturbance("baseline", max(start, 0.0), (j - i + 1.0) * chunk, float(height)))
     return found
-
-
-def _middle(values: np.ndarray) -> float:
-    """The median, the upper of two; 0 of none. numpy's takes ten times as long for so few."""
-    return float(np.sort(values)[len(values) // 2]) if len(values) else 0.0

@@ -24,6 +24,7 @@ from ._judging import (
     Level,
     alone,
     at_end,
+    consistent,
     drawn_together,
     one_sided_noise,
     worst,
@@ -222,10 +223,7 @@ class _Search:
                 break
             if k == 0:
                 self.reference = float(held[0])
-            part = held[first - self.offset : last - self.offset].astype(np.float64)
-            part -= self.reference
-            part *= self.factor
-            spans.load(part)
+            spans.load(held[first - self.offset : last - self.offset], self.reference, self.factor)
             while (m := self.measured) < spans.count and (
                 min(m + BESIDE, spans.count - 1) < spans.done[-1]
             ):
@@ -256,7 +254,7 @@ class _Search:
             if widen.any():
                 events[widen, 1] = MATCH * rows[widen, 1]
                 rows = self._measure(k, events, group)
-            kept = judge.consistent(rows, self.total)
+            kept = consistent(rows, self.total, judge.shortest)
             for i in np.flatnonzero(kept & at_end(rows, self.total)):
                 kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])
             kept &= alone(rows)

@@ -7,11 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._compiled import njit
 from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
 from ._false_alarms import discovery_level
 from ._ladder import HALF_SINE_GAIN, MATCH
 from ._mains import BASES
 from ._neighbor_kernels import lobes, ringing
+from ._order_kernels import quantile
 from ._pulse import NO_PULSE
 from ._spans import LEAST, Grid, Span
 
@@ -45,8 +47,8 @@ class Judge:
         samples = seconds * grid.rate
         clear = near[near[:, 3] >= 2 * LEAST]
         clear = clear if len(clear) else near
-        self.usual = float(np.median(clear[:, 1])) if len(clear) else 1.0
-        self.height = float(np.quantile(clear[:, 2], 0.97)) if len(clear) else 0.0
+        self.usual = float(quantile(clear[:, 1], 0.5)) if len(clear) else 1.0
+        self.height = float(quantile(clear[:, 2], 0.97))
         alike = self._alike(near) & (len(clear) >= SEVERAL)
         self.level_else = discovery_level(near[~alike, 3], 2.0 * samples, seconds)
         self.usual_level = self.level_else
@@ -93,63 +95,76 @@ class Judge:
         lobes(events, self.near, beside)
         return beside
 
-    def consistent(self, rows: np.ndarray, total: int) -> np.ndarray:
-        """Measured pulses about as long and as high as their responses say.
 
-        A neighbour in the flanks makes the width too narrow, seldom too wide. At an end of the
-        stretch, where a response has one flank only, a pulse is under way or there is none.
-        """
-        length = rows[:, 7] / MATCH
-        flags = rows[:, 5].astype(int)
-        longest = np.where(flags & UNRESOLVED, 3.0, 10.0) * length + 4.0
-        whole = (rows[:, 1] > 0.25 * length) & (rows[:, 1] < longest)
-        whole &= (rows[:, 2] > 0.4 * rows[:, 9]) & (rows[:, 2] < 2.5 * rows[:, 9])
-        under_way = (flags & (OPEN_START | OPEN_END)) > 0
-        whole &= rows[:, 1] >= self.shortest
-        ends = at_end(rows, total)
-        return (flags != NO_PULSE) & np.where(
-            ends, under_way | (whole & (flags == 0)), whole & ~under_way
-        )
+@njit(nogil=True)
+def consistent(rows, total, shortest):
+    """Measured pulses about as long and as high as their responses say, and not too short.
+
+    A neighbour in the flanks makes the width too narrow, seldom too wide. At an end of the
+    stretch, where a response has one flank only, a pulse is under way or there is none.
+    """
+    kept = at_end(rows, total)
+    for k in range(len(rows)):
+        contact, peak, flags = rows[k, 1], rows[k, 2], int(rows[k, 5])
+        length, height = rows[k, 7] / MATCH, rows[k, 9]
+        longest = (3.0 if flags & UNRESOLVED else 10.0) * length + 4.0
+        whole = 0.25 * length < contact < longest and contact >= shortest
+        whole = whole and 0.4 * height < peak < 2.5 * height
+        under_way = flags != NO_PULSE and (flags & (OPEN_START | OPEN_END)) > 0
+        if kept[k]:
+            kept[k] = under_way or (whole and flags == 0)
+        else:
+            kept[k] = flags != NO_PULSE and whole and not under_way
+    return kept
 
 
-def drawn_together(events: np.ndarray, group: np.ndarray) -> np.ndarray:
+@njit(nogil=True)
+def drawn_together(events, group):
     """Widths of events, drawn to those around them by how well either is known.
 
     The logarithm of a width is uncertain by about 4 over the height in standard deviations of the
     noise (measured on half-sines in white noise).
     """
-    if not len(group):
-        return events[:, 1]
+    drawn = events[:, 1].copy()
+    if len(group) == 0:
+        return drawn
     logs = np.log(group[:, 1])
-    clear = group[:, 3] > 2 * LEAST
-    if clear.sum() < 5:
-        clear[:] = True
-    middle = float(np.median(logs[clear]))
-    spread = max(0.05, 1.4826 * float(np.median(np.abs(logs[clear] - middle))))
-    own = np.log(events[:, 1])
-    error = 4.0 / events[:, 3]
-    weight = spread**2 / (spread**2 + error**2)
-    alike = np.abs(own - middle) < 3 * np.hypot(spread, error)
-    return np.exp(np.where(alike, weight * own + (1 - weight) * middle, own))
+    clear = logs[group[:, 3] > 2 * LEAST]
+    if len(clear) < 5:
+        clear = logs
+    middle = quantile(clear, 0.5)
+    spread = max(0.05, 1.4826 * quantile(np.abs(clear - middle), 0.5))
+    for k in range(len(drawn)):
+        own, error = np.log(drawn[k]), 4.0 / events[k, 3]
+        if abs(own - middle) < 3 * np.hypot(spread, error):
+            weight = spread**2 / (spread**2 + error**2)
+            drawn[k] = np.exp(weight * own + (1 - weight) * middle)
+    return drawn
 
 
-def worst(bad: np.ndarray, sure: np.ndarray) -> np.ndarray:
+@njit(nogil=True)
+def worst(bad, sure):
     """The bad ones that are no surer than a bad one beside them, which may be bad for them."""
-    rated = np.where(bad, sure, np.inf)
-    left, right = np.concatenate(([np.inf], rated[:-1])), np.concatenate((rated[1:], [np.inf]))
-    return bad & (sure <= left) & (sure <= right)
+    out = bad.copy()
+    for k in range(len(bad)):
+        for beside in (k - 1, k + 1):
+            if 0 <= beside < len(bad) and bad[beside] and sure[k] > sure[beside]:
+                out[k] = False
+    return out
 
 
-def alone(rows: np.ndarray) -> np.ndarray:
+@njit(nogil=True)
+def alone(rows):
     """Which pulses are the higher ones where two share half of the first one's contact."""
-    kept = np.ones(len(rows), bool)
+    kept = np.ones(len(rows), np.bool_)
     for i in range(1, len(rows)):
         if rows[i, 0] < rows[i - 1, 0] + 0.5 * rows[i - 1, 1]:
             kept[i if rows[i, 2] <= rows[i - 1, 2] else i - 1] = False
     return kept
 
 
-def at_end(rows: np.ndarray, total: int) -> np.ndarray:
+@njit(nogil=True)
+def at_end(rows, total):
     """Measured pulses so near to an end of their stretch that they have one flank only."""
     middle = rows[:, 0] + 0.5 * rows[:, 1]
     return np.minimum(middle, total - middle) < 2.5 * rows[:, 7] + 3.0

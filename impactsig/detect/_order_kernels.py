@@ -14,23 +14,26 @@ def select(values, low, high, wanted):
     Values [low, high] are put out of order: lower ones come before it, higher ones after it.
     """
     while low < high:
-        pivot = values[(low + high) // 2]
-        i, j = low, high
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while values[j] > pivot:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if wanted <= j:
-            high = j
-        elif wanted >= i:
-            low = i
-        else:
-            break
+        first, last, between = values[low], values[high], values[(low + high) // 2]
+        pivot = max(min(first, last), min(max(first, last), between))
+        k = low  # values that are to the left go there; without a branch, which would be a guess
+        for i in range(low, high + 1):
+            value = values[i]
+            values[i] = values[k]
+            values[k] = value
+            k += value < pivot
+        if wanted < k:
+            high = k - 1
+            continue
+        low = k
+        for i in range(low, high + 1):
+            value = values[i]
+            values[i] = values[k]
+            values[k] = value
+            k += value <= pivot
+        if wanted < k:
+            return pivot
+        low = k
     return values[wanted]
 
 

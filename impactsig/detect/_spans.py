@@ -11,18 +11,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._background_kernels import chunk_medians, outlying, read_noise
+from ._background_kernels import chunk_medians, noise_around, outlying, read_noise, take
 from ._event_kernels import EVENT, find_events
 from ._ladder import FACTOR, MATCH, Ladder, ladder
 from ._mains import find_lines, fit_lines
 from ._mains_kernels import take_off
-from ._order_kernels import middle
 from ._response_kernels import CREST, find_crests
 
 BESIDE = 2
 """Spans to either side whose noise counts."""
-LOUDER = 2.0
-"""Times the noise of the spans around it, from which that of a span counts for itself."""
 LEAST = 5.0
 """Standard deviations of its noise that a response must reach."""
 CODES, CODES_IN_A_ROW = 1.35, 1.7
@@ -91,6 +88,7 @@ class Span:
     padded: np.ndarray  # without hum and glitches, with room for the margins
     clean: np.ndarray  # the part of it without the margins
     medians: np.ndarray
+    moves: np.ndarray  # from each of them to the next, whatever the direction
     step: float  # of the converter, 0 if none shows
     range: float
     mask: np.ndarray = field(default_factory=_nothing)  # what is no background
@@ -137,22 +135,28 @@ class Spans:
         self.done = [0] * (len(self.stages) + 1)
         self._free: list[np.ndarray] = []
         self._room = np.empty((0, CREST))
+        self._sums, self._marked = np.empty(0), np.empty(0, np.int32)
 
-    def load(self, samples: np.ndarray) -> None:
-        """Take the samples of the next span, with pulses upward, and work as far as they go."""
+    def load(self, values: np.ndarray, reference: float, factor: float) -> None:
+        """Take the values of the next span and work as far as they go.
+
+        Samples are `factor` times what the values are above the `reference`, with pulses upward.
+        """
         k = self.done[0]
         first, last = self.grid.bounds(k, self.total)
-        margin, size = self.grid.margin, len(samples)
-        medians = np.empty(max(1, size // self.grid.chunk))
-        chunk_medians(samples, self.grid.chunk, medians)
-        extent = float(samples.max() - samples.min())
+        margin, size = self.grid.margin, len(values)
         # Fresh memory costs as much as the search.
         fits = [i for i, one in enumerate(self._free) if len(one) == size + 2 * margin]
         padded = self._free.pop(fits[0]) if fits else np.empty(size + 2 * margin)
         clean = padded[margin : margin + size]
-        clean[:] = samples
+        samples = np.empty(size)
+        take(values, reference, factor, samples, clean)
+        medians = np.empty(max(1, size // self.grid.chunk))
+        chunk_medians(samples, self.grid.chunk, medians)
+        extent = float(samples.max() - samples.min())
         step = converter_step(samples) if extent else 0.0
-        self.spans[k] = Span(first, last, samples, padded, clean, medians, step, extent)
+        moves = np.abs(medians[1:] - medians[:-1])
+        self.spans[k] = Span(first, last, samples, padded, clean, medians, moves, step, extent)
         self.done[0] += 1
         moved = True
         while moved:
@@ -233,7 +237,20 @@ class Spans:
         if not span.range and self.skip:
             return
         rest = REST * sum(span.hum.values())
-        read_noise(span.clean, span.glitches, span.mask, rungs, floor, rest, span.own_noise)
+        n = len(span.clean) + 1
+        if len(self._sums) < n:
+            self._sums, self._marked = np.empty(n), np.empty(n, np.int32)
+        read_noise(
+            span.clean,
+            span.glitches,
+            span.mask,
+            rungs,
+            floor,
+            rest,
+            self._sums[:n],
+            self._marked[:n],
+            span.own_noise,
+        )
 
     def _search(self, k: int) -> None:
         """Find the crests of the responses."""
@@ -243,15 +260,13 @@ class Spans:
         if k < self.count - 1:
             span.padded[-margin:] = self.spans[k + 1].clean[:margin]
         beside = self.around(k, BESIDE)
-        usual = np.empty(len(span.own_noise))
-        middle(np.array([one.own_noise for one in beside]), usual)
-        span.noise = usual.copy()
-        for one in self.around(k, 1):  # responses at the border see the noise beyond it
-            louder = one.own_noise > LOUDER * usual
-            span.noise[louder] = np.maximum(span.noise, one.own_noise)[louder]
         # Where nothing moves for seconds, anything but rounding is something.
         extent = max(one.range for one in beside)
-        span.noise = np.maximum(span.noise, max(TINY**2 * extent, TINIEST))
+        span.noise = noise_around(
+            np.array([one.own_noise for one in beside]),
+            min(k, BESIDE),
+            max(TINY**2 * extent, TINIEST),
+        )
         least = self.sigmas * span.noise
         step = max(one.step for one in beside)
         if step and span.sigma < step:
