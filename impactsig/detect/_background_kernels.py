@@ -32,11 +32,10 @@ PLACES = 320  # responses that tell the noise of a width
 
 
 @njit(nogil=True)
-def take(values, reference, factor, samples, clean):
-    """Fill two arrays with `factor` times what the values are above the reference."""
+def take(values, reference, factor, out):
+    """Fill `out` with `factor` times what the values are above the reference."""
     for i in range(len(values)):
-        samples[i] = (np.float64(values[i]) - reference) * factor
-    clean[:] = samples
+        out[i] = (np.float64(values[i]) - reference) * factor
 
 
 @njit(nogil=True)
@@ -237,9 +236,9 @@ def _beside(x, mask, first, step, wanted):
 def _response_noise(sums, marked, rungs, floor, out):
     """Standard deviation of the responses on each rung, from PLACES of them.
 
-    Where too little background is left of a stretch, the noise of a width is that of the widest rung
-    that it is not too short for: noise of any colour is averaged down by a greater width, or at
-    worst it is not.
+    Where too little background is left of a stretch, the noise of a width is that of the widest
+    rung that it is not too short for: noise of any colour is averaged down by a greater width, or
+    at worst it is not.
 
     Parameters
     ----------

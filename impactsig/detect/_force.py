@@ -30,7 +30,7 @@ from ._judging import (
     worst,
 )
 from ._ladder import MATCH
-from ._pulse import measure_all
+from ._pulse import mark_clipped, measure_all
 from ._spans import BESIDE, LEAST, Grid, Span, Spans
 from ._stream import FRAME, Frame, Piece, frames
 from ._survey import survey
@@ -293,8 +293,6 @@ class _Search:
         sigma = np.full(len(events), span.noise[0] / RESPONSE if span.sigma else 0.0)
         measure_all(
             samples,
-            span.samples,
-            span.first,
             origin,
             self.total,
             np.column_stack((events[:, 0], events[:, 4], events[:, 1], sigma)),
@@ -302,8 +300,9 @@ class _Search:
             after,
             self.wanted.contact_level * (1.0 if self.wanted.relative else abs(self.factor)),
             self.wanted.relative,
-            self.limit - self.factor * self.reference,
             rows,
         )
+        limit = self.limit - self.factor * self.reference
+        mark_clipped(span.values, span.first, self.reference, self.factor, limit, rows)
         rows[:, 7], rows[:, 8], rows[:, 9] = events[:, 1], events[:, 3], events[:, 2]
         return rows

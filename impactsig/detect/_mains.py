@@ -11,6 +11,8 @@ import functools
 
 import numpy as np
 
+from ._mains_kernels import mean_blocks, stand_out
+
 BASES = (50.0, 60.0)
 HARMONICS = 10
 ASIDE = 3.5  # Hz from a line: what is as strong there is no line
@@ -36,13 +38,15 @@ def _seen_through(count: int, pace: float, frequencies: tuple[float, ...]) -> np
     return np.vstack((waves.real, waves.imag))
 
 
-def _amplitudes(means: np.ndarray, pace: float, frequencies: tuple[float, ...]) -> np.ndarray:
-    """Of lines at some frequencies, and the greatest beside each, seen through Hann's window."""
+def _standing(
+    means: np.ndarray, pace: float, frequencies: tuple[float, ...], times: float, least: float
+) -> np.ndarray:
+    """Amplitudes of lines, through Hann's window; 0 where one does not stand out beside it."""
     beside = tuple(f + d for f in frequencies for d in (-ASIDE, ASIDE))
     parts = _seen_through(len(means), pace, frequencies + beside) @ means
-    found = np.hypot(*parts.reshape(2, -1))
-    lines, sides = found[: len(frequencies)], found[len(frequencies) :].reshape(-1, 2)
-    return np.array((lines, sides.max(axis=1)))
+    amplitudes = np.empty(len(frequencies))
+    stand_out(parts, times, least, amplitudes)
+    return amplitudes
 
 
 def find_lines(
@@ -69,31 +73,23 @@ def find_lines(
     """
     if len(sums) < 64 or len(sums) / pace > MOST or counts.sum() < 0.3 * len(sums) * rate / pace:
         return fitted
-    means = np.divide(sums, counts, out=np.zeros(len(sums)), where=counts > 0)
-    half = 0.5 * (means[: len(means) // 2 * 2 : 2] + means[1::2])
-    highest = 0.4 * pace
-
-    def standing(
-        values: np.ndarray, pace: float, frequencies: tuple[float, ...], times: float
-    ) -> list[tuple[float, float]]:
-        lines, sides = _amplitudes(values, pace, frequencies)
-        least = np.maximum(times * sides, SMALL * sigma)
-        return [(a, f) for f, a, low in zip(frequencies, lines, least, strict=True) if a > low]
-
+    means, halved = np.empty(len(sums)), np.empty(len(sums) // 2)
+    mean_blocks(sums, counts, means, halved)
+    highest, least = 0.4 * pace, SMALL * sigma
     if fitted:
         base = next(one for one in BASES if fitted[0] % one == 0)
     else:
-        seen = []
-        for base in BASES:
-            first = tuple(base * h for h in (1, 2, 3) if base * h < 0.5 * highest)
-            if first:
-                stand = standing(half, 0.5 * pace, first, STANDS)
-                seen.append((max(stand, default=(0.0, 0.0))[0], base))
-        amplitude, base = max(seen, default=(0.0, 0.0))
-        if amplitude == 0.0:
+        first = tuple(b * h for b in BASES for h in (1, 2, 3) if b * h < 0.5 * highest)
+        if not first:
             return ()
+        amplitudes = _standing(halved, 0.5 * pace, first, STANDS, least)
+        strongest = int(np.argmax(amplitudes))
+        if not amplitudes[strongest]:
+            return ()
+        base = next(one for one in BASES if first[strongest] % one == 0)
     every = tuple(base * h for h in range(1, HARMONICS + 1) if base * h < highest)
-    others = {f for _, f in standing(means, pace, every, STANDS_TOO)}
+    amplitudes = _standing(means, pace, every, STANDS_TOO, least)
+    others = {f for f, a in zip(every, amplitudes, strict=True) if a}
     return tuple(sorted({*fitted, *others}))
 
 

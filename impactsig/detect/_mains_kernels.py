@@ -1,10 +1,39 @@
-"""Kernel that takes the lines of the mains off a record."""
+"""Kernels that look for the lines of the mains in a record, and take them off."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from .._compiled import njit
+
+
+@njit(nogil=True)
+def mean_blocks(sums, counts, means, halved):
+    """Means of blocks, 0 of none, and the means of two of them each."""
+    for k in range(len(means)):
+        means[k] = sums[k] / counts[k] if counts[k] > 0 else 0.0
+    for k in range(len(halved)):
+        halved[k] = 0.5 * (means[2 * k] + means[2 * k + 1])
+
+
+@njit(nogil=True)
+def stand_out(parts, times, least, out):
+    """Amplitudes of lines, 0 of those that do not stand out.
+
+    Parameters
+    ----------
+    parts : array (6 n,)
+        Real amplitudes: of n lines, then of what is below and above each; then the imaginary ones.
+    times, least : float
+        Times the stronger one beside it that a line must be, and its least amplitude.
+    out : array (n,), filled
+    """
+    n = len(out)
+    for k in range(n):
+        line = np.hypot(parts[k], parts[3 * n + k])
+        below = np.hypot(parts[n + 2 * k], parts[4 * n + 2 * k])
+        above = np.hypot(parts[n + 2 * k + 1], parts[4 * n + 2 * k + 1])
+        out[k] = line if line > max(times * max(below, above), least) else 0.0
 
 
 @njit(nogil=True)

@@ -249,25 +249,19 @@ def _by_shape(x, top, crest, extent, width, sigma, height):
 
 
 @njit(nogil=True)
-def measure_all(
-    signal, raw, start, origin, total, events, before, after, level, relative, limit, out
-):
-    """Measure `events` into rows of `out`: the fields of Pulse, then 1 if the pulse is clipped.
+def measure_all(signal, origin, total, events, before, after, level, relative, out):
+    """Measure `events` into rows of `out`: the fields of Pulse.
 
     Parameters
     ----------
     signal : array
         Samples without hum, from sample `origin` on, of `total` in all.
-    raw : array
-        Samples as they came, from sample `start` on.
     events : array (n, 4)
         Place of the response's crest, mean of its flanks, width, noise of a sample.
     before, after : float
         Places of the crests before the first and after the last, -1 and `total` where none is.
     level, relative : float, bool
         That the contact time refers to; a share of the peak if relative.
-    limit : float
-        Greatest value of the record: three samples in a row at it are clipped.
     """
     for k in range(len(events)):
         peak = int(events[k, 0] + 0.5)
@@ -288,11 +282,29 @@ def measure_all(
         )
         out[k, 0], out[k, 1], out[k, 2] = pulse.start, pulse.contact, pulse.peak
         out[k, 3], out[k, 4], out[k, 5] = pulse.impulse, pulse.rise, pulse.flags
+
+
+@njit(nogil=True)
+def mark_clipped(values, start, reference, factor, limit, rows):
+    """Put 1 behind the fields of each measured pulse that is clipped, else 0.
+
+    Parameters
+    ----------
+    values : array
+        As they came, from sample `start` on; samples are `factor` times what they are above the
+        `reference`.
+    limit : float
+        Greatest sample of the record: three samples in a row at it are clipped.
+    rows : array
+        As `measure_all` fills them.
+    """
+    for k in range(len(rows)):
         run = longest = 0
-        if pulse.flags != NO_PULSE:
-            first = max(int(pulse.start) - 1, start)
-            last = min(int(pulse.start + pulse.contact) + 2, start + len(raw))
+        if rows[k, 5] != NO_PULSE:
+            first = max(int(rows[k, 0]) - 1, start)
+            last = min(int(rows[k, 0] + rows[k, 1]) + 2, start + len(values))
             for i in range(first, last):
-                run = run + 1 if raw[i - start] >= limit else 0
+                high = (np.float64(values[i - start]) - reference) * factor >= limit
+                run = run + 1 if high else 0
                 longest = max(longest, run)
-        out[k, 6] = 1.0 if longest >= 3 else 0.0
+        rows[k, 6] = 1.0 if longest >= 3 else 0.0

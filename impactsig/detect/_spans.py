@@ -84,7 +84,7 @@ class Span:
 
     first: int
     last: int
-    samples: np.ndarray  # with pulses upward
+    values: np.ndarray  # as they came
     padded: np.ndarray  # without hum and glitches, with room for the margins
     clean: np.ndarray  # the part of it without the margins
     medians: np.ndarray
@@ -149,14 +149,13 @@ class Spans:
         fits = [i for i, one in enumerate(self._free) if len(one) == size + 2 * margin]
         padded = self._free.pop(fits[0]) if fits else np.empty(size + 2 * margin)
         clean = padded[margin : margin + size]
-        samples = np.empty(size)
-        take(values, reference, factor, samples, clean)
+        take(values, reference, factor, clean)
         medians = np.empty(max(1, size // self.grid.chunk))
-        chunk_medians(samples, self.grid.chunk, medians)
-        extent = float(samples.max() - samples.min())
-        step = converter_step(samples) if extent else 0.0
+        chunk_medians(clean, self.grid.chunk, medians)
+        extent = float(clean.max() - clean.min())
+        step = converter_step(clean) if extent else 0.0
         moves = np.abs(medians[1:] - medians[:-1])
-        self.spans[k] = Span(first, last, samples, padded, clean, medians, moves, step, extent)
+        self.spans[k] = Span(first, last, values, padded, clean, medians, moves, step, extent)
         self.done[0] += 1
         moved = True
         while moved:
@@ -188,7 +187,7 @@ class Spans:
     def _cut(self, k: int) -> None:
         """Tell the background from what stands out of it, and take mains hum off."""
         span, grid = self.spans[k], self.grid
-        n = len(span.samples)
+        n = len(span.clean)
         span.mask = np.zeros(n, np.uint8)
         if not span.range and self.skip:
             return
@@ -277,7 +276,7 @@ class Spans:
         if self.skip and not max(one.range for one in self.around(k, 1)):
             return
         if not len(self._room):
-            self._room = np.empty((len(span.samples) + self.grid.span, CREST))
+            self._room = np.empty((len(span.clean) + self.grid.span, CREST))
         samples, origin = self.clean(k)
         count = find_crests(
             samples,
