@@ -28,12 +28,13 @@ SURE = 4.5  # standard deviations that they fall by at least
 @njit(nogil=True)
 def _half_sine(a, b, length):
     """Integral from a to b of a half-sine of height 1 in the middle of which 0 lies."""
-    a, b = max(a, -0.5 * length), min(b, 0.5 * length)
-    return (
-        (math.sin(math.pi * b / length) - math.sin(math.pi * a / length)) * (length / math.pi)
-        if b > a
-        else 0.0
-    )
+    half = 0.5 * length
+    if b <= -half or a >= half:
+        return 0.0
+    turn = math.pi / length
+    upper = math.sin(turn * b) if b < half else 1.0
+    lower = math.sin(turn * a) if a > -half else -1.0
+    return (upper - lower) / turn
 
 
 @njit(nogil=True)
