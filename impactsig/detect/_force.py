@@ -18,18 +18,8 @@ from ..impacts import CLIPPED, Disturbance
 from ._direction import direction
 from ._disturbances import baseline_moves
 from ._event_kernels import place
-from ._judging import (
-    LEAST_SAMPLES,
-    Judge,
-    Level,
-    alone,
-    at_end,
-    consistent,
-    drawn_together,
-    one_sided_noise,
-    worst,
-)
-from ._ladder import MATCH
+from ._judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
+from ._judging_kernels import alone, consistent, drawn_together, widen, worst
 from ._pulse import mark_clipped, measure_all
 from ._spans import BESIDE, LEAST, Grid, Span, Spans
 from ._stream import FRAME, Frame, Piece, frames
@@ -248,15 +238,12 @@ class _Search:
         events[:, 1] = drawn_together(events, group)
         rows = self._measure(k, events, group)
         while len(events):
-            # A neighbour in its flanks makes a pulse look narrower than it is.
-            off = rows[:, 1] / (rows[:, 7] / MATCH)
-            widen = (rows[:, 5] == 0) & (off > 1.5) & (off < 10.0) & (rows[:, 7] > 2.0)
-            if widen.any():
-                events[widen, 1] = MATCH * rows[widen, 1]
+            if widen(events, rows):
                 rows = self._measure(k, events, group)
-            kept = consistent(rows, self.total, judge.shortest)
-            for i in np.flatnonzero(kept & at_end(rows, self.total)):
-                kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])
+            kept, ends = consistent(rows, self.total, judge.shortest)
+            if ends.any():
+                for i in np.flatnonzero(kept & ends):
+                    kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])
             kept &= alone(rows)
             if kept.all():
                 break
@@ -290,12 +277,13 @@ class _Search:
         before = others[others < span.first].max(initial=-1.0)
         after = others[others >= span.last].min(initial=float(self.total))
         # Where nothing moves but impacts, the least noise that was assumed is none.
-        sigma = np.full(len(events), span.noise[0] / RESPONSE if span.sigma else 0.0)
+        sigma = float(span.noise[0]) / RESPONSE if span.sigma else 0.0
         measure_all(
             samples,
             origin,
             self.total,
-            np.column_stack((events[:, 0], events[:, 4], events[:, 1], sigma)),
+            events[:, (0, 4, 1)],
+            sigma,
             before,
             after,
             self.wanted.contact_level * (1.0 if self.wanted.relative else abs(self.factor)),

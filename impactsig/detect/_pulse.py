@@ -249,15 +249,17 @@ def _by_shape(x, top, crest, extent, width, sigma, height):
 
 
 @njit(nogil=True)
-def measure_all(signal, origin, total, events, before, after, level, relative, out):
+def measure_all(signal, origin, total, events, sigma, before, after, level, relative, out):
     """Measure `events` into rows of `out`: the fields of Pulse.
 
     Parameters
     ----------
     signal : array
         Samples without hum, from sample `origin` on, of `total` in all.
-    events : array (n, 4)
-        Place of the response's crest, mean of its flanks, width, noise of a sample.
+    events : array (n, 3)
+        Place of the response's crest, mean of its flanks, width.
+    sigma : float
+        Noise of a sample.
     before, after : float
         Places of the crests before the first and after the last, -1 and `total` where none is.
     level, relative : float, bool
@@ -276,7 +278,7 @@ def measure_all(signal, origin, total, events, before, after, level, relative, o
             previous,
             following,
             int(events[k, 2]),
-            events[k, 3],
+            sigma,
             level,
             relative,
         )
