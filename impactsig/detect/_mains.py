@@ -11,7 +11,7 @@ import functools
 
 import numpy as np
 
-from ._mains_kernels import mean_blocks, stand_out
+from ._mains_kernels import mean_blocks, normal_equations, stand_out
 
 BASES = (50.0, 60.0)
 HARMONICS = 10
@@ -43,9 +43,9 @@ def _standing(
 ) -> np.ndarray:
     """Amplitudes of lines, through Hann's window; 0 where one does not stand out beside it."""
     beside = tuple(f + d for f in frequencies for d in (-ASIDE, ASIDE))
-    parts = _seen_through(len(means), pace, frequencies + beside) @ means
     amplitudes = np.empty(len(frequencies))
-    stand_out(parts, times, least, amplitudes)
+    waves = _seen_through(len(means), pace, frequencies + beside)
+    stand_out(waves, means, times, least, amplitudes)
     return amplitudes
 
 
@@ -108,19 +108,20 @@ def fit_lines(
         sums, counts = (one[:even:2] + one[1:even:2] for one in (sums, counts))
         block *= 2
     design = _design(len(sums), block, rate, lines)
-    normal = design.T @ (design * counts[:, None])
-    normal[np.diag_indices_from(normal)] += RIDGE * np.trace(normal) / len(normal)
-    solved = np.linalg.solve(normal, design.T @ sums)
-    a, b, c, d = solved[:-1].reshape(4, -1)
-    return np.column_stack((a + 1j * b, c + 1j * d))
+    normal, right = np.empty((len(design), len(design))), np.empty(len(design))
+    normal_equations(design, sums, counts, RIDGE, normal, right)
+    a, b, c, d = np.linalg.solve(normal, right)[:-1].reshape(4, -1)
+    fit = np.empty((len(lines), 2), complex)
+    fit.real, fit.imag = np.transpose((a, c)), np.transpose((b, d))
+    return fit
 
 
 @functools.lru_cache(maxsize=8)
 def _design(count: int, block: int, rate: float, lines: tuple[float, ...]) -> np.ndarray:
-    """What the amplitudes of the lines make of the means of blocks."""
+    """What the amplitudes of the lines make of the means of blocks, a row each."""
     f = np.array(lines)
     # What the mean over a block leaves of a line.
     left = np.sin(np.pi * f * block / rate) / (block * np.sin(np.pi * f / rate))
-    waves = _waves(count, rate / block, lines).T * left
-    u = np.linspace(-1.0, 1.0, count)[:, None]
-    return np.hstack((waves.real, -waves.imag, u * waves.real, -u * waves.imag, np.ones_like(u)))
+    waves = _waves(count, rate / block, lines) * left[:, None]
+    u = np.linspace(-1.0, 1.0, count)
+    return np.vstack((waves.real, -waves.imag, u * waves.real, -u * waves.imag, np.ones(count)))

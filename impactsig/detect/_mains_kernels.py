@@ -16,24 +16,65 @@ def mean_blocks(sums, counts, means, halved):
         halved[k] = 0.5 * (means[2 * k] + means[2 * k + 1])
 
 
-@njit(nogil=True)
-def stand_out(parts, times, least, out):
+# reassoc: sums of products run in lanes; BLAS would wake its threads for so few.
+@njit(nogil=True, fastmath={"reassoc", "nsz"})
+def stand_out(waves, means, times, least, out):
     """Amplitudes of lines, 0 of those that do not stand out.
 
     Parameters
     ----------
-    parts : array (6 n,)
-        Real amplitudes: of n lines, then of what is below and above each; then the imaginary ones.
+    waves : array (6 n, b)
+        Rows whose products with the b means are real amplitudes: of n lines, then of what is below
+        and above each; then the imaginary ones.
     times, least : float
         Times the stronger one beside it that a line must be, and its least amplitude.
     out : array (n,), filled
     """
     n = len(out)
+    parts = np.empty(6 * n)
+    for k in range(6 * n):
+        row, total = waves[k], 0.0
+        for i in range(len(means)):
+            total += row[i] * means[i]
+        parts[k] = total
     for k in range(n):
         line = np.hypot(parts[k], parts[3 * n + k])
         below = np.hypot(parts[n + 2 * k], parts[4 * n + 2 * k])
         above = np.hypot(parts[n + 2 * k + 1], parts[4 * n + 2 * k + 1])
         out[k] = line if line > max(times * max(below, above), least) else 0.0
+
+
+@njit(nogil=True, fastmath={"reassoc", "nsz"})
+def normal_equations(design, sums, counts, ridge, normal, right):
+    """Fill the normal matrix, and what it is to give, for sums of so many samples a block.
+
+    Parameters
+    ----------
+    design : array (p, b)
+    sums, counts : arrays (b,)
+    ridge : float
+        Of the mean of its diagonal, what is added to that of the matrix.
+    normal, right : arrays (p, p) and (p,), filled
+    """
+    trace = 0.0
+    weighted = np.empty(len(sums))
+    for i in range(len(design)):
+        row = design[i]
+        total = 0.0
+        for k in range(len(sums)):
+            weighted[k] = row[k] * counts[k]
+        for k in range(len(sums)):
+            total += row[k] * sums[k]
+        right[i] = total
+        for j in range(i + 1):
+            other = design[j]
+            total = 0.0
+            for k in range(len(sums)):
+                total += weighted[k] * other[k]
+            normal[i, j] = normal[j, i] = total
+        trace += normal[i, i]
+    for i in range(len(design)):
+        normal[i, i] += ridge * trace / len(design)
 
 
 @njit(nogil=True)
