@@ -19,7 +19,14 @@ from ._direction import direction
 from ._disturbances import baseline_moves
 from ._event_kernels import place
 from ._judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
-from ._judging_kernels import alone, consistent, drawn_together, widen, worst
+from ._judging_kernels import (
+    alone,
+    consistent,
+    drawn_together,
+    widen,
+    with_neighbors,
+    worst,
+)
 from ._pulse import mark_clipped, measure_all
 from ._spans import BESIDE, LEAST, Grid, Span, Spans
 from ._stream import FRAME, Frame, Piece, frames
@@ -236,10 +243,12 @@ class _Search:
         first = sum(len(one.events) for one in beside if one.first < span.first)
         events = span.events[passing[first : first + len(span.events)]]
         events[:, 1] = drawn_together(events, group)
-        rows = self._measure(k, events, group)
+        rows, again = np.empty((len(events), ROW)), np.ones(len(events), np.bool_)
         while len(events):
-            if widen(events, rows):
-                rows = self._measure(k, events, group)
+            self._measure(k, events, group, again, rows)
+            wider = widen(events, rows)
+            if wider.any():
+                self._measure(k, events, group, with_neighbors(wider), rows)
             kept, ends = consistent(rows, self.total, judge.shortest)
             if ends.any():
                 for i in np.flatnonzero(kept & ends):
@@ -247,8 +256,9 @@ class _Search:
             kept &= alone(rows)
             if kept.all():
                 break
-            events = events[~worst(~kept, rows[:, 8])]  # what is no pulse bounds none
-            rows = self._measure(k, events, group)
+            dropped = worst(~kept, rows[:, 8])  # what is no pulse bounds none
+            again = with_neighbors(dropped)[~dropped]
+            events, rows = events[~dropped], rows[~dropped]
         self.found.disturbances += [
             one._replace(start=one.start + segment)
             for one in (
@@ -263,11 +273,13 @@ class _Search:
         rows[:, 0] += segment
         self.found.add(rows, span, judge.usual_level, grid.rungs.width)
 
-    def _measure(self, k: int, events: np.ndarray, group: np.ndarray) -> np.ndarray:
-        """Rows of the events of span k, each at its width; the group bounds the first and last."""
-        rows = np.empty((len(events), ROW))
-        if not len(events):
-            return rows
+    def _measure(
+        self, k: int, events: np.ndarray, group: np.ndarray, again: np.ndarray, rows: np.ndarray
+    ) -> None:
+        """Fill the rows of the events of span k to be measured `again`, each at its width.
+
+        The group bounds the first and the last.
+        """
         spans, span, grid = self.spans, self.spans.spans[k], self.grid
         events = events.copy()
         events[:, 1] = np.maximum(np.round(events[:, 1]), 1.0)
@@ -283,6 +295,7 @@ class _Search:
             origin,
             self.total,
             events[:, (0, 4, 1)],
+            again,
             sigma,
             before,
             after,
@@ -293,4 +306,3 @@ class _Search:
         limit = self.limit - self.factor * self.reference
         mark_clipped(span.values, span.first, self.reference, self.factor, limit, rows)
         rows[:, 7], rows[:, 8], rows[:, 9] = events[:, 1], events[:, 3], events[:, 2]
-        return rows

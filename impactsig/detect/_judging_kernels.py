@@ -84,17 +84,27 @@ def consistent(rows, total, shortest):
 
 @njit(nogil=True)
 def widen(events, rows):
-    """Give events the widths of what was measured, where that is longer; whether any is.
+    """Give events the widths of what was measured, where that is longer; which these are.
 
     A neighbour in its flanks makes a pulse look narrower than it is.
     """
-    wider = False
+    wider = np.zeros(len(rows), np.bool_)
     for k in range(len(rows)):
         off = rows[k, 1] / (rows[k, 7] / MATCH)
         if rows[k, 5] == 0 and 1.5 < off < 10.0 and rows[k, 7] > 2.0:
             events[k, 1] = MATCH * rows[k, 1]
-            wider = True
+            wider[k] = True
     return wider
+
+
+@njit(nogil=True)
+def with_neighbors(marked):
+    """What is marked, and what is next to it."""
+    out = marked.copy()
+    for k in range(1, len(marked)):
+        out[k] |= marked[k - 1]
+        out[k - 1] |= marked[k]
+    return out
 
 
 @njit(nogil=True)

@@ -249,8 +249,8 @@ def _by_shape(x, top, crest, extent, width, sigma, height):
 
 
 @njit(nogil=True)
-def measure_all(signal, origin, total, events, sigma, before, after, level, relative, out):
-    """Measure `events` into rows of `out`: the fields of Pulse.
+def measure_all(signal, origin, total, events, again, sigma, before, after, level, relative, out):
+    """Measure the events marked in `again` into rows of `out`: the fields of Pulse.
 
     Parameters
     ----------
@@ -265,7 +265,7 @@ def measure_all(signal, origin, total, events, sigma, before, after, level, rela
     level, relative : float, bool
         That the contact time refers to; a share of the peak if relative.
     """
-    for k in range(len(events)):
+    for k in np.flatnonzero(again):
         peak = int(events[k, 0] + 0.5)
         previous = int(events[k - 1, 0] + 0.5) if k > 0 else int(before)
         following = int(events[k + 1, 0] + 0.5) if k + 1 < len(events) else int(after)
