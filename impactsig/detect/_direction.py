@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
+from ._grid import Grid
 from ._judging import LEAST_SAMPLES
 from ._ladder import MATCH
-from ._spans import LEAST, Grid, Spans
+from ._spans import LEAST, Spans
 from ._survey import Survey
 
 UNDECIDED = 0.2

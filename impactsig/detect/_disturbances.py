@@ -16,18 +16,28 @@ MOVED = 8.0
 """Times the usual difference of the baseline between chunks that a move of it is."""
 
 
-def baseline_moves(spans: Spans, k: int) -> list[Disturbance]:
+def disturbances(spans: Spans, k: int, wide: np.ndarray) -> list[Disturbance]:
+    """Those of span k, given its events that no contact is as long as."""
+    span = spans.spans[k]
+    return [
+        *(Disturbance("glitch", float(i), 1.0, 0.0) for i in span.first + span.glitches),
+        *(Disturbance("wide", one[0] - 0.5 * one[1], one[1], one[2]) for one in wide),
+        *_baseline_moves(spans, k),
+    ]
+
+
+def _baseline_moves(spans: Spans, k: int) -> list[Disturbance]:
     """Where, in span k, the baseline moves by far more than it does elsewhere."""
     span, chunk = spans.spans[k], spans.grid.chunk
-    before = spans.spans[k - 1].medians[-1:] if k > 0 else span.medians[:1]
-    steps = np.diff(np.concatenate((before, span.medians)))
+    before = spans.spans[k - 1].medians[-1] if k > 0 else span.medians[0]
     beside = spans.around(k, 2)
     moves, sigmas = np.concatenate([one.moves for one in beside]), [one.sigma for one in beside]
     usual = median_of(moves, len(moves)) if len(moves) else 0.0
-    sigma = sorted(sigmas)[len(sigmas) // 2]
-    moved = np.abs(steps) > max(MOVED * usual, sigma)
-    if not moved.any():
+    least = max(MOVED * usual, sorted(sigmas)[len(sigmas) // 2])
+    if max(abs(span.medians[0] - before), span.moves.max(initial=0.0)) <= least:
         return []
+    steps = np.diff(span.medians, prepend=before)
+    moved = np.abs(steps) > least
     found = []
     for i in np.flatnonzero(moved & ~np.concatenate(([False], moved[:-1]))):
         j = i

@@ -16,7 +16,9 @@ FALSE_SHARE = 0.0005
 
 
 @njit(nogil=True)
-def discovery_level(responses, widths, seconds, least=LEAST_SIGMA):
+def discovery_level(
+    responses: np.ndarray, widths: float, seconds: float, least: float = LEAST_SIGMA
+) -> float:
     """Level, in sigma, above which hardly any of the `responses` is noise.
 
     The lowest at which Gaussian noise would exceed it FALSE_RATE times a second, or once for
@@ -44,15 +46,15 @@ def discovery_level(responses, widths, seconds, least=LEAST_SIGMA):
 
 
 @njit(nogil=True)
-def _excursions(u):
+def _excursions(u: float) -> float:
     """Above u, a width of a response, in Gaussian noise."""
     return u * u * 0.5 * math.erfc(u / math.sqrt(2))
 
 
 @njit(nogil=True)
-def _level(widths, seconds, least):
+def _level(widths: float, seconds: float, least: float) -> float:
     """The lowest level that is exceeded FALSE_RATE times a second."""
-    rare = 2.0 ** -round(math.log2(max(widths, 1.0) / (FALSE_RATE * seconds)), 2)
+    rare = FALSE_RATE * seconds / max(widths, 1.0)
     low, high = least, 40.0
     if _excursions(low) <= rare:
         return low

@@ -16,8 +16,9 @@ import numpy as np
 
 from ..impacts import CLIPPED, Disturbance
 from ._direction import direction
-from ._disturbances import baseline_moves
+from ._disturbances import disturbances
 from ._event_kernels import place
+from ._grid import Grid
 from ._judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
 from ._judging_kernels import (
     alone,
@@ -27,8 +28,9 @@ from ._judging_kernels import (
     with_neighbors,
     worst,
 )
-from ._pulse import mark_clipped, measure_all
-from ._spans import BESIDE, LEAST, Grid, Span, Spans
+from ._pulse import measure_all
+from ._pulse_edges import mark_clipped
+from ._spans import BESIDE, LEAST, Span, Spans
 from ._stream import FRAME, Frame, Piece, frames
 from ._survey import survey
 
@@ -261,14 +263,7 @@ class _Search:
             events, rows = events[~dropped], rows[~dropped]
         self.found.disturbances += [
             one._replace(start=one.start + segment)
-            for one in (
-                *(Disturbance("glitch", float(i), 1.0, 0.0) for i in span.first + span.glitches),
-                *(
-                    Disturbance("wide", event[0] - 0.5 * event[1], event[1], event[2])
-                    for event in span.events[judge.too_wide(span.events)]
-                ),
-                *baseline_moves(spans, k),
-            )
+            for one in disturbances(spans, k, span.events[judge.too_wide(span.events)])
         ]
         rows[:, 0] += segment
         self.found.add(rows, span, judge.usual_level, grid.rungs.width)

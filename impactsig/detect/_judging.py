@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ._grid import Grid
 from ._judging_kernels import SEVERAL, high, levels, lobes, ringing
 from ._ladder import HALF_SINE_GAIN, MATCH
 from ._mains import BASES
-from ._spans import Grid, Span
+from ._spans import Span
 
 FLOOR = 0.005
 """Of the height of the strong ones around: the least automatic threshold."""
@@ -50,7 +51,8 @@ class Judge:
 
     def too_wide(self, events: np.ndarray) -> np.ndarray:
         """Events that no contact is as long as."""
-        return (events[:, 1] > self.widest) & self._high(events)
+        wide = events[:, 1] > self.widest
+        return wide & self._high(events) if wide.any() else wide
 
     def passes(self, events: np.ndarray) -> np.ndarray:
         """Events that may be impacts."""

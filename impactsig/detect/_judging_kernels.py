@@ -9,7 +9,7 @@ from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
 from ._false_alarms import LEAST_SIGMA, discovery_level
 from ._ladder import MATCH
 from ._order_kernels import quantile
-from ._pulse import NO_PULSE
+from ._pulse_edges import NO_PULSE
 
 SEVERAL = 5
 """Events that tell what width is usual."""

@@ -14,11 +14,19 @@ import numpy as np
 
 from .._compiled import njit
 from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
-from ._pulse_edges import crest_at, crossing, integral, remove_baseline, touch, valley, walk
+from ._pulse_edges import (
+    NO_PULSE,
+    crest_at,
+    crossing,
+    integral,
+    remove_baseline,
+    touch,
+    valley,
+    walk,
+)
 from ._pulse_fit import PARAMETERS, fit_pulse
 
 MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points for the fit
-NO_PULSE = -1  # flags of a stretch that turned out not to stand out
 
 
 class Pulse(NamedTuple):
@@ -284,29 +292,3 @@ def measure_all(signal, origin, total, events, again, sigma, before, after, leve
         )
         out[k, 0], out[k, 1], out[k, 2] = pulse.start, pulse.contact, pulse.peak
         out[k, 3], out[k, 4], out[k, 5] = pulse.impulse, pulse.rise, pulse.flags
-
-
-@njit(nogil=True)
-def mark_clipped(values, start, reference, factor, limit, rows):
-    """Put 1 behind the fields of each measured pulse that is clipped, else 0.
-
-    Parameters
-    ----------
-    values : array
-        As they came, from sample `start` on; samples are `factor` times what they are above the
-        `reference`.
-    limit : float
-        Greatest sample of the record: three samples in a row at it are clipped.
-    rows : array
-        As `measure_all` fills them.
-    """
-    for k in range(len(rows)):
-        run = longest = 0
-        if rows[k, 5] != NO_PULSE:
-            first = max(int(rows[k, 0]) - 1, start)
-            last = min(int(rows[k, 0] + rows[k, 1]) + 2, start + len(values))
-            for i in range(first, last):
-                high = (np.float64(values[i - start]) - reference) * factor >= limit
-                run = run + 1 if high else 0
-                longest = max(longest, run)
-        rows[k, 6] = 1.0 if longest >= 3 else 0.0

@@ -11,11 +11,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._background_kernels import chunk_medians, noise_around, outlying, read_noise, take
+from ._background_kernels import chunk_medians, outlying, take
+from ._converter import converter_step
 from ._event_kernels import EVENT, find_events
-from ._ladder import FACTOR, MATCH, Ladder, ladder
+from ._grid import Grid
+from ._ladder import MATCH
 from ._mains import find_lines, fit_lines
 from ._mains_kernels import take_off
+from ._noise_kernels import noise_around, read_noise
 from ._response_kernels import CREST, find_crests
 
 BESIDE = 2
@@ -38,36 +41,6 @@ RARE = 3
 MOST_GLITCHES = 4096
 SQRT12 = float(np.sqrt(12.0))
 TINIEST = float(np.finfo(float).tiny)
-
-
-@dataclass
-class Grid:
-    """How a record is divided, in samples."""
-
-    rate: float
-    longest: float  # contact
-    rungs: Ladder = field(init=False)
-    span: int = field(init=False)
-    chunk: int = field(init=False)  # of a median that the baseline follows
-    margin: int = field(init=False)  # beside a span: what its search takes in
-    block: int = field(init=False)  # of the means that hum is seen in
-
-    def __post_init__(self) -> None:
-        self.rungs = ladder(self.longest)
-        unit = FACTOR ** int(self.rungs.level[-1])
-        self.margin = -(-(14 * int(self.rungs.width[-1]) + 64) // unit) * unit
-        self.span = -(-max(round(self.rate), 4096, self.margin) // unit) * unit
-        self.chunk = max(8, min(round(4 * self.longest), self.span // 2))
-        self.block = max(1, round(self.rate / 1500))
-
-    def count(self, total: int) -> int:
-        """Spans of a stretch; less than half a span, or than its margin, joins the last."""
-        whole, rest = divmod(total, self.span)
-        return max(1, whole + (rest >= max(self.span // 2, self.margin)))
-
-    def bounds(self, k: int, total: int) -> tuple[int, int]:
-        """First sample of span k, and of what follows it."""
-        return k * self.span, total if k == self.count(total) - 1 else (k + 1) * self.span
 
 
 def _nothing() -> np.ndarray:
@@ -314,29 +287,3 @@ class Spans:
             room,
         )
         span.events = room[:count]
-
-
-def converter_step(samples: np.ndarray) -> float:
-    """The step of the converter that the samples came from, behind any gain; 0 if none shows.
-
-    Values that differ by less than rounding are one. All differences of the values seen must be
-    whole multiples of the step.
-    """
-    seen = np.sort(samples[:: max(1, len(samples) // 2048)])
-    rounding = 64 * np.finfo(float).eps * max(abs(seen[0]), abs(seen[-1]))
-    differences = np.diff(seen)
-    differences = differences[differences > rounding]
-    if not 1 <= len(differences) < 0.7 * len(seen):
-        return 0.0
-    least = float(differences.min())
-    least = float(np.median(differences[differences < 1.5 * least]))
-    if len(differences) == 1 and least > 0.05 * float(samples.max() - samples.min()):
-        return 0.0
-    multiples = differences / least
-    single = multiples < 1.5
-    if single.mean() < 0.05:
-        return 0.0
-    few = multiples < 1e4
-    step = float(differences[few].sum() / np.round(multiples[few]).sum())
-    off = np.abs(differences / step - np.round(differences / step))
-    return step if step > 40 * rounding and np.quantile(off[few], 0.95) < 0.05 else 0.0

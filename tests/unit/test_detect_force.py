@@ -7,14 +7,14 @@ import pytest
 
 import impactsig
 from benchmarks.recordings import add_pulses, load_cell, score
-from impactsig.detect._background_kernels import read_noise
+from impactsig.detect._converter import converter_step
 from impactsig.detect._false_alarms import discovery_level
 from impactsig.detect._ladder import ladder
 from impactsig.detect._mains import find_lines, fit_lines
 from impactsig.detect._mains_kernels import take_off
+from impactsig.detect._noise_kernels import read_noise
 from impactsig.detect._pulse_fit import fit_pulse
 from impactsig.detect._response_kernels import CREST, GATE, VALLEY, find_crests
-from impactsig.detect._spans import converter_step
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
 from tests import naive_force
