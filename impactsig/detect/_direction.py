@@ -19,7 +19,9 @@ UNDECIDED = 0.2
 def direction(record: Survey, grid: Grid, scale: float) -> float:
     """Whether pulses go up or down: the heights of events in the steepest stretches tell."""
     vote = lean = voted = 0.0
-    for part in record.strong:
+    for left, part in zip(range(len(record.strong), 0, -1), record.strong, strict=True):
+        if abs(vote) - left > UNDECIDED * (voted + left):
+            break  # whatever the others say
         x = (part.astype(np.float64) - float(part[0])) * scale
         if len(x) < LEAST_SAMPLES:
             continue

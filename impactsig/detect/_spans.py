@@ -189,12 +189,12 @@ class Spans:
                 break
             fit = fit_lines(sums, counts, grid.block, grid.rate, lines)
             take_off(span.clean, grid.block, len(sums), np.array(lines) / grid.rate, fit)
-            chunk_medians(span.clean, grid.chunk, medians[1:-1])
             strength = np.abs(fit).sum(axis=1)
             for frequency, amplitude in zip(lines, strength, strict=True):
                 span.hum[frequency] = max(span.hum.get(frequency, 0.0), float(amplitude))
             if strength.sum() < WEAK * span.sigma:
                 break  # the background is as it was
+            chunk_medians(span.clean, grid.chunk, medians[1:-1])
 
     def _clean(self, k: int) -> None:
         """Take glitches out, and read the noise of each width."""
