@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
+from impactsig.detect._event_kernels import INSIDE, LEAST, NARROW
+from impactsig.detect._ladder import MATCH
 from impactsig.detect._pair_fit import ALIKE_SD
 from impactsig.detect._pulse_fit import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
 
@@ -36,6 +38,26 @@ def crests(y, threshold, valley):
             found.append((best, y[best]))
             best, low = None, value
     return found if best is None else [*found, (best, y[best])]
+
+
+def leading(crests, order, widths, explained):
+    """Crests that those before them in `order` do not explain, each compared with all of these."""
+    kept = []
+    for index in order:
+        centre, rung, height, sure = crests[index]
+        width, rest = widths[int(rung)], height
+        least = max(0.5 * height, LEAST * height / sure)
+        for other in kept:
+            wide, apart = widths[int(crests[other, 1])], abs(crests[other, 0] - centre)
+            if apart > 0.5 * (wide / MATCH + width):
+                continue
+            if width < wide and apart < 0.5 * wide / MATCH:
+                narrow = width <= NARROW * wide
+                least = max(least, INSIDE * crests[other, 2] if narrow else np.inf)
+            rest -= max(crests[other, 2] * explained(apart, width, wide), 0.0)
+        if rest >= least:
+            kept.append(index)
+    return kept
 
 
 def pulse_shape(t, amplitude, start, rise, flat, fall, power):

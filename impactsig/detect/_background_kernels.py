@@ -1,9 +1,4 @@
-"""Kernels of the background: a rough baseline, the samples that belong to it, and their noise.
-
-The noise of a response is read from the record with its impacts cut out: samples further than
-OUTLYING from a running median are replaced by straight lines. So neither impacts nor steps, bumps
-and glitches raise it, however many widths a response takes in.
-"""
+"""Kernels of the background: a rough baseline, and the samples that belong to it."""
 
 from __future__ import annotations
 
@@ -12,7 +7,7 @@ import math
 import numpy as np
 
 from .._compiled import njit
-from ._response_kernels import running_sums
+from ._order_kernels import median_of, select
 
 OUTLYING = 4.0
 """Deviations from the baseline, in its own noise, beyond which a sample is no background."""
@@ -22,35 +17,14 @@ ALONE = 5.0
 """Times the differences around it that a sample which stands alone is off."""
 MEDIAN = 1.4826  # standard deviation of Gaussian values over the median of their magnitudes
 SIXTH = 4.75  # the same over the magnitude that a sixth of them stay below
-DECILE = 1.75  # nine in ten are within 1.645 standard deviations; the rest is for chance
-FEW = 24  # responses: fewer tell no noise
 SEEN = 256  # values that a median is taken of
-PLACES = 320  # responses that tell the noise of a width
 
 
 @njit(nogil=True)
-def median_of(values, count):
-    """Median of the first `count` values, which are put out of order; the upper of two."""
-    low, high, wanted = 0, count - 1, count // 2
-    while low < high:
-        pivot = values[(low + high) // 2]
-        i, j = low, high
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while values[j] > pivot:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if wanted <= j:
-            high = j
-        elif wanted >= i:
-            low = i
-        else:
-            break
-    return values[wanted]
+def take(values, reference, factor, out):
+    """Fill `out` with `factor` times what the values are above the reference."""
+    for i in range(len(values)):
+        out[i] = (np.float64(values[i]) - reference) * factor
 
 
 @njit(nogil=True)
@@ -68,7 +42,7 @@ def chunk_medians(x, chunk, out):
             values[i] = x[a + i * (b - a) // count]
         out[k] = median_of(values, count)
     if len(out) == 1:
-        out[0] = np.sort(values[:count])[count // 6]
+        out[0] = select(values, 0, count - 1, count // 6)
 
 
 @njit(nogil=True, fastmath={"reassoc", "nnan", "nsz"})
@@ -104,7 +78,7 @@ def outlying(x, medians, chunk, widest, least, mask, block, sums, counts, spikes
         values[count] = abs(x[i] - _baseline(medians, chunk, i))
         count += 1
     if len(medians) == 3:  # one chunk alone
-        sigma = max(SIXTH * np.sort(values[:count])[count // 6], least)
+        sigma = max(SIXTH * select(values, 0, count - 1, count // 6), least)
     else:
         sigma = max(MEDIAN * median_of(values, count), least)
     limit = OUTLYING * sigma
@@ -117,34 +91,31 @@ def outlying(x, medians, chunk, widest, least, mask, block, sums, counts, spikes
         for i in range(len(part)):
             marks[i] = abs(part[i] - (base + slope * i)) > limit
     alone = runs = 0
-    i = 0
+    i = next_marked(mask, 0)
     while i < n:  # as much again of what is marked, for its feet
-        if mask[i]:
-            j = i
-            longest = same = 0  # samples in a row on one side: lobes of a filter alternate
-            above = False
-            while j < n and mask[j]:
-                if _stands_alone(x, j, sigma):
-                    if alone < len(spikes):
-                        spikes[alone] = j
-                    alone += 1
-                side = x[j] > _baseline(medians, chunk, j)
-                same = same + 1 if side == above else 1
-                above = side
-                longest = max(longest, same)
-                j += 1
-            runs += longest >= SEVERAL
-            grow = 1 + min(3 * (j - i) // 5, widest)
-            lo, hi = max(0, i - grow), min(n, j + grow)
-            for m in range(lo, i):
-                mask[m] = 1
-            m = j
-            while m < hi and not mask[m]:
-                mask[m] = 1
-                m += 1
-            i = m
-        else:
-            i += 1
+        j = i
+        longest = same = 0  # samples in a row on one side: lobes of a filter alternate
+        above = False
+        while j < n and mask[j]:
+            if _stands_alone(x, j, sigma):
+                if alone < len(spikes):
+                    spikes[alone] = j
+                alone += 1
+            side = x[j] > _baseline(medians, chunk, j)
+            same = same + 1 if side == above else 1
+            above = side
+            longest = max(longest, same)
+            j += 1
+        runs += longest >= SEVERAL
+        grow = 1 + min(3 * (j - i) // 5, widest)
+        lo, hi = max(0, i - grow), min(n, j + grow)
+        for m in range(lo, i):
+            mask[m] = 1
+        m = j
+        while m < hi and not mask[m]:
+            mask[m] = 1
+            m += 1
+        i = next_marked(mask, m)
     for k in range(len(sums)):
         part, marks = x[k * block : (k + 1) * block], mask[k * block : (k + 1) * block]
         total, kept = 0.0, 0
@@ -156,6 +127,24 @@ def outlying(x, medians, chunk, widest, least, mask, block, sums, counts, spikes
         counts[k] = kept
     _outlying_blocks(mask, block, sums, counts)
     return sigma, alone, runs
+
+
+@njit(nogil=True)
+def next_marked(mask, i):
+    """Number of the first sample from i on that is marked; of the end if none is."""
+    n = len(mask)
+    while i < n and i % 8:
+        if mask[i]:
+            return i
+        i += 1
+    words = mask[: n // 8 * 8].view(np.uint64)
+    word = i // 8
+    while word < len(words) and words[word] == 0:
+        word += 1
+    i = max(i, 8 * word)
+    while i < n and not mask[i]:
+        i += 1
+    return i
 
 
 @njit(nogil=True)
@@ -172,7 +161,9 @@ def _outlying_blocks(mask, block, sums, counts):
     limit = OUTLYING * MEDIAN * median_of(values, count)
     until = 0
     for k in range(len(sums)):
-        if counts[k] > 0 and abs(sums[k]) > limit * counts[k] * math.sqrt(block / counts[k]):
+        if abs(sums[k]) <= limit * counts[k] or counts[k] == 0:  # whatever few samples add
+            continue
+        if abs(sums[k]) > limit * counts[k] * math.sqrt(block / counts[k]):
             for m in range(max(k - 1, until), min(k + 2, len(sums))):
                 mask[m * block : (m + 1) * block] = 1
             until = k + 2
@@ -201,128 +192,3 @@ def _baseline(medians, chunk, i):
     place = (i + 0.5) / chunk + 0.5
     k = min(int(place), len(medians) - 2)
     return medians[k] + (place - k) * (medians[k + 1] - medians[k])
-
-
-@njit(nogil=True)
-def middle(rows, out):
-    """Median of each column of a few rows; the upper of two."""
-    values = np.empty(len(rows))
-    for j in range(rows.shape[1]):
-        for i in range(len(rows)):
-            values[i] = rows[i, j]
-        out[j] = median_of(values, len(rows))
-
-
-@njit(nogil=True)
-def _cut_out(x, mask, out):
-    """X with straight lines in place of what is marked; levels where it reaches an end."""
-    n = len(x)
-    out[:] = x
-    i = 0
-    while i < n:
-        if not mask[i]:
-            i += 1
-            continue
-        j = i
-        while j < n and mask[j]:
-            j += 1
-        side = min(64, max(4, (j - i) // 2))  # samples of a mean beside it
-        before = _beside(x, mask, i - 1, -1, side)
-        after = _beside(x, mask, j, 1, side)
-        if np.isnan(before):
-            before = 0.0 if np.isnan(after) else after
-        if np.isnan(after):
-            after = before
-        for m in range(i, j):
-            out[m] = before + (m - i + 1) * (after - before) / (j - i + 1)
-        i = j
-
-
-@njit(nogil=True)
-def _beside(x, mask, first, step, wanted):
-    """Mean of up to `wanted` samples from `first` on, as far as they are background."""
-    total, count, i = 0.0, 0, first
-    while 0 <= i < len(x) and not mask[i] and count < wanted:
-        total += x[i]
-        count += 1
-        i += step
-    return total / count if count else np.nan
-
-
-@njit(nogil=True)
-def _response_noise(x, marked, rungs, floor, out):
-    """Standard deviation of the response on each rung, where no impact is.
-
-    From the median and from the ninth decile of the magnitudes, whichever is more: noise that comes
-    in bursts has a small median. Where x is too short for a response, it is that of the widest rung
-    that it is not too short for: noise of any colour is averaged down by a greater width, or at
-    worst it is not.
-
-    Parameters
-    ----------
-    x : array (n,)
-        Samples with straight lines in place of what is marked.
-    marked : array (n + 1,)
-        How many samples before each are marked.
-    rungs : Ladder
-    floor : float
-        Least standard deviation of a sample.
-    out : array (rungs,), filled
-    """
-    n = len(x)
-    sums = np.empty(n + 1)
-    running_sums(x, 0, n, sums)
-    values = np.empty(PLACES)
-    for j in range(len(out)):
-        width, block = rungs.width[j], rungs.width[j] // rungs.unit[j]
-        near, far = rungs.near[j] * block, rungs.far[j] * block
-        before = (width - 1) // 2
-        first, last = far + 1, n - far - 1
-        least = floor * rungs.gain[j] / np.sqrt(width)
-        count = 0
-        if last - first >= 4 * width + 8:
-            places = min(PLACES, last - first)
-            for k in range(places):
-                i = first + k * (last - first) // places
-                a = i - before
-                if marked[a + width] - marked[a] > width // 4:
-                    continue
-                centre = (sums[a + width] - sums[a]) / width
-                sides = sums[i - near] - sums[i - far] + sums[i + far + 1] - sums[i + near + 1]
-                values[count] = abs(centre - sides / (2 * (far - near)))
-                count += 1
-        if count < FEW:
-            out[j] = max(out[j - 1] if j else 0.0, least)
-            continue
-        middle_value = MEDIAN * median_of(values, count)
-        upper = np.sort(values[:count])[int(0.9 * count)] / DECILE
-        out[j] = max(rungs.gain[j] * max(middle_value, upper), least)
-
-
-@njit(nogil=True)
-def read_noise(x, spikes, mask, rungs, floor, rest, out):
-    """Take samples that stand alone out of x, in place; the noise of its responses.
-
-    Parameters
-    ----------
-    spikes : array of int
-        Places of these samples.
-    mask : array of uint8
-        What is no background.
-    floor : float
-        Least standard deviation of a sample.
-    rest : float
-        Least standard deviation of a response.
-    out : array (rungs,), filled
-    """
-    for i in spikes:
-        x[i] = 0.5 * (x[i - 1] + x[i + 1])
-    background = np.empty(len(x))
-    _cut_out(x, mask, background)
-    marked = np.empty(len(x) + 1, np.int64)
-    marked[0] = 0
-    for i in range(len(x)):
-        marked[i + 1] = marked[i] + mask[i]
-    _response_noise(background, marked, rungs, floor, out)
-    for j in range(len(out)):
-        out[j] = max(out[j], rest)

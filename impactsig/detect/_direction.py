@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from ._event_kernels import EVENT
+from ._grid import Grid
 from ._judging import LEAST_SAMPLES
 from ._ladder import MATCH
-from ._spans import LEAST, Grid, Spans
+from ._spans import LEAST, Spans
 from ._survey import Survey
 
 UNDECIDED = 0.2
@@ -24,7 +25,7 @@ def direction(record: Survey, grid: Grid, scale: float) -> float:
         x = (part.astype(np.float64) - float(part[0])) * scale
         if len(x) < LEAST_SAMPLES:
             continue
-        found.append([_events(sign * x, grid) for sign in (1.0, -1.0)])
+        found.append([_events(x, sign, grid) for sign in (1.0, -1.0)])
         middle = float(np.median(x[:: max(1, len(x) // 2048)]))
         extent = float(x.max() - x.min())
         lean += (float(x.max()) + float(x.min()) - 2.0 * middle) / extent if extent else 0.0
@@ -47,11 +48,11 @@ def direction(record: Survey, grid: Grid, scale: float) -> float:
     return math.copysign(1.0, vote if abs(vote) > UNDECIDED * voted else lean)
 
 
-def _events(x: np.ndarray, grid: Grid) -> np.ndarray:
-    """Those of a stretch that points up, no longer than a contact."""
+def _events(x: np.ndarray, sign: float, grid: Grid) -> np.ndarray:
+    """Those of a stretch that point one way, no longer than a contact."""
     spans = Spans(grid, len(x))
     for k in range(spans.count):
         first, last = grid.bounds(k, len(x))
-        spans.load(x[first:last].copy())
+        spans.load(x[first:last], 0.0, sign)
     events = np.concatenate([spans.spans[k].events for k in range(spans.count)])
     return events[events[:, 1] <= MATCH * grid.longest]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..impacts import Disturbance
+from ._order_kernels import median_of
 
 if TYPE_CHECKING:
     from ._spans import Spans
@@ -15,15 +16,28 @@ MOVED = 8.0
 """Times the usual difference of the baseline between chunks that a move of it is."""
 
 
-def baseline_moves(spans: Spans, k: int) -> list[Disturbance]:
+def disturbances(spans: Spans, k: int, wide: np.ndarray) -> list[Disturbance]:
+    """Those of span k, given its events that no contact is as long as."""
+    span = spans.spans[k]
+    return [
+        *(Disturbance("glitch", float(i), 1.0, 0.0) for i in span.first + span.glitches),
+        *(Disturbance("wide", one[0] - 0.5 * one[1], one[1], one[2]) for one in wide),
+        *_baseline_moves(spans, k),
+    ]
+
+
+def _baseline_moves(spans: Spans, k: int) -> list[Disturbance]:
     """Where, in span k, the baseline moves by far more than it does elsewhere."""
     span, chunk = spans.spans[k], spans.grid.chunk
-    before = spans.spans[k - 1].medians[-1:] if k > 0 else span.medians[:1]
-    steps = np.diff(np.concatenate((before, span.medians)))
+    before = spans.spans[k - 1].medians[-1] if k > 0 else span.medians[0]
     beside = spans.around(k, 2)
-    usual = _middle(np.abs(np.concatenate([np.diff(one.medians) for one in beside])))
-    sigma = _middle(np.array([one.sigma for one in beside]))
-    moved = np.abs(steps) > max(MOVED * usual, sigma)
+    moves, sigmas = np.concatenate([one.moves for one in beside]), [one.sigma for one in beside]
+    usual = median_of(moves, len(moves)) if len(moves) else 0.0
+    least = max(MOVED * usual, sorted(sigmas)[len(sigmas) // 2])
+    if max(abs(span.medians[0] - before), span.moves.max(initial=0.0)) <= least:
+        return []
+    steps = np.diff(span.medians, prepend=before)
+    moved = np.abs(steps) > least
     found = []
     for i in np.flatnonzero(moved & ~np.concatenate(([False], moved[:-1]))):
         j = i
@@ -33,8 +47,3 @@ def baseline_moves(spans: Spans, k: int) -> list[Disturbance]:
         start = float(span.first + i * chunk - chunk)
         found.append(Disturbance("baseline", max(start, 0.0), (j - i + 1.0) * chunk, float(height)))
     return found
-
-
-def _middle(values: np.ndarray) -> float:
-    """The median, the upper of two; 0 of none. numpy's takes ten times as long for so few."""
-    return float(np.sort(values)[len(values) // 2]) if len(values) else 0.0

@@ -31,12 +31,13 @@ RESPONSE = 1.03  # noise of the response to one sample over that of a sample
 @njit(nogil=True)
 def _half_sine(a, b, length):
     """Integral from a to b of a half-sine of height 1 in the middle of which 0 lies."""
-    a, b = max(a, -0.5 * length), min(b, 0.5 * length)
-    return (
-        (math.sin(math.pi * b / length) - math.sin(math.pi * a / length)) * (length / math.pi)
-        if b > a
-        else 0.0
-    )
+    half = 0.5 * length
+    if b <= -half or a >= half:
+        return 0.0
+    turn = math.pi / length
+    upper = math.sin(turn * b) if b < half else 1.0
+    lower = math.sin(turn * a) if a > -half else -1.0
+    return (upper - lower) / turn
 
 
 @njit(nogil=True)
@@ -147,7 +148,7 @@ def _leading(crests, order, widths, out):
     Parameters
     ----------
     crests : array (n, 4)
-        Centre, rung, response, response over its noise; in the order of centres.
+        Centre, rung, response, response over its noise.
     order : array (n,)
         The crests from the most certain to the least.
     out : array (n,) of int, filled
@@ -157,23 +158,32 @@ def _leading(crests, order, widths, out):
     int
         How many there are.
     """
-    kept = 0
+    kept, widest = 0, 0.0
+    near = np.empty(len(crests), np.int64)  # those kept, in the order of centres
+    centres = np.empty(len(crests))
     for index in order:
         centre, width = crests[index, 0], widths[int(crests[index, 1])]
         height = crests[index, 2]
-        rest, least = height, 0.5 * height
-        for k in range(kept):
-            other = crests[out[k]]
+        rest, least = height, max(0.5 * height, LEAST * height / crests[index, 3])
+        reach = 0.5 * (widest / MATCH + width)
+        k = np.searchsorted(centres[:kept], centre - reach)
+        while k < kept and centres[k] <= centre + reach and rest >= least:
+            other = crests[near[k]]
             wide = widths[int(other[1])]
             apart = abs(other[0] - centre)
+            k += 1
             if apart > 0.5 * (wide / MATCH + width):
                 continue
-            rest -= max(other[2] * explained(apart, width, wide), 0.0)
             if width < wide and apart < 0.5 * wide / MATCH:
                 least = max(least, INSIDE * other[2] if width <= NARROW * wide else np.inf)
-            if rest < least:
-                break
-        if rest >= max(least, LEAST * height / crests[index, 3]):
+            if rest >= least:
+                rest -= max(other[2] * explained(apart, width, wide), 0.0)
+        if rest >= least:
+            place_of = np.searchsorted(centres[:kept], centre)
+            for k in range(kept, place_of, -1):
+                centres[k], near[k] = centres[k - 1], near[k - 1]
+            centres[place_of], near[place_of] = centre, index
+            widest = max(widest, width)
             out[kept] = index
             kept += 1
     return kept

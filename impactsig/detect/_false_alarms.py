@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import functools
 import math
 
 import numpy as np
+
+from .._compiled import njit
 
 LEAST_SIGMA = 5.0
 FALSE_RATE = 0.02 / 60.0
@@ -14,6 +15,7 @@ FALSE_SHARE = 0.0005
 """of the impacts found."""
 
 
+@njit(nogil=True)
 def discovery_level(
     responses: np.ndarray, widths: float, seconds: float, least: float = LEAST_SIGMA
 ) -> float:
@@ -33,27 +35,33 @@ def discovery_level(
     seconds : float
         How long it is.
     """
-    lowest = _level(round(math.log2(max(widths, 1.0) / (FALSE_RATE * seconds)), 2), least)
+    lowest = _level(widths, seconds, least)
     ordered = np.sort(responses[(responses >= least) & (responses < lowest)])[::-1]
-    above = int(np.count_nonzero(responses >= lowest))
-    for rank, u in enumerate(ordered, start=above + 1):
+    rank = np.count_nonzero(responses >= lowest)
+    for u in ordered:
+        rank += 1
         if widths * _excursions(u) <= FALSE_SHARE * rank:
-            lowest = float(u)
+            lowest = u
     return lowest
 
 
+@njit(nogil=True)
 def _excursions(u: float) -> float:
     """Above u, a width of a response, in Gaussian noise."""
     return u * u * 0.5 * math.erfc(u / math.sqrt(2))
 
 
-@functools.lru_cache(maxsize=256)
-def _level(octaves: float, least: float) -> float:
-    """The lowest level that is exceeded once in 2**octaves widths."""
+@njit(nogil=True)
+def _level(widths: float, seconds: float, least: float) -> float:
+    """The lowest level that is exceeded FALSE_RATE times a second."""
+    rare = FALSE_RATE * seconds / max(widths, 1.0)
     low, high = least, 40.0
-    if _excursions(low) <= 2.0**-octaves:
+    if _excursions(low) <= rare:
         return low
     for _ in range(30):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if _excursions(middle) > 2.0**-octaves else (low, middle)
+        if _excursions(middle) > rare:
+            low = middle
+        else:
+            high = middle
     return high

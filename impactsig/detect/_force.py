@@ -16,21 +16,23 @@ import numpy as np
 
 from ..impacts import CLIPPED, Disturbance
 from ._direction import direction
-from ._disturbances import baseline_moves
+from ._disturbances import disturbances
 from ._event_kernels import RESPONSE, place
-from ._judging import (
-    LEAST_SAMPLES,
-    Judge,
-    Level,
+from ._grid import Grid
+from ._judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
+from ._judging_kernels import (
     alone,
-    at_end,
+    consistent,
     drawn_together,
-    one_sided_noise,
+    too_long,
+    widen,
+    with_neighbors,
     worst,
 )
-from ._ladder import MATCH
 from ._pulse import measure_all
-from ._spans import BESIDE, LEAST, Grid, Span, Spans
+from ._pulse_edges import mark_clipped
+from ._pulse_pairs import measure_pairs, with_partners
+from ._spans import BESIDE, LEAST, Span, Spans
 from ._stream import FRAME, Frame, Piece, frames
 from ._survey import survey
 
@@ -222,10 +224,7 @@ class _Search:
                 break
             if k == 0:
                 self.reference = float(held[0])
-            part = held[first - self.offset : last - self.offset].astype(np.float64)
-            part -= self.reference
-            part *= self.factor
-            spans.load(part)
+            spans.load(held[first - self.offset : last - self.offset], self.reference, self.factor)
             while (m := self.measured) < spans.count and (
                 min(m + BESIDE, spans.count - 1) < spans.done[-1]
             ):
@@ -243,51 +242,48 @@ class _Search:
         near = np.concatenate([one.events for one in beside])
         seconds = sum(one.last - one.first for one in beside) / grid.rate
         judge = Judge(near, seconds, grid, self.wanted.level, self.wanted.shortest)
-        group = near[judge.passes(near)]
-        events = span.events[judge.passes(span.events)]
+        passing = judge.passes(near)
+        group = near[passing]
+        first = sum(len(one.events) for one in beside if one.first < span.first)
+        events = span.events[passing[first : first + len(span.events)]]
         events[:, 1] = drawn_together(events, group)
-        rows = self._measure(k, events, group)
+        rows, again = np.empty((len(events), ROW)), np.ones(len(events), np.bool_)
         while len(events):
-            # A neighbour in its flanks makes a pulse look narrower than it is.
-            off = rows[:, 1] / (rows[:, 7] / MATCH)
-            widen = (rows[:, 5] == 0) & (off > 1.5) & (off < 10.0) & (rows[:, 7] > 2.0)
-            if widen.any():
-                events[widen, 1] = MATCH * rows[widen, 1]
-                rows = self._measure(k, events, group)
-            if (long := judge.too_long(rows)).any():
+            self._measure(k, events, group, again, rows)
+            wider = widen(events, rows)
+            if wider.any():
+                self._measure(k, events, group, with_neighbors(wider), rows)
+            if (long := too_long(rows, judge.longest)).any():
                 # No impact: nothing rings after it, and it bounds none.
                 span.events = span.events[~np.isin(span.events[:, 0], events[long, 0])]
                 self.found.disturbances += [
                     Disturbance("wide", row[0] + segment, row[1], row[2]) for row in rows[long]
                 ]
                 return self._report(k, segment)
-            kept = judge.consistent(rows, self.total)
-            for i in np.flatnonzero(kept & at_end(rows, self.total)):
-                kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])
+            kept, ends = consistent(rows, self.total, judge.shortest)
+            if ends.any():
+                for i in np.flatnonzero(kept & ends):
+                    kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])
             kept &= alone(rows)
             if kept.all():
                 break
-            events = events[~worst(~kept, rows[:, 8])]  # what is no pulse bounds none
-            rows = self._measure(k, events, group)
+            dropped = worst(~kept, rows[:, 8])  # what is no pulse bounds none
+            again = with_neighbors(dropped)[~dropped]
+            events, rows = events[~dropped], rows[~dropped]
         self.found.disturbances += [
             one._replace(start=one.start + segment)
-            for one in (
-                *(Disturbance("glitch", float(i), 1.0, 0.0) for i in span.first + span.glitches),
-                *(
-                    Disturbance("wide", event[0] - 0.5 * event[1], event[1], event[2])
-                    for event in span.events[judge.too_wide(span.events)]
-                ),
-                *baseline_moves(spans, k),
-            )
+            for one in disturbances(spans, k, span.events[judge.too_wide(span.events)])
         ]
         rows[:, 0] += segment
         self.found.add(rows, span, judge.usual_level, grid.rungs.width)
 
-    def _measure(self, k: int, events: np.ndarray, group: np.ndarray) -> np.ndarray:
-        """Rows of the events of span k, each at its width; the group bounds the first and last."""
-        rows = np.empty((len(events), ROW))
-        if not len(events):
-            return rows
+    def _measure(
+        self, k: int, events: np.ndarray, group: np.ndarray, again: np.ndarray, rows: np.ndarray
+    ) -> None:
+        """Fill the rows of the events of span k to be measured `again`, each at its width.
+
+        The group bounds the first and the last.
+        """
         spans, span, grid = self.spans, self.spans.spans[k], self.grid
         events = events.copy()
         events[:, 1] = np.maximum(np.round(events[:, 1]), 1.0)
@@ -297,20 +293,14 @@ class _Search:
         before = others[others < span.first].max(initial=-1.0)
         after = others[others >= span.last].min(initial=float(self.total))
         # Where nothing moves but impacts, the least noise that was assumed is none.
-        sigma = np.full(len(events), span.noise[0] / RESPONSE if span.sigma else 0.0)
+        sigma = float(span.noise[0]) / RESPONSE if span.sigma else 0.0
+        places, relative = events[:, (0, 4, 1)], self.wanted.relative
+        level = self.wanted.contact_level * (1.0 if relative else abs(self.factor))
+        again = with_partners(places, again)
         measure_all(
-            samples,
-            span.samples,
-            span.first,
-            origin,
-            self.total,
-            np.column_stack((events[:, 0], events[:, 4], events[:, 1], sigma)),
-            before,
-            after,
-            self.wanted.contact_level * (1.0 if self.wanted.relative else abs(self.factor)),
-            self.wanted.relative,
-            self.limit - self.factor * self.reference,
-            rows,
+            samples, origin, self.total, places, again, sigma, before, after, level, relative, rows
         )
+        limit = self.limit - self.factor * self.reference
+        mark_clipped(span.values, span.first, self.reference, self.factor, limit, rows)
+        measure_pairs(samples, origin, places, again, sigma, level, relative, rows)
         rows[:, 7], rows[:, 8], rows[:, 9] = events[:, 1], events[:, 3], events[:, 2]
-        return rows

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
-from ._false_alarms import discovery_level
+from ._grid import Grid
+from ._judging_kernels import SEVERAL, high, levels, lobes, ringing
 from ._ladder import HALF_SINE_GAIN, MATCH
 from ._mains import BASES
-from ._pulse import NO_PULSE
-from ._spans import LEAST, LOBES, Grid, Span
+from ._spans import Span
 
 FLOOR = 0.005
 """Of the height of the strong ones around: the least automatic threshold."""
-SEVERAL = 5
-"""Events that tell what width is usual."""
 FAINT, IN_STEP = 12.0, 0.98
 """Standard deviations of what may be interference, and how well it keeps the mains' phase."""
-RINGING, NARROWER, WEAKER = 30.0, 0.6, 0.2
-"""Widths after an impact in which its sensor may ring; how narrow and weak that is beside it."""
-TOO_LONG = 1.2
-"""Times the longest contact: a pulse that is measured as longer is none."""
 LEAST_SAMPLES = 32
 """A shorter stretch shows no noise to tell an impact from."""
 
@@ -47,34 +39,21 @@ class Judge:
         self.level = level
         near = near[near[:, 1] <= self.widest]
         samples = seconds * grid.rate
-        clear = near[near[:, 3] >= 2 * LEAST]
-        clear = clear if len(clear) else near
-        self.usual = float(np.median(clear[:, 1])) if len(clear) else 1.0
-        self.height = float(np.quantile(clear[:, 2], 0.97)) if len(clear) else 0.0
-        alike = self._alike(near) & (len(clear) >= SEVERAL)
-        self.level_else = discovery_level(near[~alike, 3], 2.0 * samples, seconds)
-        self.usual_level = self.level_else
-        if alike.any():
-            usual = discovery_level(near[alike, 3], 4.0 * samples / self.usual, seconds)
-            self.usual_level = min(usual, self.level_else)
+        self.usual, self.height, self.usual_level, self.level_else = levels(near, samples, seconds)
         self.near = near[self._high(near)]
         self.in_step = in_step_with_mains(self.near, grid.rate)
-
-    def _alike(self, events: np.ndarray) -> np.ndarray:
-        """Whether their widths are about the usual one, as far as noise lets it be seen."""
-        return np.abs(np.log(events[:, 1] / self.usual)) < math.log(3.0)
 
     def _high(self, events: np.ndarray) -> np.ndarray:
         if self.level.unit is not None:
             return np.ones(len(events), bool)  # the search went by it
         if self.level.sigma is not None:
             return events[:, 3] >= self.level.sigma
-        levels = np.where(self._alike(events), self.usual_level, self.level_else)
-        return (events[:, 3] >= levels) & (events[:, 2] >= FLOOR * self.height)
+        return high(events, self.usual, self.usual_level, self.level_else, FLOOR * self.height)
 
     def too_wide(self, events: np.ndarray) -> np.ndarray:
         """Events that no contact is as long as."""
-        return (events[:, 1] > self.widest) & self._high(events)
+        wide = events[:, 1] > self.widest
+        return wide & self._high(events) if wide.any() else wide
 
     def passes(self, events: np.ndarray) -> np.ndarray:
         """Events that may be impacts."""
@@ -87,91 +66,15 @@ class Judge:
 
     def _rings(self, events: np.ndarray) -> np.ndarray:
         """Events that are the ringing of a sensor: narrower and far weaker than one just before."""
-        rings = np.zeros(len(events), bool)
-        for k, (centre, width, height, *_) in enumerate(events):
-            first, last = np.searchsorted(self.near[:, 0], [centre - RINGING * self.widest, centre])
-            strong = self.near[first:last]
-            near = centre - strong[:, 0] < RINGING * strong[:, 1]
-            alike = (width > NARROWER * strong[:, 1]) | (height > WEAKER * strong[:, 2])
-            rings[k] = np.any(near & ~alike)
+        rings = np.empty(len(events), np.bool_)
+        ringing(events, self.near, self.widest, rings)
         return rings
 
     def _lobes(self, events: np.ndarray) -> np.ndarray:
         """Events that may be the ringing of a filter beside a greater one."""
-        lobes = np.zeros(len(events), bool)
-        centres = self.near[:, 0]
-        for k, event in enumerate(events):
-            first, last = np.searchsorted(centres, [event[0] - LOBES, event[0] + LOBES])
-            apart = np.abs(centres[first:last] - event[0])
-            lobes[k] = np.any(event[2] < 0.5 * self.near[first:last, 2] / (1 + 0.5 * apart))
-        return lobes
-
-    def too_long(self, rows: np.ndarray) -> np.ndarray:
-        """Measured pulses that are longer than a contact, and not cut off by an end."""
-        flags = rows[:, 5].astype(int)
-        whole = (flags != NO_PULSE) & ((flags & (OPEN_START | OPEN_END)) == 0)
-        return whole & (rows[:, 1] > TOO_LONG * self.longest)
-
-    def consistent(self, rows: np.ndarray, total: int) -> np.ndarray:
-        """Measured pulses about as long and as high as their responses say.
-
-        A neighbour in the flanks makes the width too narrow, seldom too wide. At an end of the
-        stretch, where a response has one flank only, a pulse is under way or there is none.
-        """
-        length = rows[:, 7] / MATCH
-        flags = rows[:, 5].astype(int)
-        longest = np.where(flags & UNRESOLVED, 3.0, 10.0) * length + 4.0
-        whole = (rows[:, 1] > 0.25 * length) & (rows[:, 1] < longest)
-        whole &= (rows[:, 2] > 0.4 * rows[:, 9]) & (rows[:, 2] < 2.5 * rows[:, 9])
-        under_way = (flags & (OPEN_START | OPEN_END)) > 0
-        whole &= rows[:, 1] >= self.shortest
-        ends = at_end(rows, total)
-        return (flags != NO_PULSE) & np.where(
-            ends, under_way | (whole & (flags == 0)), whole & ~under_way
-        )
-
-
-def drawn_together(events: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """Widths of events, drawn to those around them by how well either is known.
-
-    The logarithm of a width is uncertain by about 4 over the height in standard deviations of the
-    noise (measured on half-sines in white noise).
-    """
-    if not len(group):
-        return events[:, 1]
-    logs = np.log(group[:, 1])
-    clear = group[:, 3] > 2 * LEAST
-    if clear.sum() < 5:
-        clear[:] = True
-    middle = float(np.median(logs[clear]))
-    spread = max(0.05, 1.4826 * float(np.median(np.abs(logs[clear] - middle))))
-    own = np.log(events[:, 1])
-    error = 4.0 / events[:, 3]
-    weight = spread**2 / (spread**2 + error**2)
-    alike = np.abs(own - middle) < 3 * np.hypot(spread, error)
-    return np.exp(np.where(alike, weight * own + (1 - weight) * middle, own))
-
-
-def worst(bad: np.ndarray, sure: np.ndarray) -> np.ndarray:
-    """The bad ones that are no surer than a bad one beside them, which may be bad for them."""
-    rated = np.where(bad, sure, np.inf)
-    left, right = np.concatenate(([np.inf], rated[:-1])), np.concatenate((rated[1:], [np.inf]))
-    return bad & (sure <= left) & (sure <= right)
-
-
-def alone(rows: np.ndarray) -> np.ndarray:
-    """Which pulses are the higher ones where two share half of the first one's contact."""
-    kept = np.ones(len(rows), bool)
-    for i in range(1, len(rows)):
-        if rows[i, 0] < rows[i - 1, 0] + 0.5 * rows[i - 1, 1]:
-            kept[i if rows[i, 2] <= rows[i - 1, 2] else i - 1] = False
-    return kept
-
-
-def at_end(rows: np.ndarray, total: int) -> np.ndarray:
-    """Measured pulses so near to an end of their stretch that they have one flank only."""
-    middle = rows[:, 0] + 0.5 * rows[:, 1]
-    return np.minimum(middle, total - middle) < 2.5 * rows[:, 7] + 3.0
+        beside = np.empty(len(events), np.bool_)
+        lobes(events, self.near, beside)
+        return beside
 
 
 def one_sided_noise(span: Span, width: float) -> float:

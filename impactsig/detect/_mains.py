@@ -11,6 +11,8 @@ import functools
 
 import numpy as np
 
+from ._mains_kernels import mean_blocks, normal_equations, stand_out
+
 BASES = (50.0, 60.0)
 HARMONICS = 10
 ASIDE = 3.5  # Hz from a line: what is as strong there is no line
@@ -37,13 +39,16 @@ def _seen_through(count: int, pace: float, frequencies: tuple[float, ...]) -> np
     return np.vstack((waves.real, waves.imag))
 
 
-def _amplitudes(means: np.ndarray, pace: float, frequencies: tuple[float, ...]) -> np.ndarray:
-    """Of lines at some frequencies, and the greatest beside each, seen through Hann's window."""
+def _standing(
+    means: np.ndarray, pace: float, frequencies: tuple[float, ...], times: float, sigma: float
+) -> np.ndarray:
+    """Amplitudes of lines, through Hann's window; 0 where one does not stand out beside it."""
     beside = tuple(f + d for f in frequencies for d in (-ASIDE, ASIDE))
-    parts = _seen_through(len(means), pace, frequencies + beside) @ means
-    found = np.hypot(*parts.reshape(2, -1))
-    lines, sides = found[: len(frequencies)], found[len(frequencies) :].reshape(-1, 2)
-    return np.array((lines, sides.max(axis=1)))
+    amplitudes = np.empty(len(frequencies))
+    waves = _seen_through(len(means), pace, frequencies + beside)
+    # What makes up much of the background hides impacts from its mask, and they hide the line.
+    stand_out(waves, means, times, SMALL * sigma, STANDS_TOO, LOUD * sigma, amplitudes)
+    return amplitudes
 
 
 def find_lines(
@@ -70,33 +75,23 @@ def find_lines(
     """
     if len(sums) < 64 or len(sums) / pace > MOST or counts.sum() < 0.3 * len(sums) * rate / pace:
         return fitted
-    means = np.divide(sums, counts, out=np.zeros(len(sums)), where=counts > 0)
-    half = 0.5 * (means[: len(means) // 2 * 2 : 2] + means[1::2])
+    means, halved = np.empty(len(sums)), np.empty(len(sums) // 2)
+    mean_blocks(sums, counts, means, halved)
     highest = 0.4 * pace
-
-    def standing(
-        values: np.ndarray, pace: float, frequencies: tuple[float, ...], times: float
-    ) -> list[tuple[float, float]]:
-        lines, sides = _amplitudes(values, pace, frequencies)
-        least = np.maximum(times * sides, SMALL * sigma)
-        # What makes up much of the background hides impacts from its mask, and they hide the line.
-        least = np.minimum(least, np.maximum(STANDS_TOO * sides, LOUD * sigma))
-        return [(a, f) for f, a, low in zip(frequencies, lines, least, strict=True) if a > low]
-
     if fitted:
         base = next(one for one in BASES if fitted[0] % one == 0)
     else:
-        seen = []
-        for base in BASES:
-            first = tuple(base * h for h in (1, 2, 3) if base * h < 0.5 * highest)
-            if first:
-                stand = standing(half, 0.5 * pace, first, STANDS)
-                seen.append((max(stand, default=(0.0, 0.0))[0], base))
-        amplitude, base = max(seen, default=(0.0, 0.0))
-        if amplitude == 0.0:
+        first = tuple(b * h for b in BASES for h in (1, 2, 3) if b * h < 0.5 * highest)
+        if not first:
             return ()
+        amplitudes = _standing(halved, 0.5 * pace, first, STANDS, sigma)
+        strongest = int(np.argmax(amplitudes))
+        if not amplitudes[strongest]:
+            return ()
+        base = next(one for one in BASES if first[strongest] % one == 0)
     every = tuple(base * h for h in range(1, HARMONICS + 1) if base * h < highest)
-    others = {f for _, f in standing(means, pace, every, STANDS_TOO)}
+    amplitudes = _standing(means, pace, every, STANDS_TOO, sigma)
+    others = {f for f, a in zip(every, amplitudes, strict=True) if a}
     return tuple(sorted({*fitted, *others}))
 
 
@@ -115,19 +110,20 @@ def fit_lines(
         sums, counts = (one[:even:2] + one[1:even:2] for one in (sums, counts))
         block *= 2
     design = _design(len(sums), block, rate, lines)
-    normal = design.T @ (design * counts[:, None])
-    normal[np.diag_indices_from(normal)] += RIDGE * np.trace(normal) / len(normal)
-    solved = np.linalg.solve(normal, design.T @ sums)
-    a, b, c, d = solved[:-1].reshape(4, -1)
-    return np.column_stack((a + 1j * b, c + 1j * d))
+    normal, right = np.empty((len(design), len(design))), np.empty(len(design))
+    normal_equations(design, sums, counts, RIDGE, normal, right)
+    a, b, c, d = np.linalg.solve(normal, right)[:-1].reshape(4, -1)
+    fit = np.empty((len(lines), 2), complex)
+    fit.real, fit.imag = np.transpose((a, c)), np.transpose((b, d))
+    return fit
 
 
 @functools.lru_cache(maxsize=8)
 def _design(count: int, block: int, rate: float, lines: tuple[float, ...]) -> np.ndarray:
-    """What the amplitudes of the lines make of the means of blocks."""
+    """What the amplitudes of the lines make of the means of blocks, a row each."""
     f = np.array(lines)
     # What the mean over a block leaves of a line.
     left = np.sin(np.pi * f * block / rate) / (block * np.sin(np.pi * f / rate))
-    waves = _waves(count, rate / block, lines).T * left
-    u = np.linspace(-1.0, 1.0, count)[:, None]
-    return np.hstack((waves.real, -waves.imag, u * waves.real, -u * waves.imag, np.ones_like(u)))
+    waves = _waves(count, rate / block, lines) * left[:, None]
+    u = np.linspace(-1.0, 1.0, count)
+    return np.vstack((waves.real, -waves.imag, u * waves.real, -u * waves.imag, np.ones(count)))

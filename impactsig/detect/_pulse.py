@@ -14,12 +14,19 @@ import numpy as np
 
 from .._compiled import njit
 from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
-from ._pulse_edges import crest_at, crossing, integral, remove_baseline, touch, valley, walk
+from ._pulse_edges import (
+    NO_PULSE,
+    crest_at,
+    crossing,
+    integral,
+    remove_baseline,
+    touch,
+    valley,
+    walk,
+)
 from ._pulse_fit import PARAMETERS, fit_pulse
-from ._pulse_pairs import measure_pairs
 
 MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points for the fit
-NO_PULSE = -1  # flags of a stretch that turned out not to stand out
 
 
 class Pulse(NamedTuple):
@@ -250,27 +257,23 @@ def _by_shape(x, top, crest, extent, width, sigma, height):
 
 
 @njit(nogil=True)
-def measure_all(
-    signal, raw, start, origin, total, events, before, after, level, relative, limit, out
-):
-    """Measure `events` into rows of `out`: the fields of Pulse, then 1 if the pulse is clipped.
+def measure_all(signal, origin, total, events, again, sigma, before, after, level, relative, out):
+    """Measure the events marked in `again` into rows of `out`: the fields of Pulse.
 
     Parameters
     ----------
     signal : array
         Samples without hum, from sample `origin` on, of `total` in all.
-    raw : array
-        Samples as they came, from sample `start` on.
-    events : array (n, 4)
-        Place of the response's crest, mean of its flanks, width, noise of a sample.
+    events : array (n, 3)
+        Place of the response's crest, mean of its flanks, width.
+    sigma : float
+        Noise of a sample.
     before, after : float
         Places of the crests before the first and after the last, -1 and `total` where none is.
     level, relative : float, bool
         That the contact time refers to; a share of the peak if relative.
-    limit : float
-        Greatest value of the record: three samples in a row at it are clipped.
     """
-    for k in range(len(events)):
+    for k in np.flatnonzero(again):
         peak = int(events[k, 0] + 0.5)
         previous = int(events[k - 1, 0] + 0.5) if k > 0 else int(before)
         following = int(events[k + 1, 0] + 0.5) if k + 1 < len(events) else int(after)
@@ -283,18 +286,9 @@ def measure_all(
             previous,
             following,
             int(events[k, 2]),
-            events[k, 3],
+            sigma,
             level,
             relative,
         )
         out[k, 0], out[k, 1], out[k, 2] = pulse.start, pulse.contact, pulse.peak
         out[k, 3], out[k, 4], out[k, 5] = pulse.impulse, pulse.rise, pulse.flags
-        run = longest = 0
-        if pulse.flags != NO_PULSE:
-            first = max(int(pulse.start) - 1, start)
-            last = min(int(pulse.start + pulse.contact) + 2, start + len(raw))
-            for i in range(first, last):
-                run = run + 1 if raw[i - start] >= limit else 0
-                longest = max(longest, run)
-        out[k, 6] = 1.0 if longest >= 3 else 0.0
-    measure_pairs(signal, origin, events, level, relative, out)

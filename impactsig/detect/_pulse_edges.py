@@ -8,6 +8,8 @@ import numpy as np
 
 from .._compiled import njit
 
+NO_PULSE = -1  # flags of a stretch that turned out not to stand out
+
 
 @njit(nogil=True)
 def walk(x, index, step, limit, level):
@@ -142,3 +144,29 @@ def integral(x, a, b):
         elif v > u:
             total += (v - u) * (x[i] + 0.5 * (u + v) * (x[i + 1] - x[i]))
     return total
+
+
+@njit(nogil=True)
+def mark_clipped(values, start, reference, factor, limit, rows):
+    """Put 1 behind the fields of each measured pulse that is clipped, else 0.
+
+    Parameters
+    ----------
+    values : array
+        As they came, from sample `start` on; samples are `factor` times what they are above the
+        `reference`.
+    limit : float
+        Greatest sample of the record: three samples in a row at it are clipped.
+    rows : array
+        As `measure_all` fills them.
+    """
+    for k in range(len(rows)):
+        run = longest = 0
+        if rows[k, 5] != NO_PULSE:
+            first = max(int(rows[k, 0]) - 1, start)
+            last = min(int(rows[k, 0] + rows[k, 1]) + 2, start + len(values))
+            for i in range(first, last):
+                high = (np.float64(values[i - start]) - reference) * factor >= limit
+                run = run + 1 if high else 0
+                longest = max(longest, run)
+        rows[k, 6] = 1.0 if longest >= 3 else 0.0

@@ -81,17 +81,20 @@ def _model(p, points, x, log_edge, normal):
         j0, j1, j2, j3, j4, j5 = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if u < r:
             angle = rise * u
-            s = max(math.sin(angle), 1e-3)
+            sine = math.sin(angle)
+            s = max(sine, 1e-3)
             log_s = math.log(s)
             j0 = math.exp(q * log_s)
-            slope = amplitude * j0 * q * math.cos(angle) / s
+            # A root is quicker than another cosine; both angles are below a right one.
+            slope = amplitude * j0 * q * math.sqrt(max(1.0 - sine * sine, 0.0)) / s
             j1, j2, j5 = -slope * rise, -slope * angle, amplitude * j0 * q * log_s
         elif u >= top:
             angle = fall * (u - top)
-            c = max(math.cos(angle), 1e-3)
+            cosine = math.cos(angle)
+            c = max(cosine, 1e-3)
             log_c = math.log(c)
             j0 = math.exp(q * log_c)
-            j1 = amplitude * j0 * q * math.sin(angle) / c * fall
+            j1 = amplitude * j0 * q * math.sqrt(max(1.0 - cosine * cosine, 0.0)) / c * fall
             j2, j3, j4, j5 = j1 * r, j1 * flat, j1 * (u - top), amplitude * j0 * q * log_c
         e = x[k] - amplitude * j0
         misfit += e * e

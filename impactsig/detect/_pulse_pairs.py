@@ -18,15 +18,31 @@ PLACED = 0.3  # lengths that a fitted crest may be off the crest of the response
 
 
 @njit(nogil=True)
-def measure_pairs(signal, origin, events, level, relative, out):
+def _may_overlap(first, second):
+    """Whether two events are so close that they may be a pair."""
+    apart = second[0] - first[0]
+    return 2.0 <= apart <= NEAR * 0.5 * (first[2] + second[2]) / MATCH
+
+
+@njit(nogil=True)
+def with_partners(events, again):
+    """Which events are to be measured again, with what may be a pair with one of them."""
+    out = again.copy()
+    for k in range(1, len(out)):
+        out[k] |= out[k - 1] and _may_overlap(events[k - 1], events[k])
+    for k in range(len(out) - 1, 0, -1):
+        out[k - 1] |= out[k] and _may_overlap(events[k - 1], events[k])
+    return out
+
+
+@njit(nogil=True)
+def measure_pairs(signal, origin, events, again, sigma, level, relative, out):
     """Measure pulses that lie in pairs anew, in the rows of `out`, where two half-sines fit.
 
     Parameters
     ----------
-    signal, origin, level, relative
-        As `impactsig.detect._pulse.measure_all` takes them.
-    events : array (n, 4)
-        Place of the response's crest, mean of its flanks, width, noise of a sample.
+    signal, origin, events, again, sigma, level, relative
+        As `impactsig.detect._pulse.measure_all` takes them; `again` with partners.
     out : array (n, 7 or more)
         Start, contact, peak, impulse, rise, flags and whether the pulse is clipped.
     """
@@ -36,7 +52,8 @@ def measure_pairs(signal, origin, events, level, relative, out):
         alone = out[k, 5] > 0 and int(out[k, 5]) != UNRESOLVED
         alone |= out[k + 1, 5] > 0 and int(out[k + 1, 5]) != UNRESOLVED
         alone |= out[k, 6] > 0 or out[k + 1, 6] > 0
-        if alone or not _fit(signal, origin, events[k], events[k + 1], p):
+        alone |= not again[k] or not _may_overlap(events[k], events[k + 1])
+        if alone or not _fit(signal, origin, events[k], events[k + 1], sigma, p):
             k += 1
             continue
         for m in range(2):
@@ -50,19 +67,17 @@ def measure_pairs(signal, origin, events, level, relative, out):
 
 
 @njit(nogil=True)
-def _fit(signal, origin, first, second, p):
+def _fit(signal, origin, first, second, sigma, p):
     """Whether two half-sines fit; their heights, starts and lengths [samples] into `p`."""
     length = 0.5 * (first[2] + second[2]) / MATCH
     apart = second[0] - first[0]
-    if apart > NEAR * length or apart < 2.0:
-        return False
     points, means = np.empty(8 * PER_WIDTH), np.empty(8 * PER_WIDTH)
     width = MATCH * (apart + length)
     height = 0.0
     for i in range(int(first[0]) - origin, int(second[0]) - origin + 1):
         height = max(height, signal[i] - first[1])
     middle = 0.5 * (first[0] + second[0])
-    seen = look_around(signal, origin, middle, width, height, first[1], first[3], points, means)
+    seen = look_around(signal, origin, middle, width, height, first[1], sigma, points, means)
     points, means = points[: seen.points], means[: seen.points]
     if seen.points == 0 or not begin_pair(points, means, seen.left, seen.right, p):
         return False

@@ -13,7 +13,8 @@ GATE = 0.35
 """A crest must rise above the higher of its flanks by this much of its response."""
 VALLEY = 0.7
 """Two crests are two where the response falls below this share of the lower one between them."""
-STRIDE = 1024  # responses worked out at once
+STRIDE = 1024  # values that share their sums
+STEP = 64  # of them, looked at together
 CREST = 4  # fields of a crest: centre, rung, response, response over its noise
 
 
@@ -88,37 +89,51 @@ def gated(centre, left, right, gain):
     return gain * min(centre - 0.5 * (left + right), (centre - max(left, right)) / GATE)
 
 
-# nnan: the samples are finite; it lets the maximum run in lanes.
-@njit(nogil=True, fastmath={"nnan", "nsz"})
+@njit(nogil=True)
 def _respond(sums, lo, total, start, stop, unit, near, far, gain, y):
-    """Responses of values [start, stop), without the gate; the greatest of them."""
+    """Responses of values [start, stop), without the gate."""
     reach = far + unit
     a, b = min(max(start, reach), stop), max(min(stop, total - reach), start)
-    highest = -np.inf
     if b > a:
-        before = (unit - 1) // 2
-        after = unit - before
-        count, k = b - a, a - lo
-        per_unit = gain / unit
-        per_side = gain / (2 * (far - near))
-        c1, c0 = sums[k + after : k + after + count], sums[k - before : k - before + count]
-        l1, l0 = sums[k - near : k - near + count], sums[k - far : k - far + count]
-        r1 = sums[k + far + 1 : k + far + 1 + count]
-        r0 = sums[k + near + 1 : k + near + 1 + count]
-        inner = y[a - start : b - start]
-        for i in range(count):
-            inner[i] = (c1[i] - c0[i]) * per_unit - ((l1[i] - l0[i]) + (r1[i] - r0[i])) * per_side
-        for i in range(count):
-            highest = inner[i] if inner[i] > highest else highest
+        _respond_inside(sums, a - lo, unit, near, far, gain, y[a - start : b - start])
     for i in range(start, min(a, stop)):
         centre, left, right = parts(sums, lo, total, i, unit, near, far)
         y[i - start] = gain * (centre - 0.5 * (left + right))
-        highest = max(highest, y[i - start])
     for i in range(max(b, a), stop):
         centre, left, right = parts(sums, lo, total, i, unit, near, far)
         y[i - start] = gain * (centre - 0.5 * (left + right))
-        highest = max(highest, y[i - start])
-    return highest
+
+
+@njit(nogil=True)
+def _respond_inside(sums, k, unit, near, far, gain, y):
+    """Responses from the k-th of the summed values on, whose flanks lie within the series."""
+    before = (unit - 1) // 2
+    after = unit - before
+    count = len(y)
+    per_unit = gain / unit
+    per_side = gain / (2 * (far - near))
+    c1, c0 = sums[k + after : k + after + count], sums[k - before : k - before + count]
+    l1, l0 = sums[k - near : k - near + count], sums[k - far : k - far + count]
+    r1, r0 = sums[k + far + 1 : k + far + 1 + count], sums[k + near + 1 : k + near + 1 + count]
+    for i in range(count):
+        y[i] = (c1[i] - c0[i]) * per_unit - ((l1[i] - l0[i]) + (r1[i] - r0[i])) * per_side
+
+
+@njit(nogil=True)
+def _next_above(y, i, stop, least):
+    """Number of the first of the values from i on that is at least `least`; `stop` if none is."""
+    while i + STEP <= stop:
+        # Values are counted, because the compiler runs that in lanes.
+        count = 0
+        part = y[i : i + STEP]
+        for k in range(STEP):
+            count += part[k] >= least
+        if count:
+            break
+        i += STEP
+    while i < stop and y[i] < least:
+        i += 1
+    return i
 
 
 @njit(nogil=True)
@@ -170,13 +185,13 @@ def find_crests(x, origin, total, first, last, rungs, thresholds, noise, out):
 def _find_on(x, origin, total, first, last, level, rungs, thresholds, out, found):
     """Add to `out` the crests of one level, within values [first, last) of it."""
     block = FACTOR**level
-    low, high = 0, 0
+    below, beyond = 0, 0
     for j in range(len(rungs.level)):
-        low += rungs.level[j] < level
-        high += rungs.level[j] <= level
-    count = high - low
+        below += rungs.level[j] < level
+        beyond += rungs.level[j] <= level
+    count = beyond - below
     reach = 0
-    for j in range(low, high):
+    for j in range(below, beyond):
         reach = max(reach, rungs.far[j] + rungs.unit[j])
     sums = np.empty(STRIDE + 2 * reach + 2)
     y = np.empty(STRIDE)
@@ -184,40 +199,45 @@ def _find_on(x, origin, total, first, last, level, rungs, thresholds, out, found
     greatest, valley = np.zeros(count), np.zeros(count)
     at = np.zeros(count, np.int64)
     # Crests at the border belong to the side on which they are highest.
-    start = max(first - rungs.unit[high - 1], 0)
-    end = min(last + rungs.unit[high - 1], total)
+    start = max(first - rungs.unit[beyond - 1], 0)
+    end = min(last + rungs.unit[beyond - 1], total)
     while start < end:
         stop = min(start + STRIDE, end)
         lo, hi = max(0, start - reach), min(total, stop + reach)
         running_sums(x, lo - origin, hi - lo, sums)
         for k in range(count):
-            j = low + k
+            j = below + k
             unit, near, far = rungs.unit[j], rungs.near[j], rungs.far[j]
             gain, threshold = rungs.gain[j], thresholds[j]
-            highest = _respond(sums, lo, total, start, stop, unit, near, far, gain, y)
-            if highest < threshold and not inside[k]:
-                valley[k] = 0.0
-                continue
-            for i in range(start, stop):
+            _respond(sums, lo, total, start, stop, unit, near, far, gain, y)
+            within, height, top, low = inside[k], greatest[k], at[k], valley[k]
+            i = start
+            while i < stop:
+                if not within and low <= 0.0:  # no lower valley is needed
+                    i = _next_above(y, i - start, stop - start, threshold) + start
+                    if i == stop:
+                        break
                 value = y[i - start]
                 if value >= VALLEY * threshold:
                     centre, left, right = parts(sums, lo, total, i, unit, near, far)
                     value = gated(centre, left, right, gain)
-                if inside[k]:
-                    if value > greatest[k]:
-                        greatest[k], at[k] = value, i
-                    elif value < VALLEY * greatest[k]:
-                        found = _note(at[k], first, last, unit, block, j, greatest[k], out, found)
-                        inside[k], valley[k] = False, value
+                if within:
+                    if value > height:
+                        height, top = value, i
+                    elif value < VALLEY * height:
+                        found = _note(top, first, last, unit, block, j, height, out, found)
+                        within, low = False, value
                 else:
-                    valley[k] = min(valley[k], value)
-                    if value >= threshold and VALLEY * value > valley[k]:
-                        inside[k], greatest[k], at[k] = True, value, i
+                    low = min(low, value)
+                    if value >= threshold and VALLEY * value > low:
+                        within, height, top = True, value, i
+                i += 1
+            inside[k], greatest[k], at[k], valley[k] = within, height, top, low
         start = stop
     for k in range(count):
         if inside[k]:
-            unit = rungs.unit[low + k]
-            found = _note(at[k], first, last, unit, block, low + k, greatest[k], out, found)
+            unit = rungs.unit[below + k]
+            found = _note(at[k], first, last, unit, block, below + k, greatest[k], out, found)
     return found
 
 

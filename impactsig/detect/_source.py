@@ -29,6 +29,7 @@ class Source:
     total: int | None  # samples, where known beforehand
     samples: int = 0  # samples gone through, gaps included
     spans: list[tuple[float, float]] = field(default_factory=list)  # gaps [s]
+    runs: list[tuple[int, int]] = field(default_factory=list)  # of finite samples, of a block
 
     def pieces(self) -> Iterator[Piece]:
         """Stretches of finite samples; counts samples and gaps on the way."""
@@ -57,7 +58,9 @@ class Source:
                 first = round((block.start - start) * rate)
                 if first != expected:
                     self._gap(expected, first, "no samples")
-                runs = finite_runs(x)
+                # What is in memory is the same each time it is gone through.
+                runs = self.runs if self.in_memory and self.runs else finite_runs(x)
+                self.runs = runs
                 edge = 0
                 for a, b in runs:
                     if a > edge:

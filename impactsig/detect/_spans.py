@@ -11,17 +11,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._background_kernels import chunk_medians, middle, outlying, read_noise
+from ._background_kernels import chunk_medians, outlying, take
+from ._converter import converter_step
 from ._event_kernels import EVENT, find_events
-from ._ladder import FACTOR, MATCH, Ladder, ladder
+from ._grid import Grid
+from ._ladder import MATCH
 from ._mains import find_lines, fit_lines
 from ._mains_kernels import take_off
+from ._noise_kernels import noise_around, read_noise
 from ._response_kernels import CREST, find_crests
 
 BESIDE = 2
 """Spans to either side whose noise counts."""
-LOUDER = 2.0
-"""Times the noise of the spans around it, from which that of a span counts for itself."""
 LEAST = 5.0
 """Standard deviations of its noise that a response must reach."""
 CODES, CODES_IN_A_ROW = 1.35, 1.7
@@ -40,38 +41,6 @@ RARE = 3
 MOST_GLITCHES = 4096
 SQRT12 = float(np.sqrt(12.0))
 TINIEST = float(np.finfo(float).tiny)
-LOBES = 32
-"""Samples to either side of a very short pulse where its filter rings."""
-
-
-@dataclass
-class Grid:
-    """How a record is divided, in samples."""
-
-    rate: float
-    longest: float  # contact
-    rungs: Ladder = field(init=False)
-    span: int = field(init=False)
-    chunk: int = field(init=False)  # of a median that the baseline follows
-    margin: int = field(init=False)  # beside a span: what its search takes in
-    block: int = field(init=False)  # of the means that hum is seen in
-
-    def __post_init__(self) -> None:
-        self.rungs = ladder(self.longest)
-        unit = FACTOR ** int(self.rungs.level[-1])
-        self.margin = -(-(14 * int(self.rungs.width[-1]) + 64) // unit) * unit
-        self.span = -(-max(round(self.rate), 4096, self.margin) // unit) * unit
-        self.chunk = max(8, min(round(4 * self.longest), self.span // 2))
-        self.block = max(1, round(self.rate / 1500))
-
-    def count(self, total: int) -> int:
-        """Spans of a stretch; less than half a span, or than its margin, joins the last."""
-        whole, rest = divmod(total, self.span)
-        return max(1, whole + (rest >= max(self.span // 2, self.margin)))
-
-    def bounds(self, k: int, total: int) -> tuple[int, int]:
-        """First sample of span k, and of what follows it."""
-        return k * self.span, total if k == self.count(total) - 1 else (k + 1) * self.span
 
 
 def _nothing() -> np.ndarray:
@@ -88,10 +57,11 @@ class Span:
 
     first: int
     last: int
-    samples: np.ndarray  # with pulses upward
+    values: np.ndarray  # as they came
     padded: np.ndarray  # without hum and glitches, with room for the margins
     clean: np.ndarray  # the part of it without the margins
     medians: np.ndarray
+    moves: np.ndarray  # from each of them to the next, whatever the direction
     step: float  # of the converter, 0 if none shows
     range: float
     mask: np.ndarray = field(default_factory=_nothing)  # what is no background
@@ -138,22 +108,27 @@ class Spans:
         self.done = [0] * (len(self.stages) + 1)
         self._free: list[np.ndarray] = []
         self._room = np.empty((0, CREST))
+        self._sums, self._marked = np.empty(0), np.empty(0, np.int32)
 
-    def load(self, samples: np.ndarray) -> None:
-        """Take the samples of the next span, with pulses upward, and work as far as they go."""
+    def load(self, values: np.ndarray, reference: float, factor: float) -> None:
+        """Take the values of the next span and work as far as they go.
+
+        Samples are `factor` times what the values are above the `reference`, with pulses upward.
+        """
         k = self.done[0]
         first, last = self.grid.bounds(k, self.total)
-        margin, size = self.grid.margin, len(samples)
-        medians = np.empty(max(1, size // self.grid.chunk))
-        chunk_medians(samples, self.grid.chunk, medians)
-        extent = float(samples.max() - samples.min())
+        margin, size = self.grid.margin, len(values)
         # Fresh memory costs as much as the search.
         fits = [i for i, one in enumerate(self._free) if len(one) == size + 2 * margin]
         padded = self._free.pop(fits[0]) if fits else np.empty(size + 2 * margin)
         clean = padded[margin : margin + size]
-        clean[:] = samples
-        step = converter_step(samples) if extent else 0.0
-        self.spans[k] = Span(first, last, samples, padded, clean, medians, step, extent)
+        take(values, reference, factor, clean)
+        medians = np.empty(max(1, size // self.grid.chunk))
+        chunk_medians(clean, self.grid.chunk, medians)
+        extent = float(clean.max() - clean.min())
+        step = converter_step(clean) if extent else 0.0
+        moves = np.abs(medians[1:] - medians[:-1])
+        self.spans[k] = Span(first, last, values, padded, clean, medians, moves, step, extent)
         self.done[0] += 1
         moved = True
         while moved:
@@ -185,7 +160,7 @@ class Spans:
     def _cut(self, k: int) -> None:
         """Tell the background from what stands out of it, and take mains hum off."""
         span, grid = self.spans[k], self.grid
-        n = len(span.samples)
+        n = len(span.clean)
         span.mask = np.zeros(n, np.uint8)
         if not span.range and self.skip:
             return
@@ -214,12 +189,12 @@ class Spans:
                 break
             fit = fit_lines(sums, counts, grid.block, grid.rate, lines)
             take_off(span.clean, grid.block, len(sums), np.array(lines) / grid.rate, fit)
-            chunk_medians(span.clean, grid.chunk, medians[1:-1])
             strength = np.abs(fit).sum(axis=1)
             for frequency, amplitude in zip(lines, strength, strict=True):
                 span.hum[frequency] = max(span.hum.get(frequency, 0.0), float(amplitude))
             if strength.sum() < WEAK * span.sigma:
                 break  # the background is as it was
+            chunk_medians(span.clean, grid.chunk, medians[1:-1])
 
     def _clean(self, k: int) -> None:
         """Take glitches out, and read the noise of each width."""
@@ -234,7 +209,20 @@ class Spans:
         if not span.range and self.skip:
             return
         rest = REST * sum(span.hum.values())
-        read_noise(span.clean, span.glitches, span.mask, rungs, floor, rest, span.own_noise)
+        n = len(span.clean) + 1
+        if len(self._sums) < n:
+            self._sums, self._marked = np.empty(n), np.empty(n, np.int32)
+        read_noise(
+            span.clean,
+            span.glitches,
+            span.mask,
+            rungs,
+            floor,
+            rest,
+            self._sums[:n],
+            self._marked[:n],
+            span.own_noise,
+        )
 
     def _search(self, k: int) -> None:
         """Find the crests of the responses."""
@@ -244,15 +232,13 @@ class Spans:
         if k < self.count - 1:
             span.padded[-margin:] = self.spans[k + 1].clean[:margin]
         beside = self.around(k, BESIDE)
-        usual = np.empty(len(span.own_noise))
-        middle(np.array([one.own_noise for one in beside]), usual)
-        span.noise = usual.copy()
-        for one in self.around(k, 1):  # responses at the border see the noise beyond it
-            louder = one.own_noise > LOUDER * usual
-            span.noise[louder] = np.maximum(span.noise, one.own_noise)[louder]
         # Where nothing moves for seconds, anything but rounding is something.
         extent = max(one.range for one in beside)
-        span.noise = np.maximum(span.noise, max(TINY**2 * extent, TINIEST))
+        span.noise = noise_around(
+            np.array([one.own_noise for one in beside]),
+            min(k, BESIDE),
+            max(TINY**2 * extent, TINIEST),
+        )
         least = self.sigmas * span.noise
         step = max(one.step for one in beside)
         if step and span.sigma < step:
@@ -263,7 +249,7 @@ class Spans:
         if self.skip and not max(one.range for one in self.around(k, 1)):
             return
         if not len(self._room):
-            self._room = np.empty((len(span.samples) + self.grid.span, CREST))
+            self._room = np.empty((len(span.clean) + self.grid.span, CREST))
         samples, origin = self.clean(k)
         count = find_crests(
             samples,
@@ -301,29 +287,3 @@ class Spans:
             room,
         )
         span.events = room[:count]
-
-
-def converter_step(samples: np.ndarray) -> float:
-    """The step of the converter that the samples came from, behind any gain; 0 if none shows.
-
-    Values that differ by less than rounding are one. All differences of the values seen must be
-    whole multiples of the step.
-    """
-    seen = np.sort(samples[:: max(1, len(samples) // 2048)])
-    rounding = 64 * np.finfo(float).eps * max(abs(seen[0]), abs(seen[-1]))
-    differences = np.diff(seen)
-    differences = differences[differences > rounding]
-    if not 1 <= len(differences) < 0.7 * len(seen):
-        return 0.0
-    least = float(differences.min())
-    least = float(np.median(differences[differences < 1.5 * least]))
-    if len(differences) == 1 and least > 0.05 * float(samples.max() - samples.min()):
-        return 0.0
-    multiples = differences / least
-    single = multiples < 1.5
-    if single.mean() < 0.05:
-        return 0.0
-    few = multiples < 1e4
-    step = float(differences[few].sum() / np.round(multiples[few]).sum())
-    off = np.abs(differences / step - np.round(differences / step))
-    return step if step > 40 * rounding and np.quantile(off[few], 0.95) < 0.05 else 0.0

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._compiled import njit
 from ._stream import Frame
 
 BLOCK = 512  # samples that share one least and one greatest value
@@ -37,9 +36,7 @@ def survey(stream: Iterable[Frame], copy: bool) -> Survey:
     strongest: list[tuple[float, int, np.ndarray]] = []
     for number, frame in enumerate(stream):
         x = frame.samples
-        blocks = -(-len(x) // BLOCK)
-        low, high = np.empty(blocks), np.empty(blocks)
-        block_ranges(x, low, high)
+        low, high = block_ranges(x)
         record.lowest = min(record.lowest, float(low.min()))
         record.highest = max(record.highest, float(high.max()))
         # The range within a block tells a pulse from drift.
@@ -60,15 +57,11 @@ def survey(stream: Iterable[Frame], copy: bool) -> Survey:
     return record
 
 
-# nnan: the caller has checked that all samples are finite; it lets min and max run in lanes.
-@njit(nogil=True, fastmath={"nnan", "nsz"})
-def block_ranges(x, low, high):
-    """Least and greatest value of each BLOCK samples of x."""
-    for k in range(len(low)):
-        first, last = k * BLOCK, min((k + 1) * BLOCK, len(x))
-        least = greatest = x[first]
-        for i in range(first, last):
-            value = x[i]
-            least = value if value < least else least
-            greatest = value if value > greatest else greatest
-        low[k], high[k] = least, greatest
+def block_ranges(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest value of each BLOCK samples of x; the last block may be shorter."""
+    whole = len(x) // BLOCK * BLOCK
+    blocks, rest = x[:whole].reshape(-1, BLOCK), x[whole:]
+    low, high = blocks.min(axis=1), blocks.max(axis=1)
+    if len(rest):
+        low, high = np.append(low, rest.min()), np.append(high, rest.max())
+    return low, high

@@ -7,14 +7,14 @@ import pytest
 
 import impactsig
 from benchmarks.recordings import add_pulses, load_cell, score
-from impactsig.detect._background_kernels import read_noise
+from impactsig.detect._converter import converter_step
 from impactsig.detect._false_alarms import discovery_level
 from impactsig.detect._ladder import ladder
 from impactsig.detect._mains import find_lines, fit_lines
 from impactsig.detect._mains_kernels import take_off
+from impactsig.detect._noise_kernels import read_noise
 from impactsig.detect._pulse_fit import fit_pulse
 from impactsig.detect._response_kernels import CREST, GATE, VALLEY, find_crests
-from impactsig.detect._spans import converter_step
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
 from tests import naive_force
@@ -324,7 +324,8 @@ def test_noise_of_white_noise_at_every_width():
 
 def read(spikes, x, rungs):
     out = np.empty(len(rungs.width))
-    read_noise(x, spikes, np.zeros(len(x), np.uint8), rungs, 0.0, 0.0, out)
+    room = np.empty(len(x) + 1), np.empty(len(x) + 1, np.int32)
+    read_noise(x, spikes, np.zeros(len(x), np.uint8), rungs, 0.0, 0.0, *room, out)
     return out
 
 

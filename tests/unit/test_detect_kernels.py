@@ -1,0 +1,71 @@
+"""Kernels of the force detector that take a short way, beside the long one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from impactsig.detect._background_kernels import next_marked
+from impactsig.detect._event_kernels import _leading, explained
+from impactsig.detect._judging_kernels import with_neighbors
+from impactsig.detect._ladder import ladder
+from impactsig.detect._order_kernels import median_of, quantile, select
+from tests.naive_force import leading
+
+KINDS = {
+    "normal": lambda rng, n: rng.standard_normal(n),
+    "few values": lambda rng, n: rng.integers(0, 4, n).astype(float),
+    "all the same": lambda rng, n: np.full(n, 2.5),
+    "in order": lambda rng, n: np.arange(float(n)),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_selection_is_what_sorting_tells(kind):
+    rng = np.random.default_rng(1)
+    for n in (1, 2, 3, 10, 301):
+        values = KINDS[kind](rng, n)
+        ordered = np.sort(values)
+        for wanted in {0, n // 3, n // 2, n - 1}:
+            mixed = values.copy()
+            assert select(mixed, 0, n - 1, wanted) == ordered[wanted]
+            np.testing.assert_array_equal(np.sort(mixed), ordered)
+            assert np.all(mixed[:wanted] <= ordered[wanted])
+            assert np.all(mixed[wanted:] >= ordered[wanted])
+        assert median_of(values.copy(), n) == ordered[n // 2]
+        for share in (0.0, 0.5, 0.9, 0.97, 1.0):
+            assert quantile(values, share) == pytest.approx(np.quantile(values, share), rel=1e-14)
+
+
+def test_the_next_marked_sample_wherever_it_lies():
+    for n in (0, 1, 7, 8, 9, 40):
+        for at in range(n):
+            mask = np.zeros(n, np.uint8)
+            mask[at] = 1
+            for i in range(n + 1):
+                assert next_marked(mask, i) == (at if i <= at else n)
+
+
+def test_neighbors_of_what_is_marked():
+    marked = np.array([1, 0, 0, 0, 1, 0, 0], bool)
+    np.testing.assert_array_equal(with_neighbors(marked), [1, 1, 0, 1, 1, 1, 0])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_leading_crests_are_those_of_comparing_all_with_all(seed):
+    rng, widths = np.random.default_rng(seed), ladder(1500.0).width.astype(float)
+    n = 400
+    crests = np.column_stack(
+        (
+            rng.uniform(0, 20_000, n),
+            rng.integers(0, len(widths), n),
+            np.exp(rng.standard_normal(n)),
+            np.exp(rng.normal(3.0, 1.0, n)),
+        )
+    )
+    order = np.argsort(-crests[:, 3], kind="stable")
+    out = np.empty(n, np.int64)
+    kept = _leading(crests, order, widths, out)
+    expected = leading(crests, order, widths, explained)
+    assert 10 < len(expected) < n - 10
+    np.testing.assert_array_equal(out[:kept], expected)
