@@ -19,6 +19,7 @@ a room are weak.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -91,14 +92,19 @@ class Waveform:
     """What the impacts learned from have in common."""
 
     shifts: np.ndarray  # (ROWS, size)
-    latency: float  # shift that leaves their instants as they are, in the median
+    latency: float  # shift that leaves their instants at the reference, in the median
 
 
 @dataclass
 class Overlay:
-    """Shifts of the impacts of a record, as they come."""
+    """Shifts of the impacts of a record, as they come.
+
+    `reference` gives the shifts of the impacts taken so far that are known by other means, and
+    NaN for the others, whose attacks count.
+    """
 
     lengths: Lengths
+    reference: Callable[[], np.ndarray]
     taper: np.ndarray = field(init=False)
     weight: np.ndarray = field(init=False)  # without what the edges touch
     wave: Waveform | None = None
@@ -134,7 +140,8 @@ class Overlay:
 
     def _learn(self) -> None:
         sounds = np.concatenate([np.empty((0, self.lengths.length)), *self.held])
-        self.wave = self._waveform(sounds[:LEARN])
+        reference = self.reference()[:LEARN]
+        self.wave = self._waveform(sounds[:LEARN], np.where(np.isfinite(reference), reference, 0.0))
         self.learned, self.held = True, []
         self.found.append(self._shifts(sounds))
 
@@ -144,7 +151,7 @@ class Overlay:
         laid = self._lay(sounds, self.wave.shifts, CLEAR)
         return np.where(_alike(laid), laid[:, 0] - self.wave.latency, np.nan)
 
-    def _waveform(self, sounds: np.ndarray) -> Waveform | None:
+    def _waveform(self, sounds: np.ndarray, reference: np.ndarray) -> Waveform | None:
         if len(sounds) < LEAST:
             return None
         lengths = self.lengths
@@ -168,8 +175,9 @@ class Overlay:
             if alike.sum() < max(LEAST, len(sounds) / 2):
                 return None
             shift, factor = laid[alike, 0], laid[alike, 1]
-            latency = float(np.median(shift))
-            if np.median(np.abs(shift - latency)) > lengths.agree:
+            late = shift - reference[alike]
+            latency = float(np.median(late))
+            if np.median(np.abs(late - latency)) > lengths.agree:
                 return None
             if turn < PASSES - 1:
                 # It is to begin where attacks do, not where that of its leader was taken to be.
