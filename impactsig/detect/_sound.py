@@ -168,7 +168,9 @@ def detect_sound(
         found.append(out[:n])
     columns = np.concatenate(found)
     by_wave, by_modes = overlay.shifts(), modes.timing()
-    alike = np.isfinite(by_wave)
+    # An attack that is off by more than the waveform can be shifted is laid a period beside it.
+    beside = np.abs(by_wave - by_modes.shift) > np.maximum(lengths.agree, 5.0 * by_modes.error)
+    alike = np.isfinite(by_wave) & ~beside
     columns[:, 0] = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
     reason = ""
     if not len(columns):

@@ -88,14 +88,17 @@ def test_of_modes_new_at_each_impact_the_crossing_is_taken(rate):
     assert deviation < 150e-6
 
 
+@pytest.mark.parametrize("decimator", ["resample_poly", "sox"])
 @pytest.mark.parametrize("rate", [8000, 11_025, 16_000])
-def test_impacts_of_one_waveform_are_timed_by_it(rate):
+def test_impacts_of_one_waveform_are_timed_by_it(rate, decimator):
     truth = band_limited(
-        rate, "resample_poly", 49.0, 204, modes=MODES["sample"], count=80, phases=(0.3, 1.9, 4.0)
+        rate, decimator, 49.0, 204, modes=MODES["sample"], count=80, phases=(0.3, 1.9, 4.0)
     )
     found, off = learned(truth)
-    assert found.alike == 1.0
-    assert np.std(off) < 2e-6
+    assert found.alike > 0.4  # the attacks of others are more than a millisecond early
+    alike = np.isnan(found.time_error)
+    assert np.std(off[alike]) < 2e-6
+    assert np.std(off) < 3e-6
 
 
 def test_neither_division_into_blocks_nor_unit_matters():
