@@ -11,7 +11,8 @@ Ringing decays and does not raise D, but it beats and rattles; how much tells th
 the record. An impact is a crest of D that no other within 3 ms exceeds, of at least 22 times that
 median and 0.5. Its attack is where, within 1.5 ms of the crest, the variance of the signal
 changes most [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms
-tell the instants closer (`_sound_alike.py`).
+tell the instants closer (`_sound_alike.py`); where a filter rings before them, the modes that they
+share do (`_shared_modes.py`).
 
 N is the power that a tenth of the record stays below, freed from the bias of that choice, and no
 less than 70 dB below the strongest. Nothing depends on how the record was cut into blocks. Memory

@@ -5,7 +5,8 @@ attack alone tells its instant to a sample; the whole waveform, laid over that o
 impacts, to a hundredth of one. The waveform is the least-squares mean of up to LEARN impacts, found
 by laying them over the one that most others are like, and then over their mean. The shift of an
 impact is that by which p times the waveform leaves least of it; a constant, the median shift of
-those learned from, is taken off, so that instants on the whole stay where the attacks are.
+those learned from, is taken off, so that instants on the whole stay where the attacks are, or
+where shared modes put them (`_shared_modes.py`).
 
 A sound is alike where the waveform leaves at most 1 - ALIKE^2 of its power, noise apart. Instants
 stay where the attack puts them unless half of the impacts are alike, and their shifts agree with
