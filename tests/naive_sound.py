@@ -74,3 +74,28 @@ def impacts(x, scale, floor, least_rise):
             after = x[split : split + scale.forward * scale.hop]
             found.append((split - 0.5, np.abs(after - before.mean()).max()))
     return np.array(found).reshape(-1, 2)
+
+
+def log_probability(y, q, k, error, prior):
+    """ln of the density of y = Q a + K b + e where Q' leaves off: b ~ N(0, E V), e ~ N(0, s E).
+
+    Q has orthonormal columns, and a may be anything, so only what is orthogonal to Q counts.
+    """
+    energy = y @ y
+    rest = np.linalg.svd(q, full_matrices=True)[0][:, q.shape[1] :]
+    z, b = rest.T @ y, rest.T @ k
+    covariance = energy * (b @ np.diag(prior) @ b.T + error * np.eye(len(z)))
+    sign, logarithm = np.linalg.slogdet(covariance)
+    assert sign > 0
+    return -0.5 * z @ np.linalg.solve(covariance, z) - 0.5 * logarithm
+
+
+def crossing(y, begin, end, level, fine):
+    """Where |y|, by a sinc under a cosine, first reaches a level, in steps of 1 / fine samples."""
+    k = np.arange(len(y))
+    for i in range(fine * (end - begin)):
+        away = begin + i / fine - k
+        window = np.where(np.abs(away) < 8, np.cos(np.pi * away / 16) ** 2, 0.0)
+        if abs(np.sum(y * np.sinc(away) * window)) >= level:
+            return begin + i / fine
+    return np.nan

@@ -11,7 +11,8 @@ Ringing decays and does not raise D, but it beats and rattles; how much tells th
 the record. An impact is a crest of D that no other within 3 ms exceeds, of at least 22 times that
 median and 0.5. Its attack is where, within 1.5 ms of the crest, the variance of the signal
 changes most [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms
-tell the instants closer (`_sound_alike.py`).
+tell the instants closer (`_sound_alike.py`); where a filter rings before them, the modes that they
+share do (`_shared_modes.py`).
 
 N is the power that a tenth of the record stays below, freed from the bias of that choice, and no
 less than 70 dB below the strongest. Nothing depends on how the record was cut into blocks. Memory
@@ -30,6 +31,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..impacts import CLIPPED
+from ._shared_modes import SharedModes
 from ._sound_alike import Lengths, Overlay, lengths_at
 from ._sound_kernels import (
     BINS,
@@ -73,6 +75,7 @@ class SoundImpacts(NamedTuple):
     background: float  # median of D
     alike: float  # share of the impacts that are timed by their waveform
     reason: str  # why there are none
+    time_error: np.ndarray  # standard error of the instants [s]; NaN where it is not known
 
 
 @dataclass
@@ -141,7 +144,8 @@ def detect_sound(
         levels.highest,
     )
     lengths = sound_lengths(rate, scale)
-    overlay = Overlay(lengths)
+    modes = SharedModes(rate, scale.short_lag, scale.slope)
+    overlay = Overlay(lengths, lambda: modes.timing().shift)
     sounds = np.empty((CORE // scale.spacing + 2, lengths.length))
     found = [np.empty((0, 3))]
     for number, window in enumerate(windows(pieces(), CORE * scale.hop)):
@@ -158,11 +162,17 @@ def detect_sound(
         out = np.empty((count // scale.spacing + 2, 3))
         telling = telling_frames(window, scale)
         n = search(x, left, count, valid, telling, floor, limits, active, scale, out, sounds)
-        out[:n, 0] += window.segment + window.first - left * scale.hop
-        found.append(out[:n])
+        out[:n, 0] += window.first - left * scale.hop
+        modes.add(window, out[:n, 0])
         overlay.add(sounds[:n])
+        out[:n, 0] += window.segment
+        found.append(out[:n])
     columns = np.concatenate(found)
-    columns[:, 0], alike = shifted(columns[:, 0], overlay.shifts())
+    by_wave, by_modes = overlay.shifts(), modes.timing()
+    # An attack that is off by more than the waveform can be shifted is laid a period beside it.
+    beside = np.abs(by_wave - by_modes.shift) > np.maximum(lengths.agree, 5.0 * by_modes.error)
+    alike = np.isfinite(by_wave) & ~beside
+    columns[:, 0] = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
     reason = ""
     if not len(columns):
         decibels = 10.0 / math.log(10.0)
@@ -178,18 +188,21 @@ def detect_sound(
         noise,
         least_rise,
         background,
-        alike,
+        float(alike.mean()) if len(alike) else 0.0,
         reason,
+        np.where(alike, np.nan, by_modes.error) / rate,
     )
 
 
 def _nothing(reason: str) -> SoundImpacts:
     none = np.empty(0)
-    return SoundImpacts(none, none, np.empty(0, np.uint8), 0.0, 0.0, LEAST_RISE, 0.0, 0.0, reason)
+    return SoundImpacts(
+        none, none, np.empty(0, np.uint8), 0.0, 0.0, LEAST_RISE, 0.0, 0.0, reason, none
+    )
 
 
-def shifted(attack: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, float]:
-    """Instants of attack shifted where a shift is known, and the share where it is.
+def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """Instants of attack shifted where a shift is known.
 
     Where that would put two out of order, both stay as they are.
     """
@@ -198,7 +211,7 @@ def shifted(attack: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, float]:
         instant = np.where(known, attack + shift, attack)
         crossed = np.flatnonzero(np.diff(instant) <= 0)
         if not len(crossed):
-            return instant, float(known.mean()) if len(known) else 0.0
+            return instant
         known[crossed] = known[crossed + 1] = False
 
 

@@ -5,7 +5,8 @@ attack alone tells its instant to a sample; the whole waveform, laid over that o
 impacts, to a hundredth of one. The waveform is the least-squares mean of up to LEARN impacts, found
 by laying them over the one that most others are like, and then over their mean. The shift of an
 impact is that by which p times the waveform leaves least of it; a constant, the median shift of
-those learned from, is taken off, so that instants on the whole stay where the attacks are.
+those learned from, is taken off, so that instants on the whole stay where the attacks are, or
+where shared modes put them (`_shared_modes.py`).
 
 A sound is alike where the waveform leaves at most 1 - ALIKE^2 of its power, noise apart. Instants
 stay where the attack puts them unless half of the impacts are alike, and their shifts agree with
@@ -19,6 +20,7 @@ a room are weak.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -91,14 +93,19 @@ class Waveform:
     """What the impacts learned from have in common."""
 
     shifts: np.ndarray  # (ROWS, size)
-    latency: float  # shift that leaves their instants as they are, in the median
+    latency: float  # shift that leaves their instants at the reference, in the median
 
 
 @dataclass
 class Overlay:
-    """Shifts of the impacts of a record, as they come."""
+    """Shifts of the impacts of a record, as they come.
+
+    `reference` gives the shifts of the impacts taken so far that are known by other means, and
+    NaN for the others, whose attacks count.
+    """
 
     lengths: Lengths
+    reference: Callable[[], np.ndarray]
     taper: np.ndarray = field(init=False)
     weight: np.ndarray = field(init=False)  # without what the edges touch
     wave: Waveform | None = None
@@ -134,7 +141,8 @@ class Overlay:
 
     def _learn(self) -> None:
         sounds = np.concatenate([np.empty((0, self.lengths.length)), *self.held])
-        self.wave = self._waveform(sounds[:LEARN])
+        reference = self.reference()[:LEARN]
+        self.wave = self._waveform(sounds[:LEARN], np.where(np.isfinite(reference), reference, 0.0))
         self.learned, self.held = True, []
         self.found.append(self._shifts(sounds))
 
@@ -144,7 +152,7 @@ class Overlay:
         laid = self._lay(sounds, self.wave.shifts, CLEAR)
         return np.where(_alike(laid), laid[:, 0] - self.wave.latency, np.nan)
 
-    def _waveform(self, sounds: np.ndarray) -> Waveform | None:
+    def _waveform(self, sounds: np.ndarray, reference: np.ndarray) -> Waveform | None:
         if len(sounds) < LEAST:
             return None
         lengths = self.lengths
@@ -168,8 +176,9 @@ class Overlay:
             if alike.sum() < max(LEAST, len(sounds) / 2):
                 return None
             shift, factor = laid[alike, 0], laid[alike, 1]
-            latency = float(np.median(shift))
-            if np.median(np.abs(shift - latency)) > lengths.agree:
+            late = shift - reference[alike]
+            latency = float(np.median(late))
+            if np.median(np.abs(late - latency)) > lengths.agree:
                 return None
             if turn < PASSES - 1:
                 # It is to begin where attacks do, not where that of its leader was taken to be.

@@ -199,7 +199,7 @@ def test_the_wave_is_learned_from_the_first_impacts_however_they_come():
     wave = rng.standard_normal(lengths.length) * np.hanning(lengths.length)
     sounds = np.exp(0.3 * rng.standard_normal((LEARN + 60, 1))) * wave
     sounds += 0.01 * rng.standard_normal(sounds.shape)
-    whole, parts = Overlay(lengths), Overlay(lengths)
+    whole, parts = (Overlay(lengths, lambda: np.full(LEARN, np.nan)) for _ in range(2))
     whole.add(sounds)
     for part in np.split(sounds, [3, 3, 90, LEARN - 1, LEARN + 1]):
         parts.add(part)
@@ -208,6 +208,5 @@ def test_the_wave_is_learned_from_the_first_impacts_however_they_come():
 
 
 def test_instants_are_never_put_out_of_order():
-    instant, alike = shifted(np.array([10.5, 12.5, 20.5]), np.array([1.5, -1.0, 0.25]))
+    instant = shifted(np.array([10.5, 12.5, 20.5]), np.array([1.5, -1.0, 0.25]))
     np.testing.assert_array_equal(instant, [10.5, 12.5, 20.75])
-    assert alike == pytest.approx(1 / 3)

@@ -1,0 +1,118 @@
+"""The edge of a sound record's band: the impulse response of the filter before its sampler.
+
+A record at 8 kHz was sampled, or resampled, behind a low-pass filter of linear phase, which rings
+before an impact as long as after it. Its response k(u), u in samples, is one of a few:
+
+    e sinc(e u) cos^2(pi u / 48),  |u| < 24        a cliff at e times half the rate,
+    sinc(u) I0(5 sqrt(1 - (u / 10)^2)) / I0(5)     a slope about half the rate,
+
+the Chebyshev filter of `scipy.signal.decimate` forward and backward, or none: samples of the sound
+itself. `step_modes` gives what a mode that starts at once looks like behind each of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+PER_SAMPLE = 16  # values of a response for each sample, for integrals
+PARTS = 4  # shifts for each sample
+_SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / (3 * PER_SAMPLE)
+HIGH_PASS = 800.0  # [Hz]: room noise is strongest below
+HIGH_PASS_REACH = 2e-3  # [s]
+
+
+def cliff(edge: float, reach: int = 24) -> np.ndarray:
+    """The response with its -6 dB point at `edge` times half the rate, from -reach to reach."""
+    u = np.arange(-reach * PER_SAMPLE, reach * PER_SAMPLE + 1) / PER_SAMPLE
+    return edge * np.sinc(edge * u) * np.cos(0.5 * np.pi * u / reach) ** 2
+
+
+def slope(reach: int = 10) -> np.ndarray:
+    """The response of a Kaiser window with beta 5, the default of `scipy.signal.resample_poly`."""
+    u = np.arange(-reach * PER_SAMPLE, reach * PER_SAMPLE + 1) / PER_SAMPLE
+    return np.sinc(u) * np.kaiser(len(u), 5.0)
+
+
+def chebyshev(reach: int = 24) -> np.ndarray:
+    """The response of `scipy.signal.decimate`: order 8, edge 0.8, forward and backward."""
+    from scipy import signal
+
+    impulse = np.zeros(2 * reach * PER_SAMPLE + 1)
+    impulse[reach * PER_SAMPLE] = PER_SAMPLE
+    sections = signal.cheby1(8, 0.05, 0.8 / PER_SAMPLE, output="sos")
+    return np.asarray(signal.sosfiltfilt(sections, impulse))
+
+
+def responses() -> list[np.ndarray]:
+    """All responses that are tried; the first of them is the one most records come near to."""
+    return [cliff(1.0), slope(), cliff(0.95), cliff(0.9), cliff(0.85), chebyshev()]
+
+
+def high_pass(rate: float) -> np.ndarray:
+    """Taps of the high-pass filter that sounds are compared behind: linear phase, no mean."""
+    reach = round(HIGH_PASS_REACH * rate)
+    share = 2.0 * HIGH_PASS / rate
+    taps = -share * np.sinc(share * np.arange(-reach, reach + 1)) * np.hamming(2 * reach + 1)
+    taps[reach] += 1.0
+    return taps - taps.mean()
+
+
+def step_modes(
+    exponents: np.ndarray, response: np.ndarray | None, taps: np.ndarray, first: int, last: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Modes that start at 0, and an impulse and its slope there, behind both filters.
+
+    Parameters
+    ----------
+    exponents : of each mode, for a sample; its imaginary part in [0, 2 pi]
+    response : of the filter before the sampler; None if there is none
+    taps : of the high-pass filter
+    first, last : whole samples since the start, between which they are wanted
+
+    Returns
+    -------
+    modes : (columns, PARTS (last - first) + 1)
+        Real and imaginary part of exp(exponent u) behind them, every 1 / PARTS samples.
+    beyond : (2, PARTS (last - first) + 1)
+        The response and its slope: what modes above the band leave in it.
+    """
+    count = PARTS * (last - first) + 1
+    if response is None:
+        reach = len(taps) // 2
+        u = np.arange(PARTS * (first - reach), PARTS * (last + reach) + 1) / PARTS
+        sounds = np.where(u >= 0, np.exp(exponents[:, None] * np.maximum(u, 0.0)), 0.0)
+        filtered = np.zeros((len(exponents), count), complex)
+        for k, tap in enumerate(taps):
+            filtered += tap * sounds[:, k * PARTS : k * PARTS + count]
+        return _parts(filtered, exponents), np.zeros((2, count))
+    both = np.zeros(len(response) + PER_SAMPLE * (len(taps) - 1))
+    for k, tap in enumerate(taps):
+        both[k * PER_SAMPLE : k * PER_SAMPLE + len(response)] += tap * response
+    reach = len(both) // (2 * PER_SAMPLE)  # of both filters together
+    begin, end = min(first, -reach), max(last, reach)
+    wide = np.zeros(PER_SAMPLE * (end - begin + 1) + 1)  # from begin - 1 on
+    at = PER_SAMPLE * (1 - reach - begin)
+    wide[at : at + len(both)] = both
+    step = PER_SAMPLE // PARTS
+    rows = PARTS * (end - begin) + 1
+    kept = slice(PARTS * (first - begin), PARTS * (first - begin) + count)
+    fine = np.stack([wide[PER_SAMPLE - i :][: step * rows : step] for i in range(step + 1)])
+    modes = np.empty((len(exponents), count), complex)
+    for exponent, out in zip(exponents, modes, strict=True):
+        cell = (_SIMPSON * np.exp(exponent * np.arange(step + 1) / PER_SAMPLE)) @ fine
+        out[:] = _accumulated(cell, np.exp(exponent / PARTS))[kept]
+    slopes = np.gradient(wide) * PER_SAMPLE
+    beyond = np.stack([part[PER_SAMPLE:][: step * rows : step][kept] for part in (wide, slopes)])
+    return _parts(modes, exponents), beyond
+
+
+def _accumulated(cell: np.ndarray, factor: complex) -> np.ndarray:
+    """y[i] = factor y[i - 1] + cell[i]."""
+    from scipy.signal import lfilter
+
+    return np.asarray(lfilter([1.0], [1.0, -factor], cell))
+
+
+def _parts(modes: np.ndarray, exponents: np.ndarray) -> np.ndarray:
+    """Real parts, and imaginary parts of the modes that turn."""
+    return np.concatenate((modes.real, modes.imag[exponents.imag > 1e-9]))

@@ -1,0 +1,258 @@
+"""Impacts of shared modes behind a linear-phase filter: timed by how a sound begins there."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy import integrate
+
+from benchmarks.recordings import score
+from benchmarks.sound_timing import MODES, band_limited, crossing
+from impactsig.detect._shared_modes import LEARN, SharedModes
+from impactsig.detect._shared_modes_fit import modes_behind, shared_exponents
+from impactsig.detect._shared_modes_kernels import crossings, log_probability
+from impactsig.detect._sound import detect_sound
+from impactsig.detect._sound_edge import (
+    PARTS,
+    chebyshev,
+    cliff,
+    high_pass,
+    responses,
+    slope,
+    step_modes,
+)
+from impactsig.detect._stream import Piece
+from impactsig.detect._windows import windows
+from tests import naive_sound
+
+RATE = 8000.0
+EXPONENTS = np.array([-1 / 48 + 2j * np.pi * 2140 / RATE, -1 / 32 + 2j * np.pi * 3710 / RATE])
+NONE = np.array([0.0, 1.0, 0.0])  # taps that pass everything
+
+
+def detect(x, rate):
+    return detect_sound(lambda: [Piece(0, np.asarray(x))], rate)
+
+
+def learned(truth):
+    """What shared modes make of a record, and the error of each instant [s]."""
+    found = detect(truth.samples, truth.rate)
+    f1, _, pairs = score(found.time, truth.time, 3e-3)
+    assert f1 == 1.0
+    return found, found.time - truth.time[pairs[:, 1]]
+
+
+# The numbers that are wanted, on modes and seeds that nothing was chosen on.
+
+
+@pytest.mark.parametrize("decimator", ["resample", "resample_poly", "decimate", "sox"])
+@pytest.mark.parametrize("rate", [8000, 11_025, 16_000])
+@pytest.mark.parametrize(("noise", "most", "modes"), [(49.0, 60, "five"), (20.0, 75, "three")])
+def test_scatter_behind_common_decimators(rate, decimator, noise, most, modes):
+    truth = band_limited(rate, decimator, noise, 201, modes=MODES[modes], count=120)
+    found, off = learned(truth)
+    assert 1e6 * np.std(off) <= most
+    assert abs(np.mean(off)) < 0.5 / rate
+    if noise < 30:  # in less noise the errors of the model decide
+        scaled = (off - np.median(off)) / found.time_error
+        assert 0.5 < np.sqrt(np.mean(scaled**2)) < 1.6
+
+
+@pytest.mark.parametrize("rate", [8000, 11_025, 16_000, 22_050])
+def test_a_record_without_a_filter_keeps_its_attacks(rate):
+    truth = band_limited(rate, "", 49.0, 202, modes=MODES["sample"], count=60)
+    found, off = learned(truth)
+    np.testing.assert_allclose(found.time * rate % 1, 0.5, atol=1e-6)
+    assert np.isnan(found.time_error).all()
+    assert np.std(off) < 0.5 / rate
+
+
+@pytest.mark.parametrize("rate", [8000, 11_025])
+def test_of_modes_new_at_each_impact_the_crossing_is_taken(rate):
+    rng = np.random.default_rng(203)
+    parts = []
+    for seed in range(30):
+        tones = sorted(rng.uniform(1500, 0.45 * rate, 3))
+        modes = [(tone, rng.uniform(2e-3, 6e-3), 1.0) for tone in tones]
+        parts.append(band_limited(rate, "sox", 49.0, seed, modes=modes, count=4))
+    x = np.concatenate([part.samples for part in parts])
+    begins = np.cumsum([0] + [len(part.samples) for part in parts[:-1]]) / rate
+    time = np.concatenate([part.time + at for part, at in zip(parts, begins, strict=True)])
+    found = detect(x, rate)
+    _, deviation, _ = score(found.time, time, 3e-3)
+    plain = np.concatenate([crossing(part, 0.3, False) - part.time for part in parts])
+    assert np.isnan(found.time_error).all()
+    assert deviation < 1.3 * np.std(plain)
+    assert deviation < 150e-6
+
+
+@pytest.mark.parametrize("decimator", ["resample_poly", "sox"])
+@pytest.mark.parametrize("rate", [8000, 11_025, 16_000])
+def test_impacts_of_one_waveform_are_timed_by_it(rate, decimator):
+    truth = band_limited(
+        rate, decimator, 49.0, 204, modes=MODES["sample"], count=80, phases=(0.3, 1.9, 4.0)
+    )
+    found, off = learned(truth)
+    assert found.alike > 0.4  # the attacks of others are more than a millisecond early
+    alike = np.isnan(found.time_error)
+    assert np.std(off[alike]) < 2e-6
+    assert np.std(off) < 3e-6
+
+
+def test_neither_division_into_blocks_nor_unit_matters():
+    truth = band_limited(8000, "sox", 30.0, 205, modes=MODES["three"], count=LEARN + 40)
+    x = truth.samples
+    whole = detect(x, truth.rate)
+    assert np.isfinite(whole.time_error).sum() > LEARN
+    rng = np.random.default_rng(205)
+    for count in (1, 7, 100):
+        edges = [0, *np.sort(rng.choice(np.arange(1, len(x)), count, replace=False)), len(x)]
+        pieces = [Piece(int(a), x[a:b]) for a, b in pairwise(edges)]
+        again = detect_sound(lambda p=pieces: p, truth.rate)
+        np.testing.assert_array_equal(again.time, whole.time)
+        np.testing.assert_array_equal(again.time_error, whole.time_error)
+    np.testing.assert_array_equal(detect(-(2.0**-9) * x, truth.rate).time, whole.time)
+
+
+def test_no_more_than_the_sounds_learned_from_are_kept():
+    truth = band_limited(8000, "sox", 30.0, 206, modes=MODES["three"], count=60)
+    modes = SharedModes(8000.0, 1, 2)
+    window = next(iter(windows([Piece(0, truth.samples)], len(truth.samples))))
+    attacks = np.rint(truth.time * 8000) - 0.5
+    for _ in range(10):
+        modes.add(window, attacks)
+        assert sum(len(waves) for waves in modes.held) < LEARN
+    assert modes.learned
+    assert len(modes.timing().shift) == 10 * len(attacks)
+
+
+# The parts.
+
+
+@pytest.mark.parametrize("response", [cliff(1.0), cliff(0.9), slope()])
+def test_modes_behind_a_filter_are_its_convolution_with_them(response):
+    reach = (len(response) - 1) // 32
+    modes, beyond = step_modes(EXPONENTS, response, NONE, -30, 40)
+    places = np.arange(-30 * PARTS, 40 * PARTS + 1) / PARTS
+    lattice = np.arange(-reach * 16, reach * 16 + 1) / 16
+    at = {u: value for u, value in zip(lattice, response, strict=True)}
+    np.testing.assert_allclose(beyond[0], [at.get(u, 0.0) for u in places], atol=1e-12)
+    fine = np.arange(-reach * 256, reach * 256 + 1) / 256
+    if reach == 10:
+        k = np.sinc(fine) * np.kaiser(len(fine), 5.0)
+    else:
+        share = response[reach * 16]
+        k = share * np.sinc(share * fine) * np.cos(0.5 * np.pi * fine / reach) ** 2
+    for u, column in zip(places[::23], modes.T[::23], strict=True):
+        inside = fine <= u
+        for j, exponent in enumerate(EXPONENTS):
+            sound = k[inside] * np.exp(exponent * (u - fine[inside]))
+            value = integrate.simpson(sound, x=fine[inside]) if inside.sum() > 2 else 0.0
+            assert column[j] == pytest.approx(value.real, abs=1e-4)
+            assert column[j + len(EXPONENTS)] == pytest.approx(value.imag, abs=1e-4)
+
+
+def test_without_a_filter_modes_are_themselves():
+    modes, beyond = step_modes(EXPONENTS, None, NONE, -5, 20)
+    u = np.arange(-5 * PARTS, 20 * PARTS + 1) / PARTS
+    expected = np.where(u >= 0, np.exp(EXPONENTS[:, None] * u), 0.0)
+    np.testing.assert_allclose(modes, np.concatenate((expected.real, expected.imag)), atol=1e-12)
+    assert not beyond.any()
+
+
+def test_responses_pass_what_is_far_below_their_edge():
+    for response in responses():
+        reach = (len(response) - 1) // 32
+        u = np.arange(-reach * 16, reach * 16 + 1) / 16
+        for share in (0.0, 0.3, 0.5):
+            gain = np.sum(response * np.cos(np.pi * share * u)) / 16
+            assert gain == pytest.approx(1.0, abs=0.02)
+    # At half the rate 1 / (1 + ripple T_8(x)^2), x the ratio of the prewarped frequencies.
+    stop = np.sum(chebyshev() * np.cos(np.pi * np.arange(-384, 385) / 16)) / 16
+    ratio = np.tan(np.pi / 32) / np.tan(0.8 * np.pi / 32)
+    closed = 1 / (1 + (10**0.005 - 1) * np.cosh(8 * np.arccosh(ratio)) ** 2)
+    assert stop == pytest.approx(closed, abs=5e-4)
+
+
+def test_the_high_pass_filter_stops_hum_and_passes_modes():
+    taps = high_pass(RATE)
+    n = np.arange(len(taps)) - len(taps) // 2
+    gain = {f: np.sum(taps * np.cos(2 * np.pi * f / RATE * n)) for f in (0, 100, 2000, 3500)}
+    assert abs(gain[0]) < 1e-12
+    assert abs(gain[100]) < 0.02
+    assert gain[2000] == pytest.approx(1.0, abs=0.01)
+    assert gain[3500] == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("response", [cliff(1.0), cliff(0.95), slope(), chebyshev()])
+def test_the_shift_of_a_sound_without_noise_is_recovered(response):
+    taps = high_pass(RATE)
+    model = modes_behind(EXPONENTS, response, taps, RATE)
+    model.prior, model.error = (1e-9, 1e-9), 1e-9  # all modes lie in the band; no noise
+    rng = np.random.default_rng(8)
+    modes, _ = step_modes(EXPONENTS, response, taps, -60, 80)
+    shifts = rng.integers(-4 * PARTS, 4 * PARTS, 20)
+    places = PARTS * np.arange(20, 120) - shifts[:, None]
+    sounds = np.einsum("ij,jik->ik", rng.standard_normal((20, len(modes))), modes[:, places])
+    for sign in (1.0, -1e-3):
+        fits = model.fit(sign * sounds, np.full(20, 40.0))
+        # Between two shifts of the model it interpolates.
+        assert np.abs(fits[:, 0] - 40.0 - shifts / PARTS).max() < 0.6 / PARTS
+        assert (np.abs(fits[:, 2]) < 1e-9).all()
+
+
+def test_exponents_are_those_of_the_sounds():
+    rng = np.random.default_rng(9)
+    t = np.arange(60)
+    amplitude = rng.standard_normal((30, 2)) + 1j * rng.standard_normal((30, 2))
+    sounds = (amplitude @ np.exp(EXPONENTS[:, None] * t)).real
+    choices = shared_exponents(sounds, np.zeros(30), 0.0, RATE)
+    found = choices[0][np.argsort(choices[0].imag)]
+    np.testing.assert_allclose(found, EXPONENTS, atol=1e-8)
+    # The mode at 3.7 kHz may be one at 4.3, folded.
+    folded = choices[-1][np.argsort(choices[-1].imag)]
+    np.testing.assert_allclose(folded.imag[1], 2 * np.pi - EXPONENTS.imag[1], atol=1e-8)
+
+
+def test_sounds_without_modes_in_common_have_no_exponents():
+    noise = np.random.default_rng(10).standard_normal((60, 60))
+    assert shared_exponents(noise, np.zeros(60), 0.0, RATE) == []
+
+
+def test_twin_of_the_probability_of_a_shift():
+    rng = np.random.default_rng(11)
+    q = np.linalg.qr(rng.standard_normal((30, 4)))[0]
+    k = rng.standard_normal((30, 2))
+    k -= q @ (q.T @ k)
+    y = q @ rng.standard_normal(4) + 0.2 * k @ rng.standard_normal(2)
+    y += 0.05 * rng.standard_normal(30)
+    square = k.T @ k
+    gram = np.array([square[0, 0], square[1, 1], square[0, 1]])
+    energy = y @ y
+    values = []
+    for scale in (1.0, 0.3):  # the densities differ by a constant only
+        projection = np.array([np.sum((q.T @ y) ** 2), *(scale * k.T @ y)])
+        value, explained = log_probability(projection, scale**2 * gram, energy, 2e-3, (1e-2, 3e-3))
+        slow = naive_sound.log_probability(y, q, scale * k, 2e-3, (1e-2, 3e-3))
+        values.append(value - slow)
+        assert 0.0 < explained < 1.0
+    assert values[0] == pytest.approx(values[1], rel=1e-9)
+
+
+def test_twin_of_the_crossing():
+    rng = np.random.default_rng(12)
+    sounds = rng.standard_normal((5, 60)) * np.linspace(0, 1, 60) ** 2
+    sounds[4] = 0.0
+    out = np.empty(5)
+    crossings(sounds, 10, 12, 45, (0.3, 0.0, 0.6), out)
+    assert np.isnan(out[4])
+    for y, found in zip(sounds[:4], out[:4], strict=True):
+        greatest = max(
+            level
+            for level in np.linspace(0.01, 3.0, 300)
+            if np.isfinite(naive_sound.crossing(y, 12, 45, level, 8))
+        )
+        slow = naive_sound.crossing(y, 12, 45, 0.3 * greatest, 8)
+        assert 0.0 <= slow - found < 1 / 8
