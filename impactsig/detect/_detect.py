@@ -36,6 +36,7 @@ def detect_impacts(
     dead_time: float = 0.0,
     gaps: Gaps = "refuse",
     skip_quiet: bool = True,
+    least_probability: float = 0.5,
 ) -> Impacts:
     """Find every impact of a recording and measure it.
 
@@ -55,8 +56,7 @@ def detect_impacts(
         or as a multiple of its noise, ``"6 sigma"``. By default at least 5 sigma, and such that in
         the seconds around Gaussian noise would be taken for an impact once in fifty minutes, or
         once in 2000 impacts.
-        Sound: how many times the noise an impact must reach in every octave, given either way.
-        By default it need not; what counts is the rise of power.
+        Of force records only; for sound there is `least_probability`.
     polarity : {"auto", "positive", "negative"}
         Direction of the pulses of a force record; "auto" takes that of the strongest ones.
     contact_level : float or str
@@ -76,7 +76,11 @@ def detect_impacts(
     gaps : {"refuse", "split"}
         What to do about samples that are missing or not finite.
     skip_quiet : bool
-        Pass over stretches that cannot hold an impact. The result is the same without it.
+        Pass over stretches of a force record that cannot hold an impact. The result is the same
+        without it.
+    least_probability : float
+        Of sound: impacts that are less likely are left out, between 0 and 1. A lower one finds
+        softer impacts, and more that are none.
 
     Returns
     -------
@@ -138,7 +142,7 @@ def detect_impacts(
     }
     with compiling():
         if kind == "sound":
-            if polarity != "auto" or level or contact_time is not None:
+            if polarity != "auto" or level or contact_time is not None or threshold is not None:
                 raise next(
                     InvalidInput(
                         name, value, "its default for sound", "It is of force records only"
@@ -147,10 +151,11 @@ def detect_impacts(
                         ("polarity", polarity, "auto"),
                         ("contact_level", contact_level, 0.0),
                         ("contact_time", contact_time, None),
+                        ("threshold", threshold, None),
                     )
                     if value != default
                 )
-            columns, run = _find_sound(opened, chosen, skip_quiet)
+            columns, run = _find_sound(opened, least_probability)
         else:
             wanted = Wanted(_SIGNS[polarity], chosen, level, relative, *span, skip_quiet)
             columns, run = _find_force(opened, wanted, contact_level)
@@ -311,11 +316,11 @@ def _counted(disturbances: list[Disturbance]) -> str:
     return ", ".join(f"{kinds.count(kind)} {KINDS[kind]}" for kind in dict.fromkeys(kinds))
 
 
-def _find_sound(source: Source, level: Level, skip: bool) -> tuple[Columns, dict[str, Any]]:
+def _find_sound(source: Source, least_probability: float) -> tuple[Columns, dict[str, Any]]:
     from ._sound import detect_sound
 
-    multiple = level.sigma if level.unit is None else level.unit
-    found = detect_sound(source.pieces, source.head.rate, threshold=multiple, skip=skip)
+    rate = source.head.rate
+    found = detect_sound(source.pieces, rate, least_probability=least_probability)
     columns: Columns = {
         "time": source.head.start + found.time,
         "peak": found.peak,
@@ -325,9 +330,6 @@ def _find_sound(source: Source, level: Level, skip: bool) -> tuple[Columns, dict
         "threshold": found.threshold,
         "noise": found.noise,
         "reason": found.reason,
-        "settings": {
-            "least_rise": found.least_rise,
-            "background": found.background,
-            "alike": found.alike,
-        },
+        "notes": found.notes,
+        "settings": {"least_probability": least_probability, "alike": found.alike},
     }
