@@ -276,7 +276,7 @@ def test_strokes_in_ringing_and_rattling_sound_are_found():
             x[place] += 0.02 * np.exp(-since / 0.5) * np.sin(2 * np.pi * tone * since + phase)
         x[place] += 0.1 * rng.standard_normal(len(since)) * np.exp(-since / 0.03)
         x[place] += 0.3 * np.exp(-since / 0.1) * np.sin(2 * np.pi * 120 * since)
-    # Eleven strokes a second, each ringing into the next ten: soft evidence, but hardly a false one.
+    # Nine strokes a second, each ringing into the next ten: faint evidence, but none false.
     for least, f1 in ((0.5, 0.85), (0.3, 0.98)):
         found = detect(x, rate, least_probability=least).time
         found = found[group_starts(found, 0.03)]
