@@ -27,16 +27,150 @@ def octave_powers(x, octaves):
     return np.array(rows)
 
 
-def rise(power, past, forward, floor):
-    """D of each frame, and the forward powers."""
-    weights = np.arange(forward, 0, -1) / np.arange(forward, 0, -1).sum()
-    d, ahead = np.zeros(power.shape[1]), np.zeros_like(power)
-    for j in range(past, power.shape[1] - forward):
-        ahead[:, j] = power[:, j : j + forward] @ weights
-        behind = power[:, j - past : j].mean(axis=1)
-        ratio = (ahead[:, j] + floor) / (behind + floor)
-        d[j] = np.maximum(0, np.log(ratio)).mean()
-    return d, ahead
+def quantile_power(powers, freedom):
+    """Noise power (Gaussian) whose means of `freedom` squares lie below the lowest tenth's edge."""
+    tenth = np.sort(powers)[int(0.1 * len(powers))]
+    return tenth / (1 - 2 / (9 * freedom) - 1.2815515655446004 * np.sqrt(2 / (9 * freedom))) ** 3
+
+
+def windows_of(count, size, blocks):
+    """For each window of `size` frames its blocks of 128: [first, last) and those within reach."""
+    for begin in range(0, count, size):
+        first, last = begin // 128, -(-min(begin + size, count) // 128)
+        yield first, last, max(first - blocks, 0), last + blocks
+
+
+def octave_rise(x, scale, rate, size=4096):
+    """C of each frame of the record, without digital silence."""
+    hop, octaves = scale.hop, scale.octaves
+    whole, more = extended(x, hop, 80)
+    power = octave_powers(whole, octaves)
+    count = -(-len(x) // hop)
+    real = len(x) // hop - 4
+    block = 128 * hop / rate
+    weights = 2.0 ** (-np.arange(octaves) / 2)
+    weights /= weights.sum()
+    after, before = np.zeros((octaves, count)), np.zeros((octaves, count))
+    falling = np.arange(scale.forward, 0, -1) / np.arange(scale.forward, 0, -1).sum()
+    for j in range(count):
+        after[:, j] = power[:, more + j : more + j + scale.forward] @ falling
+        before[:, j] = power[:, more + j - scale.past : more + j].mean(axis=1)
+    groups = 2 * -(-count // 16)
+    parts = power[:, more : more + 8 * groups].reshape(octaves, groups, 8).mean(axis=2)
+    sure = np.array([8 * g >= 4 and 8 * g + 8 <= real for g in range(groups)])
+    filled = np.pad(parts, ((0, 0), (0, -groups % 16)))
+    means = filled.reshape(octaves, -1, 16).mean(axis=2)
+    c = np.zeros(count)
+    for first, last, low, high in windows_of(count, size, round(4 / block)):
+        for b in range(octaves):
+            inside = np.flatnonzero(sure[16 * low : 16 * high]) + 16 * low
+            noise = quantile_power(parts[b, inside], 8 * hop / 2 ** (b + 1))
+            for g in range(first, last):
+                near = round(1 / block)
+                strongest = means[b, max(g - near, 0) : g + near + 1].max()
+                background = max(noise, 1e-4 * strongest)
+                for j in range(128 * g, min(128 * g + 128, count)):
+                    ratio = after[b, j] / max(before[b, j], 2 * background)
+                    c[j] += weights[b] * max(0.0, np.log(ratio))
+    c[: scale.past] = 0
+    c[real - scale.forward :] = 0
+    return c
+
+
+def band_powers(x, rate, hop, bands):
+    """Power of each band (rows) in windows centred on every `hop`-th sample."""
+    size = len(bands.window)
+    hann = np.sin(np.pi * np.arange(size) / size) ** 2
+    frames = -(-len(x) // hop)
+    more = np.concatenate((np.full(size, x[0]), x, np.full(size + hop, x[-1])))
+    triangles = []
+    centre, step = [30.0], rate / size
+    while (upper := max(centre[-1] * 2 ** (1 / 24), centre[-1] + step)) <= min(17e3, 0.475 * rate):
+        centre.append(upper)
+    for low, middle, high in zip(centre, centre[1:], centre[2:], strict=False):
+        frequency = step * np.arange(size // 2 + 1)
+        triangles.append(np.interp(frequency, [low, middle, high], [0, 1, 0]))
+    power = np.empty((len(triangles), frames))
+    for i in range(frames):
+        piece = more[size + i * hop - size // 2 :][:size]
+        piece = piece - np.sum(hann * piece) / hann.sum()
+        power[:, i] = np.array(triangles) @ np.abs(np.fft.rfft(hann * piece)) ** 2
+    return power
+
+
+def band_rise(x, rate, hop, bands, freedom, lag, size=256):
+    """B of each frame, without digital silence."""
+    power = band_powers(x, rate, hop, bands)
+    count, half = power.shape[1], len(bands.window) // 2
+    centre = hop * np.arange(count)
+    heard = (centre >= half) & (centre + half <= len(x))
+    block = 8 * hop / rate
+    blocks = -(-count // 8)
+    means = np.zeros((len(power), blocks))
+    for g in range(blocks):
+        inside = [k for k in range(8 * g, min(8 * g + 8, count)) if heard[k]]
+        means[:, g] = power[:, inside or slice(8 * g, 8 * g + 8)].mean(axis=1)
+    sounding = np.array([heard[8 * g : 8 * g + 8].any() for g in range(blocks)])
+    rise = np.zeros(count)
+    for first, last, low, high in windows_of(16 * count, 16 * size, round(4 / block)):
+        inside = np.flatnonzero(sounding[low:high]) + low
+        noise = np.array(
+            [quantile_power(row[inside], n) for row, n in zip(means, freedom, strict=True)]
+        )
+        for g in range(first, last):
+            near = round(1 / block)
+            strongest = means[:, max(g - near, 0) : g + near + 1].max(axis=1)
+            least = 4 * np.maximum(noise, 1e-4 * strongest)
+            for i in range(8 * g, min(8 * g + 8, count)):
+                then = np.pad(power[:, max(i - lag, 0)], 1)
+                widest = np.maximum(np.maximum(then[:-2], then[1:-1]), then[2:])
+                ratio = np.maximum(power[:, i], least) / np.maximum(widest, least)
+                rise[i] = np.maximum(0, np.log(ratio)).mean()
+    known = heard & (np.arange(count) >= lag - (-half // hop))
+    return np.where(known, rise, 0.0), known
+
+
+def crests(values, spacing):
+    """Frames that no frame within `spacing` exceeds, nor equals before."""
+    padded = np.pad(values, spacing)
+    found = []
+    for j in np.flatnonzero(values > 0):
+        near = padded[j : j + 2 * spacing + 1]
+        if near[:spacing].max() < values[j] >= near[spacing:].max():
+            found.append(j)
+    return np.array(found)
+
+
+def evidence(c, b, known, spacing, spread, rate, hop):
+    """Crests of C (and of B where there is none of C) and what bears them out, by frame."""
+    found = {}
+    frame = hop / rate
+    place = crests(c, spacing)
+    place = place[c[place] >= 0.5 * spread]
+
+    def around(i):
+        return b[max(i - round(0.15 / frame / 16), 0) : i + round(0.05 / frame / 16) + 1].mean()
+
+    for j in place:
+        i = min(round(j / 16), len(b) - 1)
+        near = b[max(i - 2, 0) : i + 3].max() / max(0.02, around(i))
+        reach = round(1 / (128 * frame))
+        g = j // 128
+        sample = np.sort(c[128 * max(g - reach, 0) : 128 * (g + reach + 1) : 16])
+        least = spread * (0.9 + 14 * spread)
+        calm = c[j] / (least + 12 * sample[int(0.9 * len(sample))])
+        found[int(j)] = max(min(calm, near if known[i] else np.inf), c[j] / max(1.4, least))
+    last = -np.inf
+    reach = round(0.03 / frame / 16)
+    for i in range(len(b)):
+        if b[i] == 0 or b[i] < b[max(i - reach, 0) : i + reach + 1].max() or i - last <= reach:
+            continue
+        last = i
+        strength = b[i] / max(0.3, 1.1 * around(i))
+        beside = [j for j in place if -0.012 / frame <= j - 16 * i < 0.02 / frame]
+        best = max(beside, key=lambda j: c[j]) if beside else 16 * i
+        found[int(best)] = max(found.get(int(best), 0.0), strength)
+    return found
 
 
 def attack(x, at, scale):
@@ -57,23 +191,6 @@ def attack(x, at, scale):
                 gain -= k * np.log(before) + (len(y) - k) * np.log(after)
                 best = max(best, (gain, first + k), key=lambda item: item[0])
     return best[1]
-
-
-def impacts(x, scale, floor, least_rise):
-    """Instants, in samples, and peaks."""
-    whole, more = extended(x, scale.hop)
-    d, _ = rise(octave_powers(whole, scale.octaves), scale.past, scale.forward, floor)
-    d = d[more:]
-    d[: scale.past] = d[len(x) // scale.hop - 4 - scale.forward :] = 0
-    found = []
-    for j in np.flatnonzero(d >= least_rise):
-        near = d[max(j - scale.spacing, 0) : j + scale.spacing + 1]
-        if d[j] == near.max():
-            split = attack(x, int(j) * scale.hop, scale)
-            before = x[max(split - scale.past * scale.hop, 0) : split]
-            after = x[split : split + scale.forward * scale.hop]
-            found.append((split - 0.5, np.abs(after - before.mean()).max()))
-    return np.array(found).reshape(-1, 2)
 
 
 def log_probability(y, q, k, error, prior):
@@ -99,3 +216,9 @@ def crossing(y, begin, end, level, fine):
         if abs(np.sum(y * np.sinc(away) * window)) >= level:
             return begin + i / fine
     return np.nan
+
+
+def peak(x, split, scale):
+    """Greatest deviation after an attack from the mean before it."""
+    before = x[max(split - scale.past * scale.hop, 0) : split]
+    return np.abs(x[split : split + scale.forward * scale.hop] - before.mean()).max()

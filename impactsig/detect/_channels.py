@@ -11,7 +11,8 @@ from ..errors import InvalidInput
 from ..impacts import Impacts
 
 FORCE_ONLY = ("threshold", "polarity", "contact_level", "contact_time")
-"""Arguments that say nothing of sound, where other channels record force."""
+SOUND_ONLY = ("least_probability",)
+"""Arguments that say nothing of the other kind, where channels are of both."""
 
 
 def detect_channels(
@@ -33,8 +34,9 @@ def detect_channels(
     trains = []
     for channel, kind in zip(channels, kinds, strict=True):
         own = options
-        if mixed and kind == "sound":
-            own = {name: value for name, value in options.items() if name not in FORCE_ONLY}
+        if mixed:
+            without = FORCE_ONLY if kind == "sound" else SOUND_ONLY
+            own = {name: value for name, value in options.items() if name not in without}
         trains.append(detect(source, channel=channel, sensor=kind, **own))
     found = combine_impacts(trains, stops=stops)
     names = [train.settings["channel"] for train in trains]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -14,8 +12,15 @@ from .._corrections import applied_beside
 from ..errors import InvalidInput, finite_number
 from ..impacts import KINDS, Disturbance, Impacts
 from ..recording import Sensor
+from ._asked import (
+    parse_contact_level,
+    parse_contact_time,
+    parse_probability,
+    parse_threshold,
+    refuse_other_than_default,
+)
 from ._channels import detect_channels
-from ._force import MOST_SAMPLES, Level, Wanted, detect_force
+from ._force import MOST_SAMPLES, Wanted, detect_force
 from ._merge import Columns, keep_first, merge
 from ._notes import force_notes
 from ._source import Gaps, Source, open_source
@@ -23,8 +28,6 @@ from ._watching import compiling
 
 Polarity = Literal["auto", "positive", "negative"]
 _SIGNS = {"auto": 0.0, "positive": 1.0, "negative": -1.0}
-_PERCENT = re.compile(r"\s*([0-9.eE+-]+)\s*%\s*")
-_SIGMAS = re.compile(r"\s*([0-9.eE+-]+)\s*(?:σ|sigmas?)\s*")
 
 
 def detect_impacts(
@@ -41,6 +44,7 @@ def detect_impacts(
     dead_time: float = 0.0,
     gaps: Gaps = "refuse",
     skip_quiet: bool = True,
+    least_probability: float = 0.5,
 ) -> Impacts:
     """Find every impact of a recording and measure it.
 
@@ -62,9 +66,7 @@ def detect_impacts(
         Force: level that the response to an impact must reach (see Notes), in the recording's unit,
         or as a multiple of its noise, ``"6 sigma"``. By default at least 5 sigma, and such that in
         the seconds around Gaussian noise would be taken for an impact once in fifty minutes, or
-        once in 2000 impacts.
-        Sound: how many times the noise an impact must reach in every octave, given either way.
-        By default it need not; what counts is the rise of power.
+        once in 2000 impacts. Of force records only; sound has `least_probability`.
     polarity : {"auto", "positive", "negative"}
         Direction of the pulses of a force record; "auto" takes that of the strongest ones.
     contact_level : float or str
@@ -84,15 +86,18 @@ def detect_impacts(
     gaps : {"refuse", "split"}
         What to do about samples that are missing or not finite.
     skip_quiet : bool
-        Pass over stretches that cannot hold an impact. The result is the same without it.
+        Pass over stretches of a force record that cannot hold an impact. The result is the same
+        without it.
+    least_probability : float
+        Of sound: impacts that are less likely are left out, between 0 and 1. A lower one finds
+        softer impacts, and more that are none.
 
     Returns
     -------
     Impacts
         With `reason` where there are none, `notes` on what makes them doubtful, and the
-        `disturbances` that were kept apart from them.
-
-        Corrections beside a file (`Impacts.write_corrections`) are made again.
+        `disturbances` that were kept apart from them. Corrections beside a file
+        (`Impacts.write_corrections`) are made again. Sound has a rough `probability` of each.
 
     Raises
     ------
@@ -129,7 +134,7 @@ def detect_impacts(
     options: dict[str, Any] = dict(
         threshold=threshold, polarity=polarity, contact_level=contact_level,
         contact_time=contact_time, merge_within=merge_within, dead_time=dead_time, gaps=gaps,
-        skip_quiet=skip_quiet,
+        skip_quiet=skip_quiet, least_probability=least_probability,
     )  # fmt: skip
     if isinstance(channel, Sequence) and not isinstance(channel, str):
         found = detect_channels(detect_channel, source, channel, sensor, stops, options)
@@ -153,6 +158,7 @@ def detect_channel(
     dead_time: float,
     gaps: Gaps,
     skip_quiet: bool,
+    least_probability: float = 0.5,
 ) -> Impacts:
     """The impacts of one channel, as the sensor's detector finds them."""
     if polarity not in tuple(_SIGNS):
@@ -165,6 +171,7 @@ def detect_channel(
     ):
         if finite_number(name, value, "a finite number, 0 or greater") < 0:
             raise InvalidInput(name, value, "a finite number, 0 or greater")
+    parse_probability(least_probability)
     chosen = parse_threshold(threshold)
     level, relative = parse_contact_level(contact_level)
     span = parse_contact_time(contact_time)
@@ -179,20 +186,16 @@ def detect_channel(
     }
     with compiling():
         if kind == "sound":
-            if polarity != "auto" or level or contact_time is not None:
-                raise next(
-                    InvalidInput(
-                        name, value, "its default for sound", "It is of force records only"
-                    )
-                    for name, value, default in (
-                        ("polarity", polarity, "auto"),
-                        ("contact_level", contact_level, 0.0),
-                        ("contact_time", contact_time, None),
-                    )
-                    if value != default
-                )
-            columns, run = _find_sound(opened, chosen, skip_quiet)
+            refuse_other_than_default(
+                kind,
+                ("polarity", polarity, "auto"),
+                ("contact_level", contact_level, 0.0),
+                ("contact_time", contact_time, None),
+                ("threshold", threshold, None),
+            )
+            columns, run = _find_sound(opened, least_probability)
         else:
+            refuse_other_than_default(kind, ("least_probability", least_probability, 0.5))
             wanted = Wanted(_SIGNS[polarity], chosen, level, relative, *span, skip_quiet)
             columns, run = _find_force(opened, wanted, contact_level)
     if dead_time > 0:
@@ -213,74 +216,6 @@ def detect_channel(
         recorded_at=head.recorded_at,
         settings={**settings, "channel": head.channels[0]},
     )
-
-
-def parse_threshold(threshold: float | str | None) -> Level:
-    """The level, in the unit or in standard deviations, from what the user gave.
-
-    Raises
-    ------
-    InvalidInput
-        If it is neither a positive number nor one followed by "sigma".
-    """
-    if threshold is None:
-        return Level()
-    match = _SIGMAS.fullmatch(threshold) if isinstance(threshold, str) else None
-    try:
-        value = float(match[1] if match else threshold)
-    except (TypeError, ValueError):
-        value = math.nan
-    if not (math.isfinite(value) and value > 0):
-        raise InvalidInput(
-            "threshold", threshold, 'a positive level, or a multiple of the noise such as "6 sigma"'
-        )
-    return Level(sigma=value) if match else Level(unit=value)
-
-
-def parse_contact_level(level: float | str) -> tuple[float, bool]:
-    """The level, and whether it is a share of the peak.
-
-    Raises
-    ------
-    InvalidInput
-        If it is neither a level of 0 or more nor a percentage below 100.
-    """
-    match = _PERCENT.fullmatch(level) if isinstance(level, str) else None
-    try:
-        value = float(match[1]) / 100 if match else float(level)
-    except (TypeError, ValueError):
-        value = math.nan
-    if not (math.isfinite(value) and value >= 0 and (not match or 0 < value < 1)):
-        raise InvalidInput(
-            "contact_level",
-            level,
-            'a level of 0 or more in the unit, or a share of the peak such as "10 %"',
-        )
-    return value, match is not None
-
-
-def parse_contact_time(span: Any) -> tuple[float, float | None]:
-    """Shortest and longest contact [s], None where the record decides.
-
-    Raises
-    ------
-    InvalidInput
-        If they are no two times, the longest greater than the shortest.
-    """
-    if span is None:
-        return 0.0, None
-    try:
-        shortest, longest = (float(one) for one in span)
-    except (TypeError, ValueError):
-        shortest = longest = math.nan
-    if not (0 <= shortest < longest < math.inf):
-        raise InvalidInput(
-            "contact_time",
-            span,
-            "the shortest and the longest contact [s], 0 <= shortest < longest",
-            "contact_time=(0, 0.1) finds pulses of up to 0.1 s",
-        )
-    return shortest, longest
 
 
 def _find_force(
@@ -352,23 +287,21 @@ def _counted(disturbances: list[Disturbance]) -> str:
     return ", ".join(f"{kinds.count(kind)} {KINDS[kind]}" for kind in dict.fromkeys(kinds))
 
 
-def _find_sound(source: Source, level: Level, skip: bool) -> tuple[Columns, dict[str, Any]]:
+def _find_sound(source: Source, least_probability: float) -> tuple[Columns, dict[str, Any]]:
     from ._sound import detect_sound
 
-    multiple = level.sigma if level.unit is None else level.unit
-    found = detect_sound(source.pieces, source.head.rate, threshold=multiple, skip=skip)
+    rate = source.head.rate
+    found = detect_sound(source.pieces, rate, least_probability=least_probability)
     columns: Columns = {
         "time": source.head.start + found.time,
         "peak": found.peak,
+        "probability": found.probability,
         "flags": found.flags,
     }
     return columns, {
         "threshold": found.threshold,
         "noise": found.noise,
         "reason": found.reason,
-        "settings": {
-            "least_rise": found.least_rise,
-            "background": found.background,
-            "alike": found.alike,
-        },
+        "notes": found.notes,
+        "settings": {"least_probability": least_probability, "alike": found.alike},
     }

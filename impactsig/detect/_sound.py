@@ -1,51 +1,48 @@
-"""Impacts in a sound record: the instants at which the power rises at once in all octaves.
+"""Impacts in a sound record: the instants at which its power rises at once.
 
-The record is split into octaves above about 1 kHz (5/3 wavelet), and their power taken in frames
-of at most 0.5 ms. With F the mean power over the 4 ms from a frame on, weighted by a line that
-falls to zero, A that over the 4 ms before it, and N the power of the noise, the rise is the mean
-over the m octaves
+The record is seen in two ways. First in octaves above about 1 kHz (5/3 wavelet), in frames of at
+most 0.5 ms: with F_b the mean power over the 4 ms from a frame on, weighted by a line that falls to
+zero, A_b that over the 4 ms before it, and L_b the background (`_sound_floor.py`), the rise is
 
-    D = 1/m sum_b max(0, ln((F_b + 4 N_b) / (A_b + 4 N_b))).
+    C = sum_b w_b max(0, ln(F_b / max(A_b, 2 L_b))),    w_b ~ 2^(-b/2) from the highest down:
 
-Ringing decays and does not raise D, but it beats and rattles; how much tells the median of D over
-the record. An impact is a crest of D that no other within 3 ms exceeds, of at least 22 times that
-median and 0.5. Its attack is where, within 1.5 ms of the crest, the variance of the signal
-changes most [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms
-tell the instants closer (`_sound_alike.py`); where a filter rings before them, the modes that they
-share do (`_shared_modes.py`).
+the more coefficients an octave has, the less its rise scatters in noise. Second in m narrow bands,
+24 an octave from 30 Hz (`_sound_bands.py`): with P_b the power now and Q_b the greatest of a band
+and its two neighbours 10 ms before,
 
-N is the power that a tenth of the record stays below, freed from the bias of that choice, and no
-less than 70 dB below the strongest. Nothing depends on how the record was cut into blocks. Memory
-is bounded by the stretches kept for the median, the sounds that a waveform is learned from, and
-1/256 of the record for the ranges of F and A.
+    B = 1/m sum_b max(0, ln(max(P_b, 4 L_b) / max(Q_b, 4 L_b))).
+
+C tells impacts apart that follow within milliseconds. B detects them where other sound goes on, for
+ringing does not raise it and a rattle does only a little. `_sound_decision.py` holds how the two
+decide, and how likely each impact is one.
+
+The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
+[Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms give the
+instants to a fraction of a sample (`_sound_alike.py`); where a filter rings before them, the modes
+that they share do (`_shared_modes.py`).
+
+The record is gone through twice: `_sound_survey.py` gathers B and the crests of C, about a
+hundredth of the record; then attacks are timed. Nothing depends on how the record was cut into
+blocks.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InvalidInput
+from ..errors import InvalidInput, finite_number
 from ..impacts import CLIPPED
 from ._shared_modes import SharedModes
 from ._sound_alike import Lengths, Overlay, lengths_at
-from ._sound_kernels import (
-    BINS,
-    BLOCK,
-    EDGE,
-    GROUP,
-    Scale,
-    octave_powers,
-    rises,
-    search,
-    survey,
-)
+from ._sound_decision import LATER, SOONER, candidates, least_evidence, probability
+from ._sound_kernels import BLOCK, EDGE, GROUP, Scale, measure, octave_powers
+from ._sound_survey import Survey
 from ._stream import Piece, refuse_huge
-from ._windows import Window, windows
+from ._windows import windows
 
 LONGEST_HOP = 0.5e-3  # [s]
 FORWARD = 4e-3  # [s]
@@ -53,14 +50,11 @@ PAST = 4e-3  # [s]
 SPACING = 3e-3  # [s], between impacts
 LAG_RATES = (22_050.0, 8_000.0)  # [Hz], of the innovations an attack is timed in
 SLOPE = 0.25e-3  # [s], of the straight line they are taken from
-SIGMAS = 2.0  # of the noise: weaker sound does not count
-TIMES_BACKGROUND = 22.0
-LEAST_RISE = 0.5  # in the mean over octaves [neper of power]: 2.2 dB
-NOISE_QUANTILE, NORMAL_QUANTILE = 0.1, -1.2815515655446004
-RANGE = 1e-7  # least noise power, of the strongest power: 70 dB
+BESIDE = 40e-3  # [s], beside a window in which attacks are timed
+COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
 CORE = 32 * BLOCK  # frames of a window
-STRETCH = 512  # frames kept together for the background
-KEPT = 256  # stretches kept
+GATED = 0.05  # share of digital silence that a note is worth
+STRETCHES = 3  # of it
 
 
 class SoundImpacts(NamedTuple):
@@ -68,37 +62,26 @@ class SoundImpacts(NamedTuple):
 
     time: np.ndarray  # instants of attack since the first sample [s]
     peak: np.ndarray  # greatest deviation within 4 ms from the mean of the 4 ms before [unit]
+    probability: np.ndarray  # that they are impacts
     flags: np.ndarray  # uint8
-    threshold: float  # RMS of a sound that counts [unit]
-    noise: float  # RMS of the noise in the octaves searched [unit]
-    least_rise: float  # threshold of D
-    background: float  # median of D
+    threshold: float  # RMS that a sound must exceed to count at all [unit]
+    noise: float  # RMS of the background in the octaves above 1 kHz [unit]
     alike: float  # share of the impacts that are timed by their waveform
     reason: str  # why there are none
+    notes: tuple[str, ...]  # what makes them doubtful
     time_error: np.ndarray  # standard error of the instants [s]; NaN where it is not known
 
 
-@dataclass
-class Levels:
-    """What the first pass learns of the record."""
+class Chosen(NamedTuple):
+    """The impacts of a passage, before their attacks are timed."""
 
-    samples: int = 0
-    resolution: float = 0.0  # relative, of the numbers that hold the samples
-    lowest: float = math.inf
-    highest: float = -math.inf
-    counts: np.ndarray = field(default_factory=lambda: np.empty(0))  # of the noise powers
-    strongest: np.ndarray = field(default_factory=lambda: np.empty(0))  # per octave
-    greatest: list[np.ndarray] = field(default_factory=list)  # per window: (octaves, blocks)
-    least: list[np.ndarray] = field(default_factory=list)
-    kept: list[tuple[int, np.ndarray, np.ndarray]] = field(default_factory=list)
+    frame: np.ndarray
+    coarse: np.ndarray
+    evidence: np.ndarray
 
 
 def detect_sound(
-    pieces: Callable[[], Iterable[Piece]],
-    rate: float,
-    *,
-    threshold: float | None = None,
-    skip: bool = True,
+    pieces: Callable[[], Iterable[Piece]], rate: float, *, least_probability: float = 0.5
 ) -> SoundImpacts:
     """Find the impacts in a sound record.
 
@@ -108,96 +91,87 @@ def detect_sound(
         Gives the record's stretches of finite samples, anew at each call.
     rate : float
         Sampling rate [Hz].
-    threshold : float, optional
-        Times the noise (RMS) that an impact must reach in every octave above 1 kHz. It tells
-        knocks, which are heard at all frequencies, from duller sounds. By default 2 in the mean
-        over octaves: an impact may ring in a few octaves only.
-    skip : bool
-        Pass over blocks that cannot hold an impact. The result is the same without it.
+    least_probability : float
+        Between 0 and 1: impacts that are less likely are left out. A lower one finds more.
+
+    Raises
+    ------
+    InvalidInput
+        If `least_probability` is not between 0 and 1, or the rate is not one of sound.
 
     Notes
     -----
-    Settings found right on real recordings: drums, `merge_within` 0.03 s (strokes on two drums
-    are never quite at once); taps on a desk, `merge_within` 0.1 s (a finger bounces); keys of a
-    keyboard, `threshold` 15 and `merge_within` 0.3 s (press and release are two sounds; clicks at
-    both ends of those recordings, perhaps of a mouse, are duller than a key).
-
-    An impact in the first 4 ms or the last 6 ms of a stretch cannot be told: there is too little
-    beside it to compare.
+    An impact in the first 4 ms or the last 6 ms of a stretch cannot be detected: there is too
+    little beside it to compare.
     """
+    required = "a number between 0 and 1"
+    if not 0.0 < finite_number("least_probability", least_probability, required) < 1.0:
+        raise InvalidInput("least_probability", least_probability, required)
     scale = scale_at(rate)
-    left = scale.past + scale.spacing + EDGE
-    right = scale.forward + scale.spacing + EDGE
-    levels = survey_levels(pieces, scale, left, right)
-    if not levels.samples or levels.lowest == levels.highest:
-        reason = "the record is constant" if levels.samples else "the record has no valid sample"
-        return _nothing(reason)
-    refuse_huge(levels.lowest, levels.highest)
-    floor, noise = noise_floor(levels, scale)
-    background = background_rise(levels.kept, floor, scale)
-    least_rise = max(LEAST_RISE, TIMES_BACKGROUND * background)
-    sigmas = SIGMAS if threshold is None else threshold
-    limits = (
-        math.exp(least_rise * scale.octaves),
-        0.0 if threshold is None else (threshold / SIGMAS) ** 2,
-        levels.lowest,
-        levels.highest,
-    )
+    survey = Survey(scale, rate)
+    samples, lowest, highest = 0, math.inf, -math.inf
+    for window in windows(pieces(), CORE * scale.hop):
+        samples += len(window.core)
+        lowest = min(lowest, float(window.core.min()))
+        highest = max(highest, float(window.core.max()))
+        refuse_huge(lowest, highest)
+        survey.add(window)
+    survey.finish()
+    if not samples or lowest == highest:
+        reason = "the record is constant" if samples else "the record has no valid sample"
+        none = np.empty(0)
+        flags = np.empty(0, np.uint8)
+        return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none)
+    noise = noise_rms(np.median(survey.noise, axis=0), scale)
+    chosen, greatest = choose(survey, least_evidence(least_probability), rate)
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, lambda: modes.timing().shift)
-    sounds = np.empty((CORE // scale.spacing + 2, lengths.length))
-    found = [np.empty((0, 3))]
-    for number, window in enumerate(windows(pieces(), CORE * scale.hop)):
-        greatest, least = levels.greatest[number], levels.least[number]
-        active = np.ones(greatest.shape[1], np.bool_)
-        if skip:
-            bound = np.empty(greatest.shape[1])
-            rises(greatest, least, floor, len(bound), bound)
-            active = bound >= limits[0]
-            if not active.any():
-                continue
-        x, valid = window.samples(left * scale.hop, right * scale.hop, scale.hop)
-        count = -(-len(window.core) // scale.hop)
-        out = np.empty((count // scale.spacing + 2, 3))
-        telling = telling_frames(window, scale)
-        n = search(x, left, count, valid, telling, floor, limits, active, scale, out, sounds)
-        out[:n, 0] += window.first - left * scale.hop
-        modes.add(window, out[:n, 0])
-        overlay.add(sounds[:n])
-        out[:n, 0] += window.segment
-        found.append(out[:n])
+    found, evidence = [np.empty((0, 3))], [np.empty(0)]
+    beside = math.ceil(BESIDE * rate / scale.hop)
+    for window in windows(pieces() if chosen else [], CORE * scale.hop):
+        if window.segment not in chosen:
+            continue
+        passage, first = chosen[window.segment], window.first // scale.hop
+        here = slice(*np.searchsorted(passage.frame, (first, first + CORE)))
+        places = (beside + passage.frame[here] - first) * scale.hop
+        if not len(places):
+            continue
+        x, valid = window.samples(beside * scale.hop, beside * scale.hop, scale.hop)
+        for k in np.flatnonzero(passage.coarse[here]):
+            places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
+        out, sounds = np.empty((len(places), 3)), np.empty((len(places), lengths.length))
+        measure(x, places, valid, (lowest, highest), scale, out, sounds)
+        out[:, 0] += window.first - beside * scale.hop
+        modes.add(window, out[:, 0])
+        overlay.add(sounds)
+        out[:, 0] += window.segment
+        found.append(out)
+        evidence.append(passage.evidence[here])
     columns = np.concatenate(found)
     by_wave, by_modes = overlay.shifts(), modes.timing()
     # An attack that is off by more than the waveform can be shifted is laid a period beside it.
-    beside = np.abs(by_wave - by_modes.shift) > np.maximum(lengths.agree, 5.0 * by_modes.error)
-    alike = np.isfinite(by_wave) & ~beside
+    off = np.abs(by_wave - by_modes.shift) > np.maximum(lengths.agree, 5.0 * by_modes.error)
+    alike = np.isfinite(by_wave) & ~off
     columns[:, 0] = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
     reason = ""
     if not len(columns):
-        decibels = 10.0 / math.log(10.0)
+        likeliest = float(probability(np.array(greatest)))
         reason = (
-            f"the power rises nowhere by {decibels * least_rise:.1f} dB within "
-            f"{1e3 * FORWARD:g} ms, in the mean over octaves, to {sigmas:g} times the noise"
+            "the power rises nowhere as it does at an impact: the likeliest one has a "
+            f"probability of {likeliest:.2g}"
         )
     return SoundImpacts(
         columns[:, 0] / rate,
         columns[:, 1],
+        probability(np.concatenate(evidence)),
         (CLIPPED * columns[:, 2]).astype(np.uint8),
-        sigmas * noise,
+        math.sqrt(2.0) * noise,
         noise,
-        least_rise,
-        background,
         float(alike.mean()) if len(alike) else 0.0,
         reason,
+        gate_notes(survey, samples),
         np.where(alike, np.nan, by_modes.error) / rate,
-    )
-
-
-def _nothing(reason: str) -> SoundImpacts:
-    none = np.empty(0)
-    return SoundImpacts(
-        none, none, np.empty(0, np.uint8), 0.0, 0.0, LEAST_RISE, 0.0, 0.0, reason, none
     )
 
 
@@ -242,79 +216,56 @@ def sound_lengths(rate: float, scale: Scale) -> Lengths:
     return lengths_at(rate, scale.short_lag, scale.slope, scale.spacing * scale.hop)
 
 
-def survey_levels(
-    pieces: Callable[[], Iterable[Piece]], scale: Scale, left: int, right: int
-) -> Levels:
-    """First pass: noise powers, ranges of the blocks, and every 2^k-th stretch of powers."""
-    levels = Levels(
-        counts=np.zeros((scale.octaves, BINS), np.int64), strongest=np.zeros(scale.octaves)
+def choose(survey: Survey, least: float, rate: float) -> tuple[dict[int, Chosen], float]:
+    """The impacts of each passage that has any, by its first sample; the greatest evidence."""
+    chosen, greatest = {}, 0.0
+    for passage in survey.passages:
+        found = candidates(passage, least, survey.spread, survey.scale, rate)
+        kept = found.evidence >= least
+        greatest = max(greatest, float(found.evidence.max(initial=0.0)))
+        if kept.any():
+            chosen[passage.segment] = Chosen(*(column[kept] for column in found))
+    return chosen, greatest
+
+
+def greatest_rise(
+    x: np.ndarray, place: int, valid: tuple[int, int], scale: Scale, rate: float
+) -> int:
+    """Where near `place` the power of the samples rises most within COARSE, in whole frames."""
+    half = round(COARSE * rate)
+    edge = scale.spacing * scale.hop
+    low = max(place - round(SOONER * rate) + edge, valid[0] + half)
+    high = min(place + round(LATER * rate) - edge, valid[1] - half)
+    if low >= high:
+        return place
+    near = x[low - half : high + half].astype(float)
+    total = np.concatenate(([0.0], np.cumsum((near - near.mean()) ** 2)))
+    sums = total[half:] - total[:-half]
+    least = np.finfo(float).eps * total[-1]
+    rise = (sums[half:] + least) / (sums[:-half] + least)
+    split = low + int(np.argmax(rise[: high - low]))
+    return split - split % scale.hop
+
+
+def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
+    """A sentence where a good part of the record is digital silence, time and again."""
+    silent = [np.concatenate(passage.silent) for passage in survey.passages]
+    share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples
+    stretches = sum(int(np.sum(part[1:] & ~part[:-1])) for part in silent)
+    if share < GATED or stretches < STRETCHES:
+        return ()
+    return (
+        f"{share:.0%} of the record is digital silence, in {stretches} stretches, as a noise gate "
+        "or a codec leaves it: impacts softer than its threshold are lost, and the noise is read "
+        "from what it let through.",
     )
-    stride, stretch = 1, 0
-    for window in windows(pieces(), CORE * scale.hop):
-        core = window.core
-        x, _ = window.samples(left * scale.hop, right * scale.hop, scale.hop)
-        count = -(-len(core) // scale.hop)
-        whole = min((len(core) + len(window.after)) // scale.hop - EDGE, count)
-        shape = (scale.octaves, -(-count // BLOCK))
-        levels.greatest.append(np.empty(shape))
-        levels.least.append(np.empty(shape))
-        after, before = np.empty((scale.octaves, count)), np.empty((scale.octaves, count))
-        strongest = survey(
-            x,
-            left,
-            count,
-            max(whole, 0),
-            levels.counts,
-            scale,
-            after,
-            before,
-            levels.greatest[-1],
-            levels.least[-1],
-        )
-        first, last = telling_frames(window, scale)
-        after[:, : max(first, 0)] = 0.0
-        after[:, max(last, 0) :] = 0.0
-        levels.strongest = np.maximum(levels.strongest, strongest)
-        levels.samples += len(core)
-        if np.issubdtype(core.dtype, np.floating):
-            levels.resolution = float(np.finfo(core.dtype).eps)
-        levels.lowest = min(levels.lowest, float(core.min()))
-        levels.highest = max(levels.highest, float(core.max()))
-        for k in range(0, count, STRETCH):
-            if stretch % stride == 0:
-                part = slice(k, k + STRETCH)
-                levels.kept.append((stretch, after[:, part].copy(), before[:, part].copy()))
-                if len(levels.kept) > KEPT:
-                    stride *= 2
-                    levels.kept = [item for item in levels.kept if item[0] % stride == 0]
-            stretch += 1
-    return levels
 
 
-def telling_frames(window: Window, scale: Scale) -> tuple[int, int]:
-    """First and last (exclusive) frame, from the core's first, with all that D needs beside it."""
-    last = (len(window.core) + len(window.after)) // scale.hop - EDGE - scale.forward
-    return scale.past - window.first // scale.hop, last
-
-
-def noise_floor(levels: Levels, scale: Scale) -> tuple[np.ndarray, float]:
-    """Power below which a rise does not count, per octave; RMS of the noise [unit].
-
-    The mean of n squares of Gaussian noise of power N stays below N (1 - 2/9n + z sqrt(2/9n))^3
-    with the probability of z (Wilson and Hilferty).
-    """
-    seen = levels.counts.sum(axis=1)
-    rounding = (levels.resolution * max(-levels.lowest, levels.highest)) ** 2
-    total = 0.0
-    floor = np.zeros(scale.octaves)
-    for b, gain in enumerate(white_gains(scale)):
-        place = int(np.searchsorted(np.cumsum(levels.counts[b]), NOISE_QUANTILE * seen[b]))
-        power = 2.0 ** ((place + 0.5) / 64.0 - 300.0) if place else 0.0
-        n = GROUP * scale.hop / 2 ** (b + 1)
-        power /= (1.0 - 2.0 / (9.0 * n) + NORMAL_QUANTILE * math.sqrt(2.0 / (9.0 * n))) ** 3
-        floor[b] = SIGMAS**2 * max(power, RANGE * levels.strongest[b], rounding)
-        total += power / (gain * 2 ** (b + 1))
-    return floor, math.sqrt(total)
+def noise_rms(power: np.ndarray, scale: Scale) -> float:
+    """RMS of the samples in the octaves, from the power of their details."""
+    return math.sqrt(
+        float(np.sum(power / (white_gains(scale) * 2.0 ** (1 + np.arange(len(power))))))
+    )
 
 
 def white_gains(scale: Scale) -> np.ndarray:
@@ -330,15 +281,3 @@ def white_gains(scale: Scale) -> np.ndarray:
         octave_powers(impulse, scale.octaves, even, odd, high, power)
         gains += power[:, 0] * 2 * half / scale.hop
     return gains
-
-
-def background_rise(
-    kept: list[tuple[int, np.ndarray, np.ndarray]], floor: np.ndarray, scale: Scale
-) -> float:
-    """Median of D over the frames kept."""
-    found = []
-    for _, after, before in kept:
-        ratio = np.empty(after.shape[1])
-        rises(after, before, floor, len(ratio), ratio)
-        found.append(ratio)
-    return math.log(np.median(np.concatenate(found))) / scale.octaves

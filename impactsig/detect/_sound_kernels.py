@@ -16,11 +16,9 @@ import numpy as np
 
 from .._compiled import njit
 
-BLOCK = 128  # frames that share one greatest forward and one least past power
-GROUP = 16  # frames that share one noise power
+BLOCK = 128  # frames that share one background
+GROUP = 16  # frames that share one power that the background is read from
 EDGE = 4  # frames beside a stretch that its octave powers depend on
-BINS = 64 * 400  # of the histogram of log2(power), 64 an octave from 2**-300
-_LEAST_EXPONENT = -300.0
 
 
 class Scale(NamedTuple):
@@ -78,141 +76,80 @@ def octave_powers(x, octaves, even, odd, high, power):
 @njit(nogil=True)
 def both_sides(power, first, count, scale, after, before):
     """Mean powers over the `forward` frames from each frame on and over the `past` before it."""
+    weights = 2.0 * np.arange(scale.forward, 0, -1) / (scale.forward * (scale.forward + 1.0))
     for b in range(power.shape[0]):
+        row = power[b]
         for j in range(count):
-            after[b, j] = before[b, j] = 0.0
-        for k in range(scale.forward):
-            weight = 2.0 * (scale.forward - k) / (scale.forward * (scale.forward + 1.0))
-            for j in range(count):
-                after[b, j] += weight * power[b, first + j + k]
-        for k in range(1, scale.past + 1):
-            for j in range(count):
-                before[b, j] += power[b, first + j - k]
-        for j in range(count):
-            before[b, j] /= scale.past
+            at = first + j
+            total = 0.0
+            for k in range(scale.forward):
+                total += weights[k] * row[at + k]
+            after[b, j] = total
+            total = 0.0
+            for k in range(1, scale.past + 1):
+                total += row[at - k]
+            before[b, j] = total / scale.past
 
 
 @njit(nogil=True)
-def rises(after, before, floor, count, ratio):
-    """ratio[j]: product over the octaves of max(1, (after + floor) / (before + floor))."""
-    for j in range(count):
-        ratio[j] = 1.0
-    for b in range(after.shape[0]):
-        if floor[b] > 0.0:
-            for j in range(count):
-                ratio[j] *= max(1.0, (after[b, j] + floor[b]) / (before[b, j] + floor[b]))
+def octave_rise(after, before, background, weights, out):
+    """out[j]: mean over the octaves of max(0, ln(after / max(before, 2 background))).
 
-
-@njit(nogil=True)
-def survey(x, left, frames, full, octaves_counts, scale, after, before, greatest, least):
-    """Both-sided powers of the `frames` frames of a window, their block ranges, and noise counts.
-
-    The window x begins `left` frames before them. Only the first `full` of them are as they would
-    be in a longer record, and count as noise.
-    `octaves_counts` (octaves, BINS) is added to. Returns the greatest group power of each octave.
+    `background` holds a power for each octave and each BLOCK of frames.
     """
-    n = len(x)
-    total = n // scale.hop
-    even, odd, high = np.empty(n // 2), np.empty(n // 2), np.empty(n // 2)
-    power = np.empty((scale.octaves, total))
-    octave_powers(x, scale.octaves, even, odd, high, power)
-    both_sides(power, left, frames, scale, after, before)
-    strongest = np.zeros(scale.octaves)
-    for b in range(scale.octaves):
-        for block in range(-(-frames // BLOCK)):
-            top, bottom = 0.0, np.inf
-            for j in range(block * BLOCK, min((block + 1) * BLOCK, frames)):
-                top, bottom = max(top, after[b, j]), min(bottom, before[b, j])
-            greatest[b, block], least[b, block] = top, bottom
-        for g in range(full // GROUP):
-            mean = 0.0
-            for j in range(left + g * GROUP, left + (g + 1) * GROUP):
-                mean += power[b, j]
-            mean /= GROUP
-            strongest[b] = max(strongest[b], mean)
-            place = 0
-            if mean > 0.0:
-                place = int(64.0 * (np.log2(mean) - _LEAST_EXPONENT))
-            octaves_counts[b, min(max(place, 0), BINS - 1)] += 1
-    return strongest
+    for j in range(after.shape[1]):
+        total = 0.0
+        for b in range(after.shape[0]):
+            base = max(before[b, j], 2.0 * background[b, j // BLOCK])
+            if after[b, j] > base > 0.0:
+                total += weights[b] * np.log(after[b, j] / base)
+        out[j] = total
 
 
 @njit(nogil=True)
-def _is_crest(ratio, j, spacing):
-    """No ratio within `spacing` frames is greater, nor one before it as great."""
-    for k in range(1, spacing + 1):
-        if ratio[j - k] >= ratio[j] or ratio[j + k] > ratio[j]:
-            return False
-    return True
+def crests(rise, spacing, least, first, last, out):
+    """The frames in first <= j < last whose rise is at least `least`, the greatest nearby.
+
+    No rise within `spacing` frames is greater, nor one before it as great. Returns their number.
+    """
+    found = 0
+    for j in range(first, last):
+        if rise[j] < least or rise[j] == 0.0:
+            continue
+        greatest = True
+        for k in range(1, spacing + 1):
+            if rise[j - k] >= rise[j] or rise[j + k] > rise[j]:
+                greatest = False
+                break
+        if greatest:
+            out[found] = j
+            found += 1
+    return found
 
 
 @njit(nogil=True)
-def search(x, left, frames, valid, telling, floor, limits, active, scale, out, sounds):
-    """Find the impacts among the `frames` frames of a window and measure their attack and peak.
+def measure(x, places, valid, limits, scale, out, sounds):
+    """Attack and peak of the impacts at `places`, and what is heard about each of them.
 
     Parameters
     ----------
-    x : samples from `left` frames before the first frame to as many after the last as D needs
+    x : samples from well before the first place to well after the last
+    places : (n,) first samples of the frames that hold the crests, as indices of x
     valid : first and last (exclusive) index of x that is a sample of the record
-    telling : first and last (exclusive) frame whose past and forward stretches are complete
-    floor : (octaves,) power below which a rise does not count
-    limits : (ratio, least power over floor in every octave, least and greatest sample)
-    active : for each block of frames, whether to search it
-    out : (m, 3), room for attack (index in x, between samples), peak, and whether it is clipped
-    sounds : (m, n), room for what is heard about each attack; zeros where that is not all there
-
-    Returns
-    -------
-    number of impacts found
+    limits : least and greatest sample of the record
+    out : (n, 3), room for attack (index in x, between samples), peak, and whether it is clipped
+    sounds : (n, m), room for what is heard about each attack; zeros where that is not all there
     """
-    hop, spacing = scale.hop, scale.spacing
-    margin = scale.past + spacing + EDGE
-    ahead = scale.forward + spacing + EDGE
-    found = 0
-    block, blocks = 0, len(active)
-    while block < blocks:
-        if not active[block]:
-            block += 1
-            continue
-        begin = block
-        while block < blocks and active[block]:
-            block += 1
-        first, last = begin * BLOCK, min(block * BLOCK, frames)
-        a, b = (left + first - margin) * hop, (left + last + ahead) * hop
-        n = b - a
-        power = np.empty((scale.octaves, n // hop))
-        even, odd, high = np.empty(n // 2), np.empty(n // 2), np.empty(n // 2)
-        octave_powers(x[a:b], scale.octaves, even, odd, high, power)
-        count = last - first + 2 * spacing
-        after, before = np.empty((scale.octaves, count)), np.empty((scale.octaves, count))
-        both_sides(power, margin - spacing, count, scale, after, before)
-        ratio = np.empty(count)
-        rises(after, before, floor, count, ratio)
-        for j in range(count):
-            if not telling[0] <= first + j - spacing < telling[1]:
-                ratio[j] = 1.0
-        for j in range(spacing, count - spacing):
-            if ratio[j] < limits[0] or not _is_crest(ratio, j, spacing):
-                continue
-            heard = True
-            for octave in range(scale.octaves):
-                loudest = 0.0
-                for k in range(spacing + 1):
-                    loudest = max(loudest, after[octave, j + k])
-                heard &= loudest >= limits[1] * floor[octave]
-            if heard:
-                at = (left + first + j - spacing) * hop
-                split = attack(x, at, valid, scale)
-                out[found, 0] = split - 0.5
-                out[found, 1], out[found, 2] = crest(x, split, valid, limits, scale)
-                begin_sound = split - scale.before
-                earliest = valid[0] + scale.short_lag + scale.slope
-                if begin_sound < earliest or begin_sound + sounds.shape[1] > valid[1]:
-                    sounds[found] = 0.0
-                else:
-                    innovations(x, begin_sound, scale.short_lag, scale.slope, sounds[found])
-                found += 1
-    return found
+    for found in range(len(places)):
+        split = attack(x, places[found], valid, scale)
+        out[found, 0] = split - 0.5
+        out[found, 1], out[found, 2] = crest(x, split, valid, limits, scale)
+        begin_sound = split - scale.before
+        earliest = valid[0] + scale.short_lag + scale.slope
+        if begin_sound < earliest or begin_sound + sounds.shape[1] > valid[1]:
+            sounds[found] = 0.0
+        else:
+            innovations(x, begin_sound, scale.short_lag, scale.slope, sounds[found])
 
 
 @njit(nogil=True)
@@ -297,7 +234,7 @@ def crest(x, split, valid, limits, scale):
     greatest, clipped, before = 0.0, 0.0, False
     for i in range(split, min(split + scale.forward * scale.hop, valid[1])):
         greatest = max(greatest, abs(x[i] - base))
-        extreme = x[i] <= limits[2] or x[i] >= limits[3]
+        extreme = x[i] <= limits[0] or x[i] >= limits[1]
         if extreme and before:
             clipped = 1.0
         before = extreme

@@ -13,8 +13,8 @@ from impactsig.detect._sound import detect_sound
 from impactsig.detect._stream import Piece
 
 RATE = 8000.0
-# More than two windows of 16384 samples.
-X = microphone(rate=RATE, duration=5.0, seed=31).samples
+# More than seven windows of 16384 samples: the background of the first ends before the last.
+X = microphone(rate=RATE, duration=15.0, seed=31).samples
 
 
 def detect(pieces, **settings):
@@ -36,11 +36,10 @@ def test_there_is_something_to_find():
 @settings(max_examples=40, deadline=None)
 @given(
     st.lists(st.integers(1, len(X) - 1), max_size=40, unique=True),
-    st.booleans(),
 )
-def test_any_division_into_blocks_gives_the_same(cuts, skip):
+def test_any_division_into_blocks_gives_the_same(cuts):
     edges = [0, *sorted(cuts), len(X)]
-    same(detect([Piece(a, X[a:b]) for a, b in pairwise(edges)], skip=skip))
+    same(detect([Piece(a, X[a:b]) for a, b in pairwise(edges)]))
 
 
 def test_blocks_of_one_sample_give_the_same():

@@ -65,3 +65,17 @@ def test_an_array_is_told_to_become_a_recording(samples):
 def test_no_blocks_at_all():
     with pytest.raises(InvalidInput, match="got no blocks"):
         detect_impacts([])
+
+
+def test_the_probability_is_of_sound_and_the_threshold_of_force():
+    rng = np.random.default_rng(0)
+    x = 0.01 * rng.standard_normal(44_100)
+    x[20_000:20_200] += rng.standard_normal(200) * np.exp(-np.arange(200) / 40)
+    sound = Recording(x, 44_100.0, sensor="sound")
+    found = detect_impacts(sound, least_probability=0.9)
+    assert len(found.time) == 1
+    assert found.settings["least_probability"] == 0.9
+    with pytest.raises(InvalidInput, match="threshold"):
+        detect_impacts(sound, threshold="6 sigma")
+    with pytest.raises(InvalidInput, match="least_probability"):
+        detect_impacts(sound, least_probability=1.0)

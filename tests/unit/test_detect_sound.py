@@ -8,11 +8,13 @@ import pytest
 import soundfile
 
 from benchmarks.recordings import microphone, score
-from impactsig.detect import _sound
 from impactsig.detect._merge import group_starts
-from impactsig.detect._sound import Levels, detect_sound, noise_floor, scale_at, survey_levels
-from impactsig.detect._sound_kernels import BINS, EDGE, octave_powers
+from impactsig.detect._sound import CORE, detect_sound, scale_at
+from impactsig.detect._sound_decision import probability
+from impactsig.detect._sound_kernels import EDGE, octave_powers
+from impactsig.detect._sound_survey import SAMPLED, Survey
 from impactsig.detect._stream import Piece
+from impactsig.detect._windows import windows
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED
 from tests import naive_sound
@@ -71,24 +73,29 @@ def merged(path, within, **settings):
     return time[group_starts(time, within)]
 
 
+DRUMS = ("Beatles", "Country1", "Hendrix", "Reggae", "Rock", "Zeppelin")
+
+
 def test_real_drums(shared_data):
     scores = []
-    for name in ("Beatles", "Country1", "Hendrix", "Reggae", "Rock", "Zeppelin"):
+    for name in DRUMS:
         found = merged(shared_data(f"audio_onsets/mdb/{name}.flac"), 0.03)
         truth = onsets(shared_data(f"audio_onsets/mdb/{name}_class.txt"))
         scores.append(mir_eval.onset.f_measure(truth, found, window=0.025)[0])
-    assert np.mean(scores) >= 0.945
-    assert min(scores) >= 0.90
+    assert np.mean(scores) >= 0.97
+    assert min(scores) >= 0.92
 
 
+# Press and release merge; clicks that no key makes are in all three, near 0.08 s, in "5" also at
+# 13.10, 14.21 and 22.39 s, in "0" at 23.41 s.
 @pytest.mark.parametrize("name", ["0", "5", "A"])
 def test_twenty_five_keystrokes(shared_data, name):
     path = shared_data(f"audio_counts/keystrokes/{name}.wav")
-    assert len(merged(path, 0.3, threshold=15.0)) == 25
+    assert 25 <= len(merged(path, 0.3, least_probability=0.95)) <= 27
 
 
 def test_ten_taps(shared_data):
-    found = merged(shared_data("audio_counts/taps/nail.wav"), 0.1)
+    found = merged(shared_data("audio_counts/taps/nail.wav"), 0.0)
     truth = np.loadtxt(shared_data("audio_counts/taps/nail.txt"))
     assert len(found) == 10
     # The marks lie up to 20 ms before the sound.
@@ -117,7 +124,7 @@ def test_a_click_in_digital_silence_is_found_where_it_is(at):
     found = detect(x, 44_100)
     np.testing.assert_array_equal(found.time * 44_100, [at - 0.5])
     np.testing.assert_array_equal(found.peak, [0.25])
-    assert (found.noise, found.background) == (0.0, 0.0)
+    assert found.noise == 0.0
 
 
 def test_the_attack_is_reported_not_the_loudest_moment():
@@ -199,6 +206,97 @@ def test_a_rate_without_an_octave_above_1_khz_is_refused():
         detect(np.zeros(100), 3999.0)
 
 
+@pytest.mark.parametrize("rate", [8000, 22_050, 44_100])
+@pytest.mark.parametrize("exponent", [0, 1, 2])
+def test_nothing_is_found_in_a_minute_of_noise(rate, exponent):
+    x = noise(rate, 60.0, 1.0, seed=exponent)
+    spectrum = np.fft.rfft(x)
+    spectrum /= np.maximum(np.fft.rfftfreq(len(x), 1 / rate), 20.0) ** (exponent / 2)
+    assert len(detect(np.fft.irfft(spectrum, len(x)), rate).time) == 0
+
+
+# Digital silence.
+
+
+def gated(x, rate, level, hold):
+    """Zeros but for 2 ms before and `hold` after each sample beyond the level."""
+    loud = np.flatnonzero(np.abs(x) > level)
+    opened = np.zeros(len(x) + 1, int)
+    np.add.at(opened, np.maximum(loud - round(0.002 * rate), 0), 1)
+    np.add.at(opened, np.minimum(loud + round(hold * rate), len(x)), -1)
+    return np.where(np.cumsum(opened)[:-1] > 0, x, 0.0)
+
+
+@pytest.mark.parametrize(("mean_rate", "share"), [(15, 0.33), (9, 0.6)])
+def test_a_noise_gate_changes_nothing(mean_rate, share):
+    truth = microphone(duration=60.0, mean_rate=mean_rate, seed=5)
+    # The noise reaches this level now and then: the gate also opens where nothing hits.
+    x = gated(truth.samples, RATE, 0.38, 0.03)
+    assert np.mean(x == 0) == pytest.approx(share, abs=0.1)
+    found, ungated = detect(x), detect(truth.samples)
+    f1, before = (score(one.time, truth.time, 5e-3)[0] for one in (found, ungated))
+    assert before >= 0.96
+    assert abs(f1 - before) <= 0.01
+    assert "digital silence" in found.notes[0]
+    assert not ungated.notes
+
+
+def test_silence_at_both_ends_is_no_gate():
+    x = np.zeros(round(4 * RATE))
+    x[20_000:60_000] = add_knocks(noise(RATE, 40_000 / RATE, 0.01), RATE, [0.5, 1.0])
+    assert detect(x).notes == ()
+
+
+# Soft impacts, and sound that goes on.
+
+
+def test_impacts_30_db_below_the_loudest_are_found():
+    time = np.arange(0.15, 9.8, 0.25)
+    peak = np.where(np.arange(len(time)) % 4 == 0, 1.0, 10 ** (-30 / 20))
+    x = noise(RATE, 10.0, 1e-3)
+    for start, height in zip(time, peak, strict=True):
+        add_knocks(x, RATE, [start], peak=height)
+    found = detect(x).time
+    assert len(found) == len(time)
+    np.testing.assert_allclose(found, time, atol=2e-4)
+
+
+def test_strokes_in_ringing_and_rattling_sound_are_found():
+    rng = np.random.default_rng(12)
+    rate, seconds = 44_100, 20.0
+    time = np.arange(0.2, seconds - 0.2, 0.11) + rng.uniform(-0.01, 0.01, 179)
+    x = noise(rate, seconds, 1e-4)
+    t = np.arange(len(x)) / rate
+    for start in time:
+        since = np.maximum(t - start, 0)[round(start * rate) : round((start + 1.2) * rate)]
+        place = slice(round(start * rate), round(start * rate) + len(since))
+        # A cymbal that rings for half a second, wires that rattle for a tenth, a low drum.
+        for tone in rng.uniform(300, 12_000, 25):
+            phase = rng.uniform(0, 6)
+            x[place] += 0.02 * np.exp(-since / 0.5) * np.sin(2 * np.pi * tone * since + phase)
+        x[place] += 0.1 * rng.standard_normal(len(since)) * np.exp(-since / 0.03)
+        x[place] += 0.3 * np.exp(-since / 0.1) * np.sin(2 * np.pi * 120 * since)
+    # Nine strokes a second, each ringing into the next ten: faint evidence, but none false.
+    for least, f1 in ((0.5, 0.85), (0.3, 0.98)):
+        found = detect(x, rate, least_probability=least).time
+        found = found[group_starts(found, 0.03)]
+        reached, precision, _ = mir_eval.onset.f_measure(time, found, window=0.025)
+        assert reached >= f1
+        assert precision >= 0.98
+
+
+def test_a_dull_sound_without_octaves_above_1_khz_is_found():
+    x = noise(RATE, 4.0, 1e-4)
+    t = np.arange(len(x)) / RATE
+    for start in (1.0, 2.5):
+        since = np.maximum(t - start, 0)
+        rise = np.minimum(since / 0.005, 1) ** 2
+        x += 0.5 * rise * np.exp(-since / 0.05) * np.sin(2 * np.pi * 90 * since)
+        x += 0.3 * rise * np.exp(-since / 0.05) * np.sin(2 * np.pi * 210 * since)
+    found = detect(x).time
+    np.testing.assert_allclose(found[group_starts(found, 0.03)], [1.0, 2.5], atol=0.01)
+
+
 # What is reported of a run and of an impact.
 
 
@@ -207,26 +305,7 @@ def test_noise_is_the_rms_in_the_octaves_searched(rate, octaves):
     found = detect(noise(rate, 5.0, 0.3), rate)
     # m octaves of white noise hold 1 - 2**-m of its power.
     assert found.noise == pytest.approx(0.3 * np.sqrt(1 - 0.5**octaves), rel=0.03)
-    assert found.threshold == 2 * found.noise
-
-
-def test_threshold_asks_for_a_sound_in_every_octave():
-    x = noise(RATE, 4.0, 1e-3)
-    knocks, dull = np.arange(0.2, 3.9, 0.5), np.arange(0.45, 3.9, 0.5)
-    for start in knocks:
-        index = int(start * RATE) + np.arange(60)
-        x[index] += 0.3 * np.random.default_rng(2).standard_normal(60) * np.exp(-np.arange(60) / 20)
-    # A tone that swells within 1 ms leaves nothing in the highest octave.
-    for start in dull:
-        since = np.arange(400) / RATE
-        swell = np.sin(np.pi / 2 * np.clip(since / 1e-3, 0, 1)) ** 4 * np.exp(-since / 4e-3)
-        x[int(start * RATE) + np.arange(400)] += 0.3 * swell * np.sin(2 * np.pi * 1500 * since)
-    assert len(detect(x).time) == len(knocks) + len(dull)
-    found = detect(x, threshold=15.0)
-    np.testing.assert_allclose(found.time, knocks, atol=1e-3)
-    assert found.threshold == 15 * found.noise
-    assert len(detect(x, threshold=1e4).time) == 0
-    assert "10000 times the noise" in detect(x, threshold=1e4).reason
+    assert found.threshold == pytest.approx(np.sqrt(2) * found.noise)
 
 
 def test_peak_is_taken_from_the_mean_before_and_clipping_is_flagged():
@@ -251,32 +330,40 @@ def test_stretches_with_a_gap_between_them_are_searched_each_for_itself():
 # The same by other means.
 
 
+def surveyed(x, rate):
+    scale = scale_at(rate)
+    survey = Survey(scale, rate)
+    for window in windows([Piece(0, x)], CORE * scale.hop):
+        survey.add(window)
+    survey.finish()
+    return survey
+
+
 @pytest.mark.parametrize("rate", [8000, 22_050, 48_000])
 def test_twin(rate):
-    # Longer than a window at 8 kHz, not a whole number of frames.
-    truth = microphone(rate=rate, duration=5.0007, seed=4)
-    x = truth.samples
-    found = detect(x, rate)
-    scale = scale_at(rate)
-    levels = survey(x, scale)
-    floor, _ = noise_floor(levels, scale)
-    slow = naive_sound.impacts(x, scale, floor, found.least_rise)
-    assert len(slow) > 40
-    np.testing.assert_allclose(found.time * rate, slow[:, 0], atol=1e-6)
-    np.testing.assert_allclose(found.peak, slow[:, 1], rtol=1e-9)
-    whole, more = naive_sound.extended(x, scale.hop)
-    d, _ = naive_sound.rise(
-        naive_sound.octave_powers(whole, scale.octaves), scale.past, scale.forward, floor
+    # Several windows, not a whole number of frames, and more than four seconds of background.
+    truth = microphone(rate=rate, duration=7.0007, noise_db=-12, seed=4)
+    x, scale = truth.samples, scale_at(rate)
+    survey = surveyed(x, rate)
+    (passage,) = survey.passages
+    c = naive_sound.octave_rise(x, scale, rate, CORE)
+    np.testing.assert_allclose(np.concatenate(passage.octaves), c[::SAMPLED], atol=1e-6)
+    freedom = survey.mean_freedom
+    b, known = naive_sound.band_rise(
+        x, rate, survey.bands.hop, survey.bands, freedom, survey.lag, CORE // 16
     )
-    inside = d[more : more + -(-len(x) // scale.hop)]
-    inside[: scale.past] = inside[len(x) // scale.hop - EDGE - scale.forward :] = 0
-    assert found.background == pytest.approx(np.median(inside), rel=1e-6)
-
-
-def survey(x, scale):
-    left = scale.past + scale.spacing + EDGE
-    right = scale.forward + scale.spacing + EDGE
-    return survey_levels(lambda: [Piece(0, x)], scale, left, right)
+    np.testing.assert_allclose(np.concatenate(passage.bands), b, atol=1e-5)
+    judged = naive_sound.evidence(c, b, known, scale.spacing, survey.spread, rate, scale.hop)
+    slow = {j: e for j, e in sorted(judged.items()) if e >= 1}
+    assert len(slow) > 60
+    found = detect(x, rate)
+    split = [naive_sound.attack(x, j * scale.hop, scale) for j in slow]
+    np.testing.assert_allclose(found.time * rate, np.array(split) - 0.5, atol=1e-6)
+    np.testing.assert_allclose(
+        found.peak, [naive_sound.peak(x, k, scale) for k in split], rtol=1e-9
+    )
+    expected = probability(np.array(list(slow.values())))
+    np.testing.assert_allclose(found.probability, expected, atol=1e-4)
 
 
 def test_octave_powers_are_those_of_the_filters():
@@ -289,49 +376,27 @@ def test_octave_powers_are_those_of_the_filters():
     np.testing.assert_allclose(power[:, inside], slow[:, inside], rtol=1e-12)
 
 
-def test_noise_floor_is_the_power_a_tenth_stays_below():
-    x = noise(RATE, 20.0, 0.3, seed=7)
-    scale = scale_at(RATE)
-    floor, _ = noise_floor(survey(x, scale), scale)
-    whole = x[: len(x) // scale.hop * scale.hop]
-    powers = naive_sound.octave_powers(whole, scale.octaves)
-    # In Gaussian noise the unbiased tenth is the mean.
-    np.testing.assert_allclose(floor, 4 * powers.mean(axis=1), rtol=0.06)
+# One dial.
 
 
-def test_a_silent_tenth_leaves_the_range_below_the_strongest_as_floor():
-    scale = scale_at(RATE)
-    counts = np.zeros((scale.octaves, BINS), np.int64)
-    counts[:, 0], counts[:, 20_000] = 20, 80
-    levels = Levels(counts=counts, strongest=np.full(scale.octaves, 2.0), lowest=-1, highest=1)
-    floor, rms = noise_floor(levels, scale)
-    np.testing.assert_allclose(floor, 4 * 2.0 * _sound.RANGE)
-    assert rms == 0.0
+def test_a_lower_probability_finds_the_same_impacts_and_more():
+    truth = microphone(noise_db=-6, duration=20.0, seed=9)
+    counts = []
+    known = np.empty(0)
+    for least in (0.99, 0.9, 0.7, 0.5, 0.3, 0.1, 0.02):
+        found = detect(truth.samples, least_probability=least)
+        assert np.all(found.probability >= least)
+        assert np.isin(known, found.time).all()
+        known = found.time
+        counts.append(len(known))
+    assert counts == sorted(counts)
+    assert counts[0] < counts[3] < counts[-1]
 
 
-@pytest.mark.parametrize("threshold", [None, 4.0])
-def test_skipping_quiet_blocks_changes_nothing(threshold):
-    x = add_knocks(noise(RATE, 30.0, 0.02), RATE, np.arange(1.0, 29.0, 1.3))
-    x[200_000:300_000] = 0.0
-    for samples in (x, microphone(duration=20.0, seed=6).samples):
-        with_, without = (detect(samples, threshold=threshold, skip=skip) for skip in (True, False))
-        assert len(with_.time)
-        for a, b in zip(with_, without, strict=True):
-            np.testing.assert_array_equal(a, b)
-
-
-def test_quiet_blocks_are_skipped(monkeypatch):
-    searched = []
-
-    def spy(*args):
-        searched.append(args[7].copy())
-        return search(*args)
-
-    search = _sound.search
-    monkeypatch.setattr(_sound, "search", spy)
-    detect(add_knocks(noise(RATE, 30.0, 0.02), RATE, [5.0, 20.0]))
-    # Two knocks: one or two blocks each, of some 160 in the record.
-    assert 2 <= np.concatenate(searched).sum() <= 6
+@pytest.mark.parametrize("least", [0.0, 1.0, -1, 2, np.nan, "0.5", None])
+def test_a_probability_that_is_none_is_refused(least):
+    with pytest.raises(InvalidInput, match="least_probability"):
+        detect(np.zeros(1000), least_probability=least)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.int16])

@@ -1,0 +1,114 @@
+"""What a user asks of detection, checked."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+from ..errors import InvalidInput
+from ._judging import Level
+
+_PERCENT = re.compile(r"\s*([0-9.eE+-]+)\s*%\s*")
+_SIGMAS = re.compile(r"\s*([0-9.eE+-]+)\s*(?:σ|sigmas?)\s*")
+
+
+def parse_threshold(threshold: float | str | None) -> Level:
+    """The level, in the unit or in standard deviations, from what the user gave.
+
+    Raises
+    ------
+    InvalidInput
+        If it is neither a positive number nor one followed by "sigma".
+    """
+    if threshold is None:
+        return Level()
+    match = _SIGMAS.fullmatch(threshold) if isinstance(threshold, str) else None
+    try:
+        value = float(match[1] if match else threshold)
+    except (TypeError, ValueError):
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise InvalidInput(
+            "threshold", threshold, 'a positive level, or a multiple of the noise such as "6 sigma"'
+        )
+    return Level(sigma=value) if match else Level(unit=value)
+
+
+def parse_contact_level(level: float | str) -> tuple[float, bool]:
+    """The level, and whether it is a share of the peak.
+
+    Raises
+    ------
+    InvalidInput
+        If it is neither a level of 0 or more nor a percentage below 100.
+    """
+    match = _PERCENT.fullmatch(level) if isinstance(level, str) else None
+    try:
+        value = float(match[1]) / 100 if match else float(level)
+    except (TypeError, ValueError):
+        value = math.nan
+    if not (math.isfinite(value) and value >= 0 and (not match or 0 < value < 1)):
+        raise InvalidInput(
+            "contact_level",
+            level,
+            'a level of 0 or more in the unit, or a share of the peak such as "10 %"',
+        )
+    return value, match is not None
+
+
+def parse_contact_time(span: Any) -> tuple[float, float | None]:
+    """Shortest and longest contact [s], None where the record decides.
+
+    Raises
+    ------
+    InvalidInput
+        If they are no two times, the longest greater than the shortest.
+    """
+    if span is None:
+        return 0.0, None
+    try:
+        shortest, longest = (float(one) for one in span)
+    except (TypeError, ValueError):
+        shortest = longest = math.nan
+    if not (0 <= shortest < longest < math.inf):
+        raise InvalidInput(
+            "contact_time",
+            span,
+            "the shortest and the longest contact [s], 0 <= shortest < longest",
+            "contact_time=(0, 0.1) finds pulses of up to 0.1 s",
+        )
+    return shortest, longest
+
+
+def parse_probability(value: Any) -> float:
+    """A probability, neither 0 nor 1.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none.
+    """
+    try:
+        given = float(value)
+    except (TypeError, ValueError):
+        given = math.nan
+    if not 0.0 < given < 1.0:
+        raise InvalidInput("least_probability", value, "a number between 0 and 1")
+    return given
+
+
+def refuse_other_than_default(kind: str, *asked: tuple[str, Any, Any]) -> None:
+    """Refuse what says nothing of a kind of record; each is a name, a value and its default.
+
+    Raises
+    ------
+    InvalidInput
+        For the first that is not its default.
+    """
+    for name, value, default in asked:
+        if value != default:
+            other = "force" if kind == "sound" else "sound"
+            raise InvalidInput(
+                name, value, f"its default for {kind}", f"It is of {other} records only"
+            )

@@ -1,0 +1,114 @@
+"""Power of a sound in narrow bands: 24 an octave, in Hann windows of 23 ms.
+
+A frame is centred on its first sample. With Y_k the Fourier coefficients of the windowed samples,
+less their weighted mean, the power of a band is sum_k W_bk |Y_k|^2. W_b is a triangle: 1 at the
+band's centre and 0 at those of its neighbours. Centres follow 1/24 octave and at least one
+coefficient apart, from 30 Hz to 17 kHz or half the rate.
+
+Transforms are taken in batches of one size, for their last digit may depend on it, and in single
+precision, the samples scaled by a power of 2.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ._sound_band_kernels import gather
+
+WINDOW = 23.2e-3  # [s]
+PER_OCTAVE = 24
+LOWEST, HIGHEST = 30.0, 17e3  # [Hz]
+BATCH = 64  # frames transformed together
+ROUNDING = 2.0**-22  # of the numbers transformed, relative to the greatest
+
+
+class Bands(NamedTuple):
+    """Narrow bands at a sampling rate, in frames of `hop` samples.
+
+    Band b weighs the width[b] coefficients from first[b] on; `weights` are those of all, in turn.
+    """
+
+    hop: int
+    window: np.ndarray
+    first: np.ndarray
+    width: np.ndarray
+    weights: np.ndarray
+    gain: np.ndarray  # power in each band of white noise of power 1
+
+
+def bands_at(rate: float, hop: int) -> Bands:
+    """The bands at a sampling rate."""
+    from scipy import fft
+
+    size = fft.next_fast_len(2 * round(WINDOW * rate / 2), real=True)
+    size += size % 2
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(size) / size)
+    step = rate / size
+    centre = [LOWEST]
+    while True:
+        upper = max(centre[-1] * 2 ** (1 / PER_OCTAVE), centre[-1] + step)
+        if upper > min(HIGHEST, 0.475 * rate):
+            break
+        centre.append(upper)
+    frequency = step * np.arange(size // 2 + 1)
+    rows = []
+    for low, middle, high in zip(centre, centre[1:], centre[2:], strict=False):
+        rising, falling = (frequency - low) / (middle - low), (high - frequency) / (high - middle)
+        rows.append(np.maximum(np.minimum(rising, falling), 0.0))
+    first = np.array([np.flatnonzero(row)[0] for row in rows])
+    width = np.array([np.count_nonzero(row) for row in rows])
+    weights = np.concatenate([row[row > 0] for row in rows]).astype(np.float32)
+    gain = np.sum(rows, axis=1) * np.sum(window**2)
+    return Bands(hop, window.astype(np.float32), first, width, weights, gain)
+
+
+def degrees_of_freedom(bands: Bands, frames: int) -> np.ndarray:
+    """Of the chi-squared that the mean power of `frames` frames of white noise is distributed as.
+
+    2 mean^2 / variance, with the covariance |sum_n w[n] w[n + s] exp(2 pi i d n / N)|^2 of the
+    squared coefficients that are d apart, in windows that are s samples apart.
+    """
+    size, widest = len(bands.window), bands.width.max()
+    window = bands.window.astype(float)
+    together = np.zeros(widest)
+    for lag in range(frames):
+        s = lag * bands.hop
+        if s >= size:
+            break
+        overlap = np.zeros(size)
+        overlap[: size - s] = window[: size - s] * window[s:]
+        share = (1 if lag == 0 else 2) * (frames - lag) / frames**2
+        together += share * np.abs(np.fft.fft(overlap)[:widest]) ** 2
+    variance = []
+    for weights in np.split(bands.weights.astype(float), np.cumsum(bands.width)[:-1]):
+        index = np.arange(len(weights))
+        apart = np.abs(np.subtract.outer(index, index))
+        variance.append(weights @ together[apart] @ weights)
+    return 2.0 * bands.gain**2 / np.array(variance)
+
+
+def band_powers(x: np.ndarray, left: int, frames: int, bands: Bands) -> np.ndarray:
+    """Powers (bands, frames); the first frame is centred on x[left], the window fits into x."""
+    from scipy import fft
+
+    size = len(bands.window)
+    begin = left - size // 2
+    used = x[begin : begin + (frames - 1) * bands.hop + size]
+    greatest = max(abs(float(used.min())), abs(float(used.max())))
+    scale = math.ldexp(1.0, math.frexp(greatest)[1])
+    # Batches are filled up with silence.
+    whole = -(-frames // BATCH) * BATCH
+    single = np.zeros((whole - 1) * bands.hop + size, np.float32)
+    if scale:
+        np.multiply(used, 1.0 / scale, out=single[: len(used)], casting="same_kind")
+    overlapping = np.lib.stride_tricks.sliding_window_view(single, size)[:: bands.hop]
+    shaped = np.empty((BATCH, size), np.float32)
+    power = np.empty((len(bands.first), frames))
+    for at in range(0, frames, BATCH):
+        np.multiply(overlapping[at : at + BATCH], bands.window, out=shaped)
+        spectrum = fft.rfft(shaped, axis=1).view(np.float32)
+        gather(spectrum, scale**2, bands.first, bands.width, bands.weights, at, power)
+    return power

@@ -1,0 +1,34 @@
+"""The background of a sound, local in time and in frequency.
+
+With M the mean powers of groups of frames,
+
+    N_b(t) = quantile_10 %{ M_b within 4 s } / (1 - 2/9n - 1.2816 sqrt(2/9n))^3,
+    L_b(t) = max(N_b(t), 1e-4 max{ M_b within 1 s }),
+
+where n is the degrees of freedom of M: in Gaussian noise N is its power (Wilson and Hilferty). The
+second bound says that 40 dB below the strongest sound nearby nothing counts. Digital silence is no
+background: groups that it touches are left out of the quantile.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+QUANTILE, NORMAL_QUANTILE = 0.1, -1.2815515655446004
+WITHIN = 4.0  # [s]
+NEARBY = 1.0  # [s]
+
+
+def quantile_bias(freedom: np.ndarray) -> np.ndarray:
+    """The quantile of the mean of `freedom` squares of Gaussian noise over its power."""
+    spread = 2.0 / (9.0 * freedom)
+    return (1.0 - spread + NORMAL_QUANTILE * np.sqrt(spread)) ** 3
+
+
+def noise_power(means: np.ndarray, sounding: np.ndarray, freedom: np.ndarray) -> np.ndarray:
+    """N of each band from means (bands, groups); 0 where no group is `sounding`."""
+    kept = means if sounding.all() else means[:, sounding]
+    if not kept.shape[1]:
+        return np.zeros(len(means))
+    place = int(QUANTILE * kept.shape[1])
+    return np.partition(kept, place, axis=1)[:, place] / quantile_bias(freedom)

@@ -1,0 +1,92 @@
+"""Band powers and the background of a sound against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from impactsig.detect._sound_band_kernels import background, group_means
+from impactsig.detect._sound_bands import band_powers, bands_at, degrees_of_freedom
+from impactsig.detect._sound_floor import noise_power, quantile_bias
+
+
+@pytest.mark.parametrize("rate", [8000, 22_050, 44_100, 96_000])
+def test_bands_hold_the_power_of_white_noise(rate):
+    bands = bands_at(rate, 256)
+    x = 0.3 * np.random.default_rng(1).standard_normal(256 * 3000)
+    power = band_powers(x, 8192, 2900, bands)
+    # Away from the offset that is taken off; 2900 frames of one coefficient scatter by 3 %.
+    np.testing.assert_allclose(power.mean(axis=1)[4:], 0.09 * bands.gain[4:], rtol=0.15)
+    assert np.mean(power.mean(axis=1)[4:] / bands.gain[4:]) == pytest.approx(0.09, rel=0.02)
+
+
+def test_a_tone_is_in_its_band_with_the_power_of_the_window():
+    bands = bands_at(44_100, 256)
+    size = len(bands.window)
+    k = 200
+    x = 0.5 * np.cos(2 * np.pi * k / size * np.arange(8192))
+    power = band_powers(x, 1024, 8, bands)
+    weight = np.zeros(len(bands.first))
+    begin = 0
+    for b, (first, width) in enumerate(zip(bands.first, bands.width, strict=True)):
+        row = np.zeros(size)
+        row[first : first + width] = bands.weights[begin : begin + width]
+        # A Hann window of length N leaves N/2 at the tone, N/4 on either side; times half of 0.5.
+        weight[b] = np.sum(
+            row[k - 1 : k + 2] * (0.25 * size * np.array([0.25, 0.5, 0.25]) * 2) ** 2
+        )
+        begin += width
+    strong = weight > 1e-3 * weight.max()
+    np.testing.assert_allclose(power[strong, 3], weight[strong] / 4, rtol=1e-4)
+
+
+def test_an_offset_is_no_power():
+    bands = bands_at(44_100, 256)
+    assert band_powers(np.full(8192, 0.7), 1024, 8, bands).max() < 1e-9
+
+
+@pytest.mark.parametrize("rate", [8000, 22_050, 44_100])
+def test_noise_power_is_unbiased(rate):
+    hop = 16 * 2 ** int(np.log2(rate * 0.5e-3))
+    bands = bands_at(rate, hop)
+    x = np.random.default_rng(2).standard_normal(8 * hop * 4000)
+    power = band_powers(x, 4 * hop, 8 * 3980, bands)
+    means = np.empty((len(power), 3980))
+    group_means(power, np.ones(power.shape[1], np.bool_), 8, means)
+    noise = noise_power(means, np.ones(3980, np.bool_), degrees_of_freedom(bands, 8))
+    # The lowest bands also hold what is left of the mean.
+    ratio = noise[4:] / bands.gain[4:]
+    assert np.mean(ratio) == pytest.approx(1.0, abs=0.02)
+    np.testing.assert_allclose(ratio, 1.0, atol=0.12)
+
+
+def test_quantile_bias_is_that_of_chi_squared():
+    from scipy import stats
+
+    for n in (4, 8, 16, 64, 256):
+        assert quantile_bias(np.array(n)) == pytest.approx(stats.chi2(n).ppf(0.1) / n, rel=0.015)
+
+
+def test_groups_that_silence_touches_do_not_count():
+    means = np.tile([0.0, 5.0, 0.1], 40)[None]
+    noise = noise_power(means, np.tile([False, True, False], 40), np.array([1e9]))
+    np.testing.assert_allclose(noise, 5.0, rtol=1e-4)
+    assert noise_power(means, np.zeros(120, np.bool_), np.array([8.0])) == [0.0]
+
+
+def test_background_is_40_db_below_the_strongest_nearby():
+    means = np.full((1, 100), 1e-6)
+    means[0, 50] = 2.0
+    out = np.empty((1, 40))
+    background(np.array([1e-6]), means, 30, 10, out)
+    assert np.all(out[0, 10:31] == 2e-4)
+    assert np.all(out[0, :10] == 1e-6)
+    assert np.all(out[0, 31:] == 1e-6)
+
+
+def test_means_are_of_what_is_heard_or_of_all():
+    power = np.array([[1.0, 3.0, 100.0, 5.0, 7.0]])
+    heard = np.array([True, True, False, False, False])
+    out = np.empty((1, 2))
+    group_means(power, heard, 3, out)
+    np.testing.assert_array_equal(out, [[2.0, 6.0]])
