@@ -22,6 +22,7 @@ DETECTING = (
     "merge_within",
     "dead_time",
     "gaps",
+    "least_probability",
 )
 
 
@@ -119,7 +120,15 @@ def detecting_options() -> Parser:
         "--threshold",
         type=threshold,
         metavar="LEVEL",
-        help='in the unit of the recording, or in noise levels such as "6sigma" (default: chosen)',
+        help="of a force record: in its unit, or in noise levels such as "
+        '"6sigma" (default: chosen)',
+    )
+    group.add_argument(
+        "--least-probability",
+        type=number,
+        metavar="P",
+        help="of sound: leave out what is less likely an impact, 0 to 1 (default: 0.5); a lower "
+        "one finds more",
     )
     group.add_argument(
         "--polarity",

@@ -104,6 +104,7 @@ def analyse(
     merge_within: float | None = None,
     dead_time: float | None = None,
     gaps: Literal["refuse", "split"] | None = None,
+    least_probability: float | None = None,
 ) -> Analysis:
     """Read one channel of a file, find its impacts, identify its period and read its dynamics.
 
@@ -121,7 +122,9 @@ def analyse(
         the dimension 0 in any case.
     channel, start, stop, scale, offset, unit, rate, sensor, raw : optional
         As for `impactsig.read`.
-    threshold, polarity, contact_level, contact_time, merge_within, dead_time, gaps : optional
+    threshold, polarity, contact_level, contact_time, merge_within, dead_time : optional
+        As for `impactsig.detect_impacts`.
+    gaps, least_probability : optional
         As for `impactsig.detect_impacts`.
 
     Returns
@@ -168,6 +171,7 @@ def analyse(
         merge_within=merge_within,
         dead_time=dead_time,
         gaps=gaps,
+        least_probability=least_probability,
     )
     with _collected_warnings() as told:
         file = info(path, raw=raw)

@@ -72,9 +72,11 @@ def notes(analysis: Analysis) -> list[str]:
         if count:
             told.append(f"{count} of {len(impacts)} impacts flagged: {name}, {_MEANING[bit]}.")
     if not len(impacts):
+        sound = impacts.sensor == "sound"
+        dial = "--least-probability 0.1" if sound else "a threshold (--threshold)"
         told.append(
-            "No impacts were found. If there should be some, look at the waveform and give a "
-            "threshold (--threshold), another channel, or what recorded it (--sensor)."
+            "No impacts were found. If there should be some, look at the waveform and give "
+            f"{dial}, another channel, or what recorded it (--sensor)."
         )
     return list(dict.fromkeys(printable(text) for text in told))
 
@@ -202,12 +204,13 @@ def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
         ("rate", f"{analysis.rate:.10g} Hz"),
         ("span analysed", f"{impacts.start:.6g} to {impacts.stop:.6g} s"),
     ]
+    sound = impacts.sensor == "sound"
     chosen = "" if impacts.settings.get("threshold") is None else " (given)"
     detection = [
         (name, f"{value:.6g} {impacts.unit}".rstrip() + note)
         for name, value, note in (
             ("noise level", impacts.noise, ""),
-            ("threshold, filtered", impacts.threshold, chosen),
+            ("least sound that counts" if sound else "threshold", impacts.threshold, chosen),
         )
         if value is not None
     ]

@@ -48,8 +48,8 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
         folder by default.
     **options
         As for `impactsig.report.analyse`: forcing_frequency, dynamics, threshold, polarity,
-        contact_level, contact_time, merge_within, dead_time, gaps, channel, start, stop, scale,
-        offset, unit, rate, sensor, raw.
+        contact_level, contact_time, merge_within, dead_time, gaps, least_probability, channel,
+        start, stop, scale, offset, unit, rate, sensor, raw.
 
     Returns
     -------
