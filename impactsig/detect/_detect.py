@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from .._impact_tables import ERRORS
 from ..errors import InvalidInput, finite_number
 from ..impacts import KINDS, Disturbance, Impacts
 from ..recording import Sensor
@@ -254,7 +255,7 @@ def _find_force(
         )
     found = detect_force(source.pieces, source.head.rate, wanted, in_memory=source.in_memory)
     rate, unit, start = source.head.rate, source.head.unit, source.head.start
-    names = ("time", "contact_time", "peak", "impulse", "rise_time")
+    names = ("time", "contact_time", "peak", "impulse", "rise_time", *ERRORS)
     if found is None:
         columns: Columns = {name: np.empty(0) for name in names} | {"flags": np.empty(0, np.uint8)}
         reason = "the record is constant, or too short to show its noise"
@@ -267,7 +268,14 @@ def _find_force(
             "This record has no noise to take a multiple of",
         )
     first, contact, peak, impulse, rise = found.columns.T
-    values = (start + first / rate, contact / rate, peak, impulse / rate, rise / rate)
+    values = (
+        start + first / rate,
+        contact / rate,
+        peak,
+        impulse / rate,
+        rise / rate,
+        *(found.errors / (rate, rate, 1.0, rate)).T,
+    )
     columns = dict(zip(names, values, strict=True)) | {"flags": found.flags}
     level = found.threshold
     if wanted.level.unit is not None:

@@ -28,8 +28,8 @@ from ._judging import (
     one_sided_noise,
     worst,
 )
-from ._ladder import MATCH
-from ._pulse import measure_all
+from ._ladder import MATCH, white_noise
+from ._pulse import ERRORS, measure_all
 from ._spans import BESIDE, LEAST, Grid, Span, Spans
 from ._stream import FRAME, Frame, Piece, frames
 from ._survey import survey
@@ -44,7 +44,7 @@ SLOW = 3.0
 RESPONSE = 1.03
 """Noise of the response to one sample over that of a sample."""
 COLUMNS = 5  # start, contact, peak, impulse, rise
-ROW = 10  # those, then flags, clipped, width, height over noise, height
+ROW = ERRORS + 4  # those, then flags, clipped, width, height over noise, height; standard errors
 
 
 class Wanted(NamedTuple):
@@ -63,6 +63,7 @@ class ForceImpacts(NamedTuple):
     """What was found in a record; times in samples since its beginning."""
 
     columns: np.ndarray  # (n, 5): start, contact, peak, impulse, rise
+    errors: np.ndarray  # (n, 4): standard errors of the first four
     flags: np.ndarray
     sure: np.ndarray  # height over noise
     width: float  # median, of the response
@@ -159,10 +160,13 @@ class _Found:
         back = 1.0 / self.scale
         columns = rows[:, :COLUMNS].copy()
         columns[:, 2:4] *= back
+        errors = rows[:, ERRORS:].copy()
+        errors[:, 2:] *= back
         tiny = np.finfo(float).tiny
         response = float(noise[rung]) if noise[rung] > 2 * tiny else 0.0
         return ForceImpacts(
             columns,
+            errors,
             flags,
             rows[:, 8],
             width,
@@ -291,13 +295,15 @@ class _Search:
         after = others[others >= span.last].min(initial=float(self.total))
         # Where nothing moves but impacts, the least noise that was assumed is none.
         sigma = np.full(len(events), span.noise[0] / RESPONSE if span.sigma else 0.0)
+        colour = span.noise / (span.noise[0] * white_noise(grid.rungs))
+        colour = np.interp(events[:, 1], grid.rungs.width, colour)
         measure_all(
             samples,
             span.samples,
             span.first,
             origin,
             self.total,
-            np.column_stack((events[:, 0], events[:, 4], events[:, 1], sigma)),
+            np.column_stack((events[:, 0], events[:, 4], events[:, 1], sigma, colour)),
             before,
             after,
             self.wanted.contact_level * (1.0 if self.wanted.relative else abs(self.factor)),

@@ -14,11 +14,23 @@ import numpy as np
 
 from .._compiled import njit
 from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
-from ._pulse_edges import crest_at, crossing, integral, remove_baseline, touch, valley, walk
+from ._pulse_edges import Baseline, crest_at, crossing, integral, remove_baseline, touch, valley, walk
+from ._pulse_errors import (
+    UNKNOWN,
+    Errors,
+    Seen,
+    edge_errors,
+    fit_errors,
+    unless_flagged,
+    with_crest,
+    with_impulse,
+    with_level,
+)
 from ._pulse_fit import PARAMETERS, fit_pulse
 
 MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points for the fit
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
+ERRORS = 10  # first column of the standard errors of start, contact, peak and impulse
 
 
 class Pulse(NamedTuple):
@@ -30,6 +42,7 @@ class Pulse(NamedTuple):
     impulse: float
     rise: float
     flags: int
+    errors: Errors
 
 
 class Place(NamedTuple):
@@ -62,7 +75,9 @@ def measure_reach(width):
 
 
 @njit(nogil=True)
-def measure_pulse(signal, origin, total, peak, base, before, after, width, sigma, level, relative):
+def measure_pulse(
+    signal, origin, total, peak, base, before, after, width, sigma, colour, level, relative
+):
     """Measure the pulse around `peak`.
 
     Parameters
@@ -80,6 +95,8 @@ def measure_pulse(signal, origin, total, peak, base, before, after, width, sigma
         Width of the response that suits the pulse, in samples.
     sigma : float
         Standard deviation of the noise.
+    colour : float
+        Standard deviation of the noise over the width, over that of white noise.
     level, relative : float, bool
         Level above the baseline that the contact time refers to, as a share of the peak if
         relative; 0 for the touch itself.
@@ -93,36 +110,45 @@ def measure_pulse(signal, origin, total, peak, base, before, after, width, sigma
     top, crest = _summit(x, place, base, width, sigma)
     height = crest - base
     if crest - _foot(x, top, width) < 0.4 * height:
-        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
+        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE, UNKNOWN)
     extent, flags = _extent(x, top, place, base, height, width, sigma)
     for i in range(len(x)):
         x[i] -= base
-    height -= _level_out(x, top, extent, place, width, sigma, height)
+    baseline = _level_out(x, top, extent, place, width, sigma, colour, height)
+    height -= baseline.at_top
     if height <= 0.0:
-        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
+        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE, UNKNOWN)
 
     crest, shift = crest_at(x, top, sigma)
-    fits, start, contact, rise = False, 0.0, 0.0, 0.0
+    seen = Seen(top, extent.left_limit, extent.right_limit, sigma * colour, baseline)
+    fits, start, contact, rise, errors = False, 0.0, 0.0, 0.0, UNKNOWN
     if flags == 0:
-        fits, start, contact, rise, crest = _by_shape(x, top, crest, extent, width, sigma, height)
+        fits, start, contact, rise, crest, errors = _by_shape(
+            x, crest, extent, width, sigma, height, seen
+        )
     if not fits:
         edge = max(0.02 * height, min(3.0 * sigma, 0.25 * height))
         start = touch(x, top, -1, extent.left_limit, edge)
         contact = touch(x, top, 1, extent.right_limit, edge) - start
         rise = top + shift - start
+        errors = edge_errors(x, start, start + contact, edge, seen)
     start, contact = max(start, 0.0), contact + min(start, 0.0)
     contact = min(contact, len(x) - 1 - start)
     impulse = integral(x, start, start + contact)
     if contact <= 0.0 or crest <= 0.0 or impulse <= 0.0:
-        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
+        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE, UNKNOWN)
     rise = min(max(rise, 0.0), contact)
+    errors = with_impulse(x, start, start + contact, errors, seen)
     if level > 0.0:
         contact = 0.0
+        share = level if relative else 0.0
         level *= crest if relative else 1.0
         if height > level:
             contact = crossing(x, top, 1, extent.right_limit, level)
             contact -= crossing(x, top, -1, extent.left_limit, level)
-    return Pulse(lo + start, contact, crest, impulse, rise, flags)
+        errors = with_level(x, level, share, errors, seen)
+    errors = unless_flagged(x, errors, flags, start, contact, seen)
+    return Pulse(lo + start, contact, crest, impulse, rise, flags, errors)
 
 
 @njit(nogil=True)
@@ -190,8 +216,8 @@ def _extent(x, top, place, base, height, width, sigma):
 
 
 @njit(nogil=True)
-def _level_out(x, top, extent, place, width, sigma, height):
-    """Subtract the baseline beside the pulse, clear of its neighbours; its value at the top."""
+def _level_out(x, top, extent, place, width, sigma, colour, height):
+    """Subtract the baseline beside the pulse, clear of its neighbours."""
     left, right = extent.left, extent.right
     margin = 2 + (right - left) // 4
     reach = 4 * (right - left)
@@ -200,12 +226,17 @@ def _level_out(x, top, extent, place, width, sigma, height):
         first = max(first, place.before - place.lo + 2 * width)
     if place.after < place.hi:
         last = min(last, place.after - place.lo - 2 * width)
-    return remove_baseline(x, first, left - margin, right + margin + 1, last, sigma, height, top)
+    line = remove_baseline(x, first, left - margin, right + margin + 1, last, sigma, height, top)
+    return Baseline(line.at_top, line.centre, colour * line.level, colour * line.slope)
 
 
 @njit(nogil=True)
-def _by_shape(x, top, crest, extent, width, sigma, height):
-    """Whether the family of shapes fits; if so, start, contact, rise time and peak of the fit."""
+def _by_shape(x, crest, extent, width, sigma, height, seen):
+    """Whether the family of shapes fits; if so, start, contact, rise time and peak of the fit.
+
+    And the standard errors, that of the impulse left out.
+    """
+    top = seen.top
     left_limit, right_limit = extent.left_limit, extent.right_limit
     pad = max(3, (extent.right - extent.left) // 2)
     a, b = max(left_limit, extent.left - pad), min(right_limit, extent.right + pad) + 1
@@ -234,7 +265,8 @@ def _by_shape(x, top, crest, extent, width, sigma, height):
     p = np.empty(PARAMETERS)
     p[0], p[1] = height / unit, start
     p[2], p[3], p[4], p[5] = math.log(rise), math.log(flat), math.log(fall), 0.0
-    misfit = fit_pulse(points, means, math.log(0.6 * width), p)
+    log_edge = math.log(0.6 * width)
+    misfit = fit_pulse(points, means, log_edge, p)
     length = math.exp(p[2]) + math.exp(p[3]) + math.exp(p[4])
     # An edge beyond the valley to a neighbour would be read from the neighbour's samples.
     left_most = left_limit - 1.0 if a == left_limit else a - pad
@@ -243,9 +275,14 @@ def _by_shape(x, top, crest, extent, width, sigma, height):
     # What does not fit a faint pulse is not its shape, and its edges tell even less.
     faint = height < 8.0 * sigma
     fits = (misfit < 2.0 or faint) and p[0] > 0.0 and inside
+    errors = UNKNOWN
+    if fits:
+        errors = fit_errors(points, means, log_edge, p, seen.noise / math.sqrt(per), unit, seen)
     if fits and unit <= sigma:
         crest = p[0] * unit  # less noisy than the greatest sample
-    return fits, p[1], length, math.exp(p[2]) + 0.5 * math.exp(p[3]), crest
+    elif fits:
+        errors = with_crest(errors, seen)
+    return fits, p[1], length, math.exp(p[2]) + 0.5 * math.exp(p[3]), crest, errors
 
 
 @njit(nogil=True)
@@ -254,14 +291,17 @@ def measure_all(
 ):
     """Measure `events` into rows of `out`: the fields of Pulse, then 1 if the pulse is clipped.
 
+    The standard errors go into the columns from `ERRORS` on.
+
     Parameters
     ----------
     signal : array
         Samples without hum, from sample `origin` on, of `total` in all.
     raw : array
         Samples as they came, from sample `start` on.
-    events : array (n, 4)
-        Place of the response's crest, mean of its flanks, width, noise of a sample.
+    events : array (n, 5)
+        Place of the response's crest, mean of its flanks, width, noise of a sample, and how many
+        times that of white noise its noise over the width is.
     before, after : float
         Places of the crests before the first and after the last, -1 and `total` where none is.
     level, relative : float, bool
@@ -283,6 +323,7 @@ def measure_all(
             following,
             int(events[k, 2]),
             events[k, 3],
+            events[k, 4],
             level,
             relative,
         )
@@ -295,4 +336,9 @@ def measure_all(
             for i in range(first, last):
                 run = run + 1 if raw[i - start] >= limit else 0
                 longest = max(longest, run)
-        out[k, 6] = 1.0 if longest >= 3 else 0.0
+        clipped = longest >= 3
+        out[k, 6] = 1.0 if clipped else 0.0
+        errors = pulse.errors
+        out[k, ERRORS], out[k, ERRORS + 1] = errors.start, errors.contact
+        out[k, ERRORS + 2] = np.inf if clipped else errors.peak
+        out[k, ERRORS + 3] = np.inf if clipped else errors.impulse
