@@ -277,7 +277,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen):
     fits = (misfit < 2.0 or faint) and p[0] > 0.0 and inside
     errors = UNKNOWN
     if fits:
-        errors = fit_errors(points, means, log_edge, p, seen.noise / math.sqrt(per), unit, seen)
+        errors = fit_errors(points, means, log_edge, p, per, unit, seen)
     if fits and unit <= sigma:
         crest = p[0] * unit  # less noisy than the greatest sample
     elif fits:
