@@ -14,7 +14,16 @@ import numpy as np
 
 from .._compiled import njit
 from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
-from ._pulse_edges import Baseline, crest_at, crossing, integral, remove_baseline, touch, valley, walk
+from ._pulse_edges import (
+    Baseline,
+    crest_at,
+    crossing,
+    integral,
+    remove_baseline,
+    touch,
+    valley,
+    walk,
+)
 from ._pulse_errors import (
     UNKNOWN,
     Errors,
@@ -281,7 +290,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen):
     if fits and unit <= sigma:
         crest = p[0] * unit  # less noisy than the greatest sample
     elif fits:
-        errors = with_crest(errors, seen)
+        errors = with_crest(x, errors, seen)
     return fits, p[1], length, math.exp(p[2]) + 0.5 * math.exp(p[3]), crest, errors
 
 

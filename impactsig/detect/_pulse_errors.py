@@ -4,10 +4,12 @@ Of the fit: with J the derivatives of the samples by the parameters, in units of
 fit assumed, and P the information in the priors, N = J^T J + P. Noise of variance v in the same
 units, and shapes as scattered as the priors say, give the parameters the covariance
 
-    v N^-1 + (1 - v) N^-1 P N^-1   (v <= 1; v N^-1 for more),
+    v N^-1 + (1 - v) N^-1 P N^-1   (v <= 1; v N^-1 for more).
 
-an error of the baseline moves them by N^-1 J^T (its course), and what the family cannot follow
-moves them by as much in each direction as it leaves in the residuals.
+An error of the baseline moves them by N^-1 J^T (its course). Two terms stand for shapes outside of
+the family: what it leaves in the residuals moves the parameters by as much in each direction, and
+the estimates are off by a step towards the minimum in a wider family, whose priors are weaker and
+whose edges have a power each.
 
 Of an edge: the noise of its samples over its slope.
 """
@@ -22,12 +24,28 @@ import numpy as np
 from .._compiled import njit
 from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
 from ._pulse_edges import Baseline, crossing
-from ._pulse_fit import PARAMETERS, model
+from ._pulse_fit import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
 
+WIDER = 7  # parameters of the fit, and half the difference of the logarithms of the edges' powers
 BINS = 12
 """Stretches of a pulse in which residuals are added up."""
 FREEDOM = 4.0
 """Directions that what the family cannot follow is spread over."""
+
+
+class Priors(NamedTuple):
+    """Standard deviations, and mean of the flatness, as in `_pulse_fit.py`."""
+
+    skew: float
+    flat_mean: float
+    flat: float
+    power: float
+    length: float
+    powers: float  # of half the difference of the logarithms
+
+
+FITTED = Priors(SKEW_SD, FLAT_MEAN, FLAT_SD, POWER_SD, LENGTH_SD, 1e-4)
+LOOSE = Priors(0.5, -3.0, 2.0, POWER_SD, LENGTH_SD, 0.2)
 
 
 class Errors(NamedTuple):
@@ -52,6 +70,16 @@ class Seen(NamedTuple):
     baseline: Baseline
 
 
+class _Linear(NamedTuple):
+    """A fit about its minimum: products of derivatives J, residuals e, and a baseline's course."""
+
+    square: np.ndarray  # J^T J
+    residual: np.ndarray  # J^T e
+    level: np.ndarray  # J^T 1
+    slope: np.ndarray  # J^T (t - centre)
+    unfollowed: float  # square of residuals summed over stretches, beyond that of noise
+
+
 @njit(nogil=True)
 def fit_errors(points, x, log_edge, p, per, unit, seen):
     """Standard errors of start, contact and peak of a fit.
@@ -67,70 +95,107 @@ def fit_errors(points, x, log_edge, p, per, unit, seen):
     seen : Seen
         What the pulse was measured in.
     """
-    noise, baseline = seen.noise / (unit * math.sqrt(per)), seen.baseline
-    normal = np.empty((PARAMETERS, PARAMETERS + 1))
-    priors = np.empty((PARAMETERS, PARAMETERS + 1))
-    shifted = np.empty((PARAMETERS, PARAMETERS + 1))
-    model(p, points[:0], x[:0], log_edge, priors)
-    model(p, points, x, log_edge, normal)
-    full = np.empty((PARAMETERS, PARAMETERS))
-    prior = np.empty((PARAMETERS, PARAMETERS))
-    for i in range(PARAMETERS):
-        for j in range(i + 1):
-            full[i, j] = full[j, i] = normal[i, j]
-            prior[i, j] = prior[j, i] = priors[i, j]
-    # The amplitude's unit is the noise, so its scale differs; an all but exact 0 stays one.
-    for i in range(PARAMETERS):
-        full[i, i] += 1e-12 * full[i, i] + 1e-12
-    inverse = np.linalg.inv(full)
-    r, flat, d = math.exp(p[2]), math.exp(p[3]), math.exp(p[4])
+    noise = seen.noise / (unit * math.sqrt(per))
     variance = noise * noise
-    left = misfit_left(points, x, p, noise)
-    covariance = (variance + left / FREEDOM) * inverse
+    fit = _linear(points, x, p, seen.baseline.centre, variance)
+    prior, _ = _information(p, log_edge, FITTED)
+    inverse = np.linalg.inv(fit.square + prior)
+    covariance = (variance + fit.unfollowed / FREEDOM) * inverse
     if variance < 1.0:
         covariance += (1.0 - variance) * (inverse @ prior @ inverse)
-    # J^T e is linear in the samples: a baseline adds J^T (its course).
-    for kind in range(2):
-        course = np.ones(len(points)) if kind == 0 else points - baseline.centre
-        model(p, points, x + course, log_edge, shifted)
-        size = (baseline.level if kind == 0 else baseline.slope) / unit
-        moved = size * (inverse @ (shifted[:, PARAMETERS] - normal[:, PARAMETERS]))
-        for i in range(PARAMETERS):
-            for j in range(PARAMETERS):
-                covariance[i, j] += moved[i] * moved[j]
-    by_length = np.array([0.0, 0.0, r, flat, d, 0.0])
-    contact = 0.0
-    for i in range(PARAMETERS):
-        for j in range(PARAMETERS):
-            contact += by_length[i] * covariance[i, j] * by_length[j]
-    start, peak = math.sqrt(max(covariance[1, 1], 0.0)), math.sqrt(max(covariance[0, 0], 0.0))
-    return Errors(start, math.sqrt(max(contact, 0.0)), peak * unit, 0.0)
+    loose, pull = _information(p, log_edge, LOOSE)
+    beside = np.linalg.solve(fit.square + loose, fit.residual - pull)
+    level = (seen.baseline.level / unit) * (inverse @ fit.level)
+    slope = (seen.baseline.slope / unit) * (inverse @ fit.slope)
+    for i in range(WIDER):
+        for j in range(WIDER):
+            covariance[i, j] += beside[i] * beside[j] + level[i] * level[j] + slope[i] * slope[j]
+    by_length = np.zeros(WIDER)
+    by_length[2:5] = np.exp(p[2:5])
+    contact = by_length @ (covariance @ by_length)
+    return Errors(
+        math.sqrt(max(covariance[1, 1], 0.0)),
+        math.sqrt(max(contact, 0.0)),
+        math.sqrt(max(covariance[0, 0], 0.0)) * unit,
+        0.0,
+    )
 
 
 @njit(nogil=True)
-def misfit_left(points, x, p, noise):
-    """Square of what the family cannot follow: of residuals summed over stretches, beyond noise."""
+def _linear(points, x, p, centre, variance):
+    amplitude, t0 = p[0], p[1]
     r, flat, d, q = math.exp(p[2]), math.exp(p[3]), math.exp(p[4]), math.exp(p[5])
-    length = r + flat + d
+    top, end = r + flat, r + flat + d
+    rise, fall = 0.5 * math.pi / r, 0.5 * math.pi / d
+    square = np.zeros((WIDER, WIDER))
+    residual, level, slope = np.zeros(WIDER), np.zeros(WIDER), np.zeros(WIDER)
     sums, counts = np.zeros(BINS), np.zeros(BINS)
+    j = np.zeros(WIDER)
     for k in range(len(points)):
-        u = points[k] - p[1]
-        if u <= 0.0 or u >= length:
+        u = points[k] - t0
+        if u <= 0.0 or u >= end:
             continue
-        f = 1.0
+        j[:] = 0.0
+        j[0] = 1.0
         if u < r:
-            f = math.sin(0.5 * math.pi * u / r) ** q
-        elif u > r + flat:
-            f = math.cos(0.5 * math.pi * (u - r - flat) / d) ** q
-        b = min(int(BINS * u / length), BINS - 1)
-        sums[b] += x[k] - p[0] * f
+            angle = rise * u
+            s = max(math.sin(angle), 1e-3)
+            j[0] = s**q
+            steep = amplitude * j[0] * q * math.cos(angle) / s
+            j[1], j[2], j[5] = -steep * rise, -steep * angle, amplitude * j[0] * q * math.log(s)
+            j[6] = j[5]
+        elif u >= top:
+            angle = fall * (u - top)
+            c = max(math.cos(angle), 1e-3)
+            j[0] = c**q
+            j[1] = amplitude * j[0] * q * math.sin(angle) / c * fall
+            j[2], j[3], j[4] = j[1] * r, j[1] * flat, j[1] * (u - top)
+            j[5] = amplitude * j[0] * q * math.log(c)
+            j[6] = -j[5]
+        e = x[k] - amplitude * j[0]
+        for m in range(WIDER):
+            for n in range(m + 1):
+                square[m, n] += j[m] * j[n]
+            residual[m] += j[m] * e
+            level[m] += j[m]
+            slope[m] += j[m] * (points[k] - centre)
+        b = int(BINS * u / end)
+        sums[b] += e
         counts[b] += 1.0
-    total = expected = 0.0
+    total = 0.0
     for b in range(BINS):
         if counts[b] > 0.0:
-            total += sums[b] ** 2 / counts[b]
-            expected += noise * noise
-    return max(total - expected, 0.0)
+            total += sums[b] ** 2 / counts[b] - variance
+    for m in range(WIDER):
+        for n in range(m):
+            square[n, m] = square[m, n]
+    return _Linear(square, residual, level, slope, max(total, 0.0))
+
+
+@njit(nogil=True)
+def _information(p, log_edge, priors):
+    """Of the priors at `p`: second derivatives of half their cost, and first."""
+    rows = np.zeros((5, WIDER))
+    middle = 0.5 * (p[2] + p[4])
+    rows[0, 2], rows[0, 4] = 1.0 / priors.skew, -1.0 / priors.skew
+    rows[1, 2] = rows[1, 4] = -0.5 / priors.flat
+    rows[1, 3] = 1.0 / priors.flat
+    rows[2, 5] = 1.0 / priors.power
+    rows[3, 2] = rows[3, 4] = 0.5 / priors.length
+    rows[4, 6] = 1.0 / priors.powers
+    off = np.array(
+        [
+            (p[2] - p[4]) / priors.skew,
+            (p[3] - middle - priors.flat_mean) / priors.flat,
+            p[5] / priors.power,
+            (middle - log_edge) / priors.length,
+            0.0,
+        ]
+    )
+    square = rows.T @ rows
+    for i in range(WIDER):
+        square[i, i] += 1e-12  # what no sample shows has no error either
+    return square, rows.T @ off
 
 
 @njit(nogil=True)
@@ -138,7 +203,7 @@ def edge_errors(x, start, end, level, seen):
     """Standard errors of a pulse whose edges were extrapolated from `level`, and of its crest."""
     first = _touch_error(x, start, -1, seen.left_limit, level, seen)
     last = _touch_error(x, end, 1, seen.right_limit, level, seen)
-    return with_crest(Errors(first, math.hypot(first, last), 0.0, 0.0), seen)
+    return with_crest(x, Errors(first, math.hypot(first, last), 0.0, 0.0), seen)
 
 
 @njit(nogil=True)
@@ -147,15 +212,21 @@ def _touch_error(x, at, step, limit, level, seen):
     foot = crossing(x, seen.top, step, limit, level)
     higher = crossing(x, seen.top, step, limit, 2.0 * level)
     out, run = abs(at - foot), max(abs(foot - higher), 0.5)
-    noise = math.sqrt(2.0) * seen.noise * max(1.0, out / run)
-    error = math.hypot(noise, _level_error(seen.baseline, at)) * run / max(level, 1e-300)
-    return math.hypot(error, 0.5 * abs(out - run))
+    # Slope and bend come from three samples in a row; the end is kept within twice the line's.
+    relative = seen.noise * run / max(level, 1e-300)
+    noise = relative * min(math.hypot(1.0, math.sqrt(2.0) * out), (out + 1.0) / max(relative, 1e-9))
+    beside = _level_error(seen.baseline, at) * run / max(level, 1e-300)
+    return math.sqrt(noise**2 + beside**2 + 0.25 * (out - run) ** 2)
 
 
 @njit(nogil=True)
-def with_crest(errors, seen):
-    """The errors with that of a peak read off its samples by a parabola."""
-    peak = math.hypot(seen.noise, _level_error(seen.baseline, seen.top))
+def with_crest(x, errors, seen):
+    """The errors with that of a peak read off its samples: the greatest of those near it."""
+    near = 1
+    for i in range(seen.left_limit, seen.right_limit + 1):
+        near += x[i] > x[seen.top] - 3.0 * seen.noise
+    noise = seen.noise * math.sqrt(1.0 + math.log(near))
+    peak = math.hypot(noise, _level_error(seen.baseline, seen.top))
     return Errors(errors.start, errors.contact, peak, errors.impulse)
 
 
@@ -163,7 +234,8 @@ def with_crest(errors, seen):
 def with_impulse(x, start, end, errors, seen):
     """The errors with that of the sum of the samples between start and end.
 
-    Where a straight edge begins between two samples, at a share f of the way, the line between
+    An end that is off by an error misses slope error^2 / 2, whose mean square is 3 slope^2
+    error^4 / 4. Where a straight edge begins between two samples, at a share f of the way, the line between
     them is too great by slope f (1 - f)^2 / 2, whose mean square is slope^2 / 420.
     """
     first, last = int(start) + 1, int(math.ceil(end)) - 1
@@ -171,7 +243,10 @@ def with_impulse(x, start, end, errors, seen):
     if last - first >= 1:
         slopes = (x[first + 1] - x[first]) ** 2 + (x[last - 1] - x[last]) ** 2
     level = (end - start) * _level_error(seen.baseline, 0.5 * (start + end))
-    impulse = math.sqrt(seen.noise**2 * (end - start) + level**2 + slopes / 420.0)
+    late = math.sqrt(max(errors.contact**2 - errors.start**2, 0.0))
+    steep = math.pi * x[seen.top] / (end - start)
+    missed = 0.75 * steep**2 * (errors.start**4 + late**4)
+    impulse = math.sqrt(seen.noise**2 * (end - start) + level**2 + slopes / 420.0 + missed)
     return Errors(errors.start, errors.contact, errors.peak, impulse)
 
 

@@ -33,7 +33,7 @@ def fit_pulse(points, x, log_edge, p):
     there = np.empty((PARAMETERS, PARAMETERS + 1))
     low = np.empty((PARAMETERS, PARAMETERS))
     step, trial = np.empty(PARAMETERS), np.empty(PARAMETERS)
-    misfit, cost = model(p, points, x, log_edge, here)
+    misfit, cost = _model(p, points, x, log_edge, here)
     damping = 1e-2
     for _ in range(25):
         if not _solve(here, damping, low, step):
@@ -42,7 +42,7 @@ def fit_pulse(points, x, log_edge, p):
         for i in range(PARAMETERS):
             # Logarithms move by at most a factor of e a step, so no exponential overflows.
             trial[i] = p[i] + (step[i] if i < 2 else min(max(step[i], -1.0), 1.0))
-        new_misfit, new_cost = model(trial, points, x, log_edge, there)
+        new_misfit, new_cost = _model(trial, points, x, log_edge, there)
         if new_cost < cost:
             gain = cost - new_cost
             for i in range(PARAMETERS):
@@ -60,7 +60,7 @@ def fit_pulse(points, x, log_edge, p):
 
 
 @njit(nogil=True)
-def model(p, points, x, log_edge, normal):
+def _model(p, points, x, log_edge, normal):
     """Misfit, and with the priors the cost, at `p`; J^T J and J^T e go into `normal` (6 x 7).
 
     Samples and amplitude are in units of the noise. Only the lower triangle of J^T J is filled.
