@@ -171,9 +171,7 @@ def main() -> None:
     ratios = [row["time_error"] / row["bound"] for row in every]
     rms = np.array([[line[name]["rms"] for name in MEASURED] for line in lines])
     inside = (rms >= 0.8) & (rms <= 1.25)
-    print(
-        f"strata with z of 0.8-1.25: {np.mean(inside):.1%}; median error/bound {np.median(ratios):.2f}"
-    )
+    print(f"z of 0.8-1.25: {np.mean(inside):.1%}; median error/bound: {np.median(ratios):.2f}")
     if given.write:
         RESULTS.mkdir(exist_ok=True)
         (RESULTS / "errors.json").write_text(json.dumps(lines, indent=1))

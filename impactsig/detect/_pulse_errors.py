@@ -235,10 +235,10 @@ def with_impulse(x, start, end, errors, seen):
     """The errors with that of the sum of the samples between start and end.
 
     An end that is off by an error misses slope error^2 / 2, whose mean square is 3 slope^2
-    error^4 / 4. Where a straight edge begins between two samples, at a share f of the way, the line between
-    them is too great by slope f (1 - f)^2 / 2, whose mean square is slope^2 / 420.
+    error^4 / 4. Where a straight edge begins between two samples, at a share f of the way, the
+    line between them is too great by slope f (1 - f)^2 / 2, whose mean square is slope^2 / 420.
     """
-    first, last = int(start) + 1, int(math.ceil(end)) - 1
+    first, last = int(start) + 1, math.ceil(end) - 1
     slopes = 0.0
     if last - first >= 1:
         slopes = (x[first + 1] - x[first]) ** 2 + (x[last - 1] - x[last]) ** 2
