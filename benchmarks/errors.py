@@ -66,15 +66,18 @@ def record(
     return Truth(samples, rate, time, np.full(count, contact), amplitude)
 
 
-def cramer_rao(pulse: Callable, amplitude: float, samples: float) -> float:
+def cramer_rao(
+    pulse: Callable, amplitude: float, samples: float, *, length_given: bool = False
+) -> float:
     """Least standard error of the start, in contacts, of a pulse of `samples` samples.
 
-    For noise of standard deviation 1, and amplitude, start and length to be estimated. The sums
-    over samples are taken as integrals.
+    For noise of standard deviation 1, and amplitude, start and, unless given, length to be
+    estimated. The sums over samples are taken as integrals.
     """
     u = np.linspace(0.0, 1.0, 4001)
     slope = np.gradient(pulse(u), u, edge_order=2)
     columns = np.stack([amplitude * slope, pulse(u), amplitude * u * slope])
+    columns = columns[:2] if length_given else columns
     information = samples * integrate.trapezoid(columns[:, None] * columns[None], u, axis=-1)
     return float(np.sqrt(np.linalg.inv(information)[0, 0]))
 

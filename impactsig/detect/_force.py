@@ -29,7 +29,8 @@ from ._judging import (
     worst,
 )
 from ._ladder import MATCH, white_noise
-from ._pulse import ERRORS, measure_all
+from ._pulse import ERRORS, FIT, measure_all
+from ._shared_shape import KEPT, share_shape
 from ._spans import BESIDE, LEAST, Grid, Span, Spans
 from ._stream import FRAME, Frame, Piece, frames
 from ._survey import survey
@@ -44,7 +45,7 @@ SLOW = 3.0
 RESPONSE = 1.03
 """Noise of the response to one sample over that of a sample."""
 COLUMNS = 5  # start, contact, peak, impulse, rise
-ROW = ERRORS + 4  # those, then flags, clipped, width, height over noise, height; standard errors
+ROW = FIT  # those, then flags, clipped, width, height over noise, height; standard errors
 
 
 class Wanted(NamedTuple):
@@ -277,12 +278,13 @@ class _Search:
                 *baseline_moves(spans, k),
             )
         ]
+        share_shape(rows, ERRORS, FIT, self.wanted.contact_level == 0)
         rows[:, 0] += segment
-        self.found.add(rows, span, judge.usual_level, grid.rungs.width)
+        self.found.add(rows[:, :ROW].copy(), span, judge.usual_level, grid.rungs.width)
 
     def _measure(self, k: int, events: np.ndarray, group: np.ndarray) -> np.ndarray:
         """Rows of the events of span k, each at its width; the group bounds the first and last."""
-        rows = np.empty((len(events), ROW))
+        rows = np.empty((len(events), ROW + KEPT))
         if not len(events):
             return rows
         spans, span, grid = self.spans, self.spans.spans[k], self.grid

@@ -40,6 +40,7 @@ from ._pulse_fit import PARAMETERS, fit_pulse
 MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points for the fit
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
 ERRORS = 10  # first column of the standard errors of start, contact, peak and impulse
+FIT = 14  # and of what is kept of a fit, see `_shared_shape.py`
 
 
 class Pulse(NamedTuple):
@@ -85,7 +86,7 @@ def measure_reach(width):
 
 @njit(nogil=True)
 def measure_pulse(
-    signal, origin, total, peak, base, before, after, width, sigma, colour, level, relative
+    signal, origin, total, peak, base, before, after, width, sigma, colour, level, relative, keep
 ):
     """Measure the pulse around `peak`.
 
@@ -109,7 +110,10 @@ def measure_pulse(
     level, relative : float, bool
         Level above the baseline that the contact time refers to, as a share of the peak if
         relative; 0 for the touch itself.
+    keep : array
+        Takes the fit: columns as in `_shared_shape.py`; the first is NaN if none is taken.
     """
+    keep[0] = np.nan
     reach = measure_reach(width)
     lo, hi = max(0, peak - reach), min(total, peak + reach + 1)
     place = Place(before, peak, after, lo, hi, total)
@@ -133,7 +137,7 @@ def measure_pulse(
     fits, start, contact, rise, errors = False, 0.0, 0.0, 0.0, UNKNOWN
     if flags == 0:
         fits, start, contact, rise, crest, errors = _by_shape(
-            x, crest, extent, width, sigma, height, seen
+            x, crest, extent, width, sigma, height, seen, keep
         )
     if not fits:
         edge = max(0.02 * height, min(3.0 * sigma, 0.25 * height))
@@ -157,6 +161,8 @@ def measure_pulse(
             contact -= crossing(x, top, -1, extent.left_limit, level)
         errors = with_level(x, level, share, errors, seen)
     errors = unless_flagged(x, errors, flags, start, contact, seen)
+    if fits:
+        keep[0] = lo + start
     return Pulse(lo + start, contact, crest, impulse, rise, flags, errors)
 
 
@@ -240,7 +246,7 @@ def _level_out(x, top, extent, place, width, sigma, colour, height):
 
 
 @njit(nogil=True)
-def _by_shape(x, crest, extent, width, sigma, height, seen):
+def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
     """Whether the family of shapes fits; if so, start, contact, rise time and peak of the fit.
 
     And the standard errors, that of the impulse left out.
@@ -286,11 +292,12 @@ def _by_shape(x, crest, extent, width, sigma, height, seen):
     fits = (misfit < 2.0 or faint) and p[0] > 0.0 and inside
     errors = UNKNOWN
     if fits:
-        errors = fit_errors(points, means, log_edge, p, per, unit, seen)
+        errors = fit_errors(points, means, log_edge, p, per, unit, seen, keep)
     if fits and unit <= sigma:
         crest = p[0] * unit  # less noisy than the greatest sample
     elif fits:
         errors = with_crest(x, errors, seen)
+        keep[2] = 0.0
     return fits, p[1], length, math.exp(p[2]) + 0.5 * math.exp(p[3]), crest, errors
 
 
@@ -300,7 +307,7 @@ def measure_all(
 ):
     """Measure `events` into rows of `out`: the fields of Pulse, then 1 if the pulse is clipped.
 
-    The standard errors go into the columns from `ERRORS` on.
+    The standard errors go into the columns from `ERRORS` on, the fits into those from `FIT` on.
 
     Parameters
     ----------
@@ -335,6 +342,7 @@ def measure_all(
             events[k, 4],
             level,
             relative,
+            out[k, FIT:],
         )
         out[k, 0], out[k, 1], out[k, 2] = pulse.start, pulse.contact, pulse.peak
         out[k, 3], out[k, 4], out[k, 5] = pulse.impulse, pulse.rise, pulse.flags

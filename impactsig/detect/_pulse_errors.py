@@ -29,6 +29,7 @@ from ._pulse_fit import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
 WIDER = 7  # parameters of the fit, and half the difference of the logarithms of the edges' powers
 BINS = 12
 """Stretches of a pulse in which residuals are added up."""
+HOPE, CHANCE = 0.3, 4.0
 FREEDOM = 4.0
 """Directions that what the family cannot follow is spread over."""
 
@@ -77,11 +78,14 @@ class _Linear(NamedTuple):
     residual: np.ndarray  # J^T e
     level: np.ndarray  # J^T 1
     slope: np.ndarray  # J^T (t - centre)
-    unfollowed: float  # square of residuals summed over stretches, beyond that of noise
+    sums: np.ndarray  # of e over stretches
+    courses: np.ndarray  # of J over stretches
+    counts: np.ndarray  # samples in each
+    unfollowed: float  # square of the sums, beyond that of noise
 
 
 @njit(nogil=True)
-def fit_errors(points, x, log_edge, p, per, unit, seen):
+def fit_errors(points, x, log_edge, p, per, unit, seen, keep):
     """Standard errors of start, contact and peak of a fit.
 
     Parameters
@@ -94,6 +98,8 @@ def fit_errors(points, x, log_edge, p, per, unit, seen):
         Unit of x.
     seen : Seen
         What the pulse was measured in.
+    keep : array
+        Takes the fit: columns as in `_shared_shape.py`, but for the first.
     """
     noise = seen.noise / (unit * math.sqrt(per))
     variance = noise * noise
@@ -105,13 +111,30 @@ def fit_errors(points, x, log_edge, p, per, unit, seen):
         covariance += (1.0 - variance) * (inverse @ prior @ inverse)
     loose, pull = _information(p, log_edge, LOOSE)
     beside = np.linalg.solve(fit.square + loose, fit.residual - pull)
+    by_length = np.zeros(WIDER)
+    by_length[2:5] = np.exp(p[2:5])
     level = (seen.baseline.level / unit) * (inverse @ fit.level)
     slope = (seen.baseline.slope / unit) * (inverse @ fit.slope)
+    rest = 0.0
+    for b in range(BINS):
+        if fit.counts[b] > 0.0:
+            off = fit.sums[b] - fit.courses[b] @ beside
+            rest += off * off / fit.counts[b] - variance
+    # What a step makes of it is linear, and so a hope.
+    rest = max(rest, HOPE * fit.unfollowed) - CHANCE * variance
+    keep[1] = max(rest, 0.0) / (FREEDOM * max(variance, 1.0))
+    keep[2], keep[3] = unit, log_edge
+    keep[4] = level[1] ** 2 + slope[1] ** 2
+    keep[5] = (by_length @ level) ** 2 + (by_length @ slope) ** 2
+    keep[6] = level[0] ** 2 + slope[0] ** 2
+    keep[7 : 6 + WIDER] = p
+    keep[6 + WIDER : 6 + 2 * WIDER] = fit.residual / max(variance, 1.0)
+    for i in range(WIDER):
+        first = 6 + (2 + i) * WIDER
+        keep[first : first + WIDER] = fit.square[i] / max(variance, 1.0)
     for i in range(WIDER):
         for j in range(WIDER):
             covariance[i, j] += beside[i] * beside[j] + level[i] * level[j] + slope[i] * slope[j]
-    by_length = np.zeros(WIDER)
-    by_length[2:5] = np.exp(p[2:5])
     contact = by_length @ (covariance @ by_length)
     return Errors(
         math.sqrt(max(covariance[1, 1], 0.0)),
@@ -129,7 +152,7 @@ def _linear(points, x, p, centre, variance):
     rise, fall = 0.5 * math.pi / r, 0.5 * math.pi / d
     square = np.zeros((WIDER, WIDER))
     residual, level, slope = np.zeros(WIDER), np.zeros(WIDER), np.zeros(WIDER)
-    sums, counts = np.zeros(BINS), np.zeros(BINS)
+    sums, counts, courses = np.zeros(BINS), np.zeros(BINS), np.zeros((BINS, WIDER))
     j = np.zeros(WIDER)
     for k in range(len(points)):
         u = points[k] - t0
@@ -162,6 +185,8 @@ def _linear(points, x, p, centre, variance):
         b = int(BINS * u / end)
         sums[b] += e
         counts[b] += 1.0
+        for m in range(WIDER):
+            courses[b, m] += j[m]
     total = 0.0
     for b in range(BINS):
         if counts[b] > 0.0:
@@ -169,7 +194,7 @@ def _linear(points, x, p, centre, variance):
     for m in range(WIDER):
         for n in range(m):
             square[n, m] = square[m, n]
-    return _Linear(square, residual, level, slope, max(total, 0.0))
+    return _Linear(square, residual, level, slope, sums, courses, counts, max(total, 0.0))
 
 
 @njit(nogil=True)
