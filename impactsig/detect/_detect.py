@@ -105,14 +105,15 @@ def detect_impacts(
     samples between impacts, ``settings`` holds what was read of the instrument. How a pulse is
     measured is described in `impactsig.detect._pulse`.
 
-    Standard errors of instants, contact times, peaks and impulses are those of the fit (its
-    posterior covariance) or of the edges (noise over slope). They hold the noise as it is over the
-    width of the pulse, the steps of the converter, the baseline that is subtracted, and an
-    allowance for shapes that the fit cannot follow; see `impactsig.detect._pulse_errors`. They
-    do not hold a bias that all impacts of a shape share and no residual shows: pulses that begin
-    with zero slope read short by up to a tenth. What a flag says is not in the record has an
-    infinite error: the instant of a pulse that is open at its start, contact time and impulse of
-    an open one, peak and impulse of a clipped one.
+    Where the pulses of a second are alike, each is measured with the shape that they share
+    (`impactsig.detect._shared_shape`). Standard errors of instants, contact times, peaks and
+    impulses are those of the fit (its posterior covariance, and that of the shared shape) or of
+    the edges (noise over slope). They hold the noise as it is over the width of the pulse, the
+    step of the converter, the baseline that is subtracted, and what the fit cannot follow; see
+    `impactsig.detect._pulse_errors`. The error of a shared shape is common to the impacts of a
+    second: it cancels in their intervals. What a flag says is not in the record has an infinite
+    error: the instant of a pulse that is open at its start, contact time and impulse of an open
+    one, peak and impulse of a clipped one.
 
     Sound: see `impactsig.detect._sound`. Where at least half of the impacts sound alike, those that
     do are timed by their waveform, to about a hundredth of a sample; others by their attack, to a

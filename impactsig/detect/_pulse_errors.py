@@ -29,9 +29,11 @@ from ._pulse_fit import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
 WIDER = 7  # parameters of the fit, and half the difference of the logarithms of the edges' powers
 BINS = 12
 """Stretches of a pulse in which residuals are added up."""
-HOPE, CHANCE = 0.3, 4.0
 FREEDOM = 4.0
 """Directions that what the family cannot follow is spread over."""
+PROMISED, CHANCE = 0.3, 4.0
+"""Of what the family cannot follow: the least that a wider one leaves. And what noise leaves now
+and then, in its variances."""
 
 
 class Priors(NamedTuple):
@@ -120,13 +122,13 @@ def fit_errors(points, x, log_edge, p, per, unit, seen, keep):
         if fit.counts[b] > 0.0:
             off = fit.sums[b] - fit.courses[b] @ beside
             rest += off * off / fit.counts[b] - variance
-    # What a step makes of it is linear, and so a hope.
-    rest = max(rest, HOPE * fit.unfollowed) - CHANCE * variance
+    # The step is linear, and may leave more than it promises.
+    rest = max(rest, PROMISED * fit.unfollowed) - CHANCE * variance
     keep[1] = max(rest, 0.0) / (FREEDOM * max(variance, 1.0))
     keep[2], keep[3] = unit, log_edge
     keep[4] = level[1] ** 2 + slope[1] ** 2
     keep[5] = (by_length @ level) ** 2 + (by_length @ slope) ** 2
-    keep[6] = level[0] ** 2 + slope[0] ** 2
+    keep[6] = level[0] ** 2 + slope[0] ** 2 + beside[0] ** 2
     keep[7 : 6 + WIDER] = p
     keep[6 + WIDER : 6 + 2 * WIDER] = fit.residual / max(variance, 1.0)
     for i in range(WIDER):

@@ -22,7 +22,7 @@ SPREAD, WEIGHT = np.array([0.1, 0.5, 0.05, 0.04, 0.05]), 2.0
 """Standard deviation of shapes to begin with, and how many pulses it counts as."""
 UNLIKE = 0.3
 """Part of the mean shape's uncertainty that is misfit, from which on no shape is shared."""
-BENT = 0.25
+BENT = 0.35
 """Of the way that an instant is moved by: the standard error of taking the fit to be linear."""
 SHAPE = np.zeros((5, WIDER))
 SHAPE[0, [2, 4]] = 1.0, -1.0

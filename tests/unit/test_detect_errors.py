@@ -45,16 +45,17 @@ def test_bound_of_a_half_sine_is_its_closed_form():
     assert cramer_rao(SHAPES["half-sine"], amplitude, n) == pytest.approx(expected, rel=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("pulse", "rate"), [("half-sine", 20e3), ("half-sine", 50e3), ("half-sine", 200e3)]
-)
-def test_errors_are_as_large_as_their_standard_errors(pulse, rate):
-    rows = errors(pulse, rate, 21, levels=(10.0, 20.0), count=200)
-    for level in (10, 20):
-        here = [row for row in rows if row["level"] == level]
-        assert len(here) > 70
-        for name in MEASURED:
-            assert 0.7 < rms_z(here, name) < 1.35
+@pytest.mark.parametrize("rate", [20e3, 50e3, 200e3])
+def test_errors_are_as_large_as_their_standard_errors(rate):
+    # Several records: the error of the shape is common to the impacts of one.
+    rows = [
+        row
+        for seed in range(31, 36)
+        for row in errors("half-sine", rate, seed, levels=(10.0, 20.0), count=60)
+    ]
+    assert len(rows) > 220
+    for name in MEASURED:
+        assert 0.65 < rms_z(rows, name) < 1.3
 
 
 def test_coloured_noise_makes_errors_larger():
