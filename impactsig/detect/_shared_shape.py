@@ -14,7 +14,7 @@ from ._pulse_errors import WIDER
 
 LEAST = 5
 """Pulses that a shape is read from."""
-ROUNDS = 12
+ROUNDS = 8
 MEAN = np.array([0.0, -3.0, 0.0, 0.0, 0.0])
 ABOUT = np.array([0.5, 2.0, 0.25, 0.7, 0.3])
 """What the mean shape is drawn from; the length is about that of the matched responses."""
@@ -71,9 +71,9 @@ def share_shape(rows: np.ndarray, errors: int, fit: int, timed: bool) -> None:
         weight = np.diag(spread**-2.0)
         covariance = np.linalg.inv(square + SHAPE.T @ weight @ SHAPE)
         pull = (first - mean) @ weight @ SHAPE
-        step = np.einsum("kij,kj->ki", covariance, score - pull)
+        step = (covariance @ (score - pull)[:, :, None])[:, :, 0]
         shape = first + step @ SHAPE.T
-        left = np.einsum("ai,kij,bj->kab", SHAPE, covariance, SHAPE)
+        left = SHAPE @ covariance @ SHAPE.T
         information = count * weight - weight @ left.sum(axis=0) @ weight + np.diag(ABOUT**-2.0)
         uncertain = np.linalg.inv(information)
         towards = ((shape - mean) @ weight).sum(axis=0) + (about - mean) / ABOUT**2
