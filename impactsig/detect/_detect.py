@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from .._corrections import applied_beside
+from .._impact_tables import ERRORS
 from ..errors import InvalidInput, finite_number
 from ..impacts import KINDS, Disturbance, Impacts
 from ..recording import Sensor
@@ -118,6 +119,16 @@ def detect_impacts(
     stand alone among longer pulses are glitches. `Impacts.noise` is the standard deviation of the
     samples between impacts, ``settings`` holds what was read of the instrument. How a pulse is
     measured is described in `impactsig.detect._pulse`.
+
+    Where the pulses of a second are alike, each is measured with the shape that they share
+    (`impactsig.detect._shared_shape`). Standard errors of instants, contact times, peaks and
+    impulses are those of the fit (its posterior covariance, and that of the shared shape) or of
+    the edges (noise over slope). They hold the noise as it is over the width of the pulse, the
+    step of the converter, the baseline that is subtracted, and what the fit cannot follow; see
+    `impactsig.detect._pulse_errors`. The error of a shared shape is common to the impacts of a
+    second: it cancels in their intervals. What a flag says is not in the record has an infinite
+    error: the instant of a pulse that is open at its start, contact time and impulse of an open
+    one, peak and impulse of a clipped one.
 
     Sound: see `impactsig.detect._sound`. Where at least half of the impacts sound alike, those that
     do are timed by their waveform, to about a hundredth of a sample; others by their attack, to a
@@ -230,7 +241,7 @@ def _find_force(
         )
     found = detect_force(source.pieces, source.head.rate, wanted, in_memory=source.in_memory)
     rate, unit, start = source.head.rate, source.head.unit, source.head.start
-    names = ("time", "contact_time", "peak", "impulse", "rise_time")
+    names = ("time", "contact_time", "peak", "impulse", "rise_time", *ERRORS)
     if found is None:
         columns: Columns = {name: np.empty(0) for name in names} | {"flags": np.empty(0, np.uint8)}
         reason = "the record is constant, or too short to show its noise"
@@ -243,7 +254,14 @@ def _find_force(
             "This record has no noise to take a multiple of",
         )
     first, contact, peak, impulse, rise = found.columns.T
-    values = (start + first / rate, contact / rate, peak, impulse / rate, rise / rate)
+    values = (
+        start + first / rate,
+        contact / rate,
+        peak,
+        impulse / rate,
+        rise / rate,
+        *(found.errors / (rate, rate, 1.0, rate)).T,
+    )
     columns = dict(zip(names, values, strict=True)) | {"flags": found.flags}
     level = found.threshold
     if wanted.level.unit is not None:

@@ -29,9 +29,11 @@ from ._judging_kernels import (
     with_neighbors,
     worst,
 )
+from ._ladder import white_noise
 from ._pulse import measure_all
-from ._pulse_edges import mark_clipped
+from ._pulse_edges import ERRORS, FIT, mark_clipped
 from ._pulse_pairs import measure_pairs, with_partners
+from ._shared_shape import KEPT, share_shape
 from ._spans import BESIDE, LEAST, Span, Spans
 from ._stream import FRAME, Frame, Piece, frames
 from ._survey import survey
@@ -44,7 +46,7 @@ MOST_SAMPLES = 1e6
 SLOW = 3.0
 """Times the noise that the baseline moves by, where something slow may be an impact."""
 COLUMNS = 5  # start, contact, peak, impulse, rise
-ROW = 10  # those, then flags, clipped, width, height over noise, height
+ROW = FIT  # those, then flags, clipped, width, height over noise, height; standard errors
 
 
 class Wanted(NamedTuple):
@@ -63,6 +65,7 @@ class ForceImpacts(NamedTuple):
     """What was found in a record; times in samples since its beginning."""
 
     columns: np.ndarray  # (n, 5): start, contact, peak, impulse, rise
+    errors: np.ndarray  # (n, 4): standard errors of the first four
     flags: np.ndarray
     sure: np.ndarray  # height over noise
     width: float  # median, of the response
@@ -160,10 +163,13 @@ class _Found:
         back = 1.0 / self.scale
         columns = rows[:, :COLUMNS].copy()
         columns[:, 2:4] *= back
+        errors = rows[:, ERRORS:].copy()
+        errors[:, 2:] *= back
         tiny = np.finfo(float).tiny
         response = float(noise[rung]) if noise[rung] > 2 * tiny else 0.0
         return ForceImpacts(
             columns,
+            errors,
             flags,
             rows[:, 8],
             width,
@@ -247,7 +253,7 @@ class _Search:
         first = sum(len(one.events) for one in beside if one.first < span.first)
         events = span.events[passing[first : first + len(span.events)]]
         events[:, 1] = drawn_together(events, group)
-        rows, again = np.empty((len(events), ROW)), np.ones(len(events), np.bool_)
+        rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
             self._measure(k, events, group, again, rows)
             wider = widen(events, rows)
@@ -274,8 +280,9 @@ class _Search:
             one._replace(start=one.start + segment)
             for one in disturbances(spans, k, span.events[judge.too_wide(span.events)])
         ]
+        share_shape(rows, ERRORS, FIT, self.wanted.contact_level == 0)
         rows[:, 0] += segment
-        self.found.add(rows, span, judge.usual_level, grid.rungs.width)
+        self.found.add(rows[:, :ROW].copy(), span, judge.usual_level, grid.rungs.width)
 
     def _measure(
         self, k: int, events: np.ndarray, group: np.ndarray, again: np.ndarray, rows: np.ndarray
@@ -294,7 +301,10 @@ class _Search:
         after = others[others >= span.last].min(initial=float(self.total))
         # Where nothing moves but impacts, the least noise that was assumed is none.
         sigma = float(span.noise[0]) / RESPONSE if span.sigma else 0.0
-        places, relative = events[:, (0, 4, 1)], self.wanted.relative
+        colour = span.noise / (span.noise[0] * white_noise(grid.rungs))
+        colour = np.interp(events[:, 1], grid.rungs.width, colour)
+        places = np.column_stack((events[:, 0], events[:, 4], events[:, 1], colour))
+        relative = self.wanted.relative
         level = self.wanted.contact_level * (1.0 if relative else abs(self.factor))
         again = with_partners(places, again)
         measure_all(
@@ -302,5 +312,6 @@ class _Search:
         )
         limit = self.limit - self.factor * self.reference
         mark_clipped(span.values, span.first, self.reference, self.factor, limit, rows)
+        rows[rows[:, 6] > 0, ERRORS + 2 : FIT] = np.inf  # peak and impulse
         measure_pairs(samples, origin, places, again, sigma, level, relative, rows)
         rows[:, 7], rows[:, 8], rows[:, 9] = events[:, 1], events[:, 3], events[:, 2]

@@ -57,3 +57,10 @@ def ladder(longest: float) -> Ladder:
     far[on == 0] += 4
     gain = np.where((on == 0) & (unit == 1), 1.0, HALF_SINE_GAIN)
     return Ladder(on, unit, near, far, gain, unit * FACTOR**on)
+
+
+def white_noise(rungs: Ladder) -> np.ndarray:
+    """Standard deviation of the responses to white noise, over that of the first of them."""
+    flank = (rungs.far - rungs.near) * (rungs.width // rungs.unit)
+    deviation = rungs.gain * np.sqrt(1.0 / rungs.width + 0.5 / flank)
+    return deviation / deviation[0]

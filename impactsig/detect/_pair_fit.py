@@ -29,7 +29,7 @@ def fit_pair(points, x, p):
     """
     here, there = np.empty((PAIR, PAIR + 1)), np.empty((PAIR, PAIR + 1))
     low, step, trial = np.empty((PAIR, PAIR)), np.empty(PAIR), np.empty(PAIR)
-    misfit, cost = _pair_model(p, points, x, here)
+    misfit, cost = pair_model(p, points, x, here)
     damping = 1e-2
     for _ in range(30):
         if not _solve(here, damping, low, step):
@@ -37,7 +37,7 @@ def fit_pair(points, x, p):
             continue
         for i in range(PAIR):
             trial[i] = p[i] + (min(max(step[i], -0.5), 0.5) if i % 3 == 2 else step[i])
-        new_misfit, new_cost = _pair_model(trial, points, x, there)
+        new_misfit, new_cost = pair_model(trial, points, x, there)
         if new_cost < cost:
             gain = cost - new_cost
             p[:] = trial
@@ -89,7 +89,7 @@ def _half_sine_at(u, length):
 
 
 @njit(nogil=True)
-def _pair_model(p, points, x, normal):
+def pair_model(p, points, x, normal):
     """Misfit, and with the prior the cost, at `p`; J^T J and J^T e go into `normal` (6 x 7)."""
     normal[:] = 0.0
     misfit = 0.0

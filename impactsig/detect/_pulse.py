@@ -15,7 +15,10 @@ import numpy as np
 from .._compiled import njit
 from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
 from ._pulse_edges import (
+    ERRORS,
+    FIT,
     NO_PULSE,
+    Baseline,
     crest_at,
     crossing,
     integral,
@@ -23,6 +26,17 @@ from ._pulse_edges import (
     touch,
     valley,
     walk,
+)
+from ._pulse_errors import (
+    UNKNOWN,
+    Errors,
+    Seen,
+    edge_errors,
+    fit_errors,
+    unless_flagged,
+    with_crest,
+    with_impulse,
+    with_level,
 )
 from ._pulse_fit import PARAMETERS, fit_pulse
 
@@ -38,6 +52,7 @@ class Pulse(NamedTuple):
     impulse: float
     rise: float
     flags: int
+    errors: Errors
 
 
 class Place(NamedTuple):
@@ -70,7 +85,9 @@ def measure_reach(width):
 
 
 @njit(nogil=True)
-def measure_pulse(signal, origin, total, peak, base, before, after, width, sigma, level, relative):
+def measure_pulse(
+    signal, origin, total, peak, base, before, after, width, sigma, colour, level, relative, keep
+):
     """Measure the pulse around `peak`.
 
     Parameters
@@ -88,10 +105,15 @@ def measure_pulse(signal, origin, total, peak, base, before, after, width, sigma
         Width of the response that suits the pulse, in samples.
     sigma : float
         Standard deviation of the noise.
+    colour : float
+        Standard deviation of the noise over the width, over that of white noise.
     level, relative : float, bool
         Level above the baseline that the contact time refers to, as a share of the peak if
         relative; 0 for the touch itself.
+    keep : array
+        Takes the fit: columns as in `_shared_shape.py`; the first is NaN if none is taken.
     """
+    keep[0] = np.nan
     reach = measure_reach(width)
     lo, hi = max(0, peak - reach), min(total, peak + reach + 1)
     place = Place(before, peak, after, lo, hi, total)
@@ -101,36 +123,47 @@ def measure_pulse(signal, origin, total, peak, base, before, after, width, sigma
     top, crest = _summit(x, place, base, width, sigma)
     height = crest - base
     if crest - _foot(x, top, width) < 0.4 * height:
-        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
+        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE, UNKNOWN)
     extent, flags = _extent(x, top, place, base, height, width, sigma)
     for i in range(len(x)):
         x[i] -= base
-    height -= _level_out(x, top, extent, place, width, sigma, height)
+    baseline = _level_out(x, top, extent, place, width, sigma, colour, height)
+    height -= baseline.at_top
     if height <= 0.0:
-        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
+        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE, UNKNOWN)
 
     crest, shift = crest_at(x, top, sigma)
-    fits, start, contact, rise = False, 0.0, 0.0, 0.0
+    seen = Seen(top, extent.left_limit, extent.right_limit, sigma * colour, baseline)
+    fits, start, contact, rise, errors = False, 0.0, 0.0, 0.0, UNKNOWN
     if flags == 0:
-        fits, start, contact, rise, crest = _by_shape(x, top, crest, extent, width, sigma, height)
+        fits, start, contact, rise, crest, errors = _by_shape(
+            x, crest, extent, width, sigma, height, seen, keep
+        )
     if not fits:
         edge = max(0.02 * height, min(3.0 * sigma, 0.25 * height))
         start = touch(x, top, -1, extent.left_limit, edge)
         contact = touch(x, top, 1, extent.right_limit, edge) - start
         rise = top + shift - start
+        errors = edge_errors(x, start, start + contact, edge, seen)
     start, contact = max(start, 0.0), contact + min(start, 0.0)
     contact = min(contact, len(x) - 1 - start)
     impulse = integral(x, start, start + contact)
     if contact <= 0.0 or crest <= 0.0 or impulse <= 0.0:
-        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE)
+        return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE, UNKNOWN)
     rise = min(max(rise, 0.0), contact)
+    errors = with_impulse(x, start, start + contact, errors, seen)
     if level > 0.0:
         contact = 0.0
+        share = level if relative else 0.0
         level *= crest if relative else 1.0
         if height > level:
             contact = crossing(x, top, 1, extent.right_limit, level)
             contact -= crossing(x, top, -1, extent.left_limit, level)
-    return Pulse(lo + start, contact, crest, impulse, rise, flags)
+        errors = with_level(x, level, share, errors, seen)
+    errors = unless_flagged(x, errors, flags, start, contact, seen)
+    if fits:
+        keep[0] = lo + start
+    return Pulse(lo + start, contact, crest, impulse, rise, flags, errors)
 
 
 @njit(nogil=True)
@@ -198,8 +231,8 @@ def _extent(x, top, place, base, height, width, sigma):
 
 
 @njit(nogil=True)
-def _level_out(x, top, extent, place, width, sigma, height):
-    """Subtract the baseline beside the pulse, clear of its neighbours; its value at the top."""
+def _level_out(x, top, extent, place, width, sigma, colour, height):
+    """Subtract the baseline beside the pulse, clear of its neighbours."""
     left, right = extent.left, extent.right
     margin = 2 + (right - left) // 4
     reach = 4 * (right - left)
@@ -208,12 +241,17 @@ def _level_out(x, top, extent, place, width, sigma, height):
         first = max(first, place.before - place.lo + 2 * width)
     if place.after < place.hi:
         last = min(last, place.after - place.lo - 2 * width)
-    return remove_baseline(x, first, left - margin, right + margin + 1, last, sigma, height, top)
+    line = remove_baseline(x, first, left - margin, right + margin + 1, last, sigma, height, top)
+    return Baseline(line.at_top, line.centre, colour * line.level, colour * line.slope)
 
 
 @njit(nogil=True)
-def _by_shape(x, top, crest, extent, width, sigma, height):
-    """Whether the family of shapes fits; if so, start, contact, rise time and peak of the fit."""
+def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
+    """Whether the family of shapes fits; if so, start, contact, rise time and peak of the fit.
+
+    And the standard errors, that of the impulse left out.
+    """
+    top = seen.top
     left_limit, right_limit = extent.left_limit, extent.right_limit
     pad = max(3, (extent.right - extent.left) // 2)
     a, b = max(left_limit, extent.left - pad), min(right_limit, extent.right + pad) + 1
@@ -242,7 +280,8 @@ def _by_shape(x, top, crest, extent, width, sigma, height):
     p = np.empty(PARAMETERS)
     p[0], p[1] = height / unit, start
     p[2], p[3], p[4], p[5] = math.log(rise), math.log(flat), math.log(fall), 0.0
-    misfit = fit_pulse(points, means, math.log(0.6 * width), p)
+    log_edge = math.log(0.6 * width)
+    misfit = fit_pulse(points, means, log_edge, p)
     length = math.exp(p[2]) + math.exp(p[3]) + math.exp(p[4])
     # An edge beyond the valley to a neighbour would be read from the neighbour's samples.
     left_most = left_limit - 1.0 if a == left_limit else a - pad
@@ -251,21 +290,30 @@ def _by_shape(x, top, crest, extent, width, sigma, height):
     # What does not fit a faint pulse is not its shape, and its edges tell even less.
     faint = height < 8.0 * sigma
     fits = (misfit < 2.0 or faint) and p[0] > 0.0 and inside
+    errors = UNKNOWN
+    if fits:
+        errors = fit_errors(points, means, log_edge, p, per, unit, seen, keep)
     if fits and unit <= sigma:
         crest = p[0] * unit  # less noisy than the greatest sample
-    return fits, p[1], length, math.exp(p[2]) + 0.5 * math.exp(p[3]), crest
+    elif fits:
+        errors = with_crest(x, errors, seen)
+        keep[2] = 0.0
+    return fits, p[1], length, math.exp(p[2]) + 0.5 * math.exp(p[3]), crest, errors
 
 
 @njit(nogil=True)
 def measure_all(signal, origin, total, events, again, sigma, before, after, level, relative, out):
     """Measure the events marked in `again` into rows of `out`: the fields of Pulse.
 
+    The standard errors go into the columns from `ERRORS` on, the fits into those from `FIT` on.
+
     Parameters
     ----------
     signal : array
         Samples without hum, from sample `origin` on, of `total` in all.
-    events : array (n, 3)
-        Place of the response's crest, mean of its flanks, width.
+    events : array (n, 4)
+        Place of the response's crest, mean of its flanks, width, and how many times that of white
+        noise its noise over the width is.
     sigma : float
         Noise of a sample.
     before, after : float
@@ -287,8 +335,13 @@ def measure_all(signal, origin, total, events, again, sigma, before, after, leve
             following,
             int(events[k, 2]),
             sigma,
+            events[k, 3],
             level,
             relative,
+            out[k, FIT:],
         )
         out[k, 0], out[k, 1], out[k, 2] = pulse.start, pulse.contact, pulse.peak
         out[k, 3], out[k, 4], out[k, 5] = pulse.impulse, pulse.rise, pulse.flags
+        errors = pulse.errors
+        out[k, ERRORS], out[k, ERRORS + 1] = errors.start, errors.contact
+        out[k, ERRORS + 2], out[k, ERRORS + 3] = errors.peak, errors.impulse

@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from .._compiled import njit
 
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
+ERRORS = 10  # first column of the standard errors of start, contact, peak and impulse
+FIT = 14  # and of what is kept of a fit, see `_shared_shape.py`
+
+
+class Baseline(NamedTuple):
+    """A line that was subtracted, and its standard errors; `level` is that at `centre`."""
+
+    at_top: float
+    centre: float
+    level: float
+    slope: float
 
 
 @njit(nogil=True)
@@ -97,21 +109,21 @@ def valley(x, a, b):
 def remove_baseline(x, a, b, c, d, sigma, height, at_top):
     """Subtract from x, in place, the line through x[a:b] and x[c:d] (a level where one is empty).
 
-    Returns its value at index `at_top`.
+    Returns it, with its value at index `at_top`.
 
     Where the sides scatter far more than noise does (ringing, a neighbour), their median is used.
     """
     left, right = max(b - a, 0), max(d - c, 0)
     count = left + right
     if count < 4:
-        return 0.0
+        return Baseline(0.0, float(at_top), sigma, 0.0)
     side = np.empty(count)
     at = np.empty(count)
     for i in range(left):
         side[i], at[i] = x[a + i], a + i
     for i in range(right):
         side[left + i], at[left + i] = x[c + i], c + i
-    mean = centre = cross = square = scatter = slope = 0.0
+    mean = centre = cross = square = scatter = slope = slope_error = 0.0
     for i in range(count):
         mean += side[i] / count
         centre += at[i] / count
@@ -119,15 +131,19 @@ def remove_baseline(x, a, b, c, d, sigma, height, at_top):
         for i in range(count):
             cross += (at[i] - centre) * (side[i] - mean)
             square += (at[i] - centre) ** 2
-        slope = cross / square
+        slope, slope_error = cross / square, sigma / math.sqrt(square)
     for i in range(count):
         scatter += (side[i] - mean - slope * (at[i] - centre)) ** 2
     scatter = math.sqrt(scatter / count)
-    if scatter > max(2.0 * sigma, 0.05 * height):
-        mean, slope = np.median(side), 0.0
+    error = sigma / math.sqrt(count)
+    if scatter < 0.5 * sigma:
+        error = sigma  # rounded to the same step, all of them
+    elif scatter > max(2.0 * sigma, 0.05 * height):
+        mean, slope, slope_error = np.median(side), 0.0, 0.0
+        error = scatter * math.sqrt(0.5 * math.pi / count)
     for i in range(len(x)):
         x[i] -= mean + slope * (i - centre)
-    return mean + slope * (at_top - centre)
+    return Baseline(mean + slope * (at_top - centre), centre, error, slope_error)
 
 
 @njit(nogil=True)

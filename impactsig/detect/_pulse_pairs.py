@@ -9,7 +9,8 @@ import numpy as np
 from .._compiled import njit
 from ..impacts import UNRESOLVED
 from ._ladder import MATCH
-from ._pair_fit import PAIR, begin_pair, fit_pair
+from ._pair_fit import PAIR, begin_pair, fit_pair, pair_model
+from ._pulse_edges import ERRORS
 from ._touching_kernels import PER_WIDTH, look_around, to_samples
 
 NEAR = 1.15  # mean lengths between two crests: pulses further apart are measured one by one
@@ -46,20 +47,21 @@ def measure_pairs(signal, origin, events, again, sigma, level, relative, out):
     out : array (n, 7 or more)
         Start, contact, peak, impulse, rise, flags and whether the pulse is clipped.
     """
-    p = np.empty(PAIR)
+    p, errors = np.empty(PAIR), np.empty((2, 4))
     k = 0
     while k + 1 < len(events):
         alone = out[k, 5] > 0 and int(out[k, 5]) != UNRESOLVED
         alone |= out[k + 1, 5] > 0 and int(out[k + 1, 5]) != UNRESOLVED
         alone |= out[k, 6] > 0 or out[k + 1, 6] > 0
         alone |= not again[k] or not _may_overlap(events[k], events[k + 1])
-        if alone or not _fit(signal, origin, events[k], events[k + 1], sigma, p):
+        if alone or not _fit(signal, origin, events[k], events[k + 1], sigma, p, errors):
             k += 1
             continue
         for m in range(2):
             row, height, length = out[k + m], p[3 * m], math.exp(p[3 * m + 2])
             row[0], row[1], row[2] = p[3 * m + 1], length, height
             row[3], row[4], row[5] = 2.0 / math.pi * height * length, 0.5 * length, 0.0
+            row[ERRORS : ERRORS + 4] = errors[m]
             if level > 0.0:
                 share = level if relative else level / height
                 row[1] *= 1.0 - 2.0 / math.pi * math.asin(min(share, 1.0))
@@ -67,8 +69,11 @@ def measure_pairs(signal, origin, events, again, sigma, level, relative, out):
 
 
 @njit(nogil=True)
-def _fit(signal, origin, first, second, sigma, p):
-    """Whether two half-sines fit; their heights, starts and lengths [samples] into `p`."""
+def _fit(signal, origin, first, second, sigma, p, errors):
+    """Whether two half-sines fit; their heights, starts and lengths [samples] into `p`.
+
+    Standard errors of start, contact, peak and impulse go into the two rows of `errors`.
+    """
     length = 0.5 * (first[2] + second[2]) / MATCH
     apart = second[0] - first[0]
     points, means = np.empty(8 * PER_WIDTH), np.empty(8 * PER_WIDTH)
@@ -84,6 +89,7 @@ def _fit(signal, origin, first, second, sigma, p):
     misfit = fit_pair(points, means, p)
     if misfit > max(MISFIT, (SHAPE * height / seen.unit) ** 2) or min(p[0], p[3]) <= 0.0:
         return False
+    _standard_errors(points, means, p, misfit, seen, errors)
     to_samples(p, seen)
     for m in range(2):
         length = math.exp(p[3 * m + 2])
@@ -91,3 +97,25 @@ def _fit(signal, origin, first, second, sigma, p):
         if abs(p[3 * m + 1] + 0.5 * length - crest) > PLACED * length:
             return False
     return p[1] >= 0.0
+
+
+@njit(nogil=True)
+def _standard_errors(points, means, p, misfit, seen, errors):
+    """From the posterior covariance, times the misfit where that is more than noise."""
+    normal = np.empty((PAIR, PAIR + 1))
+    pair_model(p, points, means, normal)
+    for i in range(PAIR):
+        for j in range(i):
+            normal[j, i] = normal[i, j]
+        normal[i, i] *= 1.0 + 1e-9
+    covariance = np.linalg.inv(normal[:, :PAIR]) * max(misfit, 1.0)
+    for m in range(2):
+        a, start, log = 3 * m, 3 * m + 1, 3 * m + 2
+        height, length = p[a], math.exp(p[log])
+        errors[m, 0] = seen.per * math.sqrt(covariance[start, start])
+        errors[m, 1] = seen.per * length * math.sqrt(covariance[log, log])
+        errors[m, 2] = seen.unit * math.sqrt(covariance[a, a])
+        relative = covariance[a, a] / height**2 + covariance[log, log]
+        relative += 2.0 * covariance[log, a] / height
+        impulse = 2.0 / math.pi * height * length * seen.unit * seen.per
+        errors[m, 3] = impulse * math.sqrt(max(relative, 0.0))

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
+from .._impact_tables import ERRORS, MEASURED
 from ..impacts import FLAG_NAMES, KINDS, flag_names
 from ..reconstruct.surrogates import LABEL
 from .analysis import Analysis, mean_and_spread
@@ -145,23 +146,30 @@ def _of_dynamics(analysis: Analysis) -> Iterator[tuple[str, str, str]]:
 
 
 def table(impacts: Impacts, count: int) -> Table:
-    """The first impacts, in the units that read best."""
+    """The first impacts, in the units that read best, each column beside its standard errors."""
     columns = [("time [s]", impacts.time, 1.0, ".6f")]
+    columns += _errors(impacts.time_error, "µs", 1e6)
     if impacts.contact_time is not None:
         columns.append(("contact time [ms]", impacts.contact_time, 1e3, ".4f"))
+        columns += _errors(impacts.contact_time_error, "µs", 1e6)
     unit = f" [{impacts.unit}]" if impacts.unit else ""
     if impacts.peak is not None:
         columns.append((f"peak{unit}", impacts.peak, 1.0, ".4g"))
+        columns += _errors(impacts.peak_error)
     if impacts.impulse is not None:
         name = f"impulse [{impacts.unit} s]" if unit else "impulse [s]"
         columns.append((name, impacts.impulse, 1.0, ".4g"))
+        columns += _errors(impacts.impulse_error)
     if impacts.rise_time is not None:
         columns.append(("rise time [ms]", impacts.rise_time, 1e3, ".4f"))
     heads = ("impact", *(printable(head) for head, *_ in columns), "flags")
     rows = tuple(
         (
             str(i + 1),
-            *(format(values[i] * factor, form) for _, values, factor, form in columns),
+            *(
+                format(values[i] * factor, form) if form else rounded(values[i] * factor)
+                for _, values, factor, form in columns
+            ),
             flag_names(int(impacts.flags[i])),
         )
         for i in range(min(count, len(impacts)))
@@ -169,15 +177,34 @@ def table(impacts: Impacts, count: int) -> Table:
     return Table(heads, rows)
 
 
+def _errors(
+    values: np.ndarray | None, unit: str = "", factor: float = 1.0
+) -> list[tuple[str, np.ndarray, float, str]]:
+    """The column of standard errors, in the unit of the column before it unless one is given."""
+    return [] if values is None else [(f"± [{unit}]" if unit else "±", values, factor, "")]
+
+
+def rounded(error: float) -> str:
+    """A standard error to one significant digit; a dash where nothing is measured."""
+    if not np.isfinite(error):
+        return "\N{EN DASH}"
+    text = f"{error:.0e}"
+    return f"{float(text):.5g}" if 1e-4 <= error < 1e5 or error == 0 else text
+
+
 def download(impacts: Impacts, stem: str) -> Download:
-    """All impacts as CSV in a data URI: times to the nanosecond, the rest to seven digits."""
+    """All impacts as CSV in a data URI.
+
+    Times to the nanosecond, standard errors to three digits, the rest to seven.
+    """
     if len(impacts) * LEAST_PACKED_ROW > PACKED_TABLE:
         return Download("", "")
     columns = {"time": [f"{value:.9f}" for value in impacts.time]}
-    for name in ("contact_time", "peak", "impulse", "rise_time"):
+    for name in MEASURED:
         values = getattr(impacts, name)
         if values is not None:
-            columns[name] = [f"{value:.7g}" for value in values]
+            digits = 3 if name in ERRORS else 7
+            columns[name] = [f"{value:.{digits}g}" for value in values]
     columns["flags"] = [str(flags) for flags in impacts.flags]
     lines = (",".join(row) for row in (columns, *zip(*columns.values(), strict=True)))
     plain = "".join(f"{line}\r\n" for line in lines).encode()

@@ -25,6 +25,7 @@ from impactsig import (
     cli,
     write_report,
 )
+from impactsig._impact_tables import columns
 from impactsig.report import Analysis, analyse, write_page
 from impactsig.report import analysis as analysis_module
 from impactsig.report.analysis import mean_and_spread, overview_of, typical
@@ -427,6 +428,36 @@ def test_the_shown_table_is_cut_and_in_readable_units():
     assert shown.heads == ("impact", "time [s]", "contact time [ms]", "peak [N]", "flags")
     assert shown.rows == (("1", "0.500000", "0.3000", "1", ""),)
     assert table(impacts, 9).rows[1][-1] == "clipped"
+
+
+def test_standard_errors_stand_beside_what_they_are_of_to_one_digit():
+    impacts = Impacts(
+        [0.5, 0.7], contact_time=[3e-4, 4e-4], peak=[1.0, 2.0], impulse=[2e-4, 5e-4], unit="N",
+        time_error=[1.23e-6, 0.0], contact_time_error=[2.51e-5, np.inf],
+        peak_error=[0.0478, 0.31], impulse_error=[1.6e-6, np.inf],
+    )  # fmt: skip
+    shown = table(impacts, 2)
+    assert shown.heads == (
+        "impact", "time [s]", "± [µs]", "contact time [ms]", "± [µs]", "peak [N]", "±",
+        "impulse [N s]", "±", "flags",
+    )  # fmt: skip
+    assert [row[2] for row in shown.rows] == ["1", "0"]
+    assert [row[4] for row in shown.rows] == ["30", "–"]
+    assert [row[6] for row in shown.rows] == ["0.05", "0.3"]
+    assert [row[8] for row in shown.rows] == ["2e-06", "–"]
+
+
+def test_the_downloaded_table_has_every_column_that_was_measured(found):
+    held = download(found.impacts, "rig")
+    lines = base64.b64decode(held.source.split(",")[1]).decode().splitlines()
+    assert lines[0].split(",") == list(columns(found.impacts))
+    held = dict(zip(lines[0].split(","), np.array(list(csv.reader(lines[1:]))).T, strict=True))
+    np.testing.assert_allclose(
+        held["time_error"].astype(float), found.impacts.time_error, rtol=0.01
+    )
+    np.testing.assert_allclose(
+        held["peak_error"].astype(float), found.impacts.peak_error, rtol=0.01
+    )
 
 
 def test_marks_are_thinned_evenly(found):

@@ -1,0 +1,184 @@
+"""Standard errors of what force detection measures, against the errors that it makes.
+
+Impacts of one shape and 6 to 40 dB (peak over the noise's standard deviation) in white noise. For
+each shape, rate and level: the z-scores (error over standard error) of instants, contact times,
+peaks and impulses, as root mean square and shares beyond 2 and 3 (4.6 and 0.3 % of a Gaussian);
+and the median standard error of the instants over their Cramér-Rao bound, for a pulse of given
+shape whose amplitude, start and length are not given.
+
+    python -m benchmarks.errors                     # the shapes of recordings.PULSES, seeds 11:15
+    python -m benchmarks.errors --seeds 5:9 --others --contact 0.3
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from scipy import integrate, signal
+
+import impactsig
+
+from .recordings import PULSES, Truth, add_pulses, score
+
+RESULTS = Path(__file__).parent / "results"
+RATES = (20_000.0, 50_000.0, 200_000.0)
+LEVELS = (6.0, 10.0, 20.0, 30.0, 40.0)
+OTHERS = {
+    "Hertzian": lambda u: np.sin(np.pi * u) ** 1.5,
+    "raised cosine": lambda u: 0.5 * (1.0 - np.cos(2.0 * np.pi * u)),
+    "skewed late": lambda u: np.sin(np.pi * u**1.3),
+    "skewed early": lambda u: np.sin(np.pi * u**0.6),
+}
+SHAPES = PULSES | OTHERS
+MEASURED = ("time", "contact_time", "peak", "impulse")
+
+
+def record(
+    pulse: str,
+    rate: float,
+    seed: int,
+    *,
+    contact: float = 1e-3,
+    count: int = 300,
+    levels=LEVELS,
+    cutoff: float = 0.0,
+    step: float = 0.0,
+) -> Truth:
+    """`count` impacts in noise of standard deviation 1, of random levels, gaps of 20-30 contacts.
+
+    Noise is white, or low-passed at the share `cutoff` of the Nyquist frequency; rounded to
+    multiples of `step`.
+    """
+    rng = np.random.default_rng([seed, int(rate), list(SHAPES).index(pulse)])
+    time = 0.05 + np.cumsum(contact * rng.uniform(20.0, 30.0, count))
+    amplitude = 10.0 ** (rng.choice(levels, count) / 20.0)
+    samples = rng.standard_normal(round((time[-1] + 0.05) * rate))
+    if cutoff:
+        samples = signal.sosfilt(signal.butter(4, cutoff, output="sos"), samples)
+        samples /= samples.std()
+    add_pulses(samples, rate, time, np.full(count, contact), amplitude, SHAPES[pulse])
+    if step:
+        samples = step * np.round(samples / step)
+    return Truth(samples, rate, time, np.full(count, contact), amplitude)
+
+
+def cramer_rao(
+    pulse: Callable, amplitude: float, samples: float, *, length_given: bool = False
+) -> float:
+    """Least standard error of the start, in contacts, of a pulse of `samples` samples.
+
+    For noise of standard deviation 1, and amplitude, start and, unless given, length to be
+    estimated. The sums over samples are taken as integrals.
+    """
+    u = np.linspace(0.0, 1.0, 4001)
+    slope = np.gradient(pulse(u), u, edge_order=2)
+    columns = np.stack([amplitude * slope, pulse(u), amplitude * u * slope])
+    columns = columns[:2] if length_given else columns
+    information = samples * integrate.trapezoid(columns[:, None] * columns[None], u, axis=-1)
+    return float(np.sqrt(np.linalg.inv(information)[0, 0]))
+
+
+def errors(pulse: str, rate: float, seed: int, **options) -> list[dict]:
+    """Of each impact that is found: its level, and for each thing measured error and its guess."""
+    truth = record(pulse, rate, seed, **options)
+    found = impactsig.detect_impacts(
+        impactsig.Recording(truth.samples, rate), polarity="positive", sensor="force"
+    )
+    contact = truth.contact_time[0]
+    pairs = score(found.time, truth.time, 0.7 * contact)[2]
+    u = np.linspace(0.0, 1.0, 4001)
+    shape = SHAPES[pulse](u)
+    true = {
+        "time": truth.time,
+        "contact_time": truth.contact_time,
+        "peak": truth.amplitude * shape.max(),
+        "impulse": truth.amplitude * contact * integrate.trapezoid(shape, u),
+    }
+    rows = []
+    for i, k in pairs:
+        level = 20.0 * np.log10(truth.amplitude[k])
+        row = {"pulse": pulse, "rate": rate, "level": round(level), "flags": int(found.flags[i])}
+        row["bound"] = contact * cramer_rao(SHAPES[pulse], truth.amplitude[k], contact * rate)
+        row["of"] = len(truth.time)
+        for name in MEASURED:
+            row[name] = float(getattr(found, name)[i] - true[name][k])
+            row[f"{name}_error"] = float(getattr(found, f"{name}_error")[i])
+        rows.append(row)
+    return rows
+
+
+def stratum(rows: list[dict]) -> dict:
+    """The z-scores of some impacts, and their standard errors beside the bound."""
+    line: dict = {"found": len(rows)}
+    for name in MEASURED:
+        z = np.array([row[name] / row[f"{name}_error"] for row in rows])
+        line[name] = {
+            "rms": float(np.sqrt(np.mean(z**2))),
+            "mean": float(z.mean()),
+            "beyond 2": float(np.mean(np.abs(z) > 2)),
+            "beyond 3": float(np.mean(np.abs(z) > 3)),
+        }
+    bound = np.array([row["bound"] for row in rows])
+    line["error / bound"] = float(np.median([row["time_error"] for row in rows] / bound))
+    line["RMS / bound"] = float(
+        np.sqrt(np.mean((np.array([r["time"] for r in rows]) / bound) ** 2))
+    )
+    return line
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", default="11:15", help="first:last + 1")
+    parser.add_argument("--others", action="store_true", help="shapes outside of recordings.PULSES")
+    parser.add_argument("--contact", type=float, default=1.0, help="contact time [ms]")
+    parser.add_argument("--cutoff", type=float, default=0.0, help="of the noise, of Nyquist's")
+    parser.add_argument("--step", type=float, default=0.0, help="of the converter, in sigma")
+    parser.add_argument("--count", type=int, default=300, help="impacts a record")
+    parser.add_argument("--write", action="store_true", help="write results/errors.json")
+    given = parser.parse_args()
+    seeds = range(*map(int, given.seeds.split(":")))
+    options = {"contact": 1e-3 * given.contact, "cutoff": given.cutoff, "step": given.step}
+    head = "".join(f"| {name}: z, >2, >3 [%]    " for name in MEASURED)
+    print(f"{'shape, kS/s, dB':24} found {head}| error/bound RMS/bound")
+    lines, every = [], []
+    for pulse in OTHERS if given.others else PULSES:
+        for rate in RATES:
+            rows = [
+                row
+                for seed in seeds
+                for row in errors(pulse, rate, seed, count=given.count, **options)
+            ]
+            every += rows
+            for level in LEVELS:
+                here = [row for row in rows if row["level"] == level]
+                name = f"{pulse[:12]:12} {rate / 1e3:4g} {level:4g}"
+                if len(here) < 10:
+                    print(f"{name:24} {len(here):5d}")
+                    continue
+                line = stratum(here)
+                lines.append({"pulse": pulse, "rate": rate, "level": level} | line)
+                cells = "".join(
+                    f"| {one['rms']:5.2f} ({one['mean']:+5.2f}) {100 * one['beyond 2']:4.1f}"
+                    f" {100 * one['beyond 3']:4.1f} "
+                    for one in (line[name] for name in MEASURED)
+                )
+                print(
+                    f"{name:24} {len(here):5d} {cells}"
+                    f"| {line['error / bound']:6.2f} {line['RMS / bound']:6.2f}",
+                    flush=True,
+                )
+    ratios = [row["time_error"] / row["bound"] for row in every]
+    rms = np.array([[line[name]["rms"] for name in MEASURED] for line in lines])
+    inside = (rms >= 0.8) & (rms <= 1.25)
+    print(f"z of 0.8-1.25: {np.mean(inside):.1%}; median error/bound: {np.median(ratios):.2f}")
+    if given.write:
+        RESULTS.mkdir(exist_ok=True)
+        (RESULTS / "errors.json").write_text(json.dumps(lines, indent=1))
+
+
+if __name__ == "__main__":
+    main()

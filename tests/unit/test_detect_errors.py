@@ -1,0 +1,155 @@
+"""Standard errors of what force detection measures, against the errors that it makes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import impactsig
+from benchmarks.errors import MEASURED, SHAPES, cramer_rao, errors
+from impactsig._impact_tables import ERRORS
+from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
+
+
+def half_sines(starts, length=50.0, height=1.0, samples=6000, noise=0.0, seed=0):
+    """A record of one sample per second."""
+    t = np.arange(samples, dtype=float)
+    x = noise * np.random.default_rng(seed).standard_normal(samples)
+    for start, peak in zip(starts, np.broadcast_to(height, len(starts)), strict=True):
+        u = (t - start) / length
+        x += np.where((u > 0) & (u < 1), peak * np.sin(np.pi * u), 0.0)
+    return x
+
+
+def detect(x, **options):
+    return impactsig.detect_impacts(impactsig.Recording(x, 1.0, units="N"), **options)
+
+
+def rms_z(rows, name):
+    return np.sqrt(np.mean([(row[name] / row[f"{name}_error"]) ** 2 for row in rows]))
+
+
+def test_bound_of_a_half_sine_is_its_closed_form():
+    # Fisher information of A sin(pi (t - s) / T) at n samples a contact, noise of 1: with
+    # I(f, g) = n int f g, columns A pi cos(pi u), sin(pi u) and A pi u cos(pi u).
+    amplitude, n = 5.0, 80.0
+    a = amplitude * np.pi
+    information = n * np.array(
+        [
+            [a**2 / 2, 0.0, a**2 / 4],
+            [0.0, 0.5, -amplitude / 4],
+            [a**2 / 4, -amplitude / 4, a**2 * (1 / 6 + 1 / (4 * np.pi**2))],
+        ]
+    )
+    expected = np.sqrt(np.linalg.inv(information)[0, 0])
+    assert cramer_rao(SHAPES["half-sine"], amplitude, n) == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("rate", [20e3, 50e3, 200e3])
+def test_errors_are_as_large_as_their_standard_errors(rate):
+    # Several records: the error of the shape is common to the impacts of one.
+    rows = [
+        row
+        for seed in range(31, 36)
+        for row in errors("half-sine", rate, seed, levels=(10.0, 20.0), count=60)
+    ]
+    assert len(rows) > 220
+    for name in MEASURED:
+        assert 0.65 < rms_z(rows, name) < 1.3
+
+
+def test_coloured_noise_makes_errors_larger():
+    # Noise below half of Nyquist's frequency has twice the power there, sqrt(2) the deviation.
+    options = {"levels": (20.0,), "count": 150}
+    white = errors("half-sine", 50e3, 22, **options)
+    coloured = errors("half-sine", 50e3, 22, cutoff=0.5, **options)
+    for name in MEASURED:
+        assert 0.7 < rms_z(coloured, name) < 1.35
+    ratio = np.median([r["impulse_error"] for r in coloured])
+    ratio /= np.median([r["impulse_error"] for r in white])
+    assert ratio == pytest.approx(np.sqrt(2), rel=0.1)
+
+
+def test_standard_error_of_an_instant_lies_between_its_bounds():
+    # Other impacts show the shape and the length: at best these are as good as given.
+    rows = errors("half-sine", 50e3, 23, levels=(10.0,), count=150)
+    ratio = np.median([row["time_error"] / row["bound"] for row in rows])
+    given = cramer_rao(SHAPES["half-sine"], 10**0.5, 50.0, length_given=True)
+    assert given / cramer_rao(SHAPES["half-sine"], 10**0.5, 50.0) < ratio <= 1.3
+
+
+def test_faint_impacts_are_measured_with_the_shape_of_clear_ones():
+    # Feet of zero slope lie below the noise of a faint pulse: by itself it reads short by a
+    # third of a contact, and begins late by three times its bound or more.
+    rows = errors("Hertzian", 50e3, 24, levels=(20.0, 40.0), count=150)
+    faint = [row for row in rows if row["level"] == 20]
+    assert len(faint) > 50
+    assert np.sqrt(np.mean([(row["time"] / row["bound"]) ** 2 for row in faint])) < 1.6
+    assert abs(np.mean([row["contact_time"] for row in faint])) < 0.02e-3
+
+
+def test_impulse_of_a_half_sine_is_as_uncertain_as_noise_and_baseline_make_it():
+    # Sum of T samples, and T times the mean of 8 to 10 T samples beside the pulse.
+    length, noise = 50.0, 0.02
+    found = detect(half_sines([1000.3, 2500.7, 4200.1], length, noise=noise))
+    least = noise * np.sqrt(length * (1 + 1 / 10))
+    assert np.all(found.impulse_error > 0.9 * least)
+    assert np.all(found.impulse_error < 1.2 * least)
+
+
+def test_errors_grow_with_the_noise_and_scale_with_the_unit():
+    starts = 500.0 + 700.0 * np.arange(7) + 0.3
+    quiet, loud = (detect(half_sines(starts, noise=noise, seed=1)) for noise in (0.01, 0.05))
+    for name in ERRORS:
+        assert np.median(getattr(loud, name)) > 2 * np.median(getattr(quiet, name))
+    scaled = detect(1024.0 * half_sines(starts, noise=0.05, seed=1))
+    np.testing.assert_allclose(scaled.time_error, loud.time_error, rtol=1e-9)
+    np.testing.assert_allclose(scaled.peak_error, 1024.0 * loud.peak_error, rtol=1e-9)
+    np.testing.assert_allclose(scaled.impulse_error, 1024.0 * loud.impulse_error, rtol=1e-9)
+
+
+def test_a_converter_of_few_steps_leaves_peak_and_impulse_uncertain_by_its_step():
+    step, length = 0.05, 50.0
+    starts, heights = [1000.3, 2500.7, 4200.1, 5200.6], [1.0, 1.0, 1.0, 2.0]
+    x = step * np.round(half_sines(starts, length, heights) / step)
+    found = detect(x)[:3]  # the highest counts as clipped
+    # Without noise the baseline may be anywhere within a step: uniform, over sqrt(12).
+    assert np.all(found.peak_error > 0.5 * step / np.sqrt(12))
+    assert np.all(found.impulse_error > 0.9 * length * step / np.sqrt(12))
+    assert np.all(found.peak_error < 3 * step)
+
+
+def test_what_an_open_or_clipped_pulse_does_not_show_has_an_infinite_error():
+    starts = [-20.0, 1000.3, 2500.7, 5970.0]
+    x = np.minimum(half_sines(starts, height=[1.0, 1.0, 3.0, 1.0], noise=0.001), 2.0)
+    found = detect(x)
+    np.testing.assert_array_equal(found.flags, [OPEN_START, 0, CLIPPED, OPEN_END])
+    for name, finite in (
+        ("time_error", [False, True, True, True]),
+        ("contact_time_error", [False, True, True, False]),
+        ("peak_error", [True, True, False, True]),
+        ("impulse_error", [False, True, False, False]),
+    ):
+        np.testing.assert_array_equal(np.isfinite(getattr(found, name)), finite, err_msg=name)
+
+
+@pytest.mark.parametrize("level", [0.3, "30 %"])
+def test_contact_between_crossings_of_a_level_errs_by_noise_over_slope(level):
+    starts = 500.0 + 400.0 * np.arange(60) + 0.37
+    length, noise = 50.0, 0.01
+    x = half_sines(starts, length, samples=25_000, noise=noise, seed=5)
+    found = detect(x, contact_level=level)
+    expected = length * (1.0 - 2.0 / np.pi * np.arcsin(0.3))
+    slope = np.pi / length * np.cos(np.arcsin(0.3))
+    z = (found.contact_time - expected) / found.contact_time_error
+    assert 0.75 < np.sqrt(np.mean(z**2)) < 1.3
+    assert np.median(found.contact_time_error) == pytest.approx(
+        np.sqrt(4 / 3) * noise / slope, rel=0.25
+    )
+
+
+def test_no_impact_has_no_errors():
+    found = detect(np.random.default_rng(0).standard_normal(6000))
+    assert len(found) == 0
+    for name in ERRORS:
+        assert getattr(found, name).shape == (0,)
