@@ -31,3 +31,12 @@ def shared_data():
         return found
 
     return path
+
+
+@pytest.fixture
+def without_figures(monkeypatch):
+    """Pages of reports without their figures: to draw them takes most of a page's time."""
+    from impactsig.report import figures, findings, fitted
+
+    for module in (figures, findings, fitted):
+        monkeypatch.setattr(module, "draw_figure", lambda *_: "data:,")

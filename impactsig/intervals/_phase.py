@@ -37,9 +37,12 @@ def to_cycles(time: np.ndarray, period: float, tolerance: float) -> tuple[np.nda
 
 def harmonics(cycles: np.ndarray) -> np.ndarray:
     """exp(2 pi i h u) of every harmonic h, shape (8, n)."""
-    return np.cumprod(
-        np.broadcast_to(np.exp(2j * np.pi * cycles), (len(HARMONICS), len(cycles))), 0
-    )
+    turn = np.exp(2j * np.pi * cycles)
+    power = np.empty((len(HARMONICS), len(cycles)), complex)
+    power[0] = turn
+    for h in range(1, len(HARMONICS)):  # by rows, in a third of cumprod's time
+        np.multiply(power[h - 1], turn, out=power[h])
+    return power
 
 
 def _refine_rate(cycles: np.ndarray, tolerance: float) -> float:
@@ -77,7 +80,8 @@ def _coherence(cycles: np.ndarray, window: float, trial: np.ndarray) -> np.ndarr
     centred = cycles - (which + 0.5) * window
     power = np.empty(len(trial))
     for k, rate in enumerate(trial):
-        power[k] = np.sum(np.abs(np.add.reduceat(harmonics(rate * centred), first, axis=1)) ** 2)
+        sums = np.add.reduceat(harmonics(rate * centred), first, axis=1)
+        power[k] = np.vdot(sums, sums).real
     return power
 
 

@@ -21,7 +21,7 @@ from impactsig import (
     control,
     simulate,
 )
-from impactsig.simulate._events import MARK, START
+from impactsig.simulate._events import DONE, MARK, START
 from tests.drive import drive
 
 EXACT, STEPPED = None, RungeKutta(1e-12)
@@ -79,10 +79,16 @@ def test_friction_falls_where_the_mass_sets_off(method, sign):
 
 
 @SIDES
-def test_rounding_does_not_turn_a_mass_that_sets_off_at_the_limit(sign):
-    """At that phase 0.5 cos t is -9e-17, which 4 does not feel, but their difference does."""
-    machine = pressed([Force(0.5, 1)], 4.0, Friction(4.0), sign=sign)
-    run = drive(machine, STEPPED, 6.0, phase=1.5 * math.pi)
+@pytest.mark.parametrize("beside_a_stop", [False, True])
+def test_rounding_does_not_turn_a_mass_that_sets_off_at_the_limit(beside_a_stop, sign):
+    """At that phase 0.5 cos t is -9e-17, which 4 does not feel, but their difference does.
+
+    It must not press the mass against a stop that the mass leaves either.
+    """
+    stops = (Stop(0.0, Rigid(0.5), "lower" if sign > 0 else "upper"),) if beside_a_stop else ()
+    machine = pressed([Force(0.5, 1)], 4.0, Friction(4.0), stops, sign)
+    run = drive(machine, STEPPED, 6.0, phase=1.5 * math.pi, legs=1000)
+    assert run.status == DONE
     assert set(run.kind) <= {START, MARK}
     time = np.linspace(0.5, 6, 12)
     np.testing.assert_allclose(sign * run.at(time)[0], (time - np.sin(time)) / 2, atol=1e-9)

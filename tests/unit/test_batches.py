@@ -93,6 +93,7 @@ def test_impacts_are_those_of_each_file(workers, rig):
 
 
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.usefixtures("without_figures")
 def test_reports_and_the_page_that_lists_them(workers, rig, tmp_path):
     folder = tmp_path / "new" / "out"
     few = [rig[2], rig[3], rig[5]]
@@ -117,6 +118,7 @@ def test_reports_and_the_page_that_lists_them(workers, rig, tmp_path):
     assert words.group(0) in entries[2].page.read_text()
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_the_command_tells_each_file_in_a_line(rig, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["report", str(rig[3]), str(rig[1]), "--workers=1"]) == 1

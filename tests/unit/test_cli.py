@@ -188,6 +188,7 @@ def test_a_report_that_cannot_be_written_leaves_nothing(recording, tmp_path, cap
     assert [path.name for path in tmp_path.iterdir()] == ["rig.wav"]
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_numbers_without_a_header_are_read_as_told(recording, tmp_path, capsys):
     samples, _ = soundfile.read(recording)
     force = np.round(samples * 30_000)
@@ -208,6 +209,7 @@ def test_numbers_without_a_header_are_read_as_told(recording, tmp_path, capsys):
     assert "19 impacts" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_of_several_files_without_a_header_each_is_read_as_told(tmp_path, capsys):
     pulse = np.sin(np.pi * np.arange(20) / 20)
     for name, count in (("a.bin", 5), ("b.bin", 9)):

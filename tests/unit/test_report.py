@@ -268,13 +268,18 @@ def test_the_page_is_small_and_names_its_input(page, recording):
     assert hashlib.sha256(recording.read_bytes()).hexdigest() in page
 
 
-def test_the_command_shown_makes_the_same_report_again(page, found, tmp_path):
+def test_the_command_shown_makes_the_same_page_again_but_for_the_time_of_day(page, tmp_path):
     line = html.unescape(re.findall(r"<pre><code>(.*?)</code></pre>", page, re.S)[0])
     words = shlex.split(line)
     assert words[0] == "impactsig"
     assert cli.main([*words[1:], "-o", str(tmp_path / "again.html")]) == 0
     again = (tmp_path / "again.html").read_text(encoding="utf-8")
-    assert _csv(again) == _csv(page)
+
+    def still(text):
+        text = re.sub(r"Made \S+ \S+ UTC", "", text)
+        return re.sub(r"<script type=\"application/json\".*?</script>", "", text, flags=re.S)
+
+    assert still(again) == still(page)
 
 
 def test_the_python_shown_finds_the_same_impacts(page, found):
@@ -293,16 +298,6 @@ def test_the_table_inside_holds_every_impact(page, found):
     rows = list(csv.DictReader(io.StringIO(_csv(page))))
     assert [float(row["time"]) for row in rows] == pytest.approx(found.impacts.time, abs=1e-9)
     assert [float(row["peak"]) for row in rows] == pytest.approx(found.impacts.peak, rel=1e-6)
-
-
-def test_two_runs_make_the_same_page_but_for_the_time_of_day(found, page, tmp_path):
-    again = write_page(found, tmp_path / "again.html").read_text(encoding="utf-8")
-
-    def still(text):
-        text = re.sub(r"Made \S+ \S+ UTC", "", text)
-        return re.sub(r"<script type=\"application/json\".*?</script>", "", text, flags=re.S)
-
-    assert still(again) == still(page)
 
 
 # -- bad and hostile input -------------------------------------------------------------------
@@ -335,9 +330,9 @@ def hostile(found, tmp_path):
     )
 
 
-def test_text_from_outside_stays_text(hostile, found, tmp_path):
-    plain = Page(write_page(found, tmp_path / "a.html").read_text(encoding="utf-8"))
-    parsed = Page(write_page(hostile, tmp_path / "b.html").read_text(encoding="utf-8"))
+def test_text_from_outside_stays_text(hostile, page, tmp_path):
+    plain = Page(page)
+    parsed = Page(write_page(hostile, tmp_path / "page.html").read_text(encoding="utf-8"))
     assert len(parsed.scripts) == len(plain.scripts) == 3
     for tag in ("img", "script", "title", "a"):
         assert [t for t, _ in parsed.tags].count(tag) == [t for t, _ in plain.tags].count(tag)

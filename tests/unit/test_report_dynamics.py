@@ -153,6 +153,7 @@ def test_too_few_intervals_say_what_it_takes(count, chaotic):
     list(parameters(result))
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_one_failing_part_takes_no_other_with_it(monkeypatch, chaotic, tmp_path):
     from impactsig import reconstruct
 
@@ -370,6 +371,7 @@ def test_two_runs_find_the_same(chaotic):
     assert isinstance(again, Dynamics)
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_the_command_adds_a_line_where_it_is_asked(tmp_path, capsys):
     words = ["report", str(PERIODIC), "--sensor=force", "-o", str(tmp_path / "a.html")]
     assert cli.main([*words, "--dynamics"]) == 0
