@@ -40,7 +40,8 @@ def learned(truth):
     """What shared modes make of a record, and the error of each instant [s]."""
     found = detect(truth.samples, truth.rate)
     f1, _, pairs = score(found.time, truth.time, 3e-3)
-    assert f1 == 1.0
+    assert f1 > 0.99
+    assert len(pairs) == len(found.time)
     return found, found.time - truth.time[pairs[:, 1]]
 
 
@@ -95,7 +96,7 @@ def test_impacts_of_one_waveform_are_timed_by_it(rate, decimator):
         rate, decimator, 49.0, 204, modes=MODES["sample"], count=80, phases=(0.3, 1.9, 4.0)
     )
     found, off = learned(truth)
-    assert found.alike > 0.4  # the attacks of others are more than a millisecond early
+    assert found.alike > 0.3  # the attacks of others are more than a millisecond early
     alike = np.isnan(found.time_error)
     assert np.std(off[alike]) < 2e-6
     assert np.std(off) < 3e-6
