@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ._pulse_errors import WIDER
+from ._shared_shape_kernels import estimate_shape
 
 LEAST = 5
 """Pulses that a shape is read from."""
@@ -66,30 +67,17 @@ def share_shape(rows: np.ndarray, errors: int, fit: int, timed: bool) -> None:
     first = fitted @ SHAPE.T
     about = MEAN.copy()
     about[3] = np.median(kept[:, EDGE])
-    mean, spread = about.copy(), ABOUT.copy()
-    for _ in range(ROUNDS):
-        weight = np.diag(spread**-2.0)
-        covariance = np.linalg.inv(square + SHAPE.T @ weight @ SHAPE)
-        pull = (first - mean) @ weight @ SHAPE
-        step = (covariance @ (score - pull)[:, :, None])[:, :, 0]
-        shape = first + step @ SHAPE.T
-        left = SHAPE @ covariance @ SHAPE.T
-        information = count * weight - weight @ left.sum(axis=0) @ weight + np.diag(ABOUT**-2.0)
-        uncertain = np.linalg.inv(information)
-        towards = ((shape - mean) @ weight).sum(axis=0) + (about - mean) / ABOUT**2
-        own = np.square(shape - mean).sum(axis=0)
-        shown = count - np.einsum("kaa->a", left) / spread**2
-        mean = mean + uncertain @ towards
-        spread = np.sqrt((own + WEIGHT * SPREAD**2) / (np.maximum(shown, 0.0) + WEIGHT))
+    step, covariance, explained, weight, uncertain = estimate_shape(
+        square, score, first, SHAPE, about, ABOUT, SPREAD, WEIGHT, ROUNDS
+    )
     # What no member of the family follows is the same in all: it does not average out.
-    weights = np.einsum("aa,kaa->k", weight, left)
-    weights = np.maximum(len(SHAPE) - weights, 0.0)
+    weights = np.maximum(len(SHAPE) - explained @ weight, 0.0)
     alone = np.sqrt(weights * kept[:, MISFIT] / loose).sum() ** 2 / max(weights.sum(), 1e-9)
     if alone > UNLIKE:
         return
     old, new = fitted, fitted + step
     new[:, 2:] = np.clip(new[:, 2:], old[:, 2:] - 1.0, old[:, 2:] + 1.0)
-    by_mean = covariance @ SHAPE.T @ weight
+    by_mean = covariance @ (SHAPE.T * weight)
     covariance = covariance + by_mean @ uncertain @ by_mean.transpose(0, 2, 1)
     _measure(rows, alike, kept, old, new, covariance, errors, timed)
 
