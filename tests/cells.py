@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from impactsig import InvalidInput
+
 
 def waves(a, b):
     """A number, an array and a count, none of them round."""
@@ -94,3 +96,14 @@ def same(one, other):
         and all(one[name].dtype == other[name].dtype for name in one.observables)
         and all(one[name].tobytes() == other[name].tobytes() for name in one.observables)
     )
+
+
+def square(x):
+    """A function of things, of which three end badly."""
+    if x == 3:
+        raise ZeroDivisionError("three")
+    if x == 4:
+        raise InvalidInput("x", x, "another")
+    if x == 5:
+        os._exit(7)
+    return {"square": x * x}

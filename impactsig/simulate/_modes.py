@@ -74,9 +74,9 @@ def problems(
     kinetic, static = kinetic / inertia, static / inertia
 
     # A touched stop is the origin of its mode, so that nothing cancels there.
-    origin = np.where(plan.at >= 0, np.take(position, plan.at, axis=1), 0.0)
-    kappa = np.broadcast_to(stiffness[:, None], origin.shape)
-    damped = np.broadcast_to(damping[:, None], origin.shape)
+    origin = np.where(plan.at >= 0, position[:, plan.at], 0.0)
+    kappa = np.zeros(origin.shape) + stiffness[:, None]
+    damped = np.zeros(origin.shape) + damping[:, None]
     constant = load[:, None] - kappa * origin
     for s, presses in enumerate(plan.soft.T):
         kappa = kappa + presses * spring[:, s, None]
@@ -108,13 +108,14 @@ def problems(
                 force_bound[:, n] += pull[:, c]
                 pull[:, c] *= ratio[:, c]
 
-    ways = np.take(position, plan.stop, axis=1) - origin[:, :, None]
+    ways = position[:, plan.stop] - origin[:, :, None]
     with np.errstate(invalid="ignore", divide="ignore"):  # a rigid stop has no lag
         lag = np.where(spring > 0, damper * omega[:, None] / spring, 0.0)
         rest = np.where(kappa >= 1, constant / kappa, 0.0)
-    beta = plan.lag * np.take(lag, plan.stop, axis=1) + plan.halt
+    beta = plan.lag * lag[:, plan.stop] + plan.halt
     beyond = plan.means[:, :, 2]
-    alpha = np.broadcast_to(plan.alpha.astype(float), beta.shape)
+    gap = np.empty((*beta.shape, 3))
+    gap[..., 0], gap[..., 1], gap[..., 2] = plan.alpha, beta, plan.toward * ways
     return Problem(
         kappa=kappa,
         delta=delta,
@@ -134,9 +135,9 @@ def problems(
         pressed=plan.pressed,
         gaps=plan.gaps,
         leans=np.any(beta, axis=2),
-        gap=np.stack([alpha, beta, plan.toward * ways], axis=3),
+        gap=gap,
         means=plan.means,
-        land=plan.lands * (origin[:, :, None] - np.take(origin, beyond, axis=1)),
+        land=plan.lands * (origin[:, :, None] - origin[:, beyond]),
         origin=origin,
         side=plan.side,
         restitution=restitution,
@@ -151,7 +152,8 @@ def problems(
 
 def _columns(rows: Any) -> np.ndarray:
     """The last axis first."""
-    return np.ascontiguousarray(np.moveaxis(np.array(rows), -1, 0))
+    table = np.array(rows)
+    return np.ascontiguousarray(table.transpose(-1, *range(table.ndim - 1)))
 
 
 def _numbers(oscillator: Oscillator) -> tuple[tuple[float, ...], list[Any], list[Any]]:

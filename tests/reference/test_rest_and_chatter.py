@@ -94,6 +94,17 @@ def test_rounding_does_not_turn_a_mass_that_sets_off_at_the_limit(beside_a_stop,
     np.testing.assert_allclose(sign * run.at(time)[0], (time - np.sin(time)) / 2, atol=1e-9)
 
 
+@SIDES
+def test_what_a_force_lacks_to_the_limit_but_for_rounding_does_not_hold_the_mass(sign):
+    """x'' = 0.5 sin t, where the load lacks two units in its last place to the friction."""
+    load = 0.25 - 2 * math.ulp(0.2)
+    machine = pressed([Force(0.5, 1, -math.pi / 2)], load, Friction(0.25), sign=sign)
+    motion = simulate(machine, duration=6.0)
+    time = np.linspace(0, 6, 13)
+    np.testing.assert_allclose(sign * motion.sample(time)[0], (time - np.sin(time)) / 2, atol=1e-12)
+    assert motion.stick_count == 0
+
+
 @BOTH
 @SIDES
 def test_a_mass_sets_off_just_before_the_crest_of_the_force(method, sign):

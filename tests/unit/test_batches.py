@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from impactsig import (
     write_reports,
 )
 from impactsig.studies.each import each
+from tests.cells import square
 
 RATE = 20_000
 
@@ -150,16 +150,6 @@ def test_what_cannot_be_is_refused_before_anything_is_done(rig, tmp_path):
     with pytest.raises(UnwritableFile):
         write_reports(good(rig), tmp_path / "file" / "out")
     assert not (tmp_path / "out").exists()
-
-
-def square(x):
-    if x == 3:
-        raise ZeroDivisionError("three")
-    if x == 4:
-        raise InvalidInput("x", x, "another")
-    if x == 5:
-        os._exit(7)
-    return {"square": x * x}
 
 
 def test_what_kills_its_process_is_told_and_the_rest_is_done():

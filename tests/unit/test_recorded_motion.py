@@ -54,7 +54,7 @@ def test_stroboscopic_by_channel_and_by_frequency():
 
 def test_crossings_have_their_errors():
     z = []
-    for seed in range(5):
+    for seed in range(3):
         _, x, _ = swing(3e-3, seed)
         found = recorded_motion(record(x), smoothing=1.1e-3).crossings(0.5)
         k = np.arange(1, 106)

@@ -108,7 +108,7 @@ def test_a_poisoned_cell_is_the_same_everywhere(run):
     assert same(study, wanted)
 
 
-RUNS = [{}, {"executor": "threads", "workers": 2}, {"executor": "processes", "workers": 2}]
+RUNS = [{}, {"executor": "threads", "workers": 2}, {"executor": "processes", "workers": 1}]
 
 
 @pytest.mark.parametrize("run", RUNS)
