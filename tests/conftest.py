@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,14 @@ def shared_data():
         return found
 
     return path
+
+
+@pytest.fixture(autouse=True)
+def _no_figure_stays_open():
+    """Twenty open figures are a warning in whichever test opens the next."""
+    yield
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close("all")
 
 
 @pytest.fixture
