@@ -18,7 +18,7 @@ from .impacts import Impacts
 STRENGTH = 0.9
 """Quantile of its peaks that tells what a sensor makes of a strong impact."""
 IN_THE_UNIT = ("peak", "peak_error", "impulse", "impulse_error")
-OF_SEVERAL = (*tables.ERRORS[:1], "probability", "stop_index", "pulses")
+OF_SEVERAL = ("time_error", "probability", "stop_index", "pulses")
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 from ._arguments import number
 from .errors import InvalidInput
 from .impacts import Impacts
-from .recording import Recording
+from .recording import Recording, chosen_channel
 
 TURN = 2 * math.pi
 ORDER = 3
@@ -269,19 +269,15 @@ def recorded_motion(
     """
     if not isinstance(recording, Recording):
         raise InvalidInput("recording", recording, "a Recording", "impactsig.read makes one")
-    if displacement is None and len(recording.channels) > 1:
-        listed = ", ".join(f"{i}: {name!r}" for i, name in enumerate(recording.channels))
-        raise InvalidInput("displacement", None, f"one of {listed}")
+    chosen = chosen_channel(recording, displacement, "displacement")
     if forcing is not None and frequency is not None:
         raise InvalidInput("forcing, frequency", f"{forcing!r}, {frequency:g}", "one of the two")
-    chosen = recording.channel(0 if displacement is None else displacement)
     raw = _finite(chosen.samples, "displacement")
     rate = recording.rate
-    noise = float(np.median(np.abs(np.diff(raw, 4)))) / (MAD * FOURTH)
+    noise = _noise(raw)
     if velocity is not None:
         x, v, half = raw, _finite(recording.channel(velocity).samples, "velocity"), 0
-        of_v = float(np.median(np.abs(np.diff(v, 4)))) / (MAD * FOURTH)
-        of_x = noise
+        of_x, of_v = noise, _noise(v)
     else:
         half = _half_width(raw, noise, rate, smoothing)
         x, v = _smoothed(raw, half, 0), _smoothed(raw, half, 1) * rate
@@ -306,6 +302,11 @@ def _finite(samples: np.ndarray, name: str) -> np.ndarray:
     if len(values) < 16:
         raise InvalidInput(name, f"{len(values)} samples", "16 or more")
     return values
+
+
+def _noise(values: np.ndarray) -> float:
+    """Standard deviation of white noise, from the fourth differences."""
+    return float(np.median(np.abs(np.diff(values, 4)))) / (MAD * FOURTH)
 
 
 def _smoothed(x: np.ndarray, half: int, derivative: int) -> np.ndarray:

@@ -251,6 +251,22 @@ class Recording:
         return f"<div><code>{text}</code><br>{_sparkline(self)}</div>"
 
 
+def chosen_channel(
+    recording: Recording, which: str | int | None, argument: str = "channel"
+) -> Recording:
+    """The channel asked for, or the only one there is.
+
+    Raises
+    ------
+    InvalidInput
+        If there are several and none is asked for; the message lists them.
+    """
+    if which is None and len(recording.channels) > 1:
+        listed = ", ".join(f"{i}: {name!r}" for i, name in enumerate(recording.channels))
+        raise InvalidInput(argument, None, f"one of {listed}")
+    return recording.channel(0 if which is None else which)
+
+
 def channel_index(names: tuple[str, ...], which: str | int) -> int:
     """Index of a channel by exact name, by index, or by a digit string that is no name.
 

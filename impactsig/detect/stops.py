@@ -17,7 +17,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ..recording import Recording
+from ..recording import Recording, chosen_channel
 
 LONGEST = 8e-3
 """Of a sound that is looked at [s]."""
@@ -35,19 +35,19 @@ BEGINNINGS, ROUNDS = 8, 200
 
 @dataclass(frozen=True, eq=False)
 class StopSeparation:
-    """Impacts told apart by their sound.
+    """Impacts separated by their sound.
 
     Attributes
     ----------
     impacts : Impacts
-        With `stop_index`, if two kinds of sound can be told apart: 0 for the kind of the first
+        With `stop_index`, if there are two kinds of sound: 0 for the kind of the first
         impact.
     probability : ndarray, shape (n, 2), or None
         Of either stop, for each impact.
     distance : float
         Between the kinds, in standard deviations of a kind along the line between them.
     reason : str
-        Why the kinds cannot be told apart, where that is so.
+        Why the impacts cannot be separated, where that is so.
     """
 
     impacts: Impacts
@@ -87,13 +87,10 @@ def separate_stops(
         raise InvalidInput("recording", recording, "a Recording", "impactsig.read makes one")
     if not isinstance(impacts, Impacts):
         raise InvalidInput("impacts", impacts, "Impacts")
-    if channel is None and len(recording.channels) > 1:
-        listed = ", ".join(f"{i}: {name!r}" for i, name in enumerate(recording.channels))
-        raise InvalidInput("channel", None, f"one of {listed}")
+    one = chosen_channel(recording, channel)
     if len(impacts) < FEWEST:
         reason = f"{len(impacts)} impacts are too few: {FEWEST} are needed"
         return StopSeparation(replace(impacts, stop_index=None), None, 0.0, reason)
-    one = recording.channel(0 if channel is None else channel)
     colours = _colours(one, impacts.time)
     centred = colours - colours.mean(axis=0)
     u, s, _ = np.linalg.svd(centred, full_matrices=False)

@@ -174,16 +174,16 @@ def measure(
         time, order = time[alive], order[alive]
     origin, source = origin[order], source[order]
     train = _like(impacts, which[origin], time, strength[order])
+    at_stop = None
     if impacts.stop_index is not None:
-        at_stop = np.concatenate((impacts.stop_index, counted.stop))
-        train = replace(train, stop_index=at_stop[origin])
+        at_stop = np.concatenate((impacts.stop_index, counted.stop))[origin]
     early = counted.of_impact - impacts.time
     early = early[~np.isnan(early)]
     by_noise = math.sqrt(np.mean(early**2)) if len(early) else 0.0
     error = np.zeros(len(train)) if train.time_error is None else train.time_error
     error = np.sqrt(error**2 + jitter**2 + by_noise**2)
     true = np.full(len(train), np.mean(source >= 0) if len(source) else 1.0)
-    train = replace(train, time_error=error, probability=true)
+    train = replace(train, time_error=error, probability=true, stop_index=at_stop)
     if not len(train):
         train = replace(train, reason=impacts.reason or "all impacts were missed")
     source.flags.writeable = False
