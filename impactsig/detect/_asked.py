@@ -81,23 +81,6 @@ def parse_contact_time(span: Any) -> tuple[float, float | None]:
     return shortest, longest
 
 
-def parse_probability(value: Any) -> float:
-    """A probability, neither 0 nor 1.
-
-    Raises
-    ------
-    InvalidInput
-        If it is none.
-    """
-    try:
-        given = float(value)
-    except (TypeError, ValueError):
-        given = math.nan
-    if not 0.0 < given < 1.0:
-        raise InvalidInput("least_probability", value, "a number between 0 and 1")
-    return given
-
-
 def refuse_other_than_default(kind: str, *asked: tuple[str, Any, Any]) -> None:
     """Refuse what says nothing of a kind of record; each is a name, a value and its default.
 

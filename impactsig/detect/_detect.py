@@ -16,7 +16,6 @@ from ..recording import Sensor
 from ._asked import (
     parse_contact_level,
     parse_contact_time,
-    parse_probability,
     parse_threshold,
     refuse_other_than_default,
 )
@@ -182,7 +181,6 @@ def detect_channel(
     ):
         if finite_number(name, value, "a finite number, 0 or greater") < 0:
             raise InvalidInput(name, value, "a finite number, 0 or greater")
-    parse_probability(least_probability)
     chosen = parse_threshold(threshold)
     level, relative = parse_contact_level(contact_level)
     span = parse_contact_time(contact_time)
