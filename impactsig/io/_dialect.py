@@ -22,7 +22,10 @@ _LEAST = 0.3  # share of numbers in a table
 
 
 class Dialect(NamedTuple):
-    """How a table is written; `delimiter` is " " for any white space and "" for one column."""
+    """How a table is written; `delimiter` is " " for any white space and "" for one column.
+
+    `above` are the lines before the data, without marks of comments.
+    """
 
     encoding: str
     delimiter: str
@@ -32,6 +35,7 @@ class Dialect(NamedTuple):
     names: tuple[str, ...]
     units: tuple[str, ...]
     columns: int
+    above: tuple[str, ...]
 
     def fields(self, line: str) -> list[str]:
         """The cells of a line."""
@@ -146,6 +150,7 @@ def _with_headings(
     """Find the first row of data, and the headings above it."""
     comment = "#"
     above: list[tuple[bool, str]] = []
+    begin = _first_row(lines, delimiter, decimal, columns)
     for skipped, line in enumerate(lines):
         mark = _COMMENT.match(line)
         if mark and not (delimiter == ";" and mark[0].strip() == ";"):
@@ -153,12 +158,30 @@ def _with_headings(
             above.append((True, line[mark.end() :]))
             continue
         cells = split_line(line, delimiter)
-        if _is_row(cells, columns, decimal):
-            names, units = _headings(above, delimiter, columns)
-            return Dialect(encoding, delimiter, decimal, comment, skipped, names, units, len(cells))
+        if skipped >= begin and _is_row(cells, columns, decimal):
+            names, units = _headings(above, delimiter, decimal, columns)
+            texts = tuple(text for _, text in above)
+            return Dialect(
+                encoding, delimiter, decimal, comment, skipped, names, units, len(cells), texts
+            )
         if line.strip():
             above.append((False, line))
     return None
+
+
+def _first_row(lines: list[str], delimiter: str, decimal: str, columns: int) -> int:
+    """The line behind the last heading above the first row that is all numbers; else 0.
+
+    Some headings, such as "x-axis,1,2", hold as many numbers as a row may.
+    """
+    begin = 0
+    for index, line in enumerate(lines[: _SAMPLES[0]]):
+        cells = split_line(line, delimiter)
+        if not _is_row(cells, columns, decimal):
+            begin = index + 1
+        elif all(is_number(cell, decimal) for cell in cells if cell):
+            return begin
+    return 0
 
 
 def _is_row(cells: list[str], columns: int, decimal: str) -> bool:
@@ -168,7 +191,7 @@ def _is_row(cells: list[str], columns: int, decimal: str) -> bool:
 
 
 def _headings(
-    above: list[tuple[bool, str]], delimiter: str, columns: int
+    above: list[tuple[bool, str]], delimiter: str, decimal: str, columns: int
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names and units from the last line, or last two lines, above the data."""
     rows: list[list[str]] = []
@@ -179,6 +202,11 @@ def _headings(
         rows.insert(0, cells)
     if not rows:
         return (), ()
+    if len(rows) == 2 and len(rows[0]) == len(rows[1]) > columns:
+        # "Start,Increment" above two numbers, behind the names of the columns and their units.
+        named = [not is_number(cell, decimal) for cell in rows[1]]
+        rows = [[cell for cell, kept in zip(row, named, strict=True) if kept] for row in rows]
+        rows = [row + [""] * (columns - len(row)) for row in rows]
     units = [unit_cell(cell) for cell in rows[-1]]
     filled = [unit for unit, cell in zip(units, rows[-1], strict=True) if cell]
     if (

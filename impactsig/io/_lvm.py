@@ -28,6 +28,7 @@ from ._source import Signal, Source, memory_reader
 from ._timebase import (
     DOUBTFUL,
     TimeBase,
+    printed_digits,
     printed_resolution,
     printed_step,
     time_base,
@@ -143,7 +144,7 @@ def _base_of(column: LvmColumn, segment: LvmSegment, length: int, notes: list[st
 def _column_base(segment: LvmSegment, position: int, length: int, factor: float) -> TimeBase:
     times = segment.numbers[position][:length]
     texts = segment.lines.cells(position, len(times))
-    return time_base(times * factor, printed_resolution(texts) * factor)
+    return time_base(times * factor, printed_digits(texts, times, factor))
 
 
 def _contradicts(delta_x: str, rate: float) -> bool:

@@ -48,15 +48,19 @@ class Column:
         Cells that hold text.
     stray : tuple of (str, int)
         The first of them, and its row.
+    ended : int
+        Rows up to the last that holds anything.
     counts : bool
-        It is 0, 1, 2, ... or 1, 2, 3, ...
+        It counts its rows, from any whole number.
+    begin : float
+        The first of its cells, if that is a number.
     """
 
     def __init__(self) -> None:
-        self.filled = self.strays = self._rows = 0
+        self.filled = self.strays = self.ended = self._rows = 0
         self.stray = ("", -1)
         self.counts = True
-        self._first = np.nan
+        self.begin = np.nan
 
     @property
     def text(self) -> bool:
@@ -71,14 +75,17 @@ class Column:
             if len(strays) and not self.strays:
                 self.stray = (cells[strays[0]], self._rows + int(strays[0]))
             self.strays += len(strays)
+            if len(strays):
+                self.ended = self._rows + int(strays[-1]) + 1
         if last := filled(numbers):
             self.filled = self._rows + last
+        self.ended = max(self.ended, self.filled)
         if self.counts and len(numbers):
             if not self._rows:
-                self._first = numbers[0]
-            begin = self._first + self._rows
+                self.begin = float(numbers[0])
+            begin = self.begin + self._rows
             # The first few tell nearly every column that does not count.
-            self.counts = self._first in (0.0, 1.0) and all(
+            self.counts = self.begin.is_integer() and all(
                 np.array_equal(part, begin + np.arange(len(part)))
                 for part in (numbers[:3], numbers)
             )

@@ -12,12 +12,23 @@ import numpy as np
 from ..errors import UnreadableFile
 from ._dialect import Dialect, find_dialect
 from ._limits import Limits
+from ._preamble import Preamble, read_preamble
 from ._source import Signal, Source
 from ._table import HEAD, Column, Table
-from ._timebase import TimeBase, printed_resolution, time_base, time_factor
+from ._timebase import (
+    DOUBTFUL,
+    TimeBase,
+    printed_digits,
+    printed_resolution,
+    time_base,
+    time_factor,
+)
 
 _COUNTERS = frozenset(("index", "sample", "samples", "n", "no", "nr", "i", "k", "row", ""))
 _DATES = frozenset(("date", "datetime", "date time", "date/time", "datum"))
+_NUMBERED = frozenset(("sequence", "sample", "samples", "points"))  # as a unit
+_SHORT = 4  # settings beside the samples fill less than one row in so many
+_ROUNDED = 0.01  # share by which a rate from rounded times may differ from the header's
 _NO_TIME = "The file has no column of times"
 
 
@@ -34,7 +45,7 @@ def open_source(path: Path, limits: Limits) -> Source:
 
     The column of times is the one named as such, or the first of several if none has a name and
     it rises uniformly; ISO dates and times of day count from their first. A column that only
-    counts its rows gives no rate.
+    counts its rows gives no rate: that may stand in the header (see `_preamble`).
     """
     with path.open("rb") as file:
         head = file.read(HEAD)
@@ -47,30 +58,40 @@ def open_source(path: Path, limits: Limits) -> Source:
             "Expected columns of numbers, with or without headings above them",
         )
     table = Table(path, dialect)
+    settings = _settings_beside(table)
+    preamble = read_preamble(dialect, _rows(table, settings))
+    # What a header calls the channels goes before the line above the data, which belongs to it.
+    if preamble.names:
+        dialect = dialect._replace(names=(), units=())
     width = len(table.columns)
     notes = []
-    if len(dialect.names) > width:
+    if len(dialect.names) > width and not preamble.key:
         notes.append(
             f"its headings name {len(dialect.names)} columns, its rows have {width}: "
             f"the first {width} names are taken"
         )
-    names = list(dialect.names) or [""] * width
-    units = list(dialect.units) or [""] * width
-    _refuse_stray_text(path, table, names)
-    clock = _clock(dialect, table, names, units)
+    names = [*dialect.names[:width]] or [""] * width
+    units = [*dialect.units[:width]] or [""] * width
+    _refuse_stray_text(path, table, names, settings)
+    clock = _clock(dialect, table, names, units, settings)
+    counter = -1
     kept = []
     for index, column in enumerate(table.columns):
-        if index == clock.column or _is_counter(column, index, names[index], width):
+        if index == clock.column or index in settings:
             continue
-        if column.text:
+        if _is_counter(column, index, names[index], units[index], width):
+            counter = index
+        elif column.text:
             notes.append(f"column {names[index] or index} holds text and is left out")
         elif column.filled:  # unlike what stands after a trailing delimiter
             kept.append(index)
     if not kept:
         raise UnreadableFile(path, "; ".join(notes) or "holds no column of samples")
-    if not dialect.names and len(kept) > 1:
+    if preamble.names:
+        _name(preamble, kept, names, units)
+    elif not dialect.names and len(kept) > 1:
         names = [f"channel {kept.index(i)}" if i in kept else "" for i in range(width)]
-    base = clock.base
+    base, doubt = _agreed(clock, preamble, table.columns[counter].begin if counter >= 0 else 0.0)
     signals = tuple(
         Signal(
             names[index],
@@ -97,14 +118,72 @@ def open_source(path: Path, limits: Limits) -> Source:
         read=read,
         in_memory=table.in_memory,
         truncated=table.truncated,
-        notes=(*notes, base.doubt) if base.doubt else tuple(notes),
+        notes=(*notes, doubt) if doubt else tuple(notes),
     )
 
 
-def _refuse_stray_text(path: Path, table: Table, names: list[str]) -> None:
+def _settings_beside(table: Table) -> range:
+    """The columns of text, and of what they set, that end long before those of the samples."""
+    short = [0 < column.ended < table.rows // _SHORT for column in table.columns]
+    for index, column in enumerate(table.columns):
+        if short[index] and column.text and column.strays > column.ended // 2:
+            after = index + 1
+            while after < len(short) and (short[after] or not table.columns[after].ended):
+                after += 1
+            return range(index, after)
+    return range(0)
+
+
+def _rows(table: Table, columns: range) -> list[list[str]]:
+    """The cells of some columns as they stand, as far as these go."""
+    if not columns:
+        return []
+    last = max(table.columns[index].ended for index in columns)
+    cells = table.cells(list(columns), 0, last)
+    texts = [
+        ["" if cell != cell else str(cell) for cell in row] for row in zip(*cells, strict=True)
+    ]
+    return texts
+
+
+def _name(preamble: Preamble, kept: list[int], names: list[str], units: list[str]) -> None:
+    """Give the channels the names and units of the header, if it has one for each."""
+    if len(preamble.names) == len(kept):
+        for index, name in zip(kept, preamble.names, strict=True):
+            names[index] = name
+    if len(preamble.units) == len(kept):
+        for index, unit in zip(kept, preamble.units, strict=True):
+            units[index] = unit
+
+
+def _agreed(clock: _Clock, preamble: Preamble, begin: float) -> tuple[TimeBase, str]:
+    """Time base from the times and from the header, and what is to be doubted of it.
+
+    Where both are there, the header may say more than rounded times do, and must not differ from
+    them by more than those leave open. `begin` is the first row's number, of one that counts from
+    0 or 1.
+    """
+    timed, headed = clock.base, preamble.base
+    if headed is None:
+        return timed, timed.doubt
+    if clock.column < 0 or timed.problem.startswith(_NO_TIME):
+        if headed.rate is None or begin == 1:
+            return headed, headed.doubt
+        return headed._replace(start=headed.start + begin / headed.rate), headed.doubt
+    if timed.rate is None or headed.rate is None:
+        return timed, timed.doubt
+    if abs(headed.rate / timed.rate - 1) <= (_ROUNDED if timed.doubt else DOUBTFUL):
+        return timed._replace(rate=headed.rate), ""
+    return timed, (
+        f"its header says {preamble.key!r}, which is {headed.rate:.6g} Hz, and its times say "
+        f"{timed.rate:.6g} Hz, which is taken; give rate= (--rate) if the header is right"
+    )
+
+
+def _refuse_stray_text(path: Path, table: Table, names: list[str], settings: range) -> None:
     """Raise if a column is numbers but for a few cells: leaving it out would lose a channel."""
     for index, column in enumerate(table.columns):
-        if column.text and column.strays * 2 < table.rows:
+        if index not in settings and column.text and column.strays * 2 < table.rows:
             cell, row = column.stray
             raise UnreadableFile(
                 path,
@@ -114,10 +193,15 @@ def _refuse_stray_text(path: Path, table: Table, names: list[str]) -> None:
             )
 
 
-def _clock(dialect: Dialect, table: Table, names: list[str], units: list[str]) -> _Clock:
+def _clock(
+    dialect: Dialect, table: Table, names: list[str], units: list[str], settings: range
+) -> _Clock:
     """Find the column of times, and what follows from it."""
-    numeric = [i for i, column in enumerate(table.columns) if not column.text]
-    for index, column in enumerate(table.columns):
+    columns = table.columns
+    numeric = [i for i, c in enumerate(columns) if c.filled and not c.text and i not in settings]
+    for index, column in enumerate(columns):
+        if index in settings:
+            continue
         factor = time_factor(names[index], units[index]) if names[index] else None
         dated = names[index].lower() in _DATES or (not dialect.names and index == 0)
         if column.text and (factor is not None or dated):
@@ -130,7 +214,7 @@ def _clock(dialect: Dialect, table: Table, names: list[str], units: list[str]) -
     if len(numeric) < 2:
         return _Clock(TimeBase(None, 0.0, f"{_NO_TIME}: it has one column of numbers"), -1)
     first = numeric[0]
-    if table.columns[first].counts:
+    if columns[first].counts and columns[first].begin in (0.0, 1.0):
         problem = f"{_NO_TIME}: its first column only counts the rows"
         return _Clock(TimeBase(None, 0.0, problem), first)
     base = _column_base(dialect, table, first, 1.0)
@@ -143,7 +227,8 @@ def _clock(dialect: Dialect, table: Table, names: list[str], units: list[str]) -
 def _column_base(dialect: Dialect, table: Table, index: int, factor: float) -> TimeBase:
     texts = [dialect.number(text) for text in _last_cells(dialect, table, index)]
     (times,) = table.cells([index], 0, table.rows)
-    return time_base(times if factor == 1 else times * factor, printed_resolution(texts) * factor)
+    printed = printed_digits(texts, times, factor)
+    return time_base(times if factor == 1 else times * factor, printed)
 
 
 def _stamps(dialect: Dialect, table: Table, index: int) -> _Clock:
@@ -177,6 +262,7 @@ def _last_cells(dialect: Dialect, table: Table, index: int) -> list[str]:
     return [row[index] for row in rows if len(row) > index]
 
 
-def _is_counter(column: Column, index: int, name: str, width: int) -> bool:
+def _is_counter(column: Column, index: int, name: str, unit: str, width: int) -> bool:
     plain = name.strip().lower().strip("#. ")
-    return index == 0 and width > 1 and plain in _COUNTERS and column.counts
+    named = (plain in _COUNTERS and column.begin in (0.0, 1.0)) or unit.lower() in _NUMBERED
+    return index == 0 and width > 1 and column.counts and named

@@ -8,15 +8,19 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from ._rounded import step_bounds
+
 JITTER = 0.01  # of a sampling step: how far a time may lie from the uniform grid
 RARE = 0.01  # of the steps: fewer that differ by a printed digit are gaps, not rounding
 DOUBTFUL = 1e-4  # relative uncertainty of a rate that the user is told of
 
 _PLAIN = frozenset(("t", "time", "times", "zeit", "temps", "tiempo", "tempo", "x_value"))
 _SPOKEN = frozenset(("timestamp", "time stamp", "elapsed time", "zeitstempel"))
-_AS_UNIT = frozenset(("s", "sec", "second", "seconds", "ms", "us", "µs"))
-_NAMES = _PLAIN | _SPOKEN | _AS_UNIT
-_FACTORS = {
+_AS_UNIT = frozenset(("s", "sec", "second", "seconds", "ms", "us", "µs", "milliseconds"))
+_COUNTED = frozenset(("microseconds", "millis", "micros", "millis()", "micros()"))
+_AXIS = frozenset(("x", "x-axis", "x axis", "x_axis"))  # with a unit of time
+_NAMES = _PLAIN | _SPOKEN | _AS_UNIT | _COUNTED
+FACTORS = {
     "": 1.0,
     "s": 1.0,
     "sec": 1.0,
@@ -27,17 +31,23 @@ _FACTORS = {
     "ms": 1e-3,
     "msec": 1e-3,
     "milliseconds": 1e-3,
+    "millis": 1e-3,
+    "millis()": 1e-3,
     "us": 1e-6,
     "µs": 1e-6,
     "μs": 1e-6,
     "usec": 1e-6,
     "microseconds": 1e-6,
+    "micros": 1e-6,
+    "micros()": 1e-6,
     "ns": 1e-9,
     "min": 60.0,
     "h": 3600.0,
 }
 
 
+_WHOLE = 1e-6  # how far a whole number may be from one
+_ROUND = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)  # times powers of ten: settings of instruments
 _FAR, _NEAR = 1 << 20, 1 << 14  # times that are read at once, and that stay in the cache
 
 
@@ -67,12 +77,69 @@ def time_factor(name: str, unit: str) -> float | None:
         return None
     plain = name.strip().lower()
     unit = unit.strip().lower()
-    ending = re.fullmatch(r"(t|time|zeit)[_ ]?(s|ms|us|µs|ns)", plain)
+    ending = re.fullmatch(r"(t|time|timestamp|zeit)[_ ]?(s|ms|us|µs|ns)", plain)
     if ending:
         plain, unit = ending[1], unit or ending[2]
-    if plain not in _NAMES or (unit not in _FACTORS):
+    # catman numbers its columns of times: "Time  1 - default sample rate [s]".
+    if unit in FACTORS and unit and (plain in _AXIS or re.match(r"(time|zeit) +\d+ - ", plain)):
+        return FACTORS[unit]
+    if plain not in _NAMES or (unit not in FACTORS):
         return None
-    return _FACTORS[unit or (plain if plain in _FACTORS else "")]
+    return FACTORS[unit or (plain if plain in FACTORS else "")]
+
+
+class Printed(NamedTuple):
+    """How finely times are printed: to a digit of fixed value, or to so many significant ones.
+
+    Attributes
+    ----------
+    digit : float
+        Value of the last digit; in case of `relative` as a share of the leading digit's.
+    relative : bool
+        As in 1.23E-02, so that times near zero are finer.
+    """
+
+    digit: float
+    relative: bool = False
+
+    def of(self, times: np.ndarray) -> np.ndarray:
+        """Value of the last printed digit of each of some times."""
+        if not self.relative:
+            return np.full(len(times), self.digit)
+        size = np.abs(times)
+        leading = np.floor(np.log10(size, out=np.zeros(len(times)), where=size > 0))
+        return np.where(size > 0, self.digit * 10.0**leading, 0.0)
+
+
+def printed_digits(texts: Iterable[str], times: np.ndarray, factor: float = 1.0) -> Printed:
+    """How finely the times of a column are printed.
+
+    Parameters
+    ----------
+    texts : iterable of str
+        Some of the times as they stand in the file.
+    times : ndarray, shape (n,)
+        All of them, in the file's unit.
+    factor : float, optional
+        Seconds in that unit.
+    """
+    cells = [text.strip().lower() for text in texts]
+    digit = printed_resolution(cells)
+    largest = float(np.max(np.abs(times), initial=0.0))
+    if digit and largest and np.log10(factor) % 1 == 0:  # else leading digits change elsewhere
+        digits = max(len(re.sub(r"e.*|\D", "", cell).lstrip("0")) for cell in cells)
+        relative = Printed(10.0 ** (1 - digits), relative=True)
+        fixed = relative.of(np.array([largest]))
+        if _in_digits(times, relative.of(times)) and not _in_digits(times, fixed):
+            return relative
+    return Printed(digit * factor)
+
+
+def _in_digits(times: np.ndarray, digits: np.ndarray) -> bool:
+    """Whether each time is a whole number of its last digit."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        multiples = times / digits
+    return bool(np.all((times == 0) | (np.abs(multiples - np.round(multiples)) <= _WHOLE)))
 
 
 def printed_resolution(texts: Iterable[str]) -> float:
@@ -91,7 +158,7 @@ def printed_resolution(texts: Iterable[str]) -> float:
     return float(finest) if np.isfinite(finest) else 0.0
 
 
-def time_base(times: Times, resolution: float = 0.0) -> TimeBase:
+def time_base(times: Times, resolution: float | Printed = 0.0) -> TimeBase:
     """Rate of uniformly spaced times: (n - 1) / (last - first).
 
     Times count as uniform if each lies within `JITTER` steps of the grid from the first to the
@@ -102,9 +169,10 @@ def time_base(times: Times, resolution: float = 0.0) -> TimeBase:
     ----------
     times : ndarray, shape (n,), or what is sliced like one
         Times [s].
-    resolution : float, optional
+    resolution : float or Printed, optional
         Value of the last printed digit [s]; 0 for binary numbers.
     """
+    printed = resolution if isinstance(resolution, Printed) else Printed(resolution)
     count = len(times)
     if count < 2:
         return TimeBase(None, 0.0, "The time column has fewer than two times")
@@ -119,13 +187,17 @@ def time_base(times: Times, resolution: float = 0.0) -> TimeBase:
         return TimeBase(None, first, "The time column does not rise from its first to last value")
     step = span / (count - 1)
     deviation, unevenness, largest = _from_uniform(times, first, step)
-    rounding = max(resolution, 4 * float(np.spacing(largest)))
+    rounding = max(float(printed.of(np.array([largest]))[0]), 4 * float(np.spacing(largest)))
     uneven = unevenness > 2 * JITTER * step + 1.01 * rounding
     stands_out = max(2 * JITTER * step, rounding / 2)
     gaps = False
     if 2 * unevenness > stands_out:  # else no step differs so much from any other
         steps = np.diff(times[:])
         odd = np.count_nonzero(np.abs(steps - np.median(steps)) > stands_out)
+        if printed.relative:  # times near zero are finer: each is judged by its own digit
+            digits = printed.of(times[:])
+            allowed = 2 * JITTER * step + 1.01 * np.maximum(digits[1:], digits[:-1])
+            odd = np.count_nonzero(np.abs(steps - step) > allowed)
         gaps = bool(0 < odd < RARE * len(steps))
     if uneven or gaps or deviation > max(JITTER * step, 1.01 * rounding):
         steps = np.diff(times[:])
@@ -141,6 +213,12 @@ def time_base(times: Times, resolution: float = 0.0) -> TimeBase:
         )
     # Both ends may be off by what the rounding, or the deviation seen, allows.
     uncertainty = 2 * max(rounding / 2, deviation) / span
+    if uncertainty > DOUBTFUL and printed.digit:
+        # Rounded differently from sample to sample, all of them together say more than two.
+        bounds = step_bounds(times[:], np.maximum(printed.of(times[:]) / 2, np.spacing(largest)))
+        if bounds:
+            step, spread = (bounds[0] + bounds[1]) / 2, (bounds[1] - bounds[0]) / 2
+            return _settled(1 / step, spread / step, first)
     return _settled((count - 1) / span, uncertainty, first)
 
 
@@ -185,14 +263,17 @@ def _settled(rate: float, uncertainty: float, start: float) -> TimeBase:
     """Prefer a whole number of hertz if the digits single one out.
 
     Instruments are set to whole rates, and a step printed as 0.000977 s is 1024 Hz, not
-    1023.54 Hz. Where several whole numbers are possible, none is better than the estimate.
+    1023.54 Hz. Where several whole numbers are possible, none is better than the estimate, but for
+    the few that the dial of an oscilloscope has.
     """
-    low, high = rate * (1 - uncertainty), rate * (1 + uncertainty)
+    low, high = rate * (1 - uncertainty), rate / (1 - uncertainty)
     whole = round(rate)
-    if whole > 0 and abs(rate - whole) <= 1e-9 * rate:
+    if whole > 0 and abs(rate - whole) <= min(1e-9 * rate, _WHOLE):
         return TimeBase(float(whole), start)
     if np.floor(high) >= 1 and np.ceil(low) == np.floor(high):
         rate = float(np.floor(high))
+    power = 10.0 ** np.floor(np.log10(high))
+    rate = next((number * power for number in _ROUND if low <= number * power <= high), rate)
     doubt = ""
     if uncertainty > DOUBTFUL:
         doubt = (

@@ -18,7 +18,7 @@ import numpy as np
 from ..errors import UnreadableFile
 from ._limits import Limits
 from ._source import Signal, Source
-from ._timebase import TimeBase, printed_resolution, printed_step, time_base
+from ._timebase import TimeBase, printed_digits, printed_step, time_base
 from ._uff_datasets import Dataset, datasets
 from ._uff_header import KINDS, Header, binary_sizes, header_lines, parsed_header, value_layouts
 
@@ -113,9 +113,8 @@ def _numbers(
     else:
         values = values[: 2 * header.length]
         times, values = values[: len(values) // 2 * 2 : 2], values[1::2]
-        base = time_base(
-            times * header.factor, printed_resolution(_last_cells(text)) * header.factor
-        )
+        printed = printed_digits(_last_cells(text), times, header.factor)
+        base = time_base(times * header.factor, printed)
     return _Function(header, base, len(values), lambda first, last: values[first:last])
 
 

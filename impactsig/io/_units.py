@@ -6,7 +6,7 @@ import re
 
 _PREFIX = r"(?:da|[yzafpnuµμmcdhkMGTPEZY])?"
 _BASE = (
-    r"(?:s|sec|secs|second|seconds|min|h|hr|Hz|hz|m|meter|meters|g|gn|g_n|kg|kg_n|N|newton|newtons"
+    r"(?:s|sec|secs|second|seconds|Second|Seconds|Sequence|Volt|min|h|hr|Hz|hz|m|meter|meters|g|gn|g_n|kg|kg_n|N|newton|newtons"
     r"|lb|lbs|lbf|kgf|V|v|volt|volts|Volts|Newtons|A|amp|Pa|bar|psi|K|C|°C|degC|°F|deg|°|rad|%|W|J"
     r"|Ohm|ohm|Ω|F|T|strain|eps|ε|mil|in|inch|ft|dB|rpm|cnt|counts|a\.u\.|1|-)"
 )

@@ -19,11 +19,6 @@ NO_RATE = {
     "formats/Unit105_Series1_1.mat": 1e6,
     # samples alone; the rate stands in a file beside it
     "scope_text/rohde_schwarz_rtp_01.Wfm.csv": 1e9,
-    # start and increment in a row of text, which is not read
-    "scope_text/rigol_DS1054Z-A.csv": 2e9,
-    "scope_text/rigol_DS2072A-1.csv": 2e5,
-    "scope_text/rigol_DS4024-A.csv": 5e5,
-    "scope_text/rigol_NewFile1.csv": 1e4,
     # uneven times
     "scope_text/phone_accelerometer1.csv": 100.0,
 }
@@ -33,9 +28,6 @@ REFUSED = {
     "impact/vallen_ae/sample.pridb": "no known format",
     "impact/vallen_ae/sample.tradb": "no known format",
     "ide/test.ide": "no known format",
-    # settings of an oscilloscope beside the samples, and units below the names
-    "scope_text/tektronix_F0000CH1.CSV": "column 0 holds text in 15 of 2500 rows",
-    "scope_text/keysight_scope_0.csv": "column 0 holds text in 2 of 2002 rows",
 }
 ANNOTATIONS = re.compile(r"audio_onsets/.*(_class\.txt|\.onsets)")
 # Begin, end and number of each tap: a table of numbers, and its first column may pass for times.

@@ -134,7 +134,7 @@ def test_a_whole_rate_is_found_through_rounded_times(tmp_path):
 
 
 def test_times_printed_too_coarsely_to_fix_the_rate_are_told(tmp_path):
-    lines = ["time,x"] + [f"{i / 51_282.05:.4f},{i}" for i in range(5000)]
+    lines = ["time,x"] + [f"{i / 51_282.05:.4f},{i}" for i in range(100)]
     path = write(tmp_path, "\n".join(lines))
     with pytest.warns(ImpactsigWarning, match=r"leave the rate between .* give rate= \(--rate\)"):
         rec = io.read(path)

@@ -1,0 +1,153 @@
+"""Text as instruments write it: rate, names and units stand above or beside the data."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import impactsig.io as io
+from impactsig.errors import ImpactsigWarning, InvalidInput
+
+ROWS = 40
+F, A = np.round(np.sin(np.arange(2 * ROWS) / 3), 5).reshape(2, ROWS)
+RATE, START = 5e4, -0.002
+T = START + np.arange(ROWS) / RATE
+
+
+def rows(*columns, form="{:.9g}", delimiter=","):
+    return (
+        "\n".join(delimiter.join(form.format(x) for x in row) for row in zip(*columns, strict=True))
+        + "\n"
+    )
+
+
+COUNT = np.arange(ROWS)
+FILES = {
+    # Rigol: what the columns beyond the data hold stands below their names
+    "DS1000Z": "X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-2.000000e-03,2.000000e-05\n"
+    + rows(COUNT, F, A).replace("\n", ",\n"),
+    "DS1000Z, no X": "CH1,CH2,Start,Increment,\nVolt,Volt,-2.00000e-03,2.00000e-05\n"
+    + rows(F, A).replace("\n", ",\n"),
+    "DS4000": "X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-2.400000e-03,2.000000e-05\n"
+    + rows(COUNT + 20, F, A).replace("\n", ",\n"),
+    "MSO5000": "CH1V,CH2V,t0 =-0.002, tInc = 2e-05,\n" + rows(F, A).replace("\n", ",,\n"),
+    # Keysight: channels by number
+    "Keysight": "x-axis,1,2\nsecond,Volt,Volt\n" + rows(T, F, A),
+    # Tektronix MSO, Siglent, LeCroy, PicoScope: settings above a column of times
+    "MSO": "Model,MSO54\nHorizontal Units,s\nSample Interval,2e-05\nRecord Length,40\n\nLabels,,\n"
+    "TIME,CH1,CH2\n" + rows(T, F, A),
+    "Siglent": "Record Length,Analog:40\nSample Interval,Analog:0.00002\nVertical Units,CH1:V,CH2:V"
+    "\nHorizontal Units,s\nModel Number,SDS1104X\nSource,CH1,CH2\nSecond,Volt,Volt\n"
+    + rows(T, F, A),
+    "LeCroy": "LECROYWS424,12345,Waveform\nSegments,1,SegmentSize,40\nSegment,TrigTime,"
+    "TimeSinceSegment1\n#1,27-Mar-2012 10:15:23,0\nTime,Ampl,Ampl 2\n" + rows(T, F, A),
+    "PicoScope": "Time,Channel A,Channel B\n(ms),(mV),(mV)\n\n" + rows(1e3 * T, F, A),
+    # Yokogawa: no column of times
+    "Yokogawa": '"Header Size",16\n"Model Name","DL850"\n"TraceName","load","floor"\n'
+    '"BlockSize",40,40\n"VUnit","N","g"\n"HResolution",2.0e-05,2.0e-05\n"HUnit","s","s"\n\n'
+    + rows(F, A),
+    # LabChart, catman
+    "LabChart": "Interval=\t0.02 ms\nExcelDateTime=\t4.3e+04\t11/2/2017 10:15\n"
+    "TimeFormat=\tStartOfBlock\nChannelTitle=\tload\tfloor\nRange=\t10.000 V\t5.000 V\n"
+    "UnitName=\tN\tg\n" + rows(T, F, A, delimiter="\t"),
+    "catman": "Time  1 - default sample rate [s]\tload [N]\tfloor [g]\n"
+    + rows(T, F, A, delimiter="\t"),
+    # a logger's words, in a sentence, a comment or another language
+    "words": "Sampling rate: 50 kHz\nOperator: Meier\nload [N];floor [g]\n"
+    + rows(F, A, delimiter=";"),
+    "comment": "# fs = 50000\n# load, floor\n" + rows(F, A),
+    "spoken": "Sample Rate 50000 S/s\nload,floor\n" + rows(F, A),
+    "Abtastrate": "Abtastrate [kHz];50,0\nload;floor\n"
+    + rows(F, A, delimiter=";").replace(".", ","),
+    "micros": "micros,load,floor\n" + rows(1e6 * T, F, A),
+}
+NAMED = {"words", "comment", "spoken", "Abtastrate", "Yokogawa", "LabChart", "catman", "micros"}
+TIMED = {"Yokogawa", "words", "comment", "spoken", "Abtastrate"}  # from 0: they give no start
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_each_instrument(tmp_path, name):
+    path = tmp_path / "a.csv"
+    path.write_text(FILES[name])
+    found = io.read(path)
+    np.testing.assert_array_equal(found.samples, np.column_stack([F, A]))
+    assert found.rate == pytest.approx(RATE, rel=1e-9)
+    assert found.start == pytest.approx(0 if name in TIMED else START, abs=1e-9)
+    assert found.channels == ("load", "floor") or name not in NAMED
+
+
+def test_names_and_units_of_the_header(tmp_path):
+    path = tmp_path / "a.txt"
+    for name, channels, units in [
+        ("DS1000Z", ("CH1", "CH2"), ("Volt", "Volt")),
+        ("DS1000Z, no X", ("CH1", "CH2"), ("Volt", "Volt")),
+        ("Keysight", ("1", "2"), ("Volt", "Volt")),
+        ("Siglent", ("CH1", "CH2"), ("V", "V")),
+        ("Yokogawa", ("load", "floor"), ("N", "g")),
+        ("LabChart", ("load", "floor"), ("N", "g")),
+        ("Abtastrate", ("load", "floor"), ("", "")),
+    ]:
+        path.write_text(FILES[name])
+        found = io.read(path)
+        assert (found.channels, found.units) == (channels, units), name
+
+
+def test_settings_beside_the_samples(tmp_path):
+    """Tektronix TDS writes its settings into the first columns of the first rows."""
+    beside = ["Record Length,40,,", "Sample Interval,2.0e-05,,", "Trigger Point,100,,"]
+    beside += ["Source,CH1,,", "Vertical Units,V,,", "Horizontal Units,s,,"]
+    times, load = np.tile(T, 1), F
+    lines = [
+        (beside[i] if i < len(beside) else ",,,") + f"{t:.12f},{x:.5f},"
+        for i, (t, x) in enumerate(zip(times, load, strict=True))
+    ]
+    path = tmp_path / "F0000CH1.CSV"
+    path.write_text("\n".join(lines) + "\n")
+    found = io.read(path)
+    np.testing.assert_array_equal(found.samples, F)
+    assert (found.rate, found.start) == (RATE, START)
+    assert (found.channels, found.units) == (("CH1",), ("V",))
+
+
+def test_a_header_that_its_times_contradict_is_named(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("Sampling rate: 10000 Hz\ntime,x\n" + rows(T, F))
+    with pytest.warns(ImpactsigWarning, match=r"Sampling rate: 10000 Hz.*50000 Hz, which is taken"):
+        assert io.read(path).rate == RATE
+    path.write_text("Sampling rate: 10 kHz\nSample interval: 2e-5 s\nx\n" + rows(F))
+    with pytest.raises(InvalidInput, match="contradicts itself"):
+        io.read(path)
+    assert io.read(path, rate=5).rate == 5
+
+
+def test_words_that_are_no_rate_give_none(tmp_path):
+    path = tmp_path / "a.csv"
+    for line in ["Forcing frequency: 20 Hz", "rate 5", "Gain: 1000", "Interval: 3", "fs ="]:
+        path.write_text(f"{line}\nx\n" + rows(F))
+        with pytest.raises(InvalidInput, match="give rate="):
+            io.read(path)
+
+
+@pytest.mark.parametrize(
+    ("form", "worst"), [("{:.2e}", 2e-4), ("{:.3f}", 2e-4), ("{:#.3g}", 2e-4), ("{:.6f}", 1e-6)]
+)
+@pytest.mark.parametrize("rate", [2000.0, 1024.0, 1739.13])
+@pytest.mark.parametrize("start", [-2.0, -0.1, 0.0])
+def test_the_rate_of_rounded_times(tmp_path, form, worst, rate, start):
+    """All times together fix the rate far better than the first and the last."""
+    times = start + np.arange(4000) / rate
+    path = tmp_path / "a.csv"
+    path.write_text("time,x\n" + "".join(f"{form.format(t)},{t:.3f}\n" for t in times))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ImpactsigWarning)
+        found = io.read(path).rate
+    assert found == pytest.approx(rate, rel=worst)
+    assert found == rate or rate != 2000
+
+
+def test_a_gap_among_rounded_times_is_found(tmp_path):
+    times = np.delete(-0.5 + np.arange(4000) / 2000, slice(1500, 1520))
+    path = tmp_path / "a.csv"
+    path.write_text("time,x\n" + rows(times, times, form="{:.2e}"))
+    with pytest.raises(InvalidInput, match="not uniform"):
+        io.read(path)
