@@ -15,7 +15,9 @@ if TYPE_CHECKING:  # the command's help needs no arrays
 Seed: TypeAlias = "int | np.random.SeedSequence | np.random.Generator | None"
 
 
-READING = ("channel", "start", "stop", "rate", "scale", "offset", "unit", "sensor", "raw")
+READING = (
+    *("channel", "start", "stop", "rate", "resample", "scale", "offset", "unit", "sensor", "raw"),
+)
 """Arguments of `read` that say how a recording is read."""
 
 

@@ -108,6 +108,12 @@ def reading_options() -> Parser:
     group.add_argument("--scale", type=number, metavar="X", help="multiply the samples by this")
     group.add_argument("--offset", type=number, metavar="X", help="then add this")
     group.add_argument("--unit", help="unit of the result")
+    group.add_argument(
+        "--resample",
+        type=number,
+        metavar="HZ",
+        help="interpolate samples taken at uneven times, as by a phone, to this rate",
+    )
     group.add_argument("--sensor", choices=("force", "sound"), help="what recorded it")
     return options
 

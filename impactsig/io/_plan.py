@@ -15,6 +15,7 @@ from ..errors import ImpactsigWarning, InvalidInput, UnreadableFile, finite_numb
 from ..recording import Recording, Sensor, channel_index, check_calibration, sample_span
 from ._source import Signal, Source
 from ._timebase import DOUBTFUL
+from ._uneven import resampled
 from .formats import guarded
 
 AUDIO_RATES = frozenset(
@@ -47,9 +48,12 @@ def prepare(
     unit: str | None,
     rate: float | None,
     sensor: Sensor | None,
+    resample: float | None,
     opened: Callable[[], Source],
 ) -> tuple[Source, Plan]:
     """Open the file, by calling `opened`, and settle what is to be read of it."""
+    if rate is not None and resample is not None:
+        raise InvalidInput("resample", resample, "None where rate is given", "Give one of the two")
     check_calibration(scale, offset)
     if rate is not None and finite_number("rate", rate, "a positive number [Hz]") <= 0:
         raise InvalidInput("rate", rate, "a positive number [Hz]")
@@ -57,6 +61,8 @@ def prepare(
         raise InvalidInput("sensor", sensor, '"force" or "sound"')
     source = opened()
     try:
+        if resample is not None:
+            source = resampled(source, resample, path)
         _tell(source, path)  # first: it may say why there is no such channel
         signals = source.signals
         if rate is not None:
@@ -72,12 +78,10 @@ def prepare(
         if chosen.length == 0:
             raise UnreadableFile(path, f"channel {chosen.name!r} holds no samples")
         if chosen.rate is None:
-            raise InvalidInput(
-                "rate",
-                None,
-                f"the number of samples per second of {path}",
-                f"{chosen.no_rate or 'The file does not tell it'}; give rate= (--rate)",
-            )
+            remedy = f"{chosen.no_rate or 'The file does not tell it'}; give rate= (--rate)"
+            if source.times is not None:
+                remedy += ", or resample= (--resample) to interpolate between the times there are"
+            raise InvalidInput("rate", None, f"the number of samples per second of {path}", remedy)
         if not chosen.start < chosen.start + chosen.length / chosen.rate < math.inf:
             raise UnreadableFile(
                 path,

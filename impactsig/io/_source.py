@@ -70,6 +70,8 @@ class Source:
         How much is missing, where the file ends before its header says so.
     notes : tuple of str
         What the user should know of (a column left out, a header that contradicts the data).
+    times : callable, optional
+        ``times()`` returns the time of each row [s], where these are uneven.
     """
 
     format: str
@@ -80,6 +82,7 @@ class Source:
     audio: bool = False
     truncated: str = ""
     notes: tuple[str, ...] = ()
+    times: Callable[[], np.ndarray] | None = None
 
 
 def memory_reader(columns: list[np.ndarray]) -> Callable[[list[int], int, int], np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -38,6 +39,8 @@ class _Clock(NamedTuple):
     base: TimeBase
     column: int
     recorded_at: datetime | None = None
+    uneven: Callable[[], np.ndarray] | None = None
+    steps: int = 0  # times that differ from the one before
 
 
 def open_source(path: Path, limits: Limits) -> Source:
@@ -119,6 +122,7 @@ def open_source(path: Path, limits: Limits) -> Source:
         in_memory=table.in_memory,
         truncated=table.truncated,
         notes=(*notes, doubt) if doubt else tuple(notes),
+        times=clock.uneven,
     )
 
 
@@ -199,15 +203,22 @@ def _clock(
     """Find the column of times, and what follows from it."""
     columns = table.columns
     numeric = [i for i, c in enumerate(columns) if c.filled and not c.text and i not in settings]
+    found: list[_Clock] = []
     for index, column in enumerate(columns):
         if index in settings:
             continue
         factor = time_factor(names[index], units[index]) if names[index] else None
         dated = names[index].lower() in _DATES or (not dialect.names and index == 0)
         if column.text and (factor is not None or dated):
-            return _stamps(dialect, table, index)
-        if factor is not None:
-            return _Clock(_column_base(dialect, table, index, factor), index)
+            found.append(_stamps(dialect, table, index))
+        elif factor is not None and not column.text:
+            found.append(_column_clock(dialect, table, index, factor))
+        if found and found[-1].base.rate is not None and not found[-1].base.doubt:
+            return found[-1]
+    if found:  # the finest of several
+        finest = max(found, key=lambda clock: clock.steps)
+        dates = [clock.recorded_at for clock in found if clock.recorded_at is not None]
+        return finest._replace(recorded_at=dates[0] if dates else None)
     if dialect.names:
         listed = ", ".join(repr(name) for name in names if name)
         return _Clock(TimeBase(None, 0.0, f"{_NO_TIME}: its columns are {listed}"), -1)
@@ -217,18 +228,28 @@ def _clock(
     if columns[first].counts and columns[first].begin in (0.0, 1.0):
         problem = f"{_NO_TIME}: its first column only counts the rows"
         return _Clock(TimeBase(None, 0.0, problem), first)
-    base = _column_base(dialect, table, first, 1.0)
-    if base.rate is None:
-        problem = f"{_NO_TIME}, and its first column is none: {base.problem}"
+    clock = _column_clock(dialect, table, first, 1.0)
+    if clock.base.rate is None:
+        problem = f"{_NO_TIME}, and its first column is none: {clock.base.problem}"
         return _Clock(TimeBase(None, 0.0, problem), -1)
-    return _Clock(base, first)
+    return clock
 
 
-def _column_base(dialect: Dialect, table: Table, index: int, factor: float) -> TimeBase:
+def _column_clock(dialect: Dialect, table: Table, index: int, factor: float) -> _Clock:
     texts = [dialect.number(text) for text in _last_cells(dialect, table, index)]
     (times,) = table.cells([index], 0, table.rows)
     printed = printed_digits(texts, times, factor)
-    return time_base(times if factor == 1 else times * factor, printed)
+    times = times if factor == 1 else times * factor
+    return _timed(time_base(times, printed), index, times)
+
+
+def _timed(
+    base: TimeBase, index: int, times: np.ndarray, recorded_at: datetime | None = None
+) -> _Clock:
+    """A clock that keeps its times where these are uneven."""
+    uneven = base.rate is None and len(times) > 1 and bool(np.all(np.isfinite(times)))
+    steps = int(np.count_nonzero(np.diff(times)))
+    return _Clock(base, index, recorded_at, (lambda: times) if uneven else None, steps)
 
 
 def _stamps(dialect: Dialect, table: Table, index: int) -> _Clock:
@@ -252,9 +273,8 @@ def _stamps(dialect: Dialect, table: Table, index: int) -> _Clock:
     last = [
         re.sub(r".*?(\d+(?:[.,]\d+)?)\D*$", r"\1", t) for t in _last_cells(dialect, table, index)
     ]
-    return _Clock(
-        time_base(seconds, printed_resolution(t.replace(",", ".") for t in last)), index, begin
-    )
+    base = time_base(seconds, printed_resolution(t.replace(",", ".") for t in last))
+    return _timed(base, index, seconds, begin)
 
 
 def _last_cells(dialect: Dialect, table: Table, index: int) -> list[str]:

@@ -47,6 +47,7 @@ FACTORS = {
 
 
 _WHOLE = 1e-6  # how far a whole number may be from one
+_LEAST = 0.1  # of a step, or a digit, that the ends of rounded times may be off at least
 _ROUND = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)  # times powers of ten: settings of instruments
 _FAR, _NEAR = 1 << 20, 1 << 14  # times that are read at once, and that stay in the cache
 
@@ -216,9 +217,11 @@ def time_base(times: Times, resolution: float | Printed = 0.0) -> TimeBase:
     if uncertainty > DOUBTFUL and printed.digit:
         # Rounded differently from sample to sample, all of them together say more than two.
         bounds = step_bounds(times[:], np.maximum(printed.of(times[:]) / 2, np.spacing(largest)))
-        if bounds:
-            step, spread = (bounds[0] + bounds[1]) / 2, (bounds[1] - bounds[0]) / 2
-            return _settled(1 / step, spread / step, first)
+        if bounds and (bounds[1] - bounds[0]) / step < uncertainty:  # half of what the ends leave
+            high, low = 1 / bounds[0], 1 / bounds[1]
+            # Times that hardly fit any grid would seem to fix it best.
+            least = _LEAST * min(step, rounding) / span
+            return _settled((low + high) / 2, max((high - low) / (low + high), least), first)
     return _settled((count - 1) / span, uncertainty, first)
 
 
@@ -256,7 +259,10 @@ def printed_step(text: str, start: float = 0.0, factor: float = 1.0) -> TimeBase
     step = float(text) * factor
     if not (np.isfinite(step) and step > 0):
         return TimeBase(None, start, f"The sampling step is given as {text}")
-    return _settled(1 / step, printed_resolution([text]) * factor / 2 / step, start)
+    rate = 1 / step
+    if round(rate) and abs(rate - round(rate)) <= min(1e-9 * rate, _WHOLE):
+        return TimeBase(float(round(rate)), start)
+    return _settled(rate, printed_resolution([text]) * factor / 2 / step, start)
 
 
 def _settled(rate: float, uncertainty: float, start: float) -> TimeBase:
@@ -266,9 +272,9 @@ def _settled(rate: float, uncertainty: float, start: float) -> TimeBase:
     1023.54 Hz. Where several whole numbers are possible, none is better than the estimate, but for
     the few that the dial of an oscilloscope has.
     """
-    low, high = rate * (1 - uncertainty), rate / (1 - uncertainty)
+    low, high = rate * (1 - uncertainty), rate * (1 + uncertainty)
     whole = round(rate)
-    if whole > 0 and abs(rate - whole) <= min(1e-9 * rate, _WHOLE):
+    if uncertainty < DOUBTFUL and whole > 0 and abs(rate - whole) <= min(1e-9 * rate, _WHOLE):
         return TimeBase(float(whole), start)
     if np.floor(high) >= 1 and np.ceil(low) == np.floor(high):
         rate = float(np.floor(high))

@@ -16,6 +16,7 @@ from ._limits import DEFAULT_LIMITS, Limits
 from ._plan import Plan, prepare, recording
 from ._raw import RawLayout
 from ._source import Source
+from ._uneven import resampled
 from .formats import open_file
 
 
@@ -103,6 +104,7 @@ def read(
     rate: float | None = None,
     sensor: Sensor | None = None,
     *,
+    resample: float | None = None,
     raw: RawLayout | None = None,
     limits: Limits = DEFAULT_LIMITS,
 ) -> Recording:
@@ -135,6 +137,9 @@ def read(
         How impacts are looked for later. By default an audio file at a usual audio rate (8, 11.025,
         12, 16, 22.05, 24, 32, 44.1, 48, 88.2, 96, 176.4 or 192 kHz) is "sound" unless `unit` is
         given, and everything else is "force".
+    resample : float, optional
+        Rate [Hz] to which samples taken at uneven times, as by a phone, are interpolated; a warning
+        says how uneven they are. Refused where the times are even.
     raw : RawLayout, optional
         Take the file for numbers without a header, laid out like this; needs `rate`.
     limits : Limits, optional
@@ -162,7 +167,9 @@ def read(
         contradicts the file.
     """
     opened = partial(open_file, path, limits, raw)
-    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor, opened)
+    source, plan = prepare(
+        path, channel, start, stop, scale, offset, unit, rate, sensor, resample, opened
+    )
     try:
         return recording(source, plan, plan.first, plan.last, str(path))
     finally:
@@ -181,6 +188,7 @@ def read_blocks(
     rate: float | None = None,
     sensor: Sensor | None = None,
     *,
+    resample: float | None = None,
     raw: RawLayout | None = None,
     limits: Limits = DEFAULT_LIMITS,
 ) -> Blocks:
@@ -197,7 +205,7 @@ def read_blocks(
         The file.
     seconds : float, optional
         Length of a block [s]; at least one sample.
-    channel, start, stop, scale, offset, unit, rate, sensor, raw, limits
+    channel, start, stop, scale, offset, unit, rate, sensor, resample, raw, limits
         As in `read`.
 
     Returns
@@ -213,10 +221,16 @@ def read_blocks(
     if not (np.isfinite(seconds) and seconds > 0):
         raise InvalidInput("seconds", seconds, "a positive time [s]")
     opened = partial(open_file, path, limits, raw)
-    source, plan = prepare(path, channel, start, stop, scale, offset, unit, rate, sensor, opened)
+    source, plan = prepare(
+        path, channel, start, stop, scale, offset, unit, rate, sensor, resample, opened
+    )
     signals = [source.signals[index] for index in plan.channels]
     if not source.in_memory:
         source.close()
+
+    def again() -> Source:
+        return opened() if resample is None else resampled(opened(), resample, path)
+
     return Blocks(
         rate=plan.rate,
         channels=tuple(signal.name for signal in signals),
@@ -228,6 +242,6 @@ def read_blocks(
         source=str(path),
         recorded_at=signals[0].recorded_at,
         truncated=bool(source.truncated),
-        _opened=(lambda: source) if source.in_memory else opened,
+        _opened=(lambda: source) if source.in_memory else again,
         _plan=plan,
     )

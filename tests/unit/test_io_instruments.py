@@ -151,3 +151,75 @@ def test_a_gap_among_rounded_times_is_found(tmp_path):
     path.write_text("time,x\n" + rows(times, times, form="{:.2e}"))
     with pytest.raises(InvalidInput, match="not uniform"):
         io.read(path)
+
+
+def uneven(tmp_path, text="time_ms,x,y\n", times=None):
+    rng = np.random.default_rng(3)
+    times = np.cumsum(rng.integers(8, 13, 400)) if times is None else times
+    wave = np.sin(2 * np.pi * 3 * times / 1e3)
+    path = tmp_path / "phone.csv"
+    path.write_text(text + rows(times, wave, 2 * wave))
+    return path, times / 1e3, wave
+
+
+def test_uneven_times_are_interpolated_where_that_is_asked_for(tmp_path):
+    path, times, _ = uneven(tmp_path)
+    with pytest.raises(InvalidInput, match=r"or resample= \(--resample\)"):
+        io.read(path)
+    with pytest.warns(ImpactsigWarning, match=r"0\.01 s \(median\) scatter by 0\.0014.* to 100 Hz"):
+        found = io.read(path, resample=100)
+    assert (found.rate, found.start, found.channels) == (100.0, times[0], ("x", "y"))
+    assert found.stop <= times[-1] + 0.01 < found.stop + 0.01
+    at = found.start + np.arange(len(found)) / 100
+    truth = np.sin(2 * np.pi * 3 * at)
+    # A cubic through samples 10 ms apart of a wave of 333 ms; worst at its crests.
+    np.testing.assert_allclose(found.samples, np.column_stack([truth, 2 * truth]), atol=0.02)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ImpactsigWarning)
+        part = io.read(path, "y", 1.0, 2.0, resample=100)
+        whole = io.read_blocks(path, 0.7, resample=100)
+        np.testing.assert_array_equal(np.concatenate([b.samples for b in whole]), found.samples)
+    np.testing.assert_array_equal(part.samples, found.samples[(at >= 1) & (at < 2), 1])
+
+
+@pytest.mark.parametrize(
+    ("given", "match"),
+    [
+        ({"resample": -1}, "resample: got -1; required: a positive number"),
+        ({"resample": 100, "rate": 100}, "Give one of the two"),
+        ({"resample": 1e12}, "a rate that makes 2 to"),
+        ({"resample": 0.01}, "a rate that makes 2 to"),
+    ],
+)
+def test_what_cannot_be_resampled_says_so(tmp_path, given, match):
+    path, _, _ = uneven(tmp_path)
+    with pytest.raises(InvalidInput, match=match):
+        io.read(path, **given)
+
+
+def test_even_times_and_those_that_go_back_are_not_resampled(tmp_path):
+    even, _, _ = uneven(tmp_path, times=10.0 * np.arange(100))
+    with pytest.raises(InvalidInput, match=r"a file with uneven times; .* has 100 Hz"):
+        io.read(even, resample=50)
+    back, _, _ = uneven(tmp_path, times=np.array([0.0, 11, 20, 12, 30, 44]))
+    with pytest.raises(InvalidInput, match=r"goes from 0\.02 s back to 0\.012 s"):
+        io.read(back, resample=50)
+
+
+def test_gaps_and_times_that_stand_twice(tmp_path):
+    times = np.delete(10.0 * np.arange(200), slice(50, 90))
+    times[10] = times[9]
+    path, _, _ = uneven(tmp_path, times=times)
+    with pytest.warns(ImpactsigWarning, match=r"longest is 0\.41 s after t = 0\.49 s.* 1 gaps"):
+        assert np.isfinite(io.read(path, resample=100).samples).all()
+
+
+def test_the_finest_of_several_columns_of_times(tmp_path):
+    times = np.cumsum(np.random.default_rng(1).integers(8, 13, 300))
+    lines = [f"2022-05-19 23:33:{t // 1000:02d},{t},{t % 7}" for t in times]
+    path = tmp_path / "phone.csv"
+    path.write_text("Timestamp,Milliseconds,x\n" + "\n".join(lines))
+    with pytest.warns(ImpactsigWarning, match="uneven"):
+        found = io.read(path, resample=100)
+    assert found.start == times[0] / 1e3
+    assert (found.channels, found.recorded_at.year) == (("x",), 2022)
