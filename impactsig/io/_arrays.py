@@ -46,12 +46,15 @@ class Array:
     read : callable
         ``read(columns, first, last)``: samples [first, last) of those columns, of shape
         (n, len(columns)), in any real type.
+    digit : float, optional
+        Of times that are counted, one count [s].
     """
 
     place: Place
     shape: tuple[int, ...]
     dtype: np.dtype
     read: Callable[[list[int], int, int], np.ndarray]
+    digit: float = 0.0
 
     @property
     def length(self) -> int:
@@ -274,7 +277,8 @@ def _time_bases(arrays: list[Array], facts: Facts) -> dict[Place, tuple[TimeBase
             times = _Times(array, factor)
             coarse = np.finfo(array.dtype).eps if array.dtype.kind == "f" else 0.0
             ends = np.abs([times[:1][0], times[array.length - 1 :][0]])
-            bases[array.place] = time_base(times, float(coarse * np.max(ends))), array.length
+            digit = max(array.digit, float(coarse * np.max(ends)))
+            bases[array.place] = time_base(times, digit), array.length
     return bases
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -13,9 +15,12 @@ from ..errors import UnreadableFile
 from ._arrays import Array, Facts, fact, source_of
 from ._limits import Limits
 from ._source import Source
+from ._timebase import time_factor
 
 IMPACTS = b"impactsig"
 """Key of the metadata by which a table of impacts is told from a recording."""
+
+_Read: TypeAlias = Callable[[list[int], int, int], np.ndarray]
 
 _NO_RATE = "The file has no column of times, and no rate or fs among its metadata"
 
@@ -60,6 +65,7 @@ def _source(path: Path, groups: _Groups, limits: Limits) -> Source:
         facts.add((), name.decode("utf-8", "replace"), _value(name, value))
     names = groups.schema.names
     length = int(groups.starts[-1])
+    moment = None
     for field in groups.schema:
         dtype = _dtype(field.type)
         if dtype is None or names.count(field.name) > 1:
@@ -68,11 +74,36 @@ def _source(path: Path, groups: _Groups, limits: Limits) -> Source:
             continue
         for key, value in (field.metadata or {}).items():
             facts.add((field.name,), key.decode("utf-8", "replace"), _value(key, value))
-        place = (field.name,)
-        arrays.append(Array(place, (length,), dtype, _reader(path, groups, field, limits)))
-    return source_of(
+        place, count = (field.name,), _count(field.type)
+        reader = _reader(path, groups, field, limits)
+        if count:  # of what it counts, from the first: as a time, or as seconds among others
+            if timed := _is_moment(field.type) or time_factor(field.name, "s") is not None:
+                place = ("time",) if "time" not in names else place
+            facts.add(place, "unit", "s")
+            reader, first = _seconds(reader, count, length > 0 and _is_moment(field.type))
+            if timed and moment is None and first is not None:
+                moment = np.datetime64(first, field.type.unit).astype("datetime64[us]").item()
+                moment = moment.replace(tzinfo=UTC) if field.type.tz else moment
+        arrays.append(Array(place, (length,), dtype, reader, count))
+    source = source_of(
         path, groups.format, arrays, facts, notes, no_rate=_NO_RATE, close=groups.close
     )
+    return replace(
+        source, signals=tuple(replace(signal, recorded_at=moment) for signal in source.signals)
+    )
+
+
+def _seconds(read: _Read, count: float, from_first: bool) -> tuple[_Read, int | None]:
+    """A reader of seconds from one of counts, and the first count if times begin there."""
+    first = None
+    if from_first:
+        (value,) = read([0], 0, 1)[0]
+        first = int(value) if np.isfinite(value) else 0
+
+    def seconds(columns: list[int], begin: int, end: int) -> np.ndarray:
+        return (read(columns, begin, end) - (first or 0)) * count
+
+    return seconds, first
 
 
 def _parquet(path: Path, limits: Limits) -> _Groups:
@@ -83,7 +114,7 @@ def _parquet(path: Path, limits: Limits) -> _Groups:
 
     def load(group: int, name: str) -> np.ndarray:
         column = file.read_row_group(group, columns=[name]).column(name)
-        return (column.cast("uint8") if column.type == "bool" else column).to_numpy()
+        return _numbers(column).to_numpy()
 
     return _Groups("Parquet", file.schema_arrow, _starts(path, counts), load, file.close)
 
@@ -104,10 +135,7 @@ def _feather(path: Path, limits: Limits) -> _Groups:
         if name not in readers:
             chosen = pyarrow.ipc.IpcReadOptions(included_fields=[schema.names.index(name)])
             readers[name] = pyarrow.ipc.open_file(held, options=chosen)
-        column = readers[name].get_batch(group).column(0)
-        if column.type == "bool":
-            column = column.cast("uint8")
-        return column.to_numpy(zero_copy_only=False)
+        return _numbers(readers[name].get_batch(group).column(0)).to_numpy(zero_copy_only=False)
 
     return _Groups("Feather", schema, _starts(path, counts), load, held.close)
 
@@ -150,7 +178,34 @@ def _dtype(kind: Any) -> np.dtype | None:
         return np.dtype(bool)
     if types.is_integer(kind) or types.is_floating(kind):
         return np.dtype(kind.to_pandas_dtype())
+    if types.is_decimal(kind) or _count(kind):
+        return np.dtype(np.float64)
     return None
+
+
+def _is_moment(kind: Any) -> bool:
+    from pyarrow import types
+
+    return bool(types.is_timestamp(kind))
+
+
+def _count(kind: Any) -> float:
+    """Seconds in one count of a moment or of a duration; 0 of any other type."""
+    from pyarrow import types
+
+    counted = types.is_timestamp(kind) or types.is_duration(kind)
+    return {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}[kind.unit] if counted else 0.0
+
+
+def _numbers(column: Any) -> Any:
+    """A column as plain numbers: counts of moments, decimals as binary fractions."""
+    from pyarrow import types
+
+    if column.type == "bool":
+        return column.cast("uint8")
+    if types.is_decimal(column.type):
+        return column.cast("float64")
+    return column.cast("int64") if _count(column.type) else column
 
 
 def _value(name: bytes, value: bytes) -> Any:

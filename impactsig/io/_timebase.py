@@ -48,7 +48,8 @@ FACTORS = {
 
 _WHOLE = 1e-6  # how far a whole number may be from one
 _LEAST = 0.1  # of a step, or a digit, that the ends of rounded times may be off at least
-_ROUND = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)  # times powers of ten: settings of instruments
+# Times powers of ten: what oscilloscopes, analysers and sound cards can be set to.
+_ROUND = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0, 2.56, 5.12, 1.1025, 2.205, 4.41, 4.8)
 _FAR, _NEAR = 1 << 20, 1 << 14  # times that are read at once, and that stay in the cache
 
 

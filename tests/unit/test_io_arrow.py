@@ -134,3 +134,35 @@ def test_the_commands_tell_a_recording_from_impacts(tmp_path, capsys):
     assert len(impactsig.Impacts.read_parquet(impacts)) == 3
     assert main(["compare", str(recording), str(impacts)]) in (0, None)
     assert "3" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("unit", "rate"), [("ns", 44_100), ("us", 44_100), ("ms", 200), ("s", 1)])
+@pytest.mark.parametrize("zone", [None, "Europe/Berlin"])
+def test_moments_are_times(write, unit, rate, zone):
+    begin = np.datetime64("2024-05-06T07:08:09.25", unit)
+    per = {"ns": 10**9, "us": 10**6, "ms": 1000, "s": 1}[unit]
+    moments = begin + np.round(np.arange(1000) * per / rate).astype(f"m8[{unit}]")
+    schema = pa.schema([("when", pa.timestamp(unit, zone)), ("x", "float64")])
+    rec = io.read(write(pa.table({"when": moments, "x": X[:, 0]}, schema)))
+    assert (rec.rate, rec.start, rec.channels) == (rate, 0.0, ("x",))
+    assert rec.recorded_at.isoformat().startswith("2024-05-06T07:08:09")
+    assert (rec.recorded_at.tzinfo is None) == (zone is None)
+    np.testing.assert_array_equal(rec.samples, X[:, 0])
+
+
+def test_durations_and_decimals(write):
+    from decimal import Decimal
+
+    times = pa.array((np.arange(1000) * 125_000).astype("m8[ns]"))
+    places = pa.array([Decimal(k) / 8 for k in range(1000)], pa.decimal128(12, 3))
+    rec = io.read(write({"t": times, "x": X[:, 0], "y": places, "rest": times}))
+    assert (rec.rate, rec.channels, rec.units) == (8000.0, ("x", "y", "rest"), ("", "", "s"))
+    np.testing.assert_array_equal(rec.samples[:, 1], np.arange(1000) / 8)
+    np.testing.assert_allclose(rec.samples[:, 2], np.arange(1000) / 8000, rtol=1e-15)
+
+
+def test_a_moment_that_is_missing_is_named(write):
+    moments = np.datetime64("2024-05-06", "us") + np.arange(1000) * np.timedelta64(20, "us")
+    moments[700] = np.datetime64("NaT")
+    with pytest.raises(InvalidInput, match="no number in sample 700"):
+        io.read(write({"time": moments, "x": X[:, 0]}))
