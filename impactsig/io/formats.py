@@ -22,7 +22,6 @@ and add one `Format` to `FORMATS`. The contract of that function (see `Source`, 
 from __future__ import annotations
 
 import re
-import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -32,6 +31,7 @@ from pathlib import Path
 
 from ..errors import ImpactsigError, InvalidInput, MissingExtra, UnreadableFile
 from ._limits import DEFAULT_LIMITS, Limits
+from ._mat4 import is_mat4
 from ._raw import RawLayout
 from ._source import Source
 
@@ -92,26 +92,6 @@ def _is_mat5(head: bytes) -> bool:
     return head[124:128] in (b"\x00\x01IM", b"\x01\x00MI")  # version 1 in either byte order
 
 
-def _is_mat4(head: bytes) -> bool:
-    """Whether a file begins with a matrix of MATLAB 4: its type, sizes and the length of its name.
-
-    The type is written in decimal digits: computer, 0, precision, full (0), text (1) or sparse (2).
-    """
-    for order in "<>":
-        if len(head) < 20:
-            return False
-        kind, rows, columns, imaginary, length = struct.unpack(order + "5i", head[:20])
-        digits = kind // 1000, kind // 100 % 10, kind // 10 % 10, kind % 10
-        if all(digit in allowed for digit, allowed in zip(digits, _MAT4_TYPE, strict=True)):
-            name = head[20 : 20 + max(0, length)]
-            if min(rows, columns) >= 0 and imaginary in (0, 1) and name[-1:] == b"\0":
-                return True
-    return False
-
-
-_MAT4_TYPE = range(5), range(1), range(6), range(3)
-
-
 def _is_uff(head: bytes) -> bool:
     # A line of -1 and the number of a dataset, each in its columns.
     # The first may stand twice, around a set that was lost.
@@ -164,6 +144,8 @@ FORMATS: tuple[Format, ...] = (
 
 
 RAW = Format("raw binary", (), lambda head: False, "_raw")
+# Its mark is weak: five small numbers. So the name of the file must say it too.
+MATLAB_4 = Format("MATLAB 4", (".mat",), is_mat4, "_mat4")
 
 
 def _recognised(path: Path, head: bytes) -> Format:
@@ -182,12 +164,8 @@ def _recognised(path: Path, head: bytes) -> Format:
     if found is not None:
         textual = found.module == "_text" and named is not None and named.module == "_lvm"
         return named if textual and named is not None else found
-    if path.suffix.lower() == ".mat" and _is_mat4(head):
-        raise UnreadableFile(
-            path,
-            "is a MATLAB 4 file, of a format that is not read",
-            "Save it from MATLAB 5 or newer, or load it by scipy.io.loadmat",
-        )
+    if path.suffix.lower() == ".mat" and MATLAB_4.sniff(head):
+        return MATLAB_4
     known = "; ".join(f"{f.name}: {' '.join(f.extensions)}" for f in FORMATS)
     begins = f"it begins with {head[:8]!r}"
     if named is not None:

@@ -111,7 +111,7 @@ def read(
     """Read a recording from a file.
 
     The format is recognised by the content of the file, then by its extension: audio (WAV, FLAC,
-    OGG, AIFF, W64, RF64), NI TDMS, NI LVM, HDF5, MATLAB (5 to 7.3), universal files (UFF 58),
+    OGG, AIFF, W64, RF64), NI TDMS, NI LVM, HDF5, MATLAB (4 to 7.3), universal files (UFF 58),
     Parquet, Feather, NumPy npy and npz, and text tables (CSV, TSV, TXT).
 
     Parameters

@@ -138,6 +138,14 @@ def mat5(packed: bool):
     return write
 
 
+def mat4(folder: Path) -> Path:
+    from scipy.io import savemat
+
+    path = folder / "old.mat"
+    savemat(path, {"fs": 1000.0, "unit": "N", "x": X, "t": T}, format="4")
+    return path
+
+
 def uff(folder: Path) -> Path:
     def header(kind: int) -> str:
         return (
@@ -205,6 +213,7 @@ SAMPLES = {
     "npz": [npz, npz_packed],
     "HDF5": [hdf5, hdf5_packed, hdf5_indexed],
     "MATLAB 7.3": [mat73],
+    "MATLAB 4": [mat4],
     "MATLAB 5": [mat5(False), mat5(True)],
     "UFF 58": [uff],
     "Parquet": [parquet],

@@ -7,6 +7,7 @@ import zlib
 import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
+from scipy.sparse import coo_array
 
 import impactsig.io as io
 from impactsig.errors import ImpactsigWarning, InvalidInput, UnreadableFile
@@ -308,16 +309,38 @@ def test_cells_of_7_3_are_references_followed_inside_the_file(path, file):
     np.testing.assert_array_equal(rec.samples, X[:, :2])
 
 
-@pytest.mark.parametrize("order", ["<", ">"])
-def test_matlab_4_is_named(tmp_path, order):
+@pytest.mark.parametrize("kind", ["f8", "f4", "i4", "i2", "u2", "u1"])
+def test_matlab_4(tmp_path, kind):
     path = tmp_path / "a.mat"
-    savemat(path, {"x": X[:, 0]}, format="4")
-    if order == ">":
-        values = struct.pack(">5i", 1000, 3, 1, 0, 2) + b"x\0" + struct.pack(">3d", 1, 2, 3)
-        path.write_bytes(values)
-    assert loadmat(path)["x"].size
-    with pytest.raises(UnreadableFile, match="is a MATLAB 4 file, of a format that is not read"):
+    samples = np.round(100 * np.abs(X)).astype(kind)
+    savemat(path, {"x": samples, "fs": 2000.0, "unit": "N", "y": samples[:, :1]}, format="4")
+    rec = io.read(path)
+    assert (rec.rate, rec.units) == (2000.0, ("N",) * 4)
+    assert rec.channels == ("x 0", "x 1", "x 2", "y")
+    np.testing.assert_array_equal(rec.samples[:, :3], loadmat(path)["x"])
+    part = io.read(path, "y", 0.01, 0.02)
+    np.testing.assert_array_equal(part.samples, samples[20:40, 0])
+    assert io.info(path).format == "MATLAB 4"
+
+
+def test_matlab_4_of_the_other_byte_order_and_what_it_cannot_give(tmp_path):
+    path = tmp_path / "a.mat"
+    numbers = struct.pack(">5i", 1000, 3, 1, 0, 2) + b"x\0" + struct.pack(">3d", 1, 2, 3)
+    path.write_bytes(numbers)
+    np.testing.assert_array_equal(io.read(path, rate=1).samples, [1, 2, 3])
+    path.write_bytes(numbers + numbers[:40])
+    with pytest.warns(ImpactsigWarning, match="cut short: 'x' is not complete"):
+        assert len(io.read(path, rate=1)) == 3
+    path.write_bytes(numbers + b"rest")
+    with pytest.warns(ImpactsigWarning, match="cut short: a variable is not complete"):
         io.read(path, rate=1)
+    savemat(path, {"x": X[:, 0], "z": X[:, 0] + 1j, "s": coo_array(np.eye(5))}, format="4")
+    with pytest.warns(ImpactsigWarning, match="left out: it is sparse|complex") as told:
+        assert io.read(path, rate=1).channels == ("x",)
+    assert ["'z' is left out: it holds complex numbers" in str(w.message) for w in told] == [
+        True,
+        False,
+    ]
 
 
 def test_what_is_no_matlab_file_is_not_called_one(tmp_path):
