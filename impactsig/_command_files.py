@@ -32,7 +32,8 @@ def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
 
 def _holds_impacts(path: Path) -> bool:
     """Whether this is a table of impacts: written by `detect`, or of columns that impacts have."""
-    from ._impact_tables import COLUMNS, HEAD
+    from ._impact_columns import COLUMNS
+    from ._impact_tables import HEAD
 
     known = set(COLUMNS)
     if path.suffix == ".parquet":

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import _impact_tables as tables
+from . import _impact_columns as tables
 from ._arguments import number
 from ._atomic import atomic_path
 from .errors import InvalidInput, UnreadableFile
@@ -116,7 +116,7 @@ def read(recording: Any) -> list[dict[str, Any]]:
 def _one(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
     import numpy as np
 
-    from .impacts import EDITED
+    from ._impact_flags import EDITED
 
     action, time = line["action"], line["time"]
     if action != "add":

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _impact_tables as tables
+from . import _impact_columns as tables
 from ._arguments import number
 from .alignment import align_impacts
 from .errors import InvalidInput

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from .._corrections import applied_beside
-from .._impact_tables import ERRORS
+from .._impact_columns import ERRORS
 from ..errors import InvalidInput, finite_number
 from ..impacts import KINDS, Disturbance, Impacts
 from ..recording import Sensor

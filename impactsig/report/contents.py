@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
-from .._impact_tables import ERRORS, MEASURED
+from .._impact_columns import ERRORS, MEASURED
 from ..impacts import FLAG_NAMES, KINDS, flag_names
 from ..reconstruct.surrogates import LABEL
 from .analysis import Analysis, mean_and_spread

@@ -25,7 +25,7 @@ from impactsig import (
     cli,
     write_report,
 )
-from impactsig._impact_tables import columns
+from impactsig._impact_columns import columns
 from impactsig.report import Analysis, analyse, write_page
 from impactsig.report import analysis as analysis_module
 from impactsig.report.analysis import mean_and_spread, overview_of, typical
