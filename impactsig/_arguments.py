@@ -17,6 +17,8 @@ Seed: TypeAlias = "int | np.random.SeedSequence | np.random.Generator | None"
 
 READING = ("channel", "start", "stop", "rate", "scale", "offset", "unit", "sensor", "raw")
 """Arguments of `read` that say how a recording is read."""
+PER_CHANNEL = ("scale", "offset", "unit", "sensor")
+"""Those that differ from channel to channel, where several are read."""
 
 
 def number(

@@ -375,6 +375,8 @@ class Impacts:
     def write_corrections(self, recording: Any) -> Path:
         """Write the corrections beside a recording, where `detect_impacts` finds them again.
 
+        Those of other channels stay. The table knows the recording by the SHA-256 of its file.
+
         Parameters
         ----------
         recording : path-like
@@ -383,16 +385,44 @@ class Impacts:
         Returns
         -------
         Path
-            The table: action, instant, where to, by whom, when, comment.
+            The table: channel, action, instant, where to, by whom, when, comment.
 
         Raises
         ------
+        UnreadableFile
+            If there is no such recording, or the table there cannot be read.
         UnwritableFile
-            If it cannot be written.
+            If the table cannot be written.
         """
-        from ._corrections import write
+        from ._correction_files import write
 
         return write(self, recording)
+
+    def apply_corrections(self, recording: Any) -> Impacts:
+        """The train with the corrections made that stand beside its recording.
+
+        `detect_impacts` does so where it is given the path of a recording, as do the commands and
+        reports. Corrections of another channel, and outside the run, do not count.
+
+        Parameters
+        ----------
+        recording : path-like
+            The recording's file.
+
+        Returns
+        -------
+        Impacts
+            With a note on those that name no impact of this train.
+
+        Raises
+        ------
+        UnreadableFile
+            If the table beside the recording cannot be read, or the corrections were made in
+            another recording.
+        """
+        from ._correction_files import applied
+
+        return applied(self, recording)
 
     # -- tables ----------------------------------------------------------------------------
 

@@ -8,7 +8,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._corrections import applied_beside
 from .._impact_columns import ERRORS
 from ..errors import InvalidInput, finite_number
 from ..impacts import KINDS, Disturbance, Impacts
@@ -61,7 +60,8 @@ def detect_impacts(
         Which channel, where there are several. Those of a sequence are sensors of one machine:
         each impact is returned once, by `impactsig.combine_impacts`.
     stops : sequence of int or None, optional
-        Which stop each channel of a sequence belongs to, None for one that hears them all.
+        Which stop each channel of a sequence belongs to, None for one that hears them all; whole
+        numbers, 0 or greater, that `stop_index` then holds.
     threshold : float or str, optional
         Force: level that the response to an impact must reach (see Notes), in the recording's unit,
         or as a multiple of its noise, ``"6 sigma"``. By default at least 5 sigma, and such that in
@@ -146,13 +146,44 @@ def detect_impacts(
         contact_time=contact_time, merge_within=merge_within, dead_time=dead_time, gaps=gaps,
         skip_quiet=skip_quiet, least_probability=least_probability,
     )  # fmt: skip
+    path = source if isinstance(source, (str, Path)) else None
     if isinstance(channel, Sequence) and not isinstance(channel, str):
-        found = detect_channels(detect_channel, source, channel, sensor, stops, options)
+        sources = [(source, one) for one in channel]
+        found = detect_channels(detect_channel, sources, channel, sensor, stops, options, path)
     elif stops is not None:
         raise InvalidInput("stops", stops, "its default for one channel", "Give several channels")
     else:
         found = detect_channel(source, sensor=sensor, channel=channel, **options)
-    return applied_beside(found, source) if isinstance(source, (str, Path)) else found
+    return found if path is None else found.apply_corrections(path)
+
+
+def detect_opened(
+    sources: Sequence[Any],
+    channels: Sequence[str | int],
+    path: Any,
+    *,
+    stops: Sequence[int | None] | None = None,
+    **options: Any,
+) -> Impacts:
+    """As `detect_impacts`, of the channels of a recording that are opened one by one.
+
+    Parameters
+    ----------
+    sources : sequence of Recording or of blocks
+        One channel each.
+    channels : sequence of str or int
+        How they were chosen.
+    path : path-like
+        The recording, with corrections beside it.
+    stops, **options
+        As for `detect_impacts`.
+    """
+    if len(sources) == 1:
+        return detect_impacts(sources[0], stops=stops, **options).apply_corrections(path)
+    sensors = [source.sensor for source in sources]
+    parts = [(source, None) for source in sources]
+    found = detect_channels(detect_channel, parts, channels, sensors, stops, options, path)
+    return found.apply_corrections(path)
 
 
 def detect_channel(
@@ -164,10 +195,10 @@ def detect_channel(
     polarity: str = "auto",
     contact_level: float | str = 0.0,
     contact_time: tuple[float, float] | None = None,
-    merge_within: float,
-    dead_time: float,
-    gaps: Gaps,
-    skip_quiet: bool,
+    merge_within: float = 0.0,
+    dead_time: float = 0.0,
+    gaps: Gaps = "refuse",
+    skip_quiet: bool = True,
     least_probability: float = 0.5,
 ) -> Impacts:
     """The impacts of one channel, as the sensor's detector finds them."""
