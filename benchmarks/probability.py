@@ -63,7 +63,7 @@ def row(sensor: str, level: float, probability: np.ndarray, outcome: np.ndarray)
         "sensor": sensor,
         "level": level,
         "found": len(outcome),
-        "count": bins.count.tolist(),
+        "count": bins.size.tolist(),
         "predicted": bins.predicted.round(3).tolist(),
         "observed": bins.observed.round(3).tolist(),
         "low": bins.low.round(3).tolist(),

@@ -23,7 +23,7 @@ class CalibrationBins(NamedTuple):
     """
 
     edges: np.ndarray
-    count: np.ndarray
+    size: np.ndarray
     predicted: np.ndarray
     observed: np.ndarray
     low: np.ndarray

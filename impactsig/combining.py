@@ -157,7 +157,7 @@ def stops_of_sensors(stops: Any, count: int) -> list[int | None]:
 
 
 def _is_stop(one: Any) -> bool:
-    return isinstance(one, (int, np.integer)) and not isinstance(one, bool) and one >= 0
+    return isinstance(one, (int, np.integer)) and not isinstance(one, bool) and int(one) >= 0
 
 
 def _delay(

@@ -49,11 +49,11 @@ def calibration_curve(
     ax = axes(ax, width=4.4, height=4.2)
     if not ax.lines:
         ax.plot([0, 1], [0, 1], color=GREY, linewidth=0.8, linestyle=":", zorder=1)
-    some = found.count > 0
+    some = found.size > 0
     x, y = found.predicted[some], found.observed[some]
     whiskers = np.stack([y - found.low[some], found.high[some] - y])
     # At a share of 0 or 1 rounding may put an end on the wrong side of it.
-    score = f"Brier {found.brier:.3f} (constant {found.constant:.3f}), {found.count.sum()}"
+    score = f"Brier {found.brier:.3f} (constant {found.constant:.3f}), {found.size.sum()}"
     ax.errorbar(
         x, y, np.maximum(whiskers, 0.0), fmt="o-", markersize=4, linewidth=1.0, capsize=2,
         color=color, label=f"{label}: {score}" if label else score,

@@ -89,10 +89,10 @@ def waveform(
         seen = impacts[inside]
         column = (slice(None),) if one_channel else (slice(None), 0)
         heights = marker_heights(seen, time, low[column], high[column])
-        for stop, mark, own in by_stop(impacts, inside, VERMILLION):
+        for name, mark, own in by_stop(impacts, inside, VERMILLION):
             count = int(own.sum())
             label = f"{count} impacts" if count != 1 else "1 impact"
-            label += f", {stop}" if stop else ""
+            label += f", {name}" if name else ""
             points(ax, seen.time[own], heights[own], color=mark, label=label, zorder=3)
     if ax.get_legend_handles_labels()[0]:
         legend(ax, "upper right", ncols=4, borderaxespad=0)

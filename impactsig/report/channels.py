@@ -46,11 +46,11 @@ def channel_readings(reading: Mapping[str, Any]) -> list[dict[str, Any]]:
     InvalidInput
         If there are several of such an option, and not as many channels.
     """
-    channels = reading.get("channel")
-    several = _is_several(channels)
-    count = len(channels) if several and channels is not None else 1
+    channels: Any = reading.get("channel")
+    count = len(channels) if _is_several(channels) else 1
     for name in PER_CHANNEL:
-        if _is_several(value := reading.get(name)) and len(value) != count:
+        value: Any = reading.get(name)
+        if _is_several(value) and len(value) != count:
             raise InvalidInput(
                 name, list(value), f"one, or as many as channels, of which there are {count}",
                 "Give channel= (--channel) for each sensor",

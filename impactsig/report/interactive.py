@@ -78,10 +78,10 @@ def _panel(analysis: Analysis, overview: Recording) -> Any:
         for label, colour, own in by_stop(impacts, chosen, VERMILLION):
             data, tips = _columns(analysis, chosen[own])
             data["height"] = heights[own]
-            name = {"legend_label": label} if label else {}
+            named = {"legend_label": label} if label else {}
             markers = drawing.scatter(
                 "time", "height", source=ColumnDataSource(data), color=colour, size=6, alpha=0.8,
-                **name,
+                **named,
             )  # fmt: skip
             drawing.add_tools(HoverTool(renderers=[markers], tooltips=tips))
     if drawing.legend:

@@ -13,7 +13,7 @@ def test_bins_shares_and_scores():
     p = np.array([0.0, 0.1, 0.2, 0.5, 0.5, 0.9, 1.0])
     came = np.array([0, 0, 1, 1, 0, 1, 1], bool)
     found = calibration_bins(p, came)
-    assert found.count.tolist() == [2, 1, 2, 0, 2]
+    assert found.size.tolist() == [2, 1, 2, 0, 2]
     np.testing.assert_allclose(found.predicted, [0.05, 0.2, 0.5, np.nan, 0.95])
     np.testing.assert_allclose(found.observed, [0, 1, 0.5, np.nan, 1])
     assert found.brier == pytest.approx((0.01 + 0.64 + 0.25 + 0.25 + 0.01) / 7)
