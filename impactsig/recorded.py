@@ -17,7 +17,7 @@ from .impacts import Impacts
 TURN = 2 * math.pi
 HYSTERESIS = 4.0
 """Standard deviations of the noise that a crossing must have come from."""
-FEWEST = 6
+FEWEST = 8
 """Samples that a velocity beside an impact is fitted to."""
 
 
@@ -150,9 +150,11 @@ class RecordedMotion:
     ) -> Restitution:
         """The restitution coefficient, from the velocities on both sides of every impact.
 
-        A parabola is fitted to the displacement before and one after, and its slope taken at the
-        instants of first and last touch; where the velocity was recorded, a straight line to that.
-        Errors are those of the fits, of the converter's steps, and of the instants.
+        A cubic is fitted to the displacement before and one after, and its slope taken at the
+        instants of first and last touch; where the velocity was recorded, a parabola to that.
+        Errors are those of the fits, of the converter's steps, and of the instants. What changes
+        faster than that within the fits, as ringing does, is not among them: give a shorter
+        `within` then.
 
         Parameters
         ----------
@@ -223,13 +225,13 @@ class RecordedMotion:
         of = 1 if self.smoothing else 0  # derivative that the velocity is of what was recorded
         t, y = self.time[first:last] - at, self.samples[first:last]
         scale = float(np.abs(t).max())
-        powers = np.vander(t / scale, of + 2, increasing=True)
+        powers = np.vander(t / scale, of + 3, increasing=True)
         inverse = np.linalg.inv(powers.T @ powers)
         fitted = inverse @ (powers.T @ y)
         rest = y - powers @ fitted
         # Within a run of one code errors are alike: runs count, not samples.
         runs = len(y) / (1 + np.count_nonzero(np.diff(y)))
-        variance = max(float(rest @ rest) / (len(y) - of - 2), step**2 / 12.0 * runs)
+        variance = max(float(rest @ rest) / (len(y) - of - 3), step**2 / 12.0 * runs)
         acceleration = (1 + of) * fitted[1 + of] / scale ** (1 + of)
         error = math.sqrt(variance * inverse[of, of]) / scale**of
         return float(fitted[of]) / scale**of, math.hypot(error, acceleration * late)

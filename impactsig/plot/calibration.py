@@ -58,5 +58,5 @@ def calibration_curve(
         x, y, np.maximum(whiskers, 0.0), fmt="o-", markersize=4, linewidth=1.0, capsize=2,
         color=color, label=f"{label}: {score}" if label else score,
     )  # fmt: skip
-    ax.set(xlim=(0, 1), ylim=(0, 1), aspect="equal")
-    return frame(ax, "predicted probability", "observed share", "upper left", fontsize="small")
+    ax.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal")
+    return frame(ax, "predicted probability", "observed share", "lower right", fontsize="small")

@@ -91,7 +91,7 @@ def test_a_bouncing_ball_keeps_its_share_of_the_velocity(noise, step):
         each.append((found.each - 0.8) / found.each_error)
     assert np.sqrt(np.mean(np.square(z))) < 1.5
     assert np.sqrt(np.mean(np.concatenate(each) ** 2)) < 1.25
-    if step < 1e-3:
+    if noise >= step:  # of steps alone the error is a bound
         assert np.sqrt(np.mean(np.concatenate(each) ** 2)) > 0.75
 
 
