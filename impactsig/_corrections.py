@@ -135,7 +135,6 @@ def in_words(impacts: Impacts) -> str:
 
 
 def _several(name: str, given: Iterable[float]) -> list[float]:
-    try:
-        return list(given)
-    except TypeError:
-        raise InvalidInput(name, given, "several instants, in a list for example") from None
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise InvalidInput(name, given, "several instants, in a list for example")
+    return list(given)

@@ -108,6 +108,8 @@ def fit_calibration(
     )
     if np.ptp(x) == 0 and not (through_zero and x[0]):
         raise InvalidInput("reading", x[0], "readings that differ", "One point makes no line")
+    if not isinstance(unit, str):
+        raise InvalidInput("unit", unit, "text")
     known = reading_error is not None or load_error is not None
     if not known:
         of_y = np.ones(len(x))

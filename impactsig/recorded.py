@@ -170,6 +170,8 @@ class RecordedMotion:
         InvalidInput
             If no impact has room for both fits beside it.
         """
+        if not isinstance(impacts, Impacts):
+            raise InvalidInput("impacts", impacts, "Impacts", "Of instants make them by from_times")
         if within is None:
             intervals = impacts.intervals()
             within = min(5e-3, 0.2 * float(np.median(intervals))) if len(intervals) else 5e-3

@@ -147,9 +147,10 @@ def detect_impacts(
         skip_quiet=skip_quiet, least_probability=least_probability,
     )  # fmt: skip
     path = source if isinstance(source, (str, Path)) else None
-    if isinstance(channel, Sequence) and not isinstance(channel, str):
-        sources = [(source, one) for one in channel]
-        found = detect_channels(detect_channel, sources, channel, sensor, stops, options, path)
+    if isinstance(channel, (Sequence, np.ndarray)) and not isinstance(channel, str):
+        channels = list(channel)
+        sources = [(source, one) for one in channels]
+        found = detect_channels(detect_channel, sources, channels, sensor, stops, options, path)
     elif stops is not None:
         raise InvalidInput("stops", stops, "its default for one channel", "Give several channels")
     else:

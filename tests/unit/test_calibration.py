@@ -63,6 +63,7 @@ def test_an_exact_line_and_a_recording():
         ([1.0, 1.0, 1.0], [1.0, 2.0, 3.0], {}, "differ"),
         ([1.0, np.nan, 1.0], [1.0, 2.0, 3.0], {}, "finite"),
         ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"load_error": 0.0}, "load_error"),
+        ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"unit": 3}, "unit: got 3; required: text"),
         ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"reading_error": [1.0, 1.0]}, "reading_error"),
     ],
 )

@@ -82,6 +82,8 @@ def test_what_cannot_be_corrected_is_named():
         Impacts([], duration=1.0, start=0.0).edit(move={0.5: 0.6})
     with pytest.raises(InvalidInput, match=r"add: got 1\.5; required: several instants"):
         train().edit(add=1.5)
+    with pytest.raises(InvalidInput, match="several instants"):
+        train().edit(reject="2.0")
     with pytest.raises(InvalidInput, match="mapping of instants"):
         train().edit(move=[(1.0, 1.1)])
     with pytest.raises(InvalidInput, match="by: got 7; required: text"):

@@ -202,5 +202,7 @@ def test_refusals():
         recorded_motion(record(x), velocity=0, smoothing=1e-3)
     with pytest.raises(InvalidInput, match="16 or more"):
         recorded_motion(record(x[:5]))
+    with pytest.raises(InvalidInput, match="from_times"):
+        recorded_motion(record(x)).restitution(x)
     with pytest.raises(InvalidInput, match="room beside them"):
         recorded_motion(record(x)).restitution(Impacts([1.0]), within=1e-4)

@@ -179,7 +179,7 @@ def test_refusals(rig, options, told, capsys):
 def test_channels_of_one_name_are_told_apart_by_their_numbers():
     truth = two_stops()
     record = Recording(np.column_stack(cells(truth)), RATE, channels=("F", "F"), units="N")
-    both = detect_impacts(record, channel=[0, 1], stops=[0, 1])
+    both = detect_impacts(record, channel=np.array([0, 1]), stops=(0, 1))
     assert list(both.settings["delay"]) == ["F 0", "F 1"]
     with pytest.raises(InvalidInput, match="every channel once"):
         detect_impacts(record, channel=[1, 1])
