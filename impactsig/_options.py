@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 DETECTING = (
     "stops",
+    "separate_stops",
     "threshold",
     "polarity",
     "contact_level",
@@ -135,6 +136,12 @@ def detecting_options() -> Parser:
         type=stops,
         metavar="N[,N...]",
         help='which stop each --channel belongs to, such as 0,1; "none" for one that hears all',
+    )
+    group.add_argument(
+        "--separate-stops",
+        action="store_const",
+        const=True,
+        help="tell the impacts of two stops apart by what they sound like in one microphone",
     )
     group.add_argument(
         "--threshold",

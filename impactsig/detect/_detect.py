@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -11,7 +12,7 @@ import numpy as np
 from .._impact_columns import ERRORS
 from ..errors import InvalidInput, finite_number
 from ..impacts import KINDS, Disturbance, Impacts
-from ..recording import Sensor
+from ..recording import Recording, Sensor
 from ._asked import (
     parse_contact_level,
     parse_contact_time,
@@ -164,6 +165,7 @@ def detect_opened(
     path: Any,
     *,
     stops: Sequence[int | None] | None = None,
+    separate_stops: bool = False,
     **options: Any,
 ) -> Impacts:
     """As `detect_impacts`, of the channels of a recording that are opened one by one.
@@ -176,15 +178,37 @@ def detect_opened(
         How they were chosen.
     path : path-like
         The recording, with corrections beside it.
+    separate_stops : bool
+        Tell the impacts of two stops apart, as `impactsig.separate_stops` does.
     stops, **options
         As for `detect_impacts`.
     """
+    first = sources[0]
+    heard = len(sources) == 1 and isinstance(first, Recording) and first.sensor == "sound"
+    if separate_stops and not heard:
+        raise InvalidInput(
+            "separate_stops", separate_stops, "its default, but for the record of one microphone",
+            'Choose one channel, and say sensor="sound" (--sensor sound); it must fit into memory',
+        )  # fmt: skip
     if len(sources) == 1:
-        return detect_impacts(sources[0], stops=stops, **options).apply_corrections(path)
+        found = detect_impacts(first, stops=stops, **options).apply_corrections(path)
+        return _separated(first, found) if separate_stops else found
     sensors = [source.sensor for source in sources]
     parts = [(source, None) for source in sources]
     found = detect_channels(detect_channel, parts, channels, sensors, stops, options, path)
     return found.apply_corrections(path)
+
+
+def _separated(recording: Recording, impacts: Impacts) -> Impacts:
+    """The impacts with their stops, where two sounds are told apart; else with a note why not."""
+    from .stops import separate_stops
+
+    found = separate_stops(recording, impacts)
+    if found.reason:
+        note = f"the stops were not told apart: {found.reason}"
+        return replace(impacts, notes=(*impacts.notes, note))
+    settings = {**impacts.settings, "distance of the two sounds": found.distance}
+    return replace(found.impacts, settings=settings)
 
 
 def detect_channel(

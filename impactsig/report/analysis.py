@@ -94,6 +94,7 @@ def analyse(
     sensor: Sensor | Sequence[Sensor] | None = None,
     raw: RawLayout | None = None,
     stops: Sequence[int | None] | None = None,
+    separate_stops: bool | None = None,
     threshold: float | str | None = None,
     polarity: Literal["auto", "positive", "negative"] | None = None,
     contact_level: float | str | None = None,
@@ -123,6 +124,9 @@ def analyse(
         train; scale, offset, unit and sensor are then one for all, or a sequence with one for each.
     stops : sequence of int or None, optional
         As for `impactsig.detect_impacts`.
+    separate_stops : bool, optional
+        Tell the impacts of two stops apart in the sound of one microphone, as
+        `impactsig.separate_stops` does.
     threshold, polarity, contact_level, contact_time, merge_within, dead_time : optional
         As for `impactsig.detect_impacts`.
     gaps, least_probability : optional
@@ -166,6 +170,7 @@ def analyse(
     )
     detecting = _given(
         stops=stops,
+        separate_stops=separate_stops,
         threshold=threshold,
         polarity=polarity,
         contact_level=contact_level,

@@ -49,7 +49,7 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
     **options
         As for `impactsig.report.analyse`: forcing_frequency, dynamics, threshold, polarity,
         contact_level, contact_time, merge_within, dead_time, gaps, least_probability, channel,
-        stops, start, stop, scale, offset, unit, rate, sensor, raw.
+        stops, separate_stops, start, stop, scale, offset, unit, rate, sensor, raw.
 
     Returns
     -------

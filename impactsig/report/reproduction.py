@@ -33,6 +33,8 @@ def _words(name: str, value: Any) -> list[str]:
     option = f"--{name.replace('_', '-')}"
     if name == "stops":
         value = ",".join("none" if one is None else str(one) for one in value)
+    elif name == "separate_stops":
+        return [option] if value else []
     elif name == "contact_time":
         return [option, *map(str, value)]
     # An equals sign keeps a value that begins with a minus from being taken for an option.
@@ -56,7 +58,9 @@ def _as_options(reading: Mapping[str, Any]) -> dict[str, Any]:
 def python_lines(analysis: Analysis) -> str:
     """The lines of Python that find the same impacts, period and dynamics."""
     reading = _arguments(analysis.reading)
-    detecting = _arguments(analysis.detecting)
+    separated = analysis.detecting.get("separate_stops", False)
+    given = {name: one for name, one in analysis.detecting.items() if name != "separate_stops"}
+    detecting = _arguments(given)
     hertz = analysis.forcing_frequency
     period = f", forcing_period=1 / {hertz!r}" if hertz is not None else ""
     path = repr(str(analysis.file.path))
@@ -69,6 +73,8 @@ def python_lines(analysis: Analysis) -> str:
         ]
         if in_words(analysis.impacts):
             found.append(f"impacts = impacts.apply_corrections({path})")
+        if separated:
+            found.append("impacts = impactsig.separate_stops(recording, impacts).impacts")
     lines = [
         "import impactsig",
         *found,

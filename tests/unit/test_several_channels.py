@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import soundfile
 
 from impactsig import (
     Impacts,
@@ -18,6 +19,7 @@ from impactsig import (
     cli,
     detect_impacts,
     detect_many,
+    match_impacts,
     plot,
     synthesize,
 )
@@ -215,3 +217,28 @@ def test_return_map_and_waveform_by_stop():
     assert f"{count} impacts, stop 1" in [text.get_text() for text in ax.get_legend().get_texts()]
     plain = plot.waveform(record, replace(train, stop_index=None))
     assert plain.lines[0].get_color() == BLUE
+
+
+def test_two_stops_by_one_microphone(tmp_path, capsys):
+    truth = two_stops(60)
+    upper = Microphone(noise=0.02)
+    lower = Microphone(modes=tuple((1.2 * f, s, a) for f, s, a in upper.modes))
+    sound = synthesize(truth, (upper, lower), seed=4)
+    path = tmp_path / "mic.wav"
+    soundfile.write(path, sound.samples / 8, int(sound.rate), subtype="FLOAT")
+    analysis = analyse(path, separate_stops=True)
+    matched = match_impacts(analysis.impacts, truth, 2e-3, delay=1 / 343).pairs
+    assert len(matched) == len(truth)
+    right = analysis.impacts.stop_index[matched[:, 0]] == truth.stop_index[matched[:, 1]]
+    assert max(right.mean(), 1 - right.mean()) == 1
+    rows = dict(dict(parameters(analysis))["Detection"])
+    assert float(rows["distance of the two sounds"].split()[0]) > 5
+    words = shlex.split(command(analysis))
+    assert cli._parser().parse_args(words[1:]).separate_stops is True
+    scope = {}
+    exec(python_lines(analysis), scope)
+    np.testing.assert_array_equal(scope["impacts"].stop_index, analysis.impacts.stop_index)
+    assert run("detect", path, "--separate-stops", "--stop", "0.5") == 0  # ten impacts
+    assert "the stops were not told apart: " in capsys.readouterr().err
+    assert run("detect", path, "--separate-stops", "--sensor=force") == 1
+    assert "separate_stops: got True; required: its default" in capsys.readouterr().err
