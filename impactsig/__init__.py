@@ -95,6 +95,7 @@ if TYPE_CHECKING:
         stop_stiffness,
     )
     from .oscillators.flows import Flow
+    from .reading_motion import recorded_motion
     from .reconstruct import (
         AveragedFalseNeighbors,
         CorrelationSum,
@@ -124,7 +125,7 @@ if TYPE_CHECKING:
     )
     from .reconstruct.surrogate_testing import SurrogateTest, surrogate_test
     from .reconstruct.surrogates import Surrogates, surrogates
-    from .recorded import RecordedMotion, recorded_motion
+    from .recorded import RecordedMotion
     from .recording import Recording
     from .report import Detected, detect_many, write_report, write_reports
     from .simulate import (
@@ -282,7 +283,8 @@ _HOME = {
     "matching": ("Matching", "match_impacts"),
     "alignment": ("Alignment", "align_impacts"),
     "detect.stops": ("StopSeparation", "separate_stops"),
-    "recorded": ("RecordedMotion", "recorded_motion"),
+    "reading_motion": ("recorded_motion",),
+    "recorded": ("RecordedMotion",),
     "calibration": ("Calibration", "fit_calibration"),
     "combining": ("Combination", "combine_impacts"),
     "fitting": ("OscillatorFit", "fit_oscillator"),

@@ -19,6 +19,8 @@ READING = (
     *("channel", "start", "stop", "rate", "resample", "scale", "offset", "unit", "sensor", "raw"),
 )
 """Arguments of `read` that say how a recording is read."""
+PER_CHANNEL = ("scale", "offset", "unit", "sensor")
+"""Those that differ from channel to channel, where several are read."""
 
 
 def number(

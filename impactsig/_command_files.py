@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ._options import DETECTING, given, reading
+from ._options import DETECTING, given, one_line, reading
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -25,14 +25,20 @@ def impacts_of(path: Path, chosen: argparse.Namespace) -> Impacts:
 
 def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
     """The impacts found in a recording, with the options of the command line."""
-    from .report.analysis import detect_file
+    from ._corrections import in_words
+    from .report.channels import detect_file
 
-    return detect_file(path, reading(chosen), given(chosen, DETECTING))
+    impacts = detect_file(path, reading(chosen), given(chosen, DETECTING))
+    if words := in_words(impacts):
+        # Standard output may hold the table.
+        print(f"corrections: {one_line(words)}", file=sys.stderr)
+    return impacts
 
 
 def _holds_impacts(path: Path) -> bool:
     """Whether this is a table of impacts: written by `detect`, or of columns that impacts have."""
-    from ._impact_tables import COLUMNS, HEAD
+    from ._impact_columns import COLUMNS
+    from ._impact_tables import HEAD
 
     known = set(COLUMNS)
     if path.suffix == ".parquet":

@@ -1,26 +1,23 @@
-"""Corrections of a train by hand, and the table beside a recording that holds them."""
+"""Corrections of a train by hand: impacts put in, moved and taken out, one line for each."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import _impact_tables as tables
+from . import _impact_columns as tables
 from ._arguments import number
-from ._atomic import atomic_path
-from .errors import InvalidInput, UnreadableFile
+from .errors import InvalidInput
 
 if TYPE_CHECKING:
     from .impacts import Impacts
 
-SUFFIX = ".corrections.csv"
-"""After the name of a recording: its corrections."""
 WITHIN = 1e-3
 """How far from an impact the instant that names it may be [s]."""
-HEAD = ("channel", "action", "time", "to", "by", "at", "comment")
+DONE = {"add": "added", "move": "moved", "reject": "rejected"}
+"""Each action, and what is done to an impact by it."""
 
 
 def edited(
@@ -32,106 +29,57 @@ def edited(
     comment: str,
 ) -> Impacts:
     """As `Impacts.edit`."""
+    for name, text in (("by", by), ("comment", comment)):
+        if not isinstance(text, str):
+            raise InvalidInput(name, text, "text")
+    if not isinstance(move, Mapping):
+        raise InvalidInput("move", move, "a mapping of instants to instants, {1.25: 1.26}")
+    wanted: list[tuple[str, float, float | None]] = [
+        ("reject", number("reject", one), None) for one in _several("reject", reject)
+    ]
+    wanted += [("move", number("move", one), number("move", to)) for one, to in move.items()]
+    wanted += [("add", number("add", one), None) for one in _several("add", add)]
     at = datetime.now(UTC).isoformat(timespec="seconds")
-    lines: list[tuple[str, float, float | None]] = [
-        ("reject", number("reject", one), None) for one in reject
-    ]
-    lines += [("move", number("move", one), number("move", to)) for one, to in move.items()]
-    lines += [("add", number("add", one), None) for one in add]
-    table = [
-        dict(zip(HEAD, (_channel(impacts), action, time, to, by, at, comment), strict=True))
-        for action, time, to in lines
-    ]
-    return applied(impacts, table)
+    lines = [
+        {
+            "channel": channel_of(impacts), "action": action, "time": time, "to": to,
+            "by": by, "at": at, "comment": comment, "made": True,
+        }
+        for action, time, to in wanted
+    ]  # fmt: skip
+    for line in lines:
+        impacts = corrected(impacts, line)
+    return listed(impacts, lines)
 
 
-def applied(impacts: Impacts, table: list[dict[str, Any]]) -> Impacts:
-    """The train with corrections made, one after the other; its settings list them."""
-    for line in table:
-        impacts = _one(impacts, line)
-    done = [*impacts.settings.get("corrections", ()), *table]
-    return replace(impacts, settings={**impacts.settings, "corrections": done})
-
-
-def _channel(impacts: Impacts) -> str:
-    return str(impacts.settings.get("channel", ""))
-
-
-def applied_beside(impacts: Impacts, recording: Any) -> Impacts:
-    """The train with the corrections of its channel made that stand beside its recording."""
-    own = [line for line in read(recording) if line["channel"] == _channel(impacts)]
-    return applied(impacts, own) if own else impacts
-
-
-def write(impacts: Impacts, recording: Any) -> Path:
-    """As `Impacts.write_corrections`."""
-    import csv
-
-    target = Path(f"{recording}{SUFFIX}")
-    others = [line for line in read(recording) if line["channel"] != _channel(impacts)]
-    with (
-        atomic_path(target) as temporary,
-        temporary.open("w", encoding="utf-8", newline="") as file,
-    ):
-        writer = csv.DictWriter(file, HEAD, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows([*others, *impacts.settings.get("corrections", ())])
-    return target
-
-
-def read(recording: Any) -> list[dict[str, Any]]:
-    """The corrections beside a recording; none where there is no such file.
+def corrected(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
+    """The train with one correction made.
 
     Raises
     ------
-    UnreadableFile
-        If it is no table of corrections.
+    InvalidInput
+        If there is no such impact, or an instant lies outside the run.
     """
-    import csv
-
-    path = Path(f"{recording}{SUFFIX}")
-    if not path.exists():
-        return []
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-        table: list[dict[str, Any]] = []
-        for row in rows:
-            to = float(row["to"]) if row["to"] else None
-            known = {"time": float(row["time"]), "to": to}
-            if row["action"] not in ("add", "move", "reject") or (to is None) != (
-                row["action"] != "move"
-            ):
-                raise ValueError(f"line {len(table) + 2}: {row['action']!r} to {to}")
-            table.append({name: known.get(name, row[name]) for name in HEAD})
-    except (OSError, KeyError, TypeError, ValueError) as error:
-        raise UnreadableFile(
-            path,
-            f"not a table of corrections ({error})",
-            f"Its columns are {', '.join(HEAD)}; move it away to go on without",
-        ) from error
-    return table
-
-
-def _one(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
     import numpy as np
 
-    from .impacts import EDITED
+    from ._impact_flags import EDITED
 
     action, time = line["action"], line["time"]
+    known: dict[str, np.ndarray] = {}
+    others = impacts
     if action != "add":
         near = int(np.argmin(np.abs(impacts.time - time))) if len(impacts) else -1
         if near < 0 or abs(impacts.time[near] - time) > WITHIN:
+            nearest = f"; the nearest is at {impacts.time[near]:.9g} s" if near >= 0 else ""
             raise InvalidInput(
-                action, f"{time:.9g} s", f"the instant of an impact, to {1e3 * WITHIN:g} ms"
-            )
+                action, f"{time:.9g} s",
+                f"the instant of an impact, to {1e3 * WITHIN:g} ms{nearest}",
+            )  # fmt: skip
         others = impacts[np.arange(len(impacts)) != near]
         if action == "reject":
             return others
         known = {name: values[[near]] for name, values in tables.columns(impacts).items()}
         time = line["to"]
-    else:
-        others, known = impacts, {}
     if not impacts.start <= time <= impacts.stop:
         raise InvalidInput(
             action,
@@ -151,8 +99,42 @@ def _one(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
         elif name in known and name != "time_error":
             new = known[name]
         elif not len(others):
-            new = np.zeros(1)
+            new = tables.filled(name, np.zeros(1), np.zeros(1, int), np.zeros(1, int))
         else:
             new = tables.filled(name, values, np.array([left]), np.array([right]))
         columns[name] = np.insert(values, place, new)
     return replace(others, **columns)
+
+
+def listed(impacts: Impacts, lines: Sequence[Mapping[str, Any]]) -> Impacts:
+    """The train with these lines added to the list of its corrections."""
+    every = [*impacts.settings.get("corrections", ()), *lines]
+    return replace(impacts, settings={**impacts.settings, "corrections": every})
+
+
+def channel_of(impacts: Impacts) -> str:
+    """The channel that a train was found in; of several their names, joined."""
+    channel = impacts.settings.get("channel", "")
+    return channel if isinstance(channel, str) else " + ".join(channel)
+
+
+def in_words(impacts: Impacts) -> str:
+    """How many impacts were added, moved and rejected, by whom and when; empty if none were."""
+    parts = [impacts.settings, *impacts.settings.get("of_channel", {}).values()]
+    lines = [line for part in parts for line in part.get("corrections", ()) if line["made"]]
+    if not lines:
+        return ""
+    actions = [line["action"] for line in lines]
+    counts = [f"{actions.count(one)} {done}" for one, done in DONE.items() if one in actions]
+    people = sorted({line["by"] for line in lines if line["by"]})
+    days = sorted({line["at"][:10] for line in lines if line["at"]})
+    words = ", ".join(counts) + " by " + (", ".join(people) or "hand")
+    if not days:
+        return words
+    return f"{words}, {days[0]}" + (f" to {days[-1]}" if len(days) > 1 else "")
+
+
+def _several(name: str, given: Iterable[float]) -> list[float]:
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise InvalidInput(name, given, "several instants, in a list for example")
+    return list(given)

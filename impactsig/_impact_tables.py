@@ -9,49 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._atomic import atomic_path
+from ._impact_columns import COLUMNS
 from .errors import MissingExtra, UnreadableFile
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas as pd
 
     from .impacts import Impacts
 
-ERRORS = ("time_error", "contact_time_error", "peak_error", "impulse_error")
-COUNTS = {"pulses": 1, "stop_index": -1}
-"""Whole numbers, and the least that each may be."""
-MEASURED = (
-    "contact_time",
-    "peak",
-    "impulse",
-    "rise_time",
-    "approach_velocity",
-    *ERRORS,
-    "probability",
-    *COUNTS,
-)
-COLUMNS = ("time", *MEASURED, "flags")
 HEAD = "# impactsig "
 """Begins the line that holds the run."""
-
-
-def columns(impacts: Impacts) -> dict[str, np.ndarray]:
-    """What was measured of each impact."""
-    known = {name: getattr(impacts, name) for name in COLUMNS}
-    return {name: values for name, values in known.items() if values is not None}
-
-
-def filled(name: str, values: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """A column at impacts that were not measured, between the neighbours `left` and `right`."""
-    import numpy as np
-
-    if name in ERRORS:
-        return np.full(len(left), np.inf)
-    if name == "probability":
-        return np.zeros(len(left))
-    if name in COUNTS:
-        return np.full(len(left), COUNTS[name])
-    return 0.5 * (values[left] + values[right])
 
 
 def write_csv(impacts: Impacts, path: Any) -> None:

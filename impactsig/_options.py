@@ -8,13 +8,15 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from ._arguments import READING
+from ._arguments import PER_CHANNEL, READING
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
     from .io import RawLayout
 
 DETECTING = (
+    "stops",
+    "separate_stops",
     "threshold",
     "polarity",
     "contact_level",
@@ -95,26 +97,39 @@ def raw_layout(chosen: argparse.Namespace) -> RawLayout | None:
 def reading(chosen: argparse.Namespace) -> dict[str, Any]:
     """How the user wants a recording read: arguments of `impactsig.read`."""
     layout = raw_layout(chosen)
-    return given(chosen, READING) | ({} if layout is None else {"raw": layout})
+    told = given(chosen, READING)
+    # Given once, an option is of the only channel, or of all.
+    told |= {
+        name: told[name][0] for name in ("channel", *PER_CHANNEL) if len(told.get(name, ())) == 1
+    }
+    return told | ({} if layout is None else {"raw": layout})
 
 
 def reading_options() -> Parser:
     """How a recording is read."""
     options = Parser(add_help=False)
     group = options.add_argument_group("reading")
-    group.add_argument("--channel", metavar="NAME", help="channel, by name or number from 0")
+    group.add_argument(
+        "--channel",
+        action="append",
+        metavar="NAME",
+        help="channel, by name or number from 0. Given again, these are sensors of one machine, "
+        "whose impacts make one train; scale, offset, unit and sensor can then be given for each, "
+        "in the order of the channels",
+    )
     group.add_argument("--start", type=number, metavar="S", help="begin here [s]")
     group.add_argument("--stop", type=number, metavar="S", help="end before here [s]")
-    group.add_argument("--scale", type=number, metavar="X", help="multiply the samples by this")
-    group.add_argument("--offset", type=number, metavar="X", help="then add this")
-    group.add_argument("--unit", help="unit of the result")
+    each: dict[str, Any] = {"action": "append"}
+    group.add_argument("--scale", type=number, metavar="X", help="multiply samples by this", **each)
+    group.add_argument("--offset", type=number, metavar="X", help="then add this", **each)
+    group.add_argument("--unit", help="unit of the result", **each)
     group.add_argument(
         "--resample",
         type=number,
         metavar="HZ",
         help="interpolate samples taken at uneven times, as by a phone, to this rate",
     )
-    group.add_argument("--sensor", choices=("force", "sound"), help="what recorded it")
+    group.add_argument("--sensor", choices=("force", "sound"), help="what recorded it", **each)
     return options
 
 
@@ -122,6 +137,18 @@ def detecting_options() -> Parser:
     """How impacts are looked for in it."""
     options = Parser(add_help=False)
     group = options.add_argument_group("detection")
+    group.add_argument(
+        "--stops",
+        type=stops,
+        metavar="N[,N...]",
+        help='which stop each --channel belongs to, such as 0,1; "none" for one that hears all',
+    )
+    group.add_argument(
+        "--separate-stops",
+        action="store_const",
+        const=True,
+        help="tell the impacts of two stops apart by what they sound like in one microphone",
+    )
     group.add_argument(
         "--threshold",
         type=threshold,
@@ -204,6 +231,12 @@ def _is_number(word: str = "") -> bool:
     return True
 
 
+def one_line(text: Any) -> str:
+    """Text on one line, with what a terminal might act on made visible."""
+    words = " ".join(str(text).split())
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in words)
+
+
 def number(text: str) -> float:
     """A finite number."""
     try:
@@ -213,6 +246,16 @@ def number(text: str) -> float:
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
     return value
+
+
+def stops(text: str) -> list[int | None]:
+    """A stop, or none, for each channel."""
+    words = [word.strip() for word in text.split(",")]
+    if not all(word == "none" or word.isdecimal() for word in words):
+        raise argparse.ArgumentTypeError(
+            f'{text!r} is not a list of whole numbers or "none", such as 0,1'
+        )
+    return [None if word == "none" else int(word) for word in words]
 
 
 def contact_level(text: str) -> float | str:

@@ -21,6 +21,8 @@ FEWEST = 6
 """Impacts that pairs are looked for with."""
 SHARE = 0.5
 """Of the impacts of a segment: fewer pairs are chance."""
+CHANCE = 0.01
+"""Delays that chance alone may give as many pairs at; more, and the pairs prove nothing."""
 ALIKE = 0.9
 """Of the pairs: another delay with as many is as good."""
 TRIM = 4.0
@@ -172,7 +174,8 @@ def _coarse(
         if last - first < FEWEST:
             last = first + FEWEST
         count, delays = _votes(a[first:last], b, within, most)
-        if count >= SHARE * (last - first) and count > best[0]:
+        chance = _by_chance(count, last - first, b, within, min(most, a[-1] - a[0] + b[-1] - b[0]))
+        if count >= SHARE * (last - first) and count > best[0] and chance < CHANCE:
             best = (count, float(a[first]), float(a[last - 1]), float(delays[0]))
             rivals = delays.tolist()
     if not best[0]:
@@ -190,6 +193,14 @@ def _coarse(
             f"Delays of {rivals[0]:.6g} and {rivals[1]:.6g} s pair as many impacts",
         )
     return best[1], best[2], best[3]
+
+
+def _by_chance(count: int, of: int, b: np.ndarray, within: float, span: float) -> float:
+    """How many delays of a span would give so many pairs in trains with nothing in common."""
+    from scipy.special import pdtrc
+
+    density = len(b) / max(float(b[-1] - b[0]), within)
+    return span / within * float(pdtrc(count - 1, of * density * 2 * within))
 
 
 def _votes(part: np.ndarray, b: np.ndarray, within: float, most: float) -> tuple[int, np.ndarray]:

@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ._straight_line import fit_line
 from .errors import InvalidInput
 from .recording import Recording
-
-ROUNDS = 50
-"""Of weights; those of a line as good as a calibration's settle in a few."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,27 +108,12 @@ def fit_calibration(
     )
     if np.ptp(x) == 0 and not (through_zero and x[0]):
         raise InvalidInput("reading", x[0], "readings that differ", "One point makes no line")
+    if not isinstance(unit, str):
+        raise InvalidInput("unit", unit, "text")
     known = reading_error is not None or load_error is not None
     if not known:
         of_y = np.ones(len(x))
-    scale = float(x @ y / (x @ x)) if through_zero else float(np.polyfit(x, y, 1)[0])
-    for _ in range(ROUNDS):
-        weight = 1.0 / (of_y**2 + (scale * of_x) ** 2)
-        middle_x, middle_y = (0.0, 0.0) if through_zero else np.average([x, y], 1, weight)
-        u, v = x - middle_x, y - middle_y
-        true = weight * (u * of_y**2 + scale * v * of_x**2)  # adjusted readings, off their middle
-        before, scale = scale, float(weight * true @ v / (weight * true @ u))
-        if math.isclose(before, scale, rel_tol=1e-15):
-            break
-    offset = 0.0 if through_zero else float(middle_y - scale * middle_x)
-    at = middle_x + true
-    mean = 0.0 if through_zero else np.average(at, weights=weight)
-    of_scale = 1.0 / float(weight @ (at - mean) ** 2)
-    covariance = np.zeros((2, 2))
-    covariance[0, 0] = of_scale
-    if not through_zero:
-        covariance[0, 1] = covariance[1, 0] = -mean * of_scale
-        covariance[1, 1] = 1.0 / weight.sum() + mean**2 * of_scale
+    scale, offset, covariance = fit_line(x, y, of_x, of_y, through_zero)
     residual = y - scale * x - offset
     if not known:
         covariance *= float(residual @ residual) / (len(x) - (1 if through_zero else 2))

@@ -33,6 +33,7 @@ from ._options import (
     file_options,
     given,
     number,
+    one_line,
     raw_layout,
     reading,
     reading_options,
@@ -344,12 +345,6 @@ _OUTPUT = {
     "compare": "a .png, .pdf or .svg file for the figure (default: none)",
     "dimension": "a .png, .pdf or .svg file for the figure (default: none)",
 }
-
-
-def one_line(text: Any) -> str:
-    """Text on one line, with what a terminal might act on made visible."""
-    words = " ".join(str(text).split())
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in words)
 
 
 def _show_warnings_as_lines() -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from . import _impact_tables as tables
+from . import _impact_columns as tables
 from ._arguments import number
 from .alignment import align_impacts
 from .errors import InvalidInput
@@ -97,7 +97,12 @@ def combine_impacts(
             raise InvalidInput(f"trains[{k}]", train, "Impacts")
     within = number("within", within, positive=True)
     longest_delay = number("longest_delay", longest_delay, positive=True)
-    own = _stops(stops, trains)
+    own = stops_of_sensors(stops, len(trains))
+    for k, (one, train) in enumerate(zip(own, trains, strict=True)):
+        if one is not None and train.peak is None:
+            raise InvalidInput(
+                "stops", stops, "stops of sensors that measure peaks", f"trains[{k}] has none"
+            )
     time = trains[0].time
     index = np.arange(len(time))[:, None]
     delays, errors = [0.0], [0.0]
@@ -121,7 +126,7 @@ def combine_impacts(
         sensor=first.sensor if len({train.sensor for train in trains}) == 1 else "",
         source=first.source,
         recorded_at=first.recorded_at,
-        reason="; ".join(dict.fromkeys(t.reason for t in trains if t.reason)),
+        reason="" if len(time) else "; ".join(dict.fromkeys(t.reason for t in trains if t.reason)),
         notes=tuple(dict.fromkeys(note for train in trains for note in train.notes)),
         disturbances=tuple(
             sorted((one for train in trains for one in train.disturbances), key=lambda d: d.start)
@@ -132,20 +137,27 @@ def combine_impacts(
     return Combination(impacts, index, np.array(delays), np.array(errors))
 
 
-def _stops(stops: Any, trains: Sequence[Impacts]) -> list[int | None]:
+def stops_of_sensors(stops: Any, count: int) -> list[int | None]:
+    """The stop that each of so many sensors belongs to.
+
+    Raises
+    ------
+    InvalidInput
+        If there are not as many stops, or one is neither None nor a whole number.
+    """
     if stops is None:
-        return [None] * len(trains)
-    own = list(stops)
-    if len(own) != len(trains) or any(
-        one is not None and (isinstance(one, bool) or one != int(one) or one < 0) for one in own
-    ):
-        raise InvalidInput("stops", stops, f"a stop, or None, for each of {len(trains)} trains")
-    for k, (one, train) in enumerate(zip(own, trains, strict=True)):
-        if one is not None and train.peak is None:
-            raise InvalidInput(
-                "stops", stops, "stops of sensors that measure peaks", f"trains[{k}] has none"
-            )
-    return own
+        return [None] * count
+    own = list(stops) if isinstance(stops, Iterable) and not isinstance(stops, str) else []
+    if len(own) != count or not all(one is None or _is_stop(one) for one in own):
+        raise InvalidInput(
+            "stops", stops,
+            f"a whole number, 0 or greater, or None, for each sensor ({count})",
+        )  # fmt: skip
+    return [None if one is None else int(one) for one in own]
+
+
+def _is_stop(one: Any) -> bool:
+    return isinstance(one, (int, np.integer)) and not isinstance(one, bool) and int(one) >= 0
 
 
 def _delay(

@@ -13,37 +13,39 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
 import numpy as np
 
-from . import _impact_tables as tables
-from .errors import InvalidInput, finite_number
+from . import _impact_columns as table
+from . import _impact_tables as files
+from ._impact_flags import (
+    CLIPPED,
+    EDITED,
+    FLAG_NAMES,
+    INFERRED,
+    OPEN_END,
+    OPEN_START,
+    UNRESOLVED,
+    flag_names,
+)
+from .errors import InvalidInput
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from scipy.sparse import dia_array
 
-OPEN_START = 1
-"""The pulse had begun before the record did: contact time and impulse are lower bounds."""
-OPEN_END = 2
-"""The pulse had not ended when the record did: contact time and impulse are lower bounds."""
-CLIPPED = 4
-"""The peak reached the limit of the instrument: peak and impulse are lower bounds."""
-UNRESOLVED = 8
-"""The pulse overlaps a neighbour: it is measured as far as the valley between them."""
-INFERRED = 16
-"""Not measured at all, but put in by `impactsig.repair_intervals` where one was missed."""
-
-EDITED = 32
-"""Put in or moved by hand (`Impacts.edit`)."""
-
-FLAG_NAMES = {
-    OPEN_START: "open start",
-    OPEN_END: "open end",
-    CLIPPED: "clipped",
-    UNRESOLVED: "unresolved",
-    INFERRED: "inferred",
-    EDITED: "edited",
-}
-
+__all__ = [
+    "CLIPPED",
+    "EDITED",
+    "FLAG_NAMES",
+    "INFERRED",
+    "KINDS",
+    "OPEN_END",
+    "OPEN_START",
+    "UNRESOLVED",
+    "Disturbance",
+    "Impacts",
+    "exact",
+    "flag_names",
+]
 
 KINDS = {
     "glitch": "single samples that stand alone",
@@ -162,42 +164,17 @@ class Impacts:
     disturbances: tuple[Disturbance, ...] = ()
 
     def __post_init__(self) -> None:
-        time = _vector("time", self.time)
-        if np.any(np.diff(time) < 0):
-            where = int(np.argmax(np.diff(time) < 0)) + 1
-            raise InvalidInput(
-                "time",
-                f"time[{where}] = {time[where]:.9g} s after {time[where - 1]:.9g} s",
-                "ascending instants",
-                "Sort them first",
-            )
+        time = table.instants(self.time)
         store: dict[str, Any] = {"time": time}
-        for name in tables.MEASURED:
+        for name in table.MEASURED:
             value = getattr(self, name)
-            store[name] = None if value is None else _column(name, value, len(time))
+            store[name] = None if value is None else table.column(name, value, len(time))
         flags = np.asarray(self.flags, np.uint8)
         store["flags"] = flags if len(flags) or not len(time) else np.zeros(len(time), np.uint8)
         if store["flags"].shape != time.shape:
             raise InvalidInput("flags", f"shape {flags.shape}", f"shape {time.shape}")
-        store["gaps"] = _spans(self.gaps)
-        start = float(time[0]) if len(time) else 0.0
-        if self.start is not None:
-            start = finite_number("start", self.start, "a finite time [s]")
-        last = float(time[-1]) if len(time) else start
-        duration = last - start
-        if self.duration is not None:
-            duration = finite_number("duration", self.duration, "a finite time, 0 or greater [s]")
-        if not (np.isfinite(start) and np.isfinite(duration) and duration >= 0):
-            raise InvalidInput(
-                "start, duration", f"{start}, {duration}", "finite, duration >= 0 [s]"
-            )
-        slack = 1e-9 * max(1.0, abs(last))
-        if len(time) and (time[0] < start - slack or last > start + duration + slack):
-            raise InvalidInput(
-                "time",
-                f"{time[0]:.9g} ... {last:.9g} s",
-                f"instants inside the run, {start:.9g} to {start + duration:.9g} s",
-            )
+        store["gaps"] = table.spans(self.gaps)
+        start, duration = table.run_span(time, self.start, self.duration)
         for array in store.values():
             if array is not None:
                 array.flags.writeable = False
@@ -228,9 +205,9 @@ class Impacts:
         **known
             Any other parameter of `Impacts`; arrays are sorted with the times.
         """
-        time = _vector("time", time)
+        time = table.vector("time", time)
         order = np.argsort(time, kind="stable")
-        for name in (*tables.MEASURED, "flags"):
+        for name in (*table.MEASURED, "flags"):
             if known.get(name) is not None:
                 known[name] = np.asarray(known[name])[order]
         known |= {"start": start, "duration": duration}
@@ -343,7 +320,7 @@ class Impacts:
         """The impacts at a slice, a mask or ascending indices, in the same run."""
         if isinstance(which, (int, np.integer)):
             which = [which]
-        return replace(self, **{name: own[which] for name, own in tables.columns(self).items()})
+        return replace(self, **{name: own[which] for name, own in table.columns(self).items()})
 
     def between(self, start: float | None = None, stop: float | None = None) -> Impacts:
         """The impacts with start <= time < stop [s]; the run becomes that span."""
@@ -398,6 +375,8 @@ class Impacts:
     def write_corrections(self, recording: Any) -> Path:
         """Write the corrections beside a recording, where `detect_impacts` finds them again.
 
+        Those of other channels stay. The table knows the recording by the SHA-256 of its file.
+
         Parameters
         ----------
         recording : path-like
@@ -406,16 +385,44 @@ class Impacts:
         Returns
         -------
         Path
-            The table: action, instant, where to, by whom, when, comment.
+            The table: channel, action, instant, where to, by whom, when, comment.
 
         Raises
         ------
+        UnreadableFile
+            If there is no such recording, or the table there cannot be read.
         UnwritableFile
-            If it cannot be written.
+            If the table cannot be written.
         """
-        from ._corrections import write
+        from ._correction_files import write
 
         return write(self, recording)
+
+    def apply_corrections(self, recording: Any) -> Impacts:
+        """The train with the corrections made that stand beside its recording.
+
+        `detect_impacts` does so where it is given the path of a recording, as do the commands and
+        reports. Corrections of another channel, and outside the run, do not count.
+
+        Parameters
+        ----------
+        recording : path-like
+            The recording's file.
+
+        Returns
+        -------
+        Impacts
+            With a note on those that name no impact of this train.
+
+        Raises
+        ------
+        UnreadableFile
+            If the table beside the recording cannot be read, or the corrections were made in
+            another recording.
+        """
+        from ._correction_files import applied
+
+        return applied(self, recording)
 
     # -- tables ----------------------------------------------------------------------------
 
@@ -423,7 +430,7 @@ class Impacts:
         """A table with a row an impact and a column for each thing measured, in SI units."""
         import pandas as pd
 
-        return pd.DataFrame(tables.columns(self))
+        return pd.DataFrame(table.columns(self))
 
     def to_csv(self, path: Any) -> None:
         """Write a CSV that `read_csv` reads back without loss; the run stands in its first line.
@@ -438,7 +445,7 @@ class Impacts:
         UnwritableFile
             If it cannot be written; what stood at `path` before is then untouched.
         """
-        tables.write_csv(self, path)
+        files.write_csv(self, path)
 
     @classmethod
     def read_csv(cls, path: Any) -> Impacts:
@@ -449,16 +456,16 @@ class Impacts:
         UnreadableFile
             If there is no such file, or it has no such column or no numbers in it.
         """
-        return tables.read_csv(cls, path)
+        return files.read_csv(cls, path)
 
     def to_parquet(self, path: Any) -> None:
         """Write a Parquet file that `read_parquet` reads back without loss (needs pyarrow)."""
-        tables.write_parquet(self, path)
+        files.write_parquet(self, path)
 
     @classmethod
     def read_parquet(cls, path: Any) -> Impacts:
         """Impacts from a Parquet file written by `to_parquet` (needs pyarrow)."""
-        return tables.read_parquet(cls, path)
+        return files.read_parquet(cls, path)
 
     # -- showing ---------------------------------------------------------------------------
 
@@ -490,62 +497,3 @@ class Impacts:
 def exact(count: int) -> dict[str, Any]:
     """What is known of simulated impacts: no error, and that they are impacts."""
     return {"time_error": np.zeros(count), "probability": np.ones(count)}
-
-
-def flag_names(flags: int) -> str:
-    """The names of the bits set in `flags`, separated by commas."""
-    return ", ".join(name for bit, name in FLAG_NAMES.items() if flags & bit)
-
-
-def _vector(
-    name: str, value: Iterable[float], length: int | None = None, *, finite: bool = True
-) -> np.ndarray:
-    try:
-        given = np.asarray(value)
-        if given.dtype.kind in "mMc":
-            # NumPy would count dates in a unit of its own, and drop imaginary parts.
-            raise TypeError
-        array = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InvalidInput(name, value, "an array of real numbers") from None
-    if array.ndim != 1 or (length is not None and len(array) != length):
-        wanted = "(n,)" if length is None else f"({length},)"
-        raise InvalidInput(name, f"shape {array.shape}", f"shape {wanted}")
-    if finite and len(array):
-        _require(name, array, np.isfinite(array), "finite numbers")
-    return array
-
-
-def _column(name: str, value: Any, length: int) -> np.ndarray:
-    """What was measured of each impact, checked."""
-    if name in tables.ERRORS:
-        array = _vector(name, value, length, finite=False)
-        _require(name, array, array >= 0, "standard errors, 0 or greater")
-        return array
-    array = _vector(name, value, length)
-    if name == "probability":
-        _require(name, array, (array >= 0) & (array <= 1), "probabilities, 0 to 1")
-    elif name in tables.COUNTS:
-        least = tables.COUNTS[name]
-        right = (array >= least) & (array % 1 == 0)
-        _require(name, array, right, f"whole numbers, {least} or greater")
-        return array.astype(np.intp)
-    return array
-
-
-def _require(name: str, array: np.ndarray, right: np.ndarray, wanted: str) -> None:
-    if not right.all():
-        where = int(np.argmin(right))
-        raise InvalidInput(name, f"{array[where]} at index {where}", wanted)
-
-
-def _spans(gaps: Any) -> np.ndarray:
-    try:
-        spans = np.array(gaps, dtype=np.float64)
-    except (TypeError, ValueError):
-        spans = np.full(1, np.nan)
-    if not spans.size:
-        return np.empty((0, 2))
-    if spans.ndim != 2 or spans.shape[1] != 2 or not np.all(spans[:, 0] <= spans[:, 1]):
-        raise InvalidInput("gaps", gaps, "pairs of start and stop [s], start <= stop")
-    return spans

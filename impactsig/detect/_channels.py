@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ..combining import combine_impacts
+from ..combining import combine_impacts, stops_of_sensors
 from ..errors import InvalidInput
 from ..impacts import Impacts
 
@@ -17,33 +17,59 @@ SOUND_ONLY = ("least_probability",)
 
 def detect_channels(
     detect: Callable[..., Impacts],
-    source: Any,
+    sources: Sequence[tuple[Any, str | int | None]],
     channels: Sequence[str | int],
     sensors: Any,
     stops: Sequence[int | None] | None,
     options: dict[str, Any],
+    path: Any = None,
 ) -> Impacts:
-    """As `detect_impacts` does it for several channels."""
-    if not channels:
+    """One train of several channels, as `detect_impacts` makes it.
+
+    Parameters
+    ----------
+    detect : callable
+        Finds the impacts of one channel.
+    sources : sequence of (source, channel)
+        What to search for each of `channels`, and by which name the channel is chosen there.
+    channels, sensors, stops, options
+        As they were given.
+    path : path-like, optional
+        The recording, beside which the corrections of each channel are.
+    """
+    count = len(channels)
+    if not count:
         raise InvalidInput("channel", channels, "a channel or more")
+    twice = [one for one in channels if list(channels).count(one) > 1]
+    if twice:
+        raise InvalidInput("channel", twice[0], "every channel once", _ONCE)
     alike = sensors is None or isinstance(sensors, str)
-    kinds = [sensors] * len(channels) if alike else list(sensors)
-    if len(kinds) != len(channels):
-        raise InvalidInput("sensor", sensors, f"one for each of {len(channels)} channels")
+    kinds = [sensors] * count if alike else list(sensors)
+    if len(kinds) != count:
+        raise InvalidInput("sensor", sensors, f"one for all, or one for each of {count} channels")
+    stops_of_sensors(stops, count)  # before hours of detection
     mixed = len(set(kinds)) > 1
     trains = []
-    for channel, kind in zip(channels, kinds, strict=True):
+    for (source, channel), kind in zip(sources, kinds, strict=True):
         own = options
         if mixed:
             without = FORCE_ONLY if kind == "sound" else SOUND_ONLY
             own = {name: value for name, value in options.items() if name not in without}
-        trains.append(detect(source, channel=channel, sensor=kind, **own))
+        train = detect(source, channel=channel, sensor=kind, **own)
+        trains.append(train if path is None else train.apply_corrections(path))
+    names = _names([train.settings["channel"] for train in trains], channels)
     found = combine_impacts(trains, stops=stops)
-    names = [train.settings["channel"] for train in trains]
+    notes = [f"{name}: {note}" for name, train in zip(names, trains, strict=True)
+             for note in train.notes]  # fmt: skip
+    if len(found.impacts):
+        notes += [f"{name}: no impacts: {train.reason}"
+                  for name, train in zip(names, trains, strict=True) if train.reason]  # fmt: skip
     return replace(
         found.impacts,
+        notes=tuple(notes),
         settings={
             "channel": names,
+            "stops": None if stops is None else list(stops),
             "delay": dict(zip(names, found.delays.tolist(), strict=True)),
             "delay_error": dict(zip(names, found.delay_errors.tolist(), strict=True)),
             "of_channel": {
@@ -51,3 +77,15 @@ def detect_channels(
             },
         },
     )
+
+
+_ONCE = "One sensor counted twice would say that it is surer than it is"
+
+
+def _names(found: list[str], channels: Sequence[str | int]) -> list[str]:
+    """What to call each channel; those of one name, chosen by their numbers, by these too."""
+    if len(set(found)) == len(found):
+        return found
+    if not all(isinstance(one, int) or str(one).isdecimal() for one in channels):
+        raise InvalidInput("channel", ", ".join(map(str, channels)), "every channel once", _ONCE)
+    return [f"{name} {number}".strip() for name, number in zip(found, channels, strict=True)]

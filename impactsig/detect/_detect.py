@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from .._corrections import applied_beside
-from .._impact_tables import ERRORS
+from .._impact_columns import ERRORS
 from ..errors import InvalidInput, finite_number
 from ..impacts import KINDS, Disturbance, Impacts
-from ..recording import Sensor
+from ..recording import Recording, Sensor
 from ._asked import (
     parse_contact_level,
     parse_contact_time,
@@ -61,7 +61,8 @@ def detect_impacts(
         Which channel, where there are several. Those of a sequence are sensors of one machine:
         each impact is returned once, by `impactsig.combine_impacts`.
     stops : sequence of int or None, optional
-        Which stop each channel of a sequence belongs to, None for one that hears them all.
+        Which stop each channel of a sequence belongs to, None for one that hears them all; whole
+        numbers, 0 or greater, that `stop_index` then holds.
     threshold : float or str, optional
         Force: level that the response to an impact must reach (see Notes), in the recording's unit,
         or as a multiple of its noise, ``"6 sigma"``. By default at least 5 sigma, and such that in
@@ -146,13 +147,68 @@ def detect_impacts(
         contact_time=contact_time, merge_within=merge_within, dead_time=dead_time, gaps=gaps,
         skip_quiet=skip_quiet, least_probability=least_probability,
     )  # fmt: skip
-    if isinstance(channel, Sequence) and not isinstance(channel, str):
-        found = detect_channels(detect_channel, source, channel, sensor, stops, options)
+    path = source if isinstance(source, (str, Path)) else None
+    if isinstance(channel, (Sequence, np.ndarray)) and not isinstance(channel, str):
+        channels = list(channel)
+        sources = [(source, one) for one in channels]
+        found = detect_channels(detect_channel, sources, channels, sensor, stops, options, path)
     elif stops is not None:
         raise InvalidInput("stops", stops, "its default for one channel", "Give several channels")
     else:
         found = detect_channel(source, sensor=sensor, channel=channel, **options)
-    return applied_beside(found, source) if isinstance(source, (str, Path)) else found
+    return found if path is None else found.apply_corrections(path)
+
+
+def detect_opened(
+    sources: Sequence[Any],
+    channels: Sequence[str | int],
+    path: Any,
+    *,
+    stops: Sequence[int | None] | None = None,
+    separate_stops: bool = False,
+    **options: Any,
+) -> Impacts:
+    """As `detect_impacts`, of the channels of a recording that are opened one by one.
+
+    Parameters
+    ----------
+    sources : sequence of Recording or of blocks
+        One channel each.
+    channels : sequence of str or int
+        How they were chosen.
+    path : path-like
+        The recording, with corrections beside it.
+    separate_stops : bool
+        Tell the impacts of two stops apart, as `impactsig.separate_stops` does.
+    stops, **options
+        As for `detect_impacts`.
+    """
+    first = sources[0]
+    heard = len(sources) == 1 and isinstance(first, Recording) and first.sensor == "sound"
+    if separate_stops and not heard:
+        raise InvalidInput(
+            "separate_stops", separate_stops, "its default, but for the record of one microphone",
+            'Choose one channel, and say sensor="sound" (--sensor sound); it must fit into memory',
+        )  # fmt: skip
+    if len(sources) == 1:
+        found = detect_impacts(first, stops=stops, **options).apply_corrections(path)
+        return _separated(first, found) if separate_stops else found
+    sensors = [source.sensor for source in sources]
+    parts = [(source, None) for source in sources]
+    found = detect_channels(detect_channel, parts, channels, sensors, stops, options, path)
+    return found.apply_corrections(path)
+
+
+def _separated(recording: Recording, impacts: Impacts) -> Impacts:
+    """The impacts with their stops, where two sounds are told apart; else with a note why not."""
+    from .stops import separate_stops
+
+    found = separate_stops(recording, impacts)
+    if found.reason:
+        note = f"the stops were not told apart: {found.reason}"
+        return replace(impacts, notes=(*impacts.notes, note))
+    settings = {**impacts.settings, "distance of the two sounds": found.distance}
+    return replace(found.impacts, settings=settings)
 
 
 def detect_channel(
@@ -164,10 +220,10 @@ def detect_channel(
     polarity: str = "auto",
     contact_level: float | str = 0.0,
     contact_time: tuple[float, float] | None = None,
-    merge_within: float,
-    dead_time: float,
-    gaps: Gaps,
-    skip_quiet: bool,
+    merge_within: float = 0.0,
+    dead_time: float = 0.0,
+    gaps: Gaps = "refuse",
+    skip_quiet: bool = True,
     least_probability: float = 0.5,
 ) -> Impacts:
     """The impacts of one channel, as the sensor's detector finds them."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._compiled import njit
-from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
+from .._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from ._false_alarms import LEAST_SIGMA, discovery_level
 from ._ladder import MATCH
 from ._order_kernels import quantile

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import njit
-from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
+from .._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from ._pulse_edges import (
     ERRORS,
     FIT,

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import njit
-from ..impacts import OPEN_END, OPEN_START, UNRESOLVED
+from .._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from ._pulse_edges import Baseline, crossing
 from ._pulse_fit import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from .._compiled import njit
-from ..impacts import UNRESOLVED
+from .._impact_flags import UNRESOLVED
 from ._ladder import MATCH
 from ._pair_fit import PAIR, begin_pair, fit_pair, pair_model
 from ._pulse_edges import ERRORS

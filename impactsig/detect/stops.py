@@ -92,6 +92,9 @@ def separate_stops(
         reason = f"{len(impacts)} impacts are too few: {FEWEST} are needed"
         return StopSeparation(replace(impacts, stop_index=None), None, 0.0, reason)
     colours = _colours(one, impacts.time)
+    if not colours.any():
+        reason = "the recording is silent at the impacts"
+        return StopSeparation(replace(impacts, stop_index=None), None, 0.0, reason)
     centred = colours - colours.mean(axis=0)
     u, s, _ = np.linalg.svd(centred, full_matrices=False)
     places = (u * s)[:, :COMPONENTS]
@@ -133,6 +136,8 @@ def _colours(recording: Recording, time: np.ndarray) -> np.ndarray:
     heard = powers(first, fade)
     noise = np.median(powers(first - count - count // 4, fade[::-1]), axis=0)
     known = heard.mean(axis=0) > 0
+    if not known.any():
+        return np.zeros((len(heard), 2))
     logs = np.log(heard[:, known] + FLOOR * noise[known] + 1e-12 * heard[:, known].mean())
     return logs - logs.mean(axis=1, keepdims=True)
 

@@ -25,9 +25,7 @@ def interval_pairs(data: Intervals, lag: int, least: int) -> tuple[np.ndarray, n
     if not isinstance(lag, (int, np.integer)) or isinstance(lag, bool) or lag < 1:
         raise InvalidInput("lag", lag, "a positive whole number of intervals")
     if isinstance(data, Impacts):
-        values = np.diff(data.time)
-        lost = np.concatenate(([0], np.cumsum(data.interval_spans_gap())))
-        whole = lost[lag + 1 :] == lost[: max(len(lost) - lag - 1, 0)]
+        values, whole = np.diff(data.time), unbroken_pairs(data, lag)
     else:
         values = _array(data)
         whole = np.ones(max(len(values) - lag, 0), bool)
@@ -37,6 +35,13 @@ def interval_pairs(data: Intervals, lag: int, least: int) -> tuple[np.ndarray, n
             "intervals", f"{len(first)} pairs at lag {lag}", f"{least} or more", "Use a longer run"
         )
     return first, later
+
+
+def unbroken_pairs(impacts: Impacts, lag: int) -> np.ndarray:
+    """Whether no interval from each but the last `lag` to the one `lag` later spans a gap."""
+    lost = np.concatenate(([0], np.cumsum(impacts.interval_spans_gap())))
+    whole: np.ndarray = lost[lag + 1 :] == lost[: max(len(lost) - lag - 1, 0)]
+    return whole
 
 
 def _array(data: Iterable[float]) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._arguments import number
-from .._impact_tables import filled
+from .._impact_columns import filled
 from ..impacts import INFERRED, Impacts
 from ._pairs import Intervals, as_intervals
 from ._repair_map import map_edits

@@ -9,6 +9,7 @@ function for them.
 from .averaging import averaged_density, p_bifurcation
 from .beams import apparent_restitution, mode_shapes, restitution_over_modes, tip_history
 from .branches import branch
+from .calibration import calibration_curve
 from .comparison import comparison
 from .control import (
     control_effort,
@@ -46,6 +47,7 @@ __all__ = [
     "basins",
     "bifurcation_diagram",
     "branch",
+    "calibration_curve",
     "comparison",
     "contact_against_interval",
     "control_effort",

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import axes, colour, explain, frame, legend, points
+from ._axes import axes, explain, frame, legend, points
 from ._kinds import checked
+from ._stops import stop_colour, stop_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,9 +36,10 @@ def section(result: Section, ax: Axes | None = None) -> Axes:
         low = -math.pi
     phase = (result.phase - low) % (2 * math.pi) + low
     stops = np.unique(result.stop)
-    for k, stop in enumerate(stops):
+    for stop in stops:
         own = result.stop == stop
-        points(ax, phase[own], result.velocity[own], color=colour(k), label=f"stop {stop}")
+        look = {"color": stop_colour(stop), "label": stop_name(stop)}
+        points(ax, phase[own], result.velocity[own], **look)
     if len(stops) > 1:
         legend(ax, fontsize="small")
     names = ["0", "π/2", "π", "3π/2", "2π"] if low == 0 else ["−π", "−π/2", "0", "π/2", "π"]

@@ -8,7 +8,9 @@ import numpy as np
 
 from .. import intervals
 from ..impacts import Impacts
+from ..intervals._pairs import unbroken_pairs
 from ._axes import axes, bins, delay_plane, explain, frame, points, seconds, span_of
+from ._stops import by_stop, name_stops
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -21,7 +23,8 @@ if TYPE_CHECKING:
 def return_map(impacts: Impacts | Iterable[float], lag: int = 1, ax: Axes | None = None) -> Axes:
     """Draw each interspike interval against the one `lag` before it, with the diagonal.
 
-    A periodic motion is a set of points, chaos a curve or a cloud with structure.
+    A periodic motion is a set of points, chaos a curve or a cloud with structure. Where there are
+    several stops, a point has the colour of the one that was hit at the end of its first interval.
 
     Parameters
     ----------
@@ -41,7 +44,13 @@ def return_map(impacts: Impacts | Iterable[float], lag: int = 1, ax: Axes | None
         return explain(ax, f"Too few intervals for a return map at lag {lag}.")
     both = np.concatenate((first, later))
     delay_plane(ax, both, lag=lag)
-    points(ax, first, later)
+    if not isinstance(impacts, Impacts):
+        points(ax, first, later)
+        return ax
+    between = 1 + np.flatnonzero(unbroken_pairs(impacts, lag))
+    for label, colour, own in by_stop(impacts, between):
+        points(ax, first[own], later[own], color=colour, label=label)
+    name_stops(ax)
     return ax
 
 

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InvalidInput
 from ._axes import (
-    BLUE,
-    CHANNEL_COLOURS,
     GREY,
     RASTER_ABOVE,
     axes,
     explain,
-    legend,
     points,
     seconds,
     span_of,
     with_unit,
 )
 from ._kinds import checked
+from ._stops import by_stop, name_stops
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +38,7 @@ def spike_train(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ax = axes(ax, height=1.4)
     if not len(impacts):
         return explain(ax, impacts.reason or "No impacts.")
-    for label, colour, own in _by_stop(impacts, np.ones(len(impacts), bool)):
+    for label, colour, own in by_stop(impacts, np.ones(len(impacts), bool)):
         ax.vlines(
             impacts.time[own],
             0,
@@ -52,7 +49,7 @@ def spike_train(impacts: Impacts, ax: Axes | None = None) -> Axes:
             alpha=1.0 if len(impacts) < 500 else 0.5,
             rasterized=len(impacts) > RASTER_ABOVE,
         )
-    _name_stops(ax)
+    name_stops(ax)
     for first, last in impacts.gaps:
         ax.axvspan(first, last, color=GREY, alpha=0.2, linewidth=0)
     ax.set_yticks([])
@@ -83,9 +80,9 @@ def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ax = axes(ax)
     if not len(impacts):
         return explain(ax, impacts.reason or "No impacts.")
-    for label, colour, own in _by_stop(impacts, np.ones(len(impacts), bool)):
+    for label, colour, own in by_stop(impacts, np.ones(len(impacts), bool)):
         points(ax, impacts.time[own], impacts.peak[own], color=colour, label=label)
-    _name_stops(ax)
+    name_stops(ax)
     seconds(ax.xaxis, "time", [impacts.stop])
     ax.set_ylabel(with_unit("peak", impacts.unit))
     ax.set_ylim(
@@ -120,9 +117,9 @@ def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
         return explain(ax, f"{_count(impacts)}: an interval needs two.")
     after = np.append(False, ~impacts.interval_spans_gap())
     contact = impacts.contact_time[after]
-    for label, colour, own in _by_stop(impacts, after):
+    for label, colour, own in by_stop(impacts, after):
         points(ax, intervals[own], contact[own], color=colour, label=label)
-    _name_stops(ax)
+    name_stops(ax)
     seconds(ax.xaxis, "interspike interval before it", intervals)
     seconds(ax.yaxis, "contact time", contact)
     ax.set_xlim(span_of(intervals))
@@ -145,31 +142,13 @@ def interval_sequence(impacts: Impacts, ax: Axes | None = None) -> Axes:
         return explain(ax, f"{_count(impacts)}: an interval needs two.")
     after = np.append(False, ~impacts.interval_spans_gap())
     ended = impacts.time[after]
-    for label, colour, own in _by_stop(impacts, after):
+    for label, colour, own in by_stop(impacts, after):
         points(ax, ended[own], intervals[own], color=colour, label=label)
-    _name_stops(ax)
+    name_stops(ax)
     seconds(ax.xaxis, "time", [impacts.stop])
     seconds(ax.yaxis, "interspike interval", np.append(intervals, 0.0))
     ax.set_ylim(0, 1.08 * float(intervals.max()) or None)
     return ax
-
-
-def _by_stop(impacts: Impacts, chosen: np.ndarray) -> Iterator[tuple[str, str, np.ndarray]]:
-    """Label, colour and mask, among the chosen impacts, of those of each stop; all where one is."""
-    every = impacts.stop_index
-    if every is None or len(np.unique(every)) < 2:
-        yield "", BLUE, np.ones(int(chosen.sum()), bool)
-        return
-    stop = every[chosen]
-    for one in np.unique(stop):
-        known = one >= 0
-        colour = CHANNEL_COLOURS[one % len(CHANNEL_COLOURS)] if known else GREY
-        yield f"stop {one}" if known else "stop not known", colour, stop == one
-
-
-def _name_stops(ax: Axes) -> None:
-    if ax.get_legend_handles_labels()[0]:
-        legend(ax, "above", ncols=4)
 
 
 def _count(impacts: Impacts) -> str:

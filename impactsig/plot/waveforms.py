@@ -24,6 +24,7 @@ from ._axes import (
     with_unit,
 )
 from ._kinds import checked, refuse_others
+from ._stops import by_stop, several_stops
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,7 +58,7 @@ def waveform(
     recording : Recording
         One or several channels.
     impacts : Impacts, optional
-        The impacts to mark, on the first channel.
+        The impacts to mark, on the first channel; of several stops in several colours.
     start, stop : float, optional
         Span to draw [s].
 
@@ -72,13 +73,14 @@ def waveform(
         return explain(ax, "The recording has no samples.")
     time, low, high = polyline(shown)
     one_channel = shown.samples.ndim == 1
+    stops = impacts is not None and several_stops(impacts)
     for index, name in enumerate(shown.channels):
         column = (slice(None),) if one_channel else (slice(None), index)
         line = np.column_stack((low[column], high[column])).ravel() if len(low) else low
         ax.plot(
             np.repeat(time, 2),
             line,
-            color=colour(index),
+            color=GREY if one_channel and stops else colour(index),
             linewidth=0.7,
             label=None if one_channel else plain(name or f"channel {index}"),
         )
@@ -87,8 +89,11 @@ def waveform(
         seen = impacts[inside]
         column = (slice(None),) if one_channel else (slice(None), 0)
         heights = marker_heights(seen, time, low[column], high[column])
-        label = f"{len(seen)} impacts" if len(seen) != 1 else "1 impact"
-        points(ax, seen.time, heights, color=VERMILLION, label=label, zorder=3)
+        for name, mark, own in by_stop(impacts, inside, VERMILLION):
+            count = int(own.sum())
+            label = f"{count} impacts" if count != 1 else "1 impact"
+            label += f", {name}" if name else ""
+            points(ax, seen.time[own], heights[own], color=mark, label=label, zorder=3)
     if ax.get_legend_handles_labels()[0]:
         legend(ax, "upper right", ncols=4, borderaxespad=0)
         ax.margins(y=0.12)

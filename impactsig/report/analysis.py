@@ -3,31 +3,24 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._corrections import in_words
 from ..errors import ImpactsigWarning, InvalidInput, finite_number
 from ..recording import Recording, Sensor
+from .channels import around, channel_readings, open_recording, overviews_of, typical
 from .dynamics import Dynamics, read_dynamics
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
     from ..intervals import Periodicity
-    from ..io import Blocks, FileInfo, RawLayout
-
-WHOLE_BELOW = 20_000_000
-"""Samples up to which a recording is held in memory; longer ones go through in blocks."""
-
-OVERVIEW_BINS = 10_000
-"""Spans the overview is reduced to: the least and the greatest sample of each are kept."""
-
-EXCERPT = 20e-3
-"""Time shown on either side of an impact whose contact time was not measured [s]."""
+    from ..io import FileInfo, RawLayout
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,13 +31,14 @@ class Analysis:
     ----------
     file : FileInfo
         The file and its channels.
-    rate : float
-        Samples per second of the channel analysed [Hz].
-    overview : Recording
-        The channel analysed; a long one reduced to the least and the greatest sample of each of
-        10 000 spans, in that order, at the rate which that makes.
+    rates : tuple of float
+        Samples per second of each channel analysed [Hz].
+    overviews : tuple of Recording
+        The channels analysed, in the clock of the first; a long one reduced to the least and the
+        greatest sample of each of 10 000 spans, in that order, at the rate which that makes.
     excerpts : tuple of (int, Recording)
-        Close-ups at full rate: index of an impact, and the samples around it.
+        Close-ups at full rate: index of an impact, and the samples around it, of the sensor of its
+        stop where there is one, else of the first.
     impacts : Impacts
     periodicity : Periodicity
     dynamics : Dynamics
@@ -58,8 +52,8 @@ class Analysis:
     """
 
     file: FileInfo
-    rate: float
-    overview: Recording
+    rates: tuple[float, ...]
+    overviews: tuple[Recording, ...]
     excerpts: tuple[tuple[int, Recording], ...]
     impacts: Impacts
     periodicity: Periodicity
@@ -80,7 +74,9 @@ class Analysis:
         if impacts.contact_time is not None:
             mean, spread = mean_and_spread(impacts.contact_time * 1e3)
             parts.append(f"contact time {mean} ms" + (f" ± {spread}" if spread else ""))
-        return f"{self.periodicity.describe()}; {', '.join(parts)}."
+        words = f"{self.periodicity.describe()}; {', '.join(parts)}."
+        corrections = in_words(impacts)
+        return f"{words} Corrected by hand: {corrections}." if corrections else words
 
 
 def analyse(
@@ -88,15 +84,17 @@ def analyse(
     *,
     forcing_frequency: float | None = None,
     dynamics: bool = False,
-    channel: str | int | None = None,
+    channel: str | int | Sequence[str | int] | None = None,
     start: float | None = None,
     stop: float | None = None,
-    scale: float | None = None,
-    offset: float | None = None,
-    unit: str | None = None,
+    scale: float | Sequence[float] | None = None,
+    offset: float | Sequence[float] | None = None,
+    unit: str | Sequence[str] | None = None,
     rate: float | None = None,
-    sensor: Sensor | None = None,
+    sensor: Sensor | Sequence[Sensor] | None = None,
     raw: RawLayout | None = None,
+    stops: Sequence[int | None] | None = None,
+    separate_stops: bool | None = None,
     threshold: float | str | None = None,
     polarity: Literal["auto", "positive", "negative"] | None = None,
     contact_level: float | str | None = None,
@@ -106,9 +104,10 @@ def analyse(
     gaps: Literal["refuse", "split"] | None = None,
     least_probability: float | None = None,
 ) -> Analysis:
-    """Read one channel of a file, find its impacts, identify its period and read its dynamics.
+    """Read a channel of a file, find its impacts, identify its period and read its dynamics.
 
-    A recording of more than 20 million samples is taken in blocks, in bounded memory.
+    A recording of more than 20 million samples is taken in blocks, in bounded memory. Corrections
+    beside the file (`Impacts.write_corrections`) are made.
 
     Parameters
     ----------
@@ -121,7 +120,13 @@ def analyse(
         Lyapunov exponent, and the test against surrogates. A train that is periodic for certain has
         the dimension 0 in any case.
     channel, start, stop, scale, offset, unit, rate, sensor, raw : optional
-        As for `impactsig.read`.
+        As for `impactsig.read`. Several channels are sensors of one machine, whose impacts make one
+        train; scale, offset, unit and sensor are then one for all, or a sequence with one for each.
+    stops : sequence of int or None, optional
+        As for `impactsig.detect_impacts`.
+    separate_stops : bool, optional
+        Tell the impacts of two stops apart in the sound of one microphone, as
+        `impactsig.separate_stops` does.
     threshold, polarity, contact_level, contact_time, merge_within, dead_time : optional
         As for `impactsig.detect_impacts`.
     gaps, least_probability : optional
@@ -143,7 +148,7 @@ def analyse(
     ImpactsigWarning
         As reading and detection do; the texts are kept in the result too.
     """
-    from ..detect import detect_impacts
+    from ..detect._detect import detect_opened
     from ..intervals import identify_period
     from ..io import info
 
@@ -164,6 +169,8 @@ def analyse(
         raw=raw,
     )
     detecting = _given(
+        stops=stops,
+        separate_stops=separate_stops,
         threshold=threshold,
         polarity=polarity,
         contact_level=contact_level,
@@ -175,19 +182,21 @@ def analyse(
     )
     with _collected_warnings() as told:
         file = info(path, raw=raw)
-        source = open_recording(file, **reading)
-        impacts = detect_impacts(source, **detecting)
+        each = channel_readings(reading)
+        sources = [open_recording(file, **one) for one in each]
+        channels = [one.get("channel", 0) for one in each]
+        impacts = detect_opened(sources, channels, path, **detecting)
         period = None if forcing_frequency is None else 1 / forcing_frequency
         periodicity = identify_period(impacts, forcing_period=period)
         found = read_dynamics(impacts, periodicity, forcing_frequency, dynamics)
-        overview = overview_of(source, impacts.duration)
+        overviews = overviews_of(sources, impacts)
         excerpts = tuple(
-            (index, _around(impacts, index, source, reading)) for index in typical(impacts)
+            (index, around(impacts, index, sources, each)) for index in typical(impacts)
         )
     return Analysis(
         file=file,
-        rate=source.rate,
-        overview=overview,
+        rates=tuple(source.rate for source in sources),
+        overviews=overviews,
         excerpts=excerpts,
         impacts=impacts,
         periodicity=periodicity,
@@ -221,80 +230,6 @@ def _collected_warnings() -> Iterator[list[str]]:
                     told.append(message)
 
 
-def detect_file(path: Path, reading: Mapping[str, Any], detecting: Mapping[str, Any]) -> Impacts:
-    """The impacts of one channel of a file; a long one goes through in blocks."""
-    from ..detect import detect_impacts
-    from ..io import info
-
-    file = info(path, raw=reading.get("raw"))
-    return detect_impacts(open_recording(file, **reading), **detecting)
-
-
-def open_recording(file: FileInfo, **reading: Any) -> Recording | Blocks:
-    """One channel of a file: the recording, or its blocks where it is too long for memory.
-
-    Raises
-    ------
-    InvalidInput
-        If there are several channels and none was chosen; the message lists those of the file,
-        under the numbers by which they are chosen.
-    """
-    from ..io import read, read_blocks
-
-    longest = max((channel.length for channel in file.channels), default=0)
-    opened = read if longest <= WHOLE_BELOW else read_blocks
-    source = opened(file.path, **reading)
-    if len(source.channels) > 1:
-        listed = ", ".join(f"{i}: {channel.name!r}" for i, channel in enumerate(file.channels))
-        raise InvalidInput(
-            "channel",
-            None,
-            f"one of {listed}",
-            "Impacts are looked for in one channel: give channel= (--channel)",
-        )
-    return source
-
-
-def overview_of(source: Recording | Iterable[Recording], duration: float) -> Recording:
-    """The source, reduced where it is long; no spike is lost by drawing the result.
-
-    Parameters
-    ----------
-    source : Recording or iterable of Recording
-        One channel, whole or in successive blocks.
-    duration : float
-        Length of the whole [s].
-
-    Returns
-    -------
-    Recording
-        The source itself where it has few samples. Otherwise the least and the greatest sample
-        of each span, alternating, at the rate which that makes.
-    """
-    if isinstance(source, Recording) and len(source) <= 2 * OVERVIEW_BINS:
-        return _flat(source)
-    first, pieces = None, []
-    for block in [source] if isinstance(source, Recording) else source:
-        first = first or _flat(block.between())
-        share = block.duration / duration if duration else 1.0
-        _, low, high = _flat(block).envelope(max(1, round(OVERVIEW_BINS * share)))
-        pieces.append(np.column_stack((low, high)).ravel())
-    if first is None:
-        raise InvalidInput("source", "no blocks", "at least one block of samples")
-    samples = np.concatenate(pieces)
-    rate = len(samples) / duration if duration and len(samples) else first.rate
-    return replace(first, samples=samples, rate=rate)
-
-
-def typical(impacts: Impacts) -> list[int]:
-    """The weakest, the middle and the strongest impact; without peaks the first, middle, last."""
-    if not len(impacts):
-        return []
-    order = np.arange(len(impacts)) if impacts.peak is None else np.argsort(impacts.peak)
-    chosen = order[[0, len(order) // 2, -1]]
-    return [int(index) for index in dict.fromkeys(chosen.tolist())]
-
-
 def mean_and_spread(values: np.ndarray) -> tuple[str, str]:
     """Mean and standard deviation, both to the digit where the deviation has its second one."""
     mean = float(np.mean(values))
@@ -305,21 +240,3 @@ def mean_and_spread(values: np.ndarray) -> tuple[str, str]:
         return f"{mean:.4g}", "0"
     decimals = int(np.clip(1 - np.floor(np.log10(spread)), 0, 9))
     return f"{mean:.{decimals}f}", f"{spread:.{decimals}f}"
-
-
-def _flat(recording: Recording) -> Recording:
-    return recording if recording.samples.ndim == 1 else recording.channel(0)
-
-
-def _around(
-    impacts: Impacts, index: int, source: Recording | Blocks, reading: Mapping[str, Any]
-) -> Recording:
-    touch = float(impacts.time[index])
-    contact = 0.0 if impacts.contact_time is None else float(impacts.contact_time[index])
-    margin = 4 * contact or EXCERPT
-    low, high = max(impacts.start, touch - margin), min(impacts.stop, touch + contact + margin)
-    if isinstance(source, Recording):
-        return _flat(source.between(low, high))
-    from ..io import read
-
-    return _flat(read(source.source, **{**reading, "start": low, "stop": high}))

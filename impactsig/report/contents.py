@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
-from .._impact_tables import ERRORS, MEASURED
+from .._corrections import in_words
+from .._impact_columns import ERRORS, MEASURED
 from ..impacts import FLAG_NAMES, KINDS, flag_names
 from ..reconstruct.surrogates import LABEL
 from .analysis import Analysis, mean_and_spread
@@ -29,6 +30,10 @@ PLAIN_TABLE, PACKED_TABLE = 400_000, 800_000
 LEAST_PACKED_ROW = 10
 """Bytes of a compressed row at least: its digits are noise. More rows are not even tried."""
 
+SAID_ELSEWHERE = {
+    "sensor", "channel", "threshold", "stops", "delay", "delay_error", "of_channel", "corrections",
+}  # fmt: skip
+"""Settings that the parameters of a page do not list by their names."""
 _TIMES = ("merge_within", "dead_time", "width")
 
 LIBRARIES = ("numpy", "scipy", "numba", "pandas", "soundfile", "npTDMS", "matplotlib", "bokeh")
@@ -59,7 +64,7 @@ def notes(analysis: Analysis) -> list[str]:
     """What the reader must know before trusting the numbers."""
     impacts = analysis.impacts
     told = [*impacts.notes, *analysis.warnings]
-    cut = analysis.file.truncated or analysis.overview.truncated
+    cut = analysis.file.truncated or any(one.truncated for one in analysis.overviews)
     if cut and not any("cut short" in text for text in told):
         told.append("The recording is cut short: the file ends before its own header says.")
     if len(impacts.gaps):
@@ -92,6 +97,8 @@ _MEANING = {
     2: "the pulse had not ended when the record did",
     4: "the peak reached the limit of the instrument, peak and impulse are lower bounds",
     8: "the pulse overlaps a neighbour, its contact time lies between crossings of a level",
+    16: "put in where one was missed, nothing was measured there",
+    32: "put in or moved by hand",
 }
 
 
@@ -162,19 +169,27 @@ def table(impacts: Impacts, count: int) -> Table:
         columns += _errors(impacts.impulse_error)
     if impacts.rise_time is not None:
         columns.append(("rise time [ms]", impacts.rise_time, 1e3, ".4f"))
+    if impacts.probability is not None:
+        columns.append(("probability", impacts.probability, 1.0, ".3f"))
+    if impacts.stop_index is not None:
+        columns.append(("stop", impacts.stop_index, 1, "stop"))
     heads = ("impact", *(printable(head) for head, *_ in columns), "flags")
     rows = tuple(
         (
             str(i + 1),
-            *(
-                format(values[i] * factor, form) if form else rounded(values[i] * factor)
-                for _, values, factor, form in columns
-            ),
+            *(_cell(values[i] * factor, form) for _, values, factor, form in columns),
             flag_names(int(impacts.flags[i])),
         )
         for i in range(min(count, len(impacts)))
     )
     return Table(heads, rows)
+
+
+def _cell(value: float, form: str) -> str:
+    """One number of the table."""
+    if form == "stop":
+        return str(value) if value >= 0 else "\N{EN DASH}"
+    return format(value, form) if form else rounded(value)
 
 
 def _errors(
@@ -218,17 +233,14 @@ def download(impacts: Impacts, stem: str) -> Download:
 
 def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
     """Groups of names and values: the recording, the detection, the software."""
-    file, impacts, overview = analysis.file, analysis.impacts, analysis.overview
+    file, impacts = analysis.file, analysis.impacts
     recording = [
         ("file", Path(file.path).name),
         ("SHA-256", sha256(file.path)),
         ("size", f"{file.bytes:,} bytes"),
         ("format", file.format),
         ("recorded at", file.recorded_at.isoformat(sep=" ") if file.recorded_at else "not stored"),
-        ("channel", f"{overview.channels[0] or 'unnamed'} (one of {len(file.channels)})"),
-        ("sensor", overview.sensor),
-        ("unit", overview.unit or "not stored"),
-        ("rate", f"{analysis.rate:.10g} Hz"),
+        *_channels(analysis),
         ("span analysed", f"{impacts.start:.6g} to {impacts.stop:.6g} s"),
     ]
     sound = impacts.sensor == "sound"
@@ -246,8 +258,11 @@ def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
     detection += [
         (name.replace("_", " "), _setting(name, value))
         for name, value in impacts.settings.items()
-        if name not in ("sensor", "channel", "threshold")
+        if name not in SAID_ELSEWHERE
     ]
+    detection += _of_channels(impacts)
+    if words := in_words(impacts):
+        detection.append(("corrected by hand", words))
     kinds = [one.kind for one in impacts.disturbances]
     detection += [(KINDS[kind], f"{kinds.count(kind)}") for kind in dict.fromkeys(kinds)]
     if analysis.forcing_frequency is not None:
@@ -262,6 +277,50 @@ def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
         ("Software", software),
     )
     return [(title, [(a, printable(b)) for a, b in rows]) for title, rows in groups if rows]
+
+
+def _channels(analysis: Analysis) -> Iterator[tuple[str, str]]:
+    """What each channel is; of several with its stop, and how late it is against the first."""
+    of, settings = len(analysis.file.channels), analysis.impacts.settings
+    several = len(analysis.overviews) > 1
+    for k, (overview, rate) in enumerate(zip(analysis.overviews, analysis.rates, strict=True)):
+        name = overview.channels[0] or "unnamed"
+        rows = [
+            ("sensor", overview.sensor),
+            ("unit", overview.unit or "not stored"),
+            ("rate", f"{rate:.10g} Hz"),
+        ]
+        if not several:
+            yield "channel", f"{name} (one of {of})"
+            yield from rows
+            continue
+        words = [f"{label} {value}" if label != "sensor" else value for label, value in rows]
+        if settings.get("stops"):
+            stop = settings["stops"][k]
+            words.append("hears all stops" if stop is None else f"stop {stop}")
+        if k:
+            words.append(_delay(*(list(settings[one].values())[k] for one in _DELAY)))
+        yield f"channel {k + 1} of {len(analysis.overviews)}", f"{name}: {', '.join(words)}"
+
+
+_DELAY = ("delay", "delay_error")
+
+
+def _delay(delay: float, error: float) -> str:
+    if not np.isfinite(error):
+        return "delay not known and taken for 0, as too few impacts are in both"
+    return f"{1e6 * delay:.5g} ± {1e6 * error:.1g} µs after the first"
+
+
+def _of_channels(impacts: Impacts) -> Iterator[tuple[str, str]]:
+    """How the impacts of each of several channels were found."""
+    for channel, settings in impacts.settings.get("of_channel", {}).items():
+        told = [
+            f"{name.replace('_', ' ')} {_setting(name, value)}"
+            for name, value in settings.items()
+            if name not in SAID_ELSEWHERE - {"threshold"} and value is not None
+        ]
+        yield channel, ", ".join(told)
 
 
 def _settings_of_dynamics(analysis: Analysis) -> list[tuple[str, str]]:

@@ -69,10 +69,18 @@ def draw_figure(paint: Callable[[Figure], object], width: float, height: float) 
 
 
 def waveform(analysis: Analysis) -> Picture:
-    """The still waveform, for paper and for readers without scripts."""
-    impacts = analysis.impacts
+    """The still waveform, for paper and for readers without scripts; a panel a channel."""
+    impacts, count = analysis.impacts, len(analysis.overviews)
+
+    def paint(figure: Figure) -> None:
+        panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+        for ax, overview in zip(panels, analysis.overviews, strict=True):
+            plot.waveform(overview, impacts, ax)
+        for ax in panels[:-1]:
+            ax.set_xlabel("")
+
     return Picture(
-        draw(lambda ax: plot.waveform(analysis.overview, impacts, ax), 9.2, 2.9),
+        draw_figure(paint, 9.2, 2.9 if count == 1 else 0.5 + 2.1 * count),
         f"Waveform of {impacts.duration:.4g} s with {len(impacts)} impacts marked",
         "The recording and the impacts found in it.",
         size="wide",

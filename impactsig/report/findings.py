@@ -145,7 +145,7 @@ def _periodic(analysis: Analysis) -> Finding:
 def _left_over(analysis: Analysis, jitter: float) -> str:
     """Whether there is a motion in the scatter about a period."""
     found = analysis.dynamics.determinism
-    if jitter * analysis.rate < 1:
+    if jitter * analysis.rates[0] < 1:
         return "What is left is less than the time between two samples and tells nothing more."
     if found is None:
         return "What is left is timing noise, or a small motion" + (

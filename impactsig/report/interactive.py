@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..plot._axes import BLUE, GREY, VERMILLION
+from ..plot._stops import by_stop, several_stops
 from ..plot.waveforms import marker_heights
 
 if TYPE_CHECKING:
+    from ..recording import Recording
     from .analysis import Analysis
 
 MARKED = 5000
 """Impacts marked at most; beyond that they would hide the waveform and slow the page down."""
-
-LINE, MARK = "#0072B2", "#D55E00"
 
 
 def bokeh_script() -> str:
@@ -34,17 +35,31 @@ def marked(analysis: Analysis) -> np.ndarray:
 
 
 def waveform_json(analysis: Analysis) -> str:
-    """The drawing as JSON that is safe inside a script element.
+    """The drawing as JSON that is safe inside a script element: a panel a channel, in one time.
 
     Text from the file reaches Bokeh only as plain text, never as markup or a formula.
     """
     from bokeh.embed import json_item
+    from bokeh.layouts import column
+
+    panels: list[Any] = []
+    for overview in analysis.overviews:
+        panels.append(_panel(analysis, overview))
+        panels[-1].x_range = panels[0].x_range
+    for one in panels[:-1]:
+        one.xaxis.axis_label = None
+    drawn = panels[0] if len(panels) == 1 else column(panels, sizing_mode="stretch_width")
+    return script_safe(json.dumps(json_item(drawn)))
+
+
+def _panel(analysis: Analysis, overview: Recording) -> Any:
+    """One channel and the impacts, those of each stop in its colour."""
     from bokeh.models import ColumnDataSource, HoverTool, PlainText
     from bokeh.plotting import figure
 
-    overview, impacts = analysis.overview, analysis.impacts
+    impacts = analysis.impacts
     drawing = figure(
-        height=340,
+        height=340 if len(analysis.overviews) == 1 else 240,
         sizing_mode="stretch_width",
         tools="xpan,xwheel_zoom,box_zoom,reset,save",
         active_scroll="xwheel_zoom",
@@ -54,17 +69,25 @@ def waveform_json(analysis: Analysis) -> str:
         outline_line_color=None,
     )
     drawing.toolbar.logo = None
-    drawing.line(overview.time, overview.samples.astype(np.float32), color=LINE, line_width=0.8)
+    line = GREY if several_stops(impacts) else BLUE
+    drawing.line(overview.time, overview.samples.astype(np.float32), color=line, line_width=0.8)
     chosen = marked(analysis)
-    if len(chosen):
-        shown = impacts[chosen]
+    if len(chosen) and len(overview):
         every = overview.samples
-        data, tips = _columns(analysis, chosen)
-        data["height"] = marker_heights(shown, overview.time, every, every).astype(np.float32)
-        markers = drawing.scatter(
-            "time", "height", source=ColumnDataSource(data), color=MARK, size=6, alpha=0.8
-        )
-        drawing.add_tools(HoverTool(renderers=[markers], tooltips=tips))
+        heights = marker_heights(impacts[chosen], overview.time, every, every).astype(np.float32)
+        for label, colour, own in by_stop(impacts, chosen, VERMILLION):
+            data, tips = _columns(analysis, chosen[own])
+            data["height"] = heights[own]
+            named = {"legend_label": label} if label else {}
+            markers = drawing.scatter(
+                "time", "height", source=ColumnDataSource(data), color=colour, size=6, alpha=0.8,
+                **named,
+            )  # fmt: skip
+            drawing.add_tools(HoverTool(renderers=[markers], tooltips=tips))
+    if drawing.legend:
+        drawing.legend.orientation = "horizontal"
+        drawing.legend.click_policy = "hide"
+        drawing.add_layout(drawing.legend[0], "above")
     drawing.xaxis.axis_label = "time [s]"
     name = overview.channels[0] or "signal"
     drawing.yaxis.axis_label = PlainText(
@@ -73,7 +96,7 @@ def waveform_json(analysis: Analysis) -> str:
     drawing.axis.axis_label_text_font_style = "normal"
     drawing.axis.minor_tick_line_color = None
     drawing.grid.grid_line_alpha = 0.4
-    return script_safe(json.dumps(json_item(drawing)))
+    return drawing
 
 
 def script_safe(text: str) -> str:
@@ -99,4 +122,13 @@ def _columns(analysis: Analysis, chosen: np.ndarray) -> tuple[dict[str, Any], li
         data["peak"] = impacts.peak[chosen].astype(np.float32)
         # Only the number: a unit comes from the file, and tooltips are markup.
         tips.append(("peak", "@peak{0.0000}"))
+    if impacts.time_error is not None:
+        data["error"] = (impacts.time_error[chosen] * 1e6).astype(np.float32)
+        tips.append(("standard error of time", "@error{0.00} µs"))
+    if impacts.probability is not None:
+        data["probability"] = impacts.probability[chosen].astype(np.float32)
+        tips.append(("probability", "@probability{0.000}"))
+    if impacts.stop_index is not None:
+        data["stop"] = impacts.stop_index[chosen]
+        tips.append(("stop", "@stop"))
     return data, tips

@@ -49,7 +49,7 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
     **options
         As for `impactsig.report.analyse`: forcing_frequency, dynamics, threshold, polarity,
         contact_level, contact_time, merge_within, dead_time, gaps, least_probability, channel,
-        start, stop, scale, offset, unit, rate, sensor, raw.
+        stops, separate_stops, start, stop, scale, offset, unit, rate, sensor, raw.
 
     Returns
     -------
@@ -119,11 +119,13 @@ def render(analysis: Analysis) -> str:
         summary=printable(re.sub(r"(\d) (m?s)\b", "\\1\u00a0\\2", analysis.summary())),
         notes=notes(analysis),
         tiles=tiles(analysis),
-        still=figures.waveform(analysis) if len(analysis.overview) else None,
+        still=figures.waveform(analysis) if any(map(len, analysis.overviews)) else None,
         library=library,
         start=START,
         waveform=interactive.waveform_json(analysis),
-        reduced=analysis.overview.rate != analysis.rate,
+        reduced=any(
+            one.rate != rate for one, rate in zip(analysis.overviews, analysis.rates, strict=True)
+        ),
         marked=marked,
         impacts=analysis.impacts,
         pictures=list(figures.pictures(analysis)),

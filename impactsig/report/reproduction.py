@@ -6,11 +6,13 @@ import shlex
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from .._corrections import in_words
 from .dynamics import DIMENSIONS, READ, SEED, TESTED
 
 if TYPE_CHECKING:
+    from .._corrections import in_words
     from .analysis import Analysis
-    from .dynamics import Dynamics
+from .dynamics import Dynamics
 
 
 def command(analysis: Analysis) -> str:
@@ -18,13 +20,25 @@ def command(analysis: Analysis) -> str:
     given = {**_as_options(analysis.reading), **analysis.detecting}
     if analysis.forcing_frequency is not None:
         given["forcing_frequency"] = analysis.forcing_frequency
-    # An equals sign keeps a value that begins with a minus from being taken for an option.
-    options = [f"--{name.replace('_', '-')}={value}" for name, value in given.items()]
+    options = [word for name, value in given.items() for word in _words(name, value)]
     if analysis.dynamics.asked:
         options.append("--dynamics")
     path = str(analysis.file.path)
     words = ["impactsig", "report", *options, *(["--"] if path.startswith("-") else []), path]
     return " ".join(shlex.quote(word) for word in words)
+
+
+def _words(name: str, value: Any) -> list[str]:
+    """An option as it stands on the command line."""
+    option = f"--{name.replace('_', '-')}"
+    if name == "stops":
+        value = ",".join("none" if one is None else str(one) for one in value)
+    elif name == "separate_stops":
+        return [option] if value else []
+    elif name == "contact_time":
+        return [option, *map(str, value)]
+    # An equals sign keeps a value that begins with a minus from being taken for an option.
+    return [f"{option}={one}" for one in (value if isinstance(value, (list, tuple)) else [value])]
 
 
 def _as_options(reading: Mapping[str, Any]) -> dict[str, Any]:
@@ -44,13 +58,26 @@ def _as_options(reading: Mapping[str, Any]) -> dict[str, Any]:
 def python_lines(analysis: Analysis) -> str:
     """The lines of Python that find the same impacts, period and dynamics."""
     reading = _arguments(analysis.reading)
-    detecting = _arguments(analysis.detecting)
+    separated = analysis.detecting.get("separate_stops", False)
+    given = {name: one for name, one in analysis.detecting.items() if name != "separate_stops"}
+    detecting = _arguments(given)
     hertz = analysis.forcing_frequency
     period = f", forcing_period=1 / {hertz!r}" if hertz is not None else ""
+    path = repr(str(analysis.file.path))
+    if len(analysis.overviews) > 1:
+        found = [f"impacts = impactsig.report.analyse({path}{reading}{detecting}).impacts"]
+    else:
+        found = [
+            f"recording = impactsig.read({path}{reading})",
+            f"impacts = impactsig.detect_impacts(recording{detecting})",
+        ]
+        if in_words(analysis.impacts):
+            found.append(f"impacts = impacts.apply_corrections({path})")
+        if separated:
+            found.append("impacts = impactsig.separate_stops(recording, impacts).impacts")
     lines = [
         "import impactsig",
-        f"recording = impactsig.read({str(analysis.file.path)!r}{reading})",
-        f"impacts = impactsig.detect_impacts(recording{detecting})",
+        *found,
         f"impactsig.identify_period(impacts{period})",
         *_lines_of_dynamics(analysis.dynamics),
     ]

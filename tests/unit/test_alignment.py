@@ -77,3 +77,23 @@ def test_what_cannot_be_aligned_is_refused():
     assert align_impacts(clock, clock, longest_delay=0.02).delay == 0
     with pytest.raises(InvalidInput, match="6 or more"):
         align_impacts(clock[:3], clock)
+
+
+def test_trains_that_have_nothing_in_common_are_refused():
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        one, other = (
+            Impacts(np.cumsum(rng.uniform(0.03, 0.06, count)))
+            for count in (50, (6, 50, 200)[seed % 3])
+        )
+        for skew in (True, False):
+            with pytest.raises(InvalidInput, match="impacts that both trains hold"):
+                align_impacts(one, other, skew=skew)
+
+
+def test_a_handful_in_common_suffices_where_chance_makes_fewer():
+    rng = np.random.default_rng(5)
+    true = np.cumsum(rng.uniform(0.03, 0.06, 40))
+    found = align_impacts(Impacts(true[30:] + 1e-5), Impacts(true))
+    assert found.delay == pytest.approx(1e-5, abs=1e-4)
+    assert len(found.pairs) == 10

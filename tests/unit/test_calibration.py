@@ -7,7 +7,14 @@ import doctest
 import numpy as np
 import pytest
 
-from impactsig import InvalidInput, Recording, calibration, fit_calibration
+from impactsig import (
+    InvalidInput,
+    Recording,
+    calibration,
+    detect_impacts,
+    fit_calibration,
+    match_impacts,
+)
 
 
 def test_example():
@@ -56,9 +63,47 @@ def test_an_exact_line_and_a_recording():
         ([1.0, 1.0, 1.0], [1.0, 2.0, 3.0], {}, "differ"),
         ([1.0, np.nan, 1.0], [1.0, 2.0, 3.0], {}, "finite"),
         ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"load_error": 0.0}, "load_error"),
+        ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"unit": 3}, "unit: got 3; required: text"),
         ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"reading_error": [1.0, 1.0]}, "reading_error"),
     ],
 )
 def test_refusals(reading, load, more, words):
     with pytest.raises(InvalidInput, match=words):
         fit_calibration(reading, load, **more)
+
+
+def test_a_hammer_of_known_mass():
+    """Blows of a hammer that carries an accelerometer, on a cell of 0.2 mV/N."""
+    mass, gain, rate = 0.32, 2e-4, 50_000
+    z, errors = [], []
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        t = np.arange(2 * rate) / rate
+        acceleration, volts = 8.0 * rng.standard_normal(len(t)), 1e-4 * rng.standard_normal(len(t))
+        for touch in 0.05 + 0.09 * np.arange(21) + 0.01 * rng.random(21):
+            u = (t - touch) / 1e-3
+            blow = rng.uniform(50.0, 400.0) * np.where((u > 0) & (u < 1), np.sin(np.pi * u), 0.0)
+            acceleration += blow / mass
+            volts += gain * blow
+        volts = 5e-5 * np.round(volts / 5e-5)  # the converter's steps
+        hammer, cell = (detect_impacts(Recording(one, rate)) for one in (acceleration, volts))
+        cells, blows = match_impacts(cell, hammer).pairs.T
+        assert len(cells) == 21
+        for what in ("peak", "impulse"):
+            of_hammer, of_cell = (
+                (getattr(train, what)[own], getattr(train, f"{what}_error")[own])
+                for train, own in ((hammer, blows), (cell, cells))
+            )
+            fit = fit_calibration(
+                of_cell[0],
+                mass * of_hammer[0],
+                reading_error=of_cell[1],
+                load_error=mass * of_hammer[1],
+                through_zero=True,
+                unit="N",
+            )
+            error = np.sqrt(fit.covariance[0, 0])
+            z.append((fit.scale - 1 / gain) / error)
+            errors.append(error * gain)
+    assert np.sqrt(np.mean(np.square(z))) < 1.6
+    assert max(errors) < 2e-3  # of the scale

@@ -95,7 +95,7 @@ def test_refusals():
     train = Impacts([1.0, 2.0])
     with pytest.raises(InvalidInput, match="trains"):
         combine_impacts([])
-    with pytest.raises(InvalidInput, match="each of 1 trains"):
+    with pytest.raises(InvalidInput, match=r"for each sensor \(1\)"):
         combine_impacts([train], stops=[0, 1])
     with pytest.raises(InvalidInput, match="has none"):
         combine_impacts([train], stops=[0])

@@ -7,7 +7,7 @@ import pytest
 
 import impactsig
 from benchmarks.errors import MEASURED, SHAPES, cramer_rao, errors
-from impactsig._impact_tables import ERRORS
+from impactsig._impact_columns import ERRORS
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
 
 

@@ -55,8 +55,12 @@ def given():
 def test_other_results_are_refused_by_name(name, given):
     paint = getattr(plot, name)
     argument = next(iter(inspect.signature(paint).parameters))
-    more = {"pulse": (given["impacts"], 0), "interval_densities": ([1.0, 2.0],)}.get(name, ())
-    refused, named = 0, {argument, "intervals"}
+    more = {
+        "pulse": (given["impacts"], 0),
+        "interval_densities": ([1.0, 2.0],),
+        "calibration_curve": ([True],),
+    }.get(name, ())
+    refused, named = 0, {argument, "intervals", "outcome"}
     for kind, result in given.items():
         try:
             paint(result, *more)

@@ -25,10 +25,11 @@ from impactsig import (
     cli,
     write_report,
 )
-from impactsig._impact_tables import columns
+from impactsig._impact_columns import columns
 from impactsig.report import Analysis, analyse, write_page
-from impactsig.report import analysis as analysis_module
-from impactsig.report.analysis import mean_and_spread, overview_of, typical
+from impactsig.report import channels as channels_module
+from impactsig.report.analysis import mean_and_spread
+from impactsig.report.channels import overview_of, typical
 from impactsig.report.contents import download, notes, printable, table
 from impactsig.report.interactive import MARKED, marked, script_safe
 
@@ -117,7 +118,7 @@ def test_the_summary_says_period_count_and_contact_time_in_words(found):
 def test_what_is_analysed_is_what_was_made(found):
     np.testing.assert_allclose(found.impacts.time, TOUCH, atol=40e-6)
     np.testing.assert_allclose(found.impacts.contact_time, CONTACT, rtol=0.03)
-    assert (found.rate, found.overview.unit) == (RATE, "V")
+    assert (found.rates, found.overviews[0].unit) == ((RATE,), "V")
 
 
 def test_excerpts_hold_their_impact_at_full_rate(found):
@@ -130,7 +131,7 @@ def test_excerpts_hold_their_impact_at_full_rate(found):
 
 
 def test_blocks_give_what_the_whole_gives(recording, found, monkeypatch):
-    monkeypatch.setattr(analysis_module, "WHOLE_BELOW", 1000)
+    monkeypatch.setattr(channels_module, "WHOLE_BELOW", 1000)
     blockwise = analyse(recording, sensor="force", unit="V", forcing_frequency=20.0)
     for name in ("time", "contact_time", "peak"):
         np.testing.assert_array_equal(
@@ -176,7 +177,7 @@ def test_channels_are_offered_under_the_numbers_by_which_they_are_chosen(tmp_pat
     path.write_text("a,b,c\n" + "".join(f"{i},{i},\n" for i in range(50)))
     with pytest.raises(InvalidInput, match="0: 'a', 1: 'b'"):
         analyse(path, rate=100.0)
-    assert analyse(path, rate=100.0, channel="1").overview.channels == ("b",)
+    assert analyse(path, rate=100.0, channel="1").overviews[0].channels == ("b",)
 
 
 @pytest.mark.parametrize("frequency", [0.0, -1.0, float("nan"), float("inf"), "20"])
@@ -323,7 +324,9 @@ def hostile(found, tmp_path):
                 channel(name=HOSTILE, unit=HOSTILE, rate=1.0, length=1) for _ in range(2)
             ),
         ),
-        overview=replace(found.overview, units=(HOSTILE,), channels=(HOSTILE,), source=HOSTILE),
+        overviews=(
+            replace(found.overviews[0], units=(HOSTILE,), channels=(HOSTILE,), source=HOSTILE),
+        ),
         impacts=replace(found.impacts, unit=HOSTILE, source=HOSTILE, settings={HOSTILE: HOSTILE}),
         reading={"channel": HOSTILE},
         warnings=(HOSTILE,),

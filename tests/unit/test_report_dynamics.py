@@ -270,11 +270,11 @@ def test_a_narrow_band_of_chaos_about_a_period_is_told_from_jitter(second, late,
     ("samples", "nothing"), [(0.3, True), (0.7, True), (1.5, False), (4.0, False)]
 )
 def test_a_jitter_below_the_time_between_two_samples_tells_nothing(samples, nothing, periodic):
-    late = samples / periodic.rate * np.random.default_rng(0).standard_normal(400)
+    late = samples / periodic.rates[0] * np.random.default_rng(0).standard_normal(400)
     impacts = Impacts.from_times(1.0 + 0.05 * np.arange(400) + late)
     result = of(periodic, impacts, asked=False, frequency=20.0)
     # Known to 4 % from 400.
-    assert result.periodicity.jitter * periodic.rate == pytest.approx(samples, rel=0.15)
+    assert result.periodicity.jitter * periodic.rates[0] == pytest.approx(samples, rel=0.15)
     words = told(result)["Dimension"]
     assert ("less than the time between two samples" in words) == nothing
     assert ("timing noise, or a small motion" in words) != nothing

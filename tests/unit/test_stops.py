@@ -76,6 +76,8 @@ def test_stated_probabilities_hold():
 def test_refusals_and_few():
     truth, record = heard(1, apart=0.2, noise=0.1, count=30)
     assert "too few" in separate_stops(record, truth[:10]).reason
+    silent = Recording(np.zeros(100_000), 22_050.0)
+    assert "silent at the impacts" in separate_stops(silent, truth).reason
     with pytest.raises(InvalidInput, match="recording"):
         separate_stops(record.samples, truth)
     with pytest.raises(InvalidInput, match="impacts"):

@@ -1,0 +1,121 @@
+"""Whether the probability of an impact holds: what detection states against what is so.
+
+Fresh synthetic records of load cell and microphone (`benchmarks.recordings`), the noise 6, 10 and
+20 dB below an impact of the middle strength. All that is found down to a probability of
+1 in 20 is held against the truth, within 1 ms once the constant delay is taken off: the shares that
+are impacts in five equal bins, and the Brier score beside that of a constant. Writes
+results/probability.json and probability.png.
+
+    python -m benchmarks.probability                    # about five minutes
+    python -m benchmarks.probability --seeds 5:7 --sensors sound --levels 10
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+
+import impactsig
+from impactsig import plot
+from impactsig._calibration_bins import calibration_bins
+
+from .recordings import load_cell, microphone
+
+RESULTS = Path(__file__).parent / "results"
+LEVELS = (6, 10, 20)
+LEAST = 0.05
+CONSTANT = 0.5
+"""Brier score, at most, over that of a constant."""
+OFF = 0.05
+"""Of each bin, at most: predicted less observed."""
+
+
+def record(sensor: str, level: float, seed: int, duration: float):
+    """A recording of either sensor, and the truth."""
+    if sensor == "force":
+        truth = load_cell(noise=10 ** (-level / 20), duration=duration, seed=seed)
+    else:
+        truth = microphone(noise_db=-level, duration=duration, seed=seed)
+    return impactsig.Recording(truth.samples, truth.rate, sensor=sensor), truth.time
+
+
+def outcomes(sensor: str, level: float, seed: int, duration: float):
+    """Stated probabilities, and whether each is of an impact; None where none is stated."""
+    recording, time = record(sensor, level, seed, duration)
+    try:
+        found = impactsig.detect_impacts(recording, least_probability=LEAST)
+    except impactsig.InvalidInput:  # a detector without this dial
+        found = impactsig.detect_impacts(recording)
+    if found.probability is None:
+        return None
+    matched = impactsig.match_impacts(found, impactsig.Impacts(time), 1e-3, delay=None)
+    return found.probability, np.isin(np.arange(len(found)), matched.pairs[:, 0])
+
+
+def row(sensor: str, level: float, probability: np.ndarray, outcome: np.ndarray) -> dict:
+    """One line of the table."""
+    bins = calibration_bins(probability, outcome)
+    off = np.abs(bins.predicted - bins.observed)
+    return {
+        "sensor": sensor,
+        "level": level,
+        "found": len(outcome),
+        "count": bins.size.tolist(),
+        "predicted": bins.predicted.round(3).tolist(),
+        "observed": bins.observed.round(3).tolist(),
+        "low": bins.low.round(3).tolist(),
+        "high": bins.high.round(3).tolist(),
+        "greatest off": float(np.nanmax(off)),
+        "brier": bins.brier,
+        "constant": bins.constant,
+        "ratio": bins.brier / bins.constant,
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", default="201:205", help="first:last + 1")
+    parser.add_argument("--duration", type=float, default=60.0, help="of each record [s]")
+    parser.add_argument("--sensors", nargs="+", default=["force", "sound"])
+    parser.add_argument("--levels", nargs="+", type=float, default=list(LEVELS))
+    asked = parser.parse_args()
+    seeds = range(*map(int, asked.seeds.split(":")))
+    from matplotlib.figure import Figure
+
+    wide = 3.6 * len(asked.levels), 3.9 * len(asked.sensors)
+    figure = Figure(figsize=wide, layout="constrained")
+    panels = figure.subplots(len(asked.sensors), len(asked.levels), squeeze=False)
+    lines = []
+    print("sensor   dB  found | predicted:observed (how many) of each bin | Brier/constant's")
+    for sensor, axes in zip(asked.sensors, panels, strict=True):
+        for level, ax in zip(asked.levels, axes, strict=True):
+            ax.set_title(f"{sensor}, {level:g} dB", loc="left", fontsize="medium")
+            parts = [outcomes(sensor, level, seed, asked.duration) for seed in seeds]
+            if any(part is None for part in parts):
+                print(f"{sensor:6} {level:4g}  states no probability", flush=True)
+                ax.text(0.5, 0.5, "states no probability", ha="center")
+                continue
+            probability, outcome = map(np.concatenate, zip(*parts, strict=True))
+            plot.calibration_curve(probability, outcome, ax)
+            line = row(sensor, level, probability, outcome)
+            lines.append(line)
+            cells = "  ".join(
+                f"{a:.2f}:{b:.2f} ({n})"
+                for a, b, n in zip(line["predicted"], line["observed"], line["count"], strict=True)
+            )
+            held = line["greatest off"] <= OFF and line["ratio"] <= CONSTANT
+            print(
+                f"{sensor:6} {level:4g} {line['found']:6d} | {cells} | {line['ratio']:.2f}"
+                f"{'' if held else '  (missed)'}",
+                flush=True,
+            )
+    RESULTS.mkdir(exist_ok=True)
+    (RESULTS / "probability.json").write_text(json.dumps(lines, indent=1))
+    figure.savefig(RESULTS / "probability.png", dpi=130)
+
+
+if __name__ == "__main__":
+    main()

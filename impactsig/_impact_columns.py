@@ -1,0 +1,166 @@
+"""Columns of a train of impacts: what is measured of each, and what a column may hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .errors import InvalidInput, finite_number
+
+if TYPE_CHECKING:
+    from .impacts import Impacts
+
+ERRORS = ("time_error", "contact_time_error", "peak_error", "impulse_error")
+COUNTS = {"pulses": 1, "stop_index": -1}
+"""Whole numbers, and the least that each may be."""
+MEASURED = (
+    "contact_time",
+    "peak",
+    "impulse",
+    "rise_time",
+    "approach_velocity",
+    *ERRORS,
+    "probability",
+    *COUNTS,
+)
+COLUMNS = ("time", *MEASURED, "flags")
+
+
+def columns(impacts: Impacts) -> dict[str, np.ndarray]:
+    """What was measured of each impact."""
+    known = {name: getattr(impacts, name) for name in COLUMNS}
+    return {name: values for name, values in known.items() if values is not None}
+
+
+def filled(name: str, values: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """A column at impacts that were not measured, between the neighbours `left` and `right`."""
+    if name in ERRORS:
+        return np.full(len(left), np.inf)
+    if name == "probability":
+        return np.zeros(len(left))
+    if name in COUNTS:
+        return np.full(len(left), COUNTS[name])
+    return 0.5 * (values[left] + values[right])
+
+
+def vector(
+    name: str, value: Iterable[float], length: int | None = None, *, finite: bool = True
+) -> np.ndarray:
+    """One-dimensional real numbers, as a copy.
+
+    Raises
+    ------
+    InvalidInput
+        If they are none, not finite, or of another length.
+    """
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind in "mMc":
+            # NumPy would count dates in a unit of its own, and drop imaginary parts.
+            raise TypeError
+        array = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InvalidInput(name, value, "an array of real numbers") from None
+    if array.ndim != 1 or (length is not None and len(array) != length):
+        wanted = "(n,)" if length is None else f"({length},)"
+        raise InvalidInput(name, f"shape {array.shape}", f"shape {wanted}")
+    if finite and len(array):
+        _require(name, array, np.isfinite(array), "finite numbers")
+    return array
+
+
+def instants(time: Any) -> np.ndarray:
+    """Ascending instants, as a copy.
+
+    Raises
+    ------
+    InvalidInput
+        If they are none.
+    """
+    array = vector("time", time)
+    if np.any(np.diff(array) < 0):
+        where = int(np.argmax(np.diff(array) < 0)) + 1
+        raise InvalidInput(
+            "time",
+            f"time[{where}] = {array[where]:.9g} s after {array[where - 1]:.9g} s",
+            "ascending instants",
+            "Sort them first",
+        )
+    return array
+
+
+def run_span(time: np.ndarray, start: Any, duration: Any) -> tuple[float, float]:
+    """Start and duration of a run [s], by default from its first impact to its last.
+
+    Raises
+    ------
+    InvalidInput
+        If they are no finite times, or an impact lies outside the run.
+    """
+    begin = float(time[0]) if len(time) else 0.0
+    if start is not None:
+        begin = finite_number("start", start, "a finite time [s]")
+    last = float(time[-1]) if len(time) else begin
+    span = last - begin
+    if duration is not None:
+        span = finite_number("duration", duration, "a finite time, 0 or greater [s]")
+    if not (np.isfinite(begin) and np.isfinite(span) and span >= 0):
+        raise InvalidInput("start, duration", f"{begin}, {span}", "finite, duration >= 0 [s]")
+    slack = 1e-9 * max(1.0, abs(last))
+    if len(time) and (time[0] < begin - slack or last > begin + span + slack):
+        raise InvalidInput(
+            "time",
+            f"{time[0]:.9g} ... {last:.9g} s",
+            f"instants inside the run, {begin:.9g} to {begin + span:.9g} s",
+        )
+    return begin, span
+
+
+def column(name: str, value: Any, length: int) -> np.ndarray:
+    """What was measured of each impact, checked.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is not one that this column may hold.
+    """
+    if name in ERRORS:
+        array = vector(name, value, length, finite=False)
+        _require(name, array, array >= 0, "standard errors, 0 or greater")
+        return array
+    array = vector(name, value, length)
+    if name == "probability":
+        _require(name, array, (array >= 0) & (array <= 1), "probabilities, 0 to 1")
+    elif name in COUNTS:
+        least = COUNTS[name]
+        right = (array >= least) & (array % 1 == 0)
+        _require(name, array, right, f"whole numbers, {least} or greater")
+        return array.astype(np.intp)
+    return array
+
+
+def _require(name: str, array: np.ndarray, right: np.ndarray, wanted: str) -> None:
+    if not right.all():
+        where = int(np.argmin(right))
+        raise InvalidInput(name, f"{array[where]} at index {where}", wanted)
+
+
+def spans(gaps: Any) -> np.ndarray:
+    """Pairs of start and stop, shape (g, 2).
+
+    Raises
+    ------
+    InvalidInput
+        If they are none, or a span ends before it starts.
+    """
+    try:
+        pairs = np.array(gaps, dtype=np.float64)
+    except (TypeError, ValueError):
+        pairs = np.full(1, np.nan)
+    if not pairs.size:
+        return np.empty((0, 2))
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or not np.all(pairs[:, 0] <= pairs[:, 1]):
+        raise InvalidInput("gaps", gaps, "pairs of start and stop [s], start <= stop")
+    return pairs

@@ -1,0 +1,164 @@
+"""How a motion is read from the record of a displacement or a velocity, and of its forcing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ._arguments import number
+from ._smoothing import converter_step, gain, half_width, noise_of, smoothed
+from .errors import InvalidInput
+from .recorded import TURN, RecordedMotion
+from .recording import Recording, channel_index, chosen_channel
+
+
+def recorded_motion(
+    recording: Recording,
+    displacement: str | int | None = None,
+    *,
+    velocity: str | int | None = None,
+    forcing: str | int | None = None,
+    frequency: float | None = None,
+    smoothing: float | None = None,
+) -> RecordedMotion:
+    """Read a recorded displacement, or velocity, as a motion.
+
+    Of a displacement alone, x and v are value and slope of cubics fitted in windows around each
+    sample [SavitzkyGolay1964]_. Either window is the widest of a ladder whose bias, as the
+    difference to the next narrower one shows it, is within its noise [Lepskii1991]_. An impact is
+    smoothed over in it: velocities beside impacts are those of `RecordedMotion.restitution`.
+
+    Of a velocity alone, the displacement is its integral without the straight line that fits it
+    best: it is 0 in the mean, and its noise is what has added up along the record.
+
+    Parameters
+    ----------
+    recording : Recording
+        With a channel of displacement or velocity.
+    displacement, velocity, forcing : str or int, optional
+        Channels. By default the only channel is the displacement; where `velocity` alone is given,
+        there is no displacement.
+    frequency : float, optional
+        Forcing frequency [Hz], where no channel tells it; phase 0 is then the recording's time 0.
+    smoothing : float, optional
+        Length of both windows [s], of a displacement alone.
+
+    Returns
+    -------
+    RecordedMotion
+
+    Raises
+    ------
+    InvalidInput
+        If there are several channels and none is chosen, one is given twice, samples are not
+        finite, the record is too short, the forcing does not vary, both `forcing` and `frequency`
+        are given, or `smoothing` beside a velocity.
+    """
+    if not isinstance(recording, Recording):
+        raise InvalidInput("recording", recording, "a Recording", "impactsig.read makes one")
+    if forcing is not None and frequency is not None:
+        raise InvalidInput("forcing, frequency", f"{forcing!r}, {frequency:g}", "one of the two")
+    if smoothing is not None and velocity is not None:
+        raise InvalidInput("smoothing", smoothing, "its default where the velocity was recorded")
+    if displacement is not None or velocity is None:
+        chosen = chosen_channel(recording, displacement, "displacement")
+    else:
+        chosen = recording.channel(velocity)
+    given = {"displacement": displacement, "velocity": velocity, "forcing": forcing}
+    _refuse_twice(recording, {name: one for name, one in given.items() if one is not None})
+    rate, unit = recording.rate, chosen.unit
+    if velocity is None:
+        samples = _finite(chosen.samples, "displacement")
+        x, v, noises, windows = _of_displacement(samples, rate, smoothing)
+    else:
+        v = _finite(recording.channel(velocity).samples, "velocity")
+        of_v = noise_of(v, converter_step(v))
+        windows = (0.0, 0.0)
+        if displacement is None:
+            samples, x = v, _integrated(v, rate)
+            unit = unit.removesuffix("/s")
+            # Of Brownian motion on [0, 1] without its best straight line, the mean variance.
+            noises = (of_v / rate * math.sqrt(len(v) / 15.0), of_v)
+        else:
+            samples, x = v, _finite(chosen.samples, "displacement")
+            noises = (noise_of(x, converter_step(x)), of_v)
+    time = recording.time
+    phase = None
+    if forcing is not None:
+        phase = _phase(_finite(recording.channel(forcing).samples, "forcing"))
+    elif frequency is not None:
+        phase = TURN * number("frequency", frequency, positive=True) * time
+    return RecordedMotion(
+        time, x, v, samples, rate, *noises, *windows, phase, unit, recording.source
+    )
+
+
+def _refuse_twice(recording: Recording, given: dict[str, str | int]) -> None:
+    """Refuse one channel for two things."""
+    taken: dict[int, str] = {}
+    for name, which in given.items():
+        index = channel_index(recording.channels, which)
+        if index in taken:
+            raise InvalidInput(
+                name, which, f"another channel than the {taken[index]}",
+                "A velocity alone is read with displacement=None",
+            )  # fmt: skip
+        taken[index] = name
+
+
+def _of_displacement(
+    samples: np.ndarray, rate: float, smoothing: float | None
+) -> tuple[np.ndarray, np.ndarray, tuple[float, float], tuple[float, float]]:
+    """Displacement and velocity, the noise left in each, and the lengths of their windows."""
+    noise = noise_of(samples, converter_step(samples))
+    if smoothing is None:
+        halves = [half_width(samples, noise, derivative) for derivative in (0, 1)]
+    else:
+        most = (len(samples) - 1) // 2
+        half = round(0.5 * number("smoothing", smoothing, positive=True) * rate)
+        if not 2 <= half <= most:
+            raise InvalidInput(
+                "smoothing", smoothing, f"{5 / rate:g} to {(2 * most + 1) / rate:g} s"
+            )
+        halves = [half, half]
+    of_x, of_v = halves
+    return (
+        smoothed(samples, of_x, 0),
+        smoothed(samples, of_v, 1) * rate,
+        (noise * gain(of_x, 0), noise * rate * gain(of_v, 1)),
+        ((2 * of_x + 1) / rate, (2 * of_v + 1) / rate),
+    )
+
+
+def _integrated(v: np.ndarray, rate: float) -> np.ndarray:
+    """The displacement, less the straight line that fits it best."""
+    x = np.concatenate(([0.0], np.cumsum(0.5 * (v[1:] + v[:-1])))) / rate
+    at = np.linspace(-1.0, 1.0, len(x))
+    line: np.ndarray = x.mean() + at * float(at @ x) / float(at @ at)
+    return x - line
+
+
+def _finite(samples: np.ndarray, name: str) -> np.ndarray:
+    values = np.asarray(samples, float)
+    if not np.isfinite(values).all():
+        where = int(np.argmin(np.isfinite(values)))
+        raise InvalidInput(name, f"{values[where]} at sample {where}", "finite samples")
+    if len(values) < 16:
+        raise InvalidInput(name, f"{len(values)} samples", "16 or more")
+    return values
+
+
+def _phase(forcing: np.ndarray) -> np.ndarray:
+    """Phase of the strongest line and what is within an octave around it, unwrapped."""
+    count = len(forcing)
+    if not np.ptp(forcing):
+        raise InvalidInput(
+            "forcing", f"{forcing[0]:g} throughout", "a channel that varies with the forcing"
+        )
+    spectrum = np.fft.fft(forcing - forcing.mean())
+    line = int(np.argmax(np.abs(spectrum[1 : count // 2]))) + 1
+    k = np.arange(count)
+    spectrum[(k < line / np.sqrt(2)) | (k > line * np.sqrt(2))] = 0.0
+    phase = np.unwrap(np.angle(np.fft.ifft(spectrum)))
+    return np.maximum.accumulate(phase)
