@@ -202,7 +202,7 @@ def test_the_dimension_is_that_of_the_parts():
     found = impactsig.correlation_dimension(with_gaps(x, cuts), 3, theiler=4)
     assert found.verdict == "dimension"
     low, high = whole.interval
-    assert low < found.value < high
+    assert low < found.dimension < high
     # Every interval after a gap would follow from nothing: the dimension would rise with m.
     assert found.correlation.pairs[2] < 0.96 * whole.correlation.pairs[2]
 
