@@ -154,18 +154,18 @@ def repeated(given: Setting) -> float:
 
 def _read(given: Setting, noise: Noise, embedding: int | None) -> _Read | None:
     """The slope in the embedding given, or in the first with more than 2 D coordinates."""
-    m, largest = embedding or FIRST_EMBEDDING, LARGEST
+    m, largest, read = embedding or FIRST_EMBEDDING, LARGEST, None
     while True:
         sums = given.sums(noise, m, given.scales, largest)
         if sums is None or len(sums.scales) < 3:
-            return None
-        found = slope(sums)
-        steep = found.value > STEEP and given.scales is None and largest == LARGEST
-        wanted = min(math.floor(2 * found.value) + 1, MOST_EMBEDDING)
+            return read
+        read = _Read(m, sums, slope(sums))
+        wanted = min(math.floor(2 * read.slope.value) + 1, MOST_EMBEDDING)
         if embedding is not None or wanted <= m:
             wanted = m
+        steep = read.slope.value > STEEP and given.scales is None and largest == LARGEST
         if wanted == m and not steep:
-            return _Read(m, sums, found)
+            return read
         m, largest = wanted, LARGEST_STEEP if steep else largest
 
 

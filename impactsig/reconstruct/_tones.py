@@ -61,7 +61,9 @@ def tones(x: np.ndarray, resolution: float) -> Tones | None:
         for _ in range(3):
             found, left = _fitted(x, found)
         scatter = float(left.std())
-        if scatter < max(EXACT, min(2 * resolution, NOISY)) or (scatter < NOISY and _is_noise(left)):
+        if scatter < max(EXACT, min(2 * resolution, NOISY)) or (
+            scatter < NOISY and _is_noise(left)
+        ):
             return Tones(_independent(found, NEAR / n), scatter)
         if scatter > WORTH * before:
             return None

@@ -343,10 +343,10 @@ def test_beyond_the_noise_only_the_slope_is_given_and_what_is_needed():
 
 
 def test_too_few_impacts_say_how_many_are_needed():
-    found = correlation_dimension(lorenz_intervals(150), 4, theiler=6, value_error=0.0)
+    found = correlation_dimension(lorenz_intervals(300), 4, theiler=6, value_error=0.0)
     assert found.dimension is None
     needed = int(found.needed.split("about ")[1].split()[0])
-    assert 150 < needed < 3000
+    assert 300 < needed < 3000
     more = correlation_dimension(lorenz_intervals(2 * needed), 4, theiler=6, value_error=0.0)
     assert more.dimension is not None
 
