@@ -43,7 +43,7 @@ def held(intervals, truth):
     ("frequency", "count", "error"), [(20.1, 500, 1e-5), (20.1, 2000, 1e-5), (20.3355, 2000, 2e-6)]
 )
 def test_the_interval_holds_the_dimension_of_the_beam(beam, frequency, count, error):
-    """At 10 microseconds it once held none of 20; fewer than 9 of 12 at 90 % are a chance of 3 %."""
+    """At 10 µs it once held none of 20; fewer than 9 of 12 at 90 % are a chance of 3 %."""
     found = [
         correlation_dimension(jittered(x[:count], error, i), timing_error=error)
         for i, x in enumerate(beam[frequency][0])
