@@ -172,6 +172,11 @@ def _slope(counts: np.ndarray, radii: np.ndarray) -> float:
     return float(np.polyfit(np.log(radii), np.log(counts), 1)[0])
 
 
+def _slope_found(x: np.ndarray) -> float:
+    found = correlation_dimension(x, theiler=1, value_error=0.0, workers=1).slope
+    return np.nan if found is None else found.value
+
+
 def _dimension(tool: str, n: int) -> tuple[float, float]:
     """D2 of the Henon map in two dimensions, and the processor time [s] it took."""
     x = henon(n)
@@ -184,7 +189,7 @@ def _dimension(tool: str, n: int) -> tuple[float, float]:
         "impactsig, slope": lambda: _slope(
             correlation_sum(x, [2], theiler=0, radii=radii, workers=1).counts[0], radii
         ),
-        "impactsig": lambda: correlation_dimension(x, 3, theiler=1, workers=1).value or np.nan,
+        "impactsig": lambda: _slope_found(x),
         "nolds": lambda: nolds.corr_dim(x, 2, rvals=radii, fit="poly"),
         "neurokit2": lambda: neurokit2.fractal_correlation(x, dimension=2, radius="nolds")[0],
     }

@@ -13,18 +13,15 @@ if TYPE_CHECKING:
     from .impacts import Impacts
     from .intervals import Periodicity
 
-DIMENSIONS = (1, 2, 3, 4, 5)
-
 
 def add_dimension_options(command: argparse.ArgumentParser) -> None:
     """Give the command the options of the reconstruction."""
     group = command.add_argument_group("reconstruction")
     group.add_argument(
-        "--dimensions",
-        type=_dimensions,
-        default=DIMENSIONS,
-        metavar="M[,M...]",
-        help="embedding dimensions, such as 2,3,4; one number stands for 1 up to it (5)",
+        "--dimension",
+        type=_whole,
+        metavar="M",
+        help="embedding dimension (default: the least above twice the slope, 3 at least)",
     )
     group.add_argument(
         "--theiler",
@@ -33,8 +30,24 @@ def add_dimension_options(command: argparse.ArgumentParser) -> None:
         help="leave out pairs no further apart in time than this (default: two mean periods)",
     )
     group.add_argument(
-        "--seed", type=_whole, default=0, metavar="N", help="of the resamples and surrogates (0)"
+        "--timing-error",
+        type=float,
+        metavar="S",
+        help="standard error of the instants in seconds (default: that of the file, or estimated)",
     )
+    group.add_argument(
+        "--missed", type=float, default=0.0, metavar="SHARE", help="share of impacts missed (0)"
+    )
+    group.add_argument(
+        "--spurious", type=float, metavar="SHARE", help="share of impacts that were none"
+    )
+    group.add_argument(
+        "--contraction",
+        type=float,
+        metavar="C",
+        help="by how many e-folds areas shrink from impact to impact: adds D1 by Kaplan and Yorke",
+    )
+    group.add_argument("--seed", type=_whole, default=0, metavar="N", help="of the surrogates (0)")
     group.add_argument(
         "--surrogates",
         action="store_true",
@@ -78,16 +91,19 @@ def _reconstructed(
     from .reconstruct import correlation_dimension
 
     found = correlation_dimension(
-        impacts, chosen.dimensions, theiler=chosen.theiler, seed=chosen.seed
+        impacts,
+        chosen.dimension,
+        theiler=chosen.theiler,
+        timing_error=chosen.timing_error,
+        missed=chosen.missed,
+        spurious=chosen.spurious,
+        contraction=chosen.contraction,
     )
     # Measured intervals never recur exactly: what is left then is jitter, not the motion.
-    about_period = period.kind == "periodic" and found.correlation is not None
+    about_period = period.kind == "periodic" and found.slope is not None
     yield f"scatter about that period: {found.describe()}" if about_period else found.describe()
-    known = {name: one for name, one in (found.estimates or {}).items() if one is not None}
-    if known:
-        yield "estimates: " + ", ".join(f"{name} {one:.2f}" for name, one in known.items())
     if chosen.output is not None:
-        write_figure(found.plot, chosen.output, (11.0, 3.9))
+        write_figure(found.plot, chosen.output, (9.0, 3.9))
         yield f"figure: {chosen.output}"
     if chosen.surrogates:
         from .reconstruct import surrogate_test
@@ -98,16 +114,12 @@ def _reconstructed(
 
 
 def _exponent(impacts: Impacts, chosen: argparse.Namespace) -> str:
-    from .report.dynamics import exponent_of
+    from .report.dynamics import DIMENSIONS, exponent_of
 
-    found, share = exponent_of(impacts, chosen.dimensions, chosen.theiler)
+    tried = DIMENSIONS if chosen.dimension is None else [chosen.dimension]
+    found, share = exponent_of(impacts, tried, chosen.theiler)
     how = f"embedding dimension {found.dimension}, {share:.1%} of the neighbours false"
     return f"exponent: {found.describe()} ({how})"
-
-
-def _dimensions(text: str) -> tuple[int, ...]:
-    numbers = tuple(_whole(word) for word in text.split(","))
-    return tuple(range(1, numbers[0] + 1)) if len(numbers) == 1 else numbers
 
 
 def _whole(text: str) -> int:

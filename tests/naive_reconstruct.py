@@ -35,3 +35,22 @@ def block_counts(x, m, delay, theiler, radii, blocks):
             j = i + theiler + 1 + k
             counts[i * blocks // n, j * blocks // n] += distance <= np.asarray(radii)
     return counts
+
+
+def kernel_sums(x, m, delay, theiler, covariance, scales):
+    """Mean of the Gaussian kernel freed of noise, shape (scales,); vectors with nan are none."""
+    y = delay_vectors(np.asarray(x, float), m, delay)
+    exact = np.array([not np.isnan(row).any() for row in y])
+    found = []
+    for scale in scales:
+        width = scale**2 * np.eye(m) - covariance
+        factor = np.sqrt(scale ** (2 * m) / np.linalg.det(width))
+        inverse = np.linalg.inv(width)
+        kernel = [
+            np.exp(-(y[i] - y[j]) @ inverse @ (y[i] - y[j]) / 4)
+            for i in range(len(y))
+            for j in range(i + theiler + 1, len(y))
+            if exact[i] and exact[j]
+        ]
+        found.append(factor * np.mean(kernel))
+    return np.array(found)

@@ -4,7 +4,7 @@ from . import classic
 from .correlation import CorrelationSum, correlation_sum
 from .delays import DelayChoice, autocorrelation_delay, mutual_information_delay
 from .determinism import ReturnMapDeterminism, return_map_determinism
-from .dimension import CorrelationDimension, DimensionEstimate, correlation_dimension
+from .dimension import CorrelationDimension, KaplanYorke, ScaleSlope, correlation_dimension
 from .embedding import delay_embed
 from .exponents import LyapunovExponent, lyapunov_exponent
 from .neighbors import (
@@ -28,13 +28,14 @@ __all__ = [
     "CorrelationDimension",
     "CorrelationSum",
     "DelayChoice",
-    "DimensionEstimate",
     "FalseNeighbors",
+    "KaplanYorke",
     "LyapunovExponent",
     "PredictionError",
     "RecurrencePlot",
     "RecurrenceQuantification",
     "ReturnMapDeterminism",
+    "ScaleSlope",
     "SurrogateTest",
     "Surrogates",
     "autocorrelation_delay",

@@ -1,319 +1,257 @@
-"""From a series to its dimension: counting, resampling, reading each embedding, the verdict."""
+"""From a series to the slope of its correlation sum, and to the dimension of its attractor."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import stats
 
-from . import _bending, _bootstrap, _estimators, _scaling
-from ._counting import pair_counts_by_block
-from ._series import known
-from .correlation import CorrelationSum
-from .dimension import CorrelationDimension, DimensionEstimate
+from ._faults import with_faults
+from ._kernel_sum import FLOOR, LARGEST, LEAST_PAIRS, KernelSum, kernel_sum
+from ._noise import Noise
+from ._slope import Slope, slope
+from .dimension import CorrelationDimension, ScaleSlope
 
-PER_OCTAVE = 8
-OCTAVES = 16
+KAPPA = 0.15
+"""The slope over W e-folds misses the dimension by KAPPA / W, as a standard error."""
 
-NOISE_FLOOR = 2.33
-"""Radius in standard deviations of the noise at which erf(r / 2 s) is 0.9."""
+LEAST_SPAN = 1.6
+"""W from which on a dimension is read."""
 
-RESOLUTION_FLOOR = 2.0
+FIRST_EMBEDDING, MOST_EMBEDDING = 3, 8
 
-STRUCTURE = 0.2
-"""Noise above this share of the standard deviation leaves no structure to be seen."""
+STEEP, LARGEST_STEEP = 1.5, 0.01
+"""Above that slope the extent of the attractor shows from this K on."""
 
-EXTRAPOLATED_BELOW = 0.01
-"""Correlation sums above it tell of the extent of the attractor, not of the limit."""
+RISES = 0.4
+"""What a further coordinate may add to the slope; of noise it adds nearly one."""
 
-EXTRAPOLATED_FROM = 3 * PER_OCTAVE
-"""Radii with slopes known to 5 % from which alone an extrapolation is made."""
+DOSES = 3
+"""Times that missed and spurious impacts are put in once more."""
 
-FEW = 250
-"""Vectors below which intervals are too narrow: of 100 they held in 74 to 86 %, of 200 in 90."""
+MOST_FAULTS = 0.12
+"""Share of missed and spurious impacts, together, beyond which no dimension is read."""
 
-ESTIMATOR = "Takens' and nearest-neighbour estimates, averaged over the scales that agree"
-CHOSEN = "Takens' estimate averaged over the upper octave of the region given"
+MOST_REPEATED = 0.01
+"""Share of vectors equal to an earlier one, without rounding, beyond which nothing is counted."""
+
+FEW = 200
+"""Vectors below which too few pairs decide for 95 % intervals."""
 
 
-class _Setting(NamedTuple):
-    """What the readings of all embedding dimensions share; radii in the range of the series.
+class Setting(NamedTuple):
+    """What is counted, and how; all lengths but `resolution` in units of `unit`."""
 
-    The floor may be wrong by the factor `doubt`, 1 where it is not one of noise.
-    """
-
-    radii: np.ndarray
-    scale: float
-    floor: float
-    doubt: float
+    values: np.ndarray
     delay: int
     theiler: int
-    draws: np.ndarray
-    region: tuple[float, float] | None
-    seed: int
-
-
-def estimate(
-    x: np.ndarray,
-    dimensions: tuple[int, ...],
-    delay: int,
-    theiler: int,
-    resolution: float,
-    region: tuple[float, float] | None,
-    seed: int,
-    workers: int | None,
-) -> CorrelationDimension:
-    """The dimension of a series that is neither constant nor periodic; see `dimension`."""
-    values = known(x)
-    scale = float(np.ptp(values / np.abs(values).max()) * np.abs(values).max())
-    unit = (x - values.mean()) / scale
-    quantised = _scaling.quantum(values) / scale
-    if quantised:
-        # Undoes the rounding: distances would else be whole steps, and C(r) a staircase.
-        unit = unit + quantised * np.random.default_rng(seed).uniform(-0.5, 0.5, len(x))
-    radii = 2.0 ** (np.arange(-PER_OCTAVE * OCTAVES, 1) / PER_OCTAVE)
-    radii *= np.ptp(known(unit)) * (1 + 1e-9)
-    vectors = [len(x) - (m - 1) * delay for m in dimensions]
-    blocks = _bootstrap.block_count(vectors[-1], theiler)
-    draws = _bootstrap.multipliers(blocks, seed)
-    counts = [
-        pair_counts_by_block(unit, m, delay, theiler, radii, blocks, workers) for m in dimensions
-    ]
-    totals = np.array([count.sum(axis=(0, 1)) for count in counts])
-    correlation = CorrelationSum(radii * scale, totals, totals[:, -1], dimensions, delay, theiler)
-    noise, certain, doubt = _scaling.noise_level(counts, radii, dimensions)
-    warnings = []
-    floor = RESOLUTION_FLOOR * resolution / scale
-    marked, unit = unit, known(unit)
-    if noise > STRUCTURE * unit.std():
-        noise, doubt = 0.0, 1.0
-    elif noise:
-        floor = max(floor, NOISE_FLOOR * noise)
-        # Either way the radii are left out: too much caution costs less than noise.
-        if certain:
-            share = noise / unit.std()
-            warnings.append(f"noise of about {noise * scale:.2g} ({share:.2g} of the sd)")
-        else:
-            warnings.append(f"radii below {floor * scale:.2g} left out, where noise is possible")
-    if quantised:
-        warnings.append(f"values rounded to {quantised * scale:.3g}")
-    if vectors[-1] < FEW:
-        warnings.append(f"{vectors[-1]} vectors are few: such intervals hold in 75 to 90 %, not 95")
-    same = totals[-1, 0] / totals[-1, -1]
-    if same * vectors[-1] > 1:
-        warnings.append(f"{same:.1%} of the pairs of vectors coincide")
-    setting = _Setting(
-        radii, scale, floor, doubt, delay, theiler, draws, region, seed
-    )  # fmt: skip
-    looks = [_look(m, marked, count, setting) for m, count in zip(dimensions, counts, strict=True)]
-    # A single coordinate fills its range, and knows of no edges but its own.
-    bends = [one.scales.bend for one in looks if one.scales is not None and one.embedding > 1]
-    odds = _bending.odds(bends, vectors[-1]) if bends else np.zeros(1 + len(draws))
-    read = tuple(_read_one(look, odds, setting) for look in looks)
-    noise *= certain
-    return _verdict(
-        read, correlation, noise * scale, resolution, floor * scale, region is not None, warnings
-    )
-
-
-class _Look(NamedTuple):
-    """What one embedding shows before all are known: its scales, by the rule or None."""
-
-    embedding: int
-    counts: np.ndarray
-    points: int
     floor: float
-    slopes: tuple[np.ndarray, np.ndarray]
-    nearest: np.ndarray
-    scales: _scaling.Scales | None
+    scales: tuple[float, float] | None
+    missed: float
+    spurious: float
+    unit: float
+    resolution: float
+    workers: int | None
 
-
-def _look(m: int, x: np.ndarray, counts: np.ndarray, given: _Setting) -> _Look:
-    radii, draws = given.radii, given.draws
-    points = len(x) - (m - 1) * given.delay
-    step = float(np.log(radii[1] / radii[0]))
-    slopes = _slopes(counts, step, draws)
-    nearest = np.full(1 + len(draws), np.nan)
-    if given.region is not None:
-        return _Look(m, counts, points, given.floor, slopes, nearest, None)
-    vectors = np.column_stack([x[k * given.delay : k * given.delay + points] for k in range(m)])
-    neighbours = _estimators.Neighbours(vectors, given.theiler, draws.shape[1], given.seed)
-    sums = counts.sum(axis=(0, 1))
-    sums = sums / sums[-1]
-    coarse = _estimators.takens(sums, step, 0)[_scaling.highest_scale(sums)]
-    floor = max(given.floor, neighbours.even_up_to(coarse))
-    nearest = neighbours.dimension(draws, floor)
-    scales = _scaling.scales(counts, points, radii, floor, nearest, draws)
-    return _Look(m, counts, points, floor, slopes, nearest, scales)
-
-
-def _read_one(look: _Look, odds: np.ndarray, given: _Setting) -> DimensionEstimate:
-    """What one embedding tells."""
-    m, counts, radii, scale = look.embedding, look.counts, given.radii, given.scale
-    within = counts.sum(axis=(0, 1))
-    slopes, slope_errors = look.slopes
-    if given.region is None:
-        reading, error = _by_rule(look, odds, given)
-    else:
-        low, high = np.searchsorted(radii, np.array(given.region) / scale)
-        low, high = min(int(low), len(radii) - 2), min(int(high), len(radii) - 1)
-        reading = _scaling.read_region(counts, radii, low, max(high, low + 1), given.draws)
-        error = 0.0
-    if reading is None:
-        none = np.empty(0)
-        return DimensionEstimate(
-            m, None, None, None, None, None, None, None, none, slopes, slope_errors
+    def sums(
+        self,
+        noise: Noise,
+        m: int,
+        scales: tuple[float, float] | None,
+        largest: float = LARGEST,
+        values: np.ndarray | None = None,
+    ) -> KernelSum | None:
+        """K(H) in one embedding."""
+        return kernel_sum(
+            self.values if values is None else values,
+            m,
+            self.delay,
+            self.theiler,
+            noise.covariance(m, self.delay),
+            self.floor,
+            self.workers,
+            largest,
+            scales,
         )
-    value = float(reading.values[0])
-    drawn = reading.values[1:] - reading.values[1:].mean()
-    chance = float(drawn.std())
-    error = float(np.hypot(error, chance))
-    drawn *= error / (chance or 1.0)
-    half = float(stats.t.ppf(0.975, given.draws.shape[1] - 1)) * error
-    # A logarithm means something only where there are enough pairs.
-    first = max(reading.low, int(np.searchsorted(within, _scaling.LEAST_PAIRS)))
-    step = float(np.log(radii[1] / radii[0]))
-    whole = _estimators.slope(within / within[-1], step, first, reading.high)
-    nearest = float(look.nearest[0])
-    return DimensionEstimate(
-        m,
-        value,
-        (value - half, value + half),
-        (float(radii[reading.low] * scale), float(radii[reading.high] * scale)),
-        float(reading.takens[0]),
-        float(whole) if np.isfinite(whole) else None,
-        nearest if np.isfinite(nearest) else None,
-        _extrapolated(radii, slopes, slope_errors, within / within[-1]),
-        drawn,
-        slopes,
-        slope_errors,
-    )
 
 
-def _slopes(counts: np.ndarray, step: float, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Local slopes where there are enough pairs, and their standard errors."""
-    slopes = _estimators.slopes_resampled(counts, step, PER_OCTAVE // 4, draws)
-    slopes[:, counts.sum(axis=(0, 1)) < _scaling.LEAST_PAIRS] = np.nan
-    return slopes[0], slopes[1:].std(axis=0)
+class _Read(NamedTuple):
+    embedding: int
+    sums: KernelSum
+    slope: Slope
 
 
-def _by_rule(
-    look: _Look, odds: np.ndarray, given: _Setting
-) -> tuple[_scaling.Reading | None, float]:
-    """The reading, and the error by the doubt about the floor."""
-    if look.scales is None:
-        return None, 0.0
-    reading = _scaling.read(look.scales, odds, look.slopes)
-    moved = []
-    for factor in (1 / given.doubt, given.doubt) if given.doubt > 1 else ():
-        other = _scaling.scales(
-            look.counts, look.points, given.radii, factor * look.floor, look.nearest, given.draws
-        )
-        if other is not None:
-            found = _scaling.read(other, odds, look.slopes)
-            moved.append(float(found.values[0] - reading.values[0]))
-    return reading, float(np.sqrt(np.mean(np.square(moved or [0.0]))))
-
-
-def _extrapolated(
-    radii: np.ndarray, slopes: np.ndarray, errors: np.ndarray, sums: np.ndarray
-) -> float | None:
-    """Intercept of the local slopes against 1 / ln(R / r), R = 1 being the range of the series."""
-    with np.errstate(invalid="ignore"):
-        use = (errors < 0.05 * slopes) & (sums <= EXTRAPOLATED_BELOW)
-    if np.count_nonzero(use) < EXTRAPOLATED_FROM:
-        return None
-    inverse = 1 / np.log(1 / radii[use])
-    weight = 1 / np.hypot(errors[use], _scaling.TOLERANCE * slopes[use])
-    return float(np.polyfit(inverse, slopes[use], 1, w=weight)[1])
-
-
-def _verdict(
-    read: tuple[DimensionEstimate, ...],
-    correlation: CorrelationSum,
-    noise: float,
-    resolution: float,
-    floor: float,
-    chosen: bool,
-    warnings: list[str],
-) -> CorrelationDimension:
-    known = [one for one in read if one.value is not None]
+def estimate(given: Setting, noise: Noise, embedding: int | None) -> CorrelationDimension:
+    """Slope and dimension of a series that is a motion; see `dimension`."""
+    warnings: list[str] = []
+    floor = given.unit * max(given.floor, FLOOR * noise.of_value)
     common: dict[str, Any] = {
-        "by_dimension": read,
-        "noise": noise,
-        "resolution": resolution,
+        "noise": given.unit * noise.of_value,
+        "timing_error": given.unit * noise.timing,
+        "noise_source": noise.source,
+        "resolution": given.resolution,
         "floor": floor,
-        "correlation": correlation,
+        "delay": given.delay,
+        "theiler": given.theiler,
+        "missed": given.missed,
+        "spurious": given.spurious,
     }
-    unread = [str(one.embedding) for one in read if one.value is None]
-    if unread:
-        warnings.append(
-            f"no radius above {floor:.3g} holds enough pairs for m = {', '.join(unread)}"
+    if given.resolution:
+        warnings.append(f"values rounded to {given.resolution:.3g}")
+    again = 0.0 if given.resolution else repeated(given)
+    read = _read(given, noise, embedding) if again < MOST_REPEATED else None
+    if again >= MOST_REPEATED:
+        reason = f"{again:.1%} of the values are a copy of an earlier stretch"
+        return CorrelationDimension("no scales", None, None, reason=reason, **common)
+    if read is None:
+        reason = (
+            f"no scale above {floor:.3g} holds {LEAST_PAIRS:.0f} pairs of neighbours"
+            if floor
+            else f"no scale holds {LEAST_PAIRS:.0f} pairs of neighbours"
         )
-    plateau = known[-1:]
-    for one in reversed(known[:-1]):
-        if not _agree(one, plateau[0]) or not _agree(one, known[-1]):
-            break
-        plateau.insert(0, one)
-    if len(plateau) < 2:
-        return CorrelationDimension("no plateau", None, None, warnings=tuple(warnings), **common)
-    last = plateau[-2:]
-    value = float(np.mean([one.value for one in last]))
-    drawn = np.nanmean([one.resamples for one in last], axis=0)
-    half = _half_of(last[-1]) * float(np.nanstd(drawn) / (np.nanstd(last[-1].resamples) or 1.0))
-    estimates = {
-        "Takens": _mean(one.takens for one in last),
-        "slope": _mean(one.slope for one in last),
-        "nearest neighbours (D1)": _mean(one.nearest for one in last),
-    }
-    # What is carried on is a slow rise; below the value there is none.
-    extrapolated = _mean(one.extrapolated for one in last)
-    if extrapolated is not None and extrapolated < value - half:
-        extrapolated = None
-    steps = last[1].embedding - last[0].embedding
-    rise = float(np.diff([one.value for one in last])[0]) / steps
-    if rise > 0.05 * value:
-        warnings.append(
-            f"it still rises by {rise:.2f} from m = {last[0].embedding} to {last[1].embedding}"
+        return CorrelationDimension(
+            "no scales", None, None, reason=reason, warnings=tuple(warnings), **common
         )
-    # Least number of vectors for a dimension, with room [EckmannRuelle1992]_.
-    points = (1 + np.sqrt(1 + 8 * correlation.pairs[-1])) / 2
-    most = 2 * np.log10(points)
-    if value > 0.75 * most:
-        warnings.append(f"{points:.0f} vectors can tell of a dimension of {most:.1f} at the most")
-    result = CorrelationDimension(
-        "dimension",
-        value,
-        (value - half, value + half),
-        last[-1].region,
-        tuple(one.embedding for one in plateau),
-        estimator=CHOSEN if chosen else ESTIMATOR,
-        estimates=estimates,
-        extrapolated=extrapolated,
+    sums, found, m = read.sums, read.slope, read.embedding
+    value, errors = found.value, {"chance": found.error}
+    # The higher noise has the higher floor; both are read over what is left.
+    if noise.other is not None and any(noise.other):
+        errors["noise"] = _moved_by_noise(given, noise, read)
+    if given.missed or given.spurious:
+        shift = _shift_by_faults(given, noise, read)
+        value -= shift
+        errors["missed and spurious impacts"] = abs(shift)
+    if sums.vectors < FEW:
+        warnings.append(f"{sums.vectors} vectors are few: such intervals hold less often than 95 %")
+    blocks = len(sums.parts)
+    reach = float(stats.t.ppf(0.975, blocks - 1))
+    half = reach * math.hypot(*errors.values())
+    low, high = (given.unit * scale for scale in found.scales)
+    result = ScaleSlope(value, (value - half, value + half), (low, high), m, errors)
+    common.update(
+        slope=result,
+        scales=given.unit * sums.scales,
+        sums=sums.sums,
+        slopes=found.local,
+        slope_errors=reach * found.local_errors,
         warnings=tuple(warnings),
-        **common,
     )
-    if result.spread is not None and result.spread > max(2 * half, 0.1 * value):
-        differ = f"the estimators differ by {result.spread:.2f}"
-        return CorrelationDimension(**{**vars(result), "warnings": (*result.warnings, differ)})
-    return result
+    reason, needed = _why_not(given, noise, read, value)
+    if reason:
+        return CorrelationDimension("slope", None, None, reason=reason, needed=needed, **common)
+    half = reach * math.hypot(*errors.values(), KAPPA / found.span)
+    return CorrelationDimension("dimension", value, (value - half, value + half), **common)
 
 
-def _agree(one: DimensionEstimate, last: DimensionEstimate) -> bool:
-    """Whether further coordinates add little: each of noise would add one to the dimension."""
-    assert one.value is not None
-    assert last.value is not None
-    rise = abs(last.value - one.value)
-    return rise <= _scaling.SATURATED * (last.embedding - one.embedding)
+def repeated(given: Setting) -> float:
+    """Share of the vectors of three values that stand before in the very same numbers."""
+    vectors = np.lib.stride_tricks.sliding_window_view(given.values, FIRST_EMBEDDING)
+    vectors = vectors[~np.isnan(vectors).any(axis=1)]
+    return 1 - len(np.unique(vectors, axis=0)) / len(vectors)
 
 
-def _half_of(one: DimensionEstimate) -> float:
-    assert one.interval is not None
-    return (one.interval[1] - one.interval[0]) / 2
+def _read(given: Setting, noise: Noise, embedding: int | None) -> _Read | None:
+    """The slope in the embedding given, or in the first with more than 2 D coordinates."""
+    m, largest, read = embedding or FIRST_EMBEDDING, LARGEST, None
+    while True:
+        sums = given.sums(noise, m, given.scales, largest)
+        if sums is None or len(sums.scales) < 3:
+            return read
+        read = _Read(m, sums, slope(sums))
+        wanted = min(math.floor(2 * read.slope.value) + 1, MOST_EMBEDDING)
+        if embedding is not None or wanted <= m:
+            wanted = m
+        steep = read.slope.value > STEEP and given.scales is None and largest == LARGEST
+        if wanted == m and not steep:
+            return read
+        m, largest = wanted, LARGEST_STEEP if steep else largest
 
 
-def _mean(values: Iterable[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return float(np.mean(known)) if known else None
+def _again(
+    given: Setting, noise: Noise, read: _Read, m: int, values: np.ndarray | None = None
+) -> float | None:
+    """The slope over the same scales of another embedding, noise or series."""
+    sums = given.sums(noise, m, read.slope.scales, values=values)
+    return None if sums is None or len(sums.scales) < 3 else slope(sums).value
+
+
+def _moved_by_noise(given: Setting, noise: Noise, read: _Read) -> float:
+    """How far the slope moves if the noise is a standard error higher."""
+    assert noise.other is not None
+    high = Noise(*noise.other, "")
+    low, top = read.slope.scales
+    floor = max(low, FLOOR * high.of_value)
+    if top < 2 * floor:
+        return 0.5  # as good as unknown
+    moved = []
+    for one in (noise, high):
+        sums = given.sums(one, read.embedding, (floor, top))
+        if sums is None or len(sums.scales) < 3:
+            return 0.5
+        moved.append(slope(sums).value)
+    return abs(moved[1] - moved[0])
+
+
+def _shift_by_faults(given: Setting, noise: Noise, read: _Read) -> float:
+    """By how much as many missed and spurious impacts again would raise the slope."""
+    shifts = []
+    for seed in range(DOSES):
+        dosed = with_faults(given.values, given.missed, given.spurious, seed)
+        again = _again(given, noise, read, read.embedding, dosed)
+        if again is not None:
+            shifts.append(again - read.slope.value)
+    return float(np.mean(shifts)) if shifts else 0.5
+
+
+def _rise(given: Setting, noise: Noise, read: _Read) -> float:
+    """What one more coordinate adds to the slope over the same scales."""
+    sums = given.sums(noise, read.embedding + 1, read.slope.scales)
+    if sums is None or len(sums.scales) < 3:
+        return math.inf
+    same = read.sums.largest(len(sums.scales))
+    return slope(sums).value - slope(same).value
+
+
+def _why_not(given: Setting, noise: Noise, read: _Read, value: float) -> tuple[str, str]:
+    """Why the slope is not the dimension of the attractor, and what would be needed."""
+    span, (low, top) = read.slope.span, read.slope.scales
+    unit = given.unit
+    if given.missed + given.spurious > MOST_FAULTS:
+        return (
+            f"{given.missed + given.spurious:.0%} of the impacts are missed or spurious, beyond "
+            f"{MOST_FAULTS:.0%} no dimension is read",
+            "repair the train first (repair_intervals)",
+        )
+    if read.embedding >= MOST_EMBEDDING:
+        return f"the slope asks for more than {MOST_EMBEDDING} coordinates", "a simpler motion"
+    if span >= LEAST_SPAN:
+        rise = _rise(given, noise, read)
+        if rise <= RISES:
+            return "", ""
+        return (
+            f"the slope still rises with a further coordinate, from {read.slope.value:.2f} by "
+            f"{rise:.2f}, as that of noise does",
+            "less noise, or more impacts",
+        )
+    wanted = top * math.exp(-LEAST_SPAN)
+    limit = FLOOR * noise.of_value
+    needed = []
+    if limit > wanted:
+        share = wanted / limit
+        kind, level = ("a timing error", noise.timing) if noise.timing else ("noise", noise.value)
+        needed.append(f"{kind} of {unit * level * share:.2g} instead of {unit * level:.2g}")
+    if given.floor > wanted:
+        share = wanted / given.floor
+        needed.append(f"a resolution of {given.resolution * share:.2g}")
+    # Where 60 pairs are, K being a power law below the largest scale.
+    within = float(read.sums.sums[-1]) * (wanted / top) ** max(value, 0.5)
+    vectors = math.sqrt(2 * LEAST_PAIRS / within)
+    if vectors > read.sums.vectors or not needed:
+        needed.append(f"about {10 * math.ceil(1.2 * vectors / 10)} intervals")
+    return (
+        f"the scales span {span:.1f} e-folds ({unit * low:.3g} to {unit * top:.3g}); a dimension "
+        f"takes {LEAST_SPAN}",
+        " and ".join(needed),
+    )

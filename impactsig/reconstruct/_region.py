@@ -18,6 +18,9 @@ LEAST_GROWTH = 1.0
 BEND = 0.35
 """Difference of the slopes of the two halves, over the slope of all, at which it is no line."""
 
+CURVED = 0.17
+"""The stretch curve departs from its line by this much: an attractor is not alike on all scales."""
+
 CANDIDATES = 48
 """First and last steps tried, at most."""
 
@@ -37,6 +40,7 @@ class Line(NamedTuple):
     slope: float
     error: float  # standard error over blocks, with the bend
     bend: float  # difference of the halves' slopes
+    chance: float  # standard error over blocks alone
 
 
 def median_curve(log: np.ndarray, time: np.ndarray) -> Curve:
@@ -73,7 +77,7 @@ def fit(curve: Curve, first: int, last: int) -> Line:
     # What the slope is uncertain by for not being one: half of what the halves differ by, and no
     # less than what that difference is known to.
     total = math.hypot(error, 0.5 * unsure, 0.5 * bend * math.sqrt(BLOCKS)) / math.sqrt(BLOCKS)
-    return Line(first, last, float(whole @ piece), total, bend)
+    return Line(first, last, float(whole @ piece), total, bend, error / math.sqrt(BLOCKS))
 
 
 def best_line(curve: Curve, least: int, end: int, low: float) -> Line | None:
@@ -99,9 +103,18 @@ def best_line(curve: Curve, least: int, end: int, low: float) -> Line | None:
     return found
 
 
+def standard_error(line: Line) -> float:
+    """Of the slope: by chance, and by its bend or how far stretch curves depart from a line.
+
+    Chance alone held the exponent of the beam at 20.3355 Hz in 38 % of 40 series of 2000 intervals
+    with 10 microseconds of jitter, as its curve bends where the noise ends.
+    """
+    return max(line.error, math.hypot(line.chance, CURVED / (line.last - line.first)))
+
+
 def interval(line: Line) -> tuple[float, float]:
     """95 % interval of the slope."""
-    reach = float(student.ppf(0.975, BLOCKS - 1)) * line.error
+    reach = float(student.ppf(0.975, BLOCKS - 1)) * standard_error(line)
     return line.slope - reach, line.slope + reach
 
 

@@ -16,6 +16,23 @@ def resolution(values: np.ndarray) -> float:
     return float(gaps[gaps > 1e-9 * (levels[-1] - levels[0])].min())
 
 
+def quantum(values: np.ndarray) -> float:
+    """The step in which numbers were rounded, 0 where they were not.
+
+    The smallest difference between values that differ, if values repeat far more often than those
+    of a continuous quantity would, and if all differences are whole multiples of it.
+    """
+    levels = np.unique(values)
+    if len(levels) < 2 or len(levels) > 0.9 * len(values):
+        return 0.0
+    gaps = np.diff(levels)
+    step = float(gaps[gaps > 1e-12 * np.abs(levels).max()].min(initial=np.inf))
+    if not np.isfinite(step):
+        return 0.0
+    whole = gaps / step
+    return step if np.abs(whole - whole.round()).max() < 0.05 else 0.0
+
+
 def rounding_doubt(values: np.ndarray) -> str:
     """In words, how few of the values are different; nothing where most are."""
     if not resolution(values):

@@ -1,70 +1,87 @@
-"""The correlation dimension of a series: its value with an interval, or why it has none."""
+"""The correlation dimension of a series: a slope between two scales, and what it says."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import whole
+from .._arguments import number, whole
 from ..errors import InvalidInput, finite_number
 from ..impacts import Impacts
-from ._arguments import dimensions_of, finite_range, positive
-from ._series import series, unbroken
+from ._arguments import finite_range, positive
+from ._kinds import Kind
+from ._series import series, stretches, unbroken
 from ._theiler import theiler_window
-from ._values import exact_period
-from .correlation import CorrelationSum
+from ._values import quantum
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
-Verdict = Literal["dimension", "no plateau", "periodic", "constant"]
+    from ._dimension import Setting
+    from ._noise import Noise
+
+Verdict = Literal[
+    "dimension", "slope", "no scales", "noise", "quasi-periodic", "periodic", "constant"
+]
 
 LEAST_VECTORS = 50
 
-FINE = 0.02
-"""Share of the standard deviation below which a resolution lets recurrences be told from chance."""
+RESOLUTION_FLOOR = 2.0
+"""Least scale in steps of the values."""
 
 
-@dataclass(frozen=True, eq=False)
-class DimensionEstimate:
-    """What was read from the correlation sum of one embedding dimension.
+@dataclass(frozen=True)
+class ScaleSlope:
+    """Slope of ln K against ln H between two scales.
 
     Attributes
     ----------
+    value : float
+        D(H1, H2).
+    interval : tuple of float
+        Its 95 % confidence interval, for the noise-free slope between the same scales.
+    scales : tuple of float
+        H1 and H2, in the unit of the series.
     embedding : int
         Embedding dimension m.
-    value : float or None
-        The estimate; None where no radius could be used.
-    interval : tuple of float or None
-        Its 95 % confidence interval.
-    region : tuple of float or None
-        Least and greatest radius of the scaling region, in the unit of the series.
-    takens, slope, nearest : float or None
-        By Takens' estimator averaged over the scaling region, by the slope of ln C against ln r in
-        it, and by the distances to the nearest neighbours: that one is D1, not D2.
-    extrapolated : float or None
-        Where the local slopes in the region tend as r goes to 0; see `correlation_dimension`.
-    resamples : ndarray, shape (resamples,)
-        `value` of the resamples, already centred and scaled to its standard error.
-    slopes, slope_errors : ndarray, shape (radii,)
-        Local slopes at the radii of the correlation sum and their standard errors; nan where there
-        are too few pairs.
+    errors : dict of str to float
+        Standard errors by what they come from.
     """
 
+    value: float
+    interval: tuple[float, float]
+    scales: tuple[float, float]
     embedding: int
-    value: float | None
-    interval: tuple[float, float] | None
-    region: tuple[float, float] | None
-    takens: float | None
-    slope: float | None
-    nearest: float | None
-    extrapolated: float | None
-    resamples: np.ndarray
-    slopes: np.ndarray
-    slope_errors: np.ndarray
+    errors: dict[str, float]
+
+    @property
+    def span(self) -> float:
+        """W, the e-folds between the two scales."""
+        return float(np.log(self.scales[1] / self.scales[0]))
+
+
+@dataclass(frozen=True)
+class KaplanYorke:
+    """The dimension D1 by the formula of Kaplan and Yorke, 1 + l1 / |l2|.
+
+    Attributes
+    ----------
+    value : float
+    interval : tuple of float
+        Its 95 % confidence interval, by that of the exponent.
+    exponent : float
+        l1, the largest exponent, per impact.
+    contraction : float
+        -(l1 + l2), as given.
+    """
+
+    value: float
+    interval: tuple[float, float]
+    exponent: float
+    contraction: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,63 +91,82 @@ class CorrelationDimension:
     Attributes
     ----------
     verdict : str
-        "dimension"; "no plateau" (the estimates of the highest two embedding dimensions do not
-        agree, as those of noise do not, or there are none); "periodic"; "constant".
-    value : float or None
-        The correlation dimension D2, 0 for a periodic or constant series; None without a plateau.
+        "dimension"; "slope" (the slope is not the dimension of the attractor: see `reason`); "no
+        scales" (no slope either); "noise", "quasi-periodic", "periodic" and "constant" are
+        recognised beforehand, and nothing is counted.
+    dimension : float or None
+        Correlation dimension D2 of the attractor; 0 of a periodic or constant series, the number of
+        independent frequencies of a quasi-periodic one; None where it cannot be determined.
     interval : tuple of float or None
         Its 95 % confidence interval.
-    region : tuple of float or None
-        The scaling region of the highest embedding dimension it was read from.
-    plateau : tuple of int
-        Embedding dimensions that agree; the value is the mean of the highest two.
-    by_dimension : tuple of DimensionEstimate
-        What was read from each embedding dimension.
-    estimator : str
-        How the value was obtained.
-    estimates : dict
-        The same dimension by each estimator, mean of the same two embedding dimensions.
-    extrapolated : float or None
-        The limit of the local slopes for r to 0, if their slow rise goes on; not a measurement.
+    slope : ScaleSlope or None
+        The slope between the two scales that could be counted.
+    reason : str
+        Why there is no dimension.
+    needed : str
+        What would be needed.
+    kaplan_yorke : KaplanYorke or None
+        D1, where a contraction was given and the exponent could be read.
     period : int or None
         Steps after which a periodic series recurs.
     noise : float
-        Standard deviation of the noise found on the series, in its unit; 0 where none shows for
-        certain. Of a periodic series, of the scatter about its cycle.
+        Standard deviation of the noise on a value, in the unit of the series; of a periodic or
+        quasi-periodic series, of the scatter about it.
+    timing_error : float
+        Standard deviation of the error of an instant that it comes from; 0 if it does not.
+    noise_source : str
+        Where that is from.
     resolution : float
-        Step in which the series was rounded, or as given.
+        Step of the values; 0 where they are not rounded.
     floor : float
-        Radii below it were not used.
-    correlation : CorrelationSum or None
-        The correlation sums; None where the series is periodic or constant.
+        Least scale that noise and resolution leave.
+    scales, sums, slopes, slope_errors : ndarray, shape (k,)
+        H and K(H) in the embedding of the slope; local slopes over an octave about each scale, nan
+        at both ends; half-widths of their 95 % intervals.
+    delay, theiler : int
+        As used.
+    missed, spurious : float
+        Shares of impacts that were accounted for.
     warnings : tuple of str
         What to know before the value is used.
     """
 
     verdict: Verdict
-    value: float | None
+    dimension: float | None
     interval: tuple[float, float] | None
-    region: tuple[float, float] | None = None
-    plateau: tuple[int, ...] = ()
-    by_dimension: tuple[DimensionEstimate, ...] = ()
-    estimator: str = "none"
-    estimates: dict[str, float | None] | None = None
-    extrapolated: float | None = None
+    slope: ScaleSlope | None = None
+    reason: str = ""
+    needed: str = ""
+    kaplan_yorke: KaplanYorke | None = None
     period: int | None = None
     noise: float = 0.0
+    timing_error: float = 0.0
+    noise_source: str = ""
     resolution: float = 0.0
     floor: float = 0.0
-    correlation: CorrelationSum | None = None
+    scales: np.ndarray = field(default_factory=lambda: np.empty(0))
+    sums: np.ndarray = field(default_factory=lambda: np.empty(0))
+    slopes: np.ndarray = field(default_factory=lambda: np.empty(0))
+    slope_errors: np.ndarray = field(default_factory=lambda: np.empty(0))
+    delay: int = 1
+    theiler: int = 0
+    missed: float = 0.0
+    spurious: float = 0.0
     warnings: tuple[str, ...] = ()
 
-    @property
-    def spread(self) -> float | None:
-        """Difference between the greatest and the least of the estimators' values."""
-        known = [value for value in (self.estimates or {}).values() if value is not None]
-        return max(known) - min(known) if len(known) > 1 else None
-
     def describe(self) -> str:
-        """The answer in words."""
+        """The answer in words, with what the intervals cover."""
+        words = [self._recognised() or self._counted()]
+        if self.kaplan_yorke is not None:
+            one = self.kaplan_yorke
+            words.append(
+                f"D1 by Kaplan and Yorke {one.value:.3f}, 95 % interval {one.interval[0]:.3f} to "
+                f"{one.interval[1]:.3f} (exponent {one.exponent:.3g}, contraction "
+                f"{one.contraction:.3g} per impact)"
+            )
+        return "; ".join((*words, *self.warnings))
+
+    def _recognised(self) -> str:
         if self.verdict == "constant":
             return "dimension 0: the series is constant"
         if self.verdict == "periodic":
@@ -139,22 +175,38 @@ class CorrelationDimension:
             )
             within = f"noise of {self.noise:.2g}" if self.noise else "its resolution"
             return f"dimension 0: the series is periodic ({steps}, to within {within})"
-        if self.verdict == "no plateau":
-            read = [one for one in self.by_dimension if one.value is not None]
-            listed = ", ".join(f"{one.value:.2f} (m = {one.embedding})" for one in read)
-            words = f"no plateau: {listed or 'no radius holds enough pairs'}"
-        else:
-            assert self.value is not None
-            assert self.interval is not None
-            assert self.region is not None
-            words = (
-                f"correlation dimension {self.value:.2f}, 95 % interval {self.interval[0]:.2f} to "
-                f"{self.interval[1]:.2f} (radii {self.region[0]:.3g} to {self.region[1]:.3g}, "
-                f"embedding dimensions {self.plateau[0]} to {self.plateau[-1]}; {self.estimator})"
+        if self.verdict == "quasi-periodic":
+            if self.dimension is None:
+                return f"no dimension: {self.reason}"
+            tones = f"{self.dimension:.0f} independent frequenc" + (
+                "y" if self.dimension == 1 else "ies"
             )
-            if self.extrapolated is not None:
-                words += f"; extrapolated to radius 0, not measured: {self.extrapolated:.2f}"
-        return "; ".join((words, *self.warnings))
+            return f"dimension {self.dimension:.0f}: the series is quasi-periodic ({tones})"
+        if self.verdict == "noise":
+            return f"no dimension: {self.reason}"
+        return ""
+
+    def _counted(self) -> str:
+        noise = f"noise {self.noise_source}"
+        if self.noise:
+            noise = f"noise of {self.noise:.2g} {self.noise_source}"
+        if self.slope is None:
+            return f"no slope: {self.reason} ({noise})"
+        one = self.slope
+        covers = [*one.errors]
+        words = (
+            f"slope {one.value:.2f}, 95 % interval {one.interval[0]:.2f} to {one.interval[1]:.2f}, "
+            f"between scales {one.scales[0]:.3g} and {one.scales[1]:.3g} (embedding dimension "
+            f"{one.embedding}; {noise}; floor {self.floor:.3g}; the interval covers "
+            f"{_listed(covers)})"
+        )
+        if self.dimension is None or self.interval is None:
+            needed = f" (needed: {self.needed})" if self.needed else ""
+            return f"{words}; no dimension of the attractor: {self.reason}{needed}"
+        return (
+            f"correlation dimension {self.dimension:.2f}, 95 % interval {self.interval[0]:.2f} to "
+            f"{self.interval[1]:.2f} (covers {_listed([*covers, 'the choice of scales'])}); {words}"
+        )
 
     def plot(self, figure: Figure | SubFigure | None = None) -> Any:
         """Draw it; see `impactsig.plot.dimension`."""
@@ -166,78 +218,84 @@ class CorrelationDimension:
         return self.describe()
 
 
+def _listed(words: list[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
 def correlation_dimension(
     x: Any,
-    dimensions: int | Iterable[int] = range(1, 6),
+    dimension: int | None = None,
     *,
     delay: int = 1,
     theiler: int | None = None,
-    region: tuple[float, float] | None = None,
+    scales: tuple[float, float] | None = None,
+    timing_error: float | None = None,
+    value_error: float | None = None,
+    missed: float = 0.0,
+    spurious: float | None = None,
     resolution: float | None = None,
-    seed: int = 0,
+    contraction: float | None = None,
     workers: int | None = None,
 ) -> CorrelationDimension:
-    r"""The correlation dimension D2 of the attractor behind a series, with its uncertainty.
+    r"""The slope of the correlation sum between two scales, and the dimension where it is one.
 
-    C(r), the share of pairs of delay vectors within r of each other, grows as r^D2
-    [GrassbergerProcaccia1983]_. For every embedding dimension m:
+    The sum is that of a Gaussian kernel of width H over the differences d of all pairs of delay
+    vectors, freed of noise of covariance S [GrassbergerProcaccia1983]_, [Diks1996]_,
 
-    - Radii below the floor are not used: twice the resolution, and 2.33 standard deviations of the
-      noise, at which noise takes away a tenth of the pairs for every coordinate. The noise is found
-      by how C_{m+1}/C_m falls towards small radii [Schreiber1993]_; where an attractor that still
-      unfolds would explain that as well, the radii are left out but no noise is reported.
-    - The estimate begins at a small radius (C = 0.17 / sqrt(n); an octave above the floor), with
-      the maximum-likelihood estimate of Takens [Takens1985]_ and that of the distances to the
-      nearest 8 neighbours [Badii1985]_, by inverse variance. Takens' estimates at larger radii, up
-      to C = 0.1, are averaged with it as far as their difference from it is no more than chance
-      (and 3 %); of those that fall, the less, the more likely it is that the power law bends, as
-      the trend of all estimates in all embedding dimensions tells by Schwarz's criterion
-      [Schwarz1978]_. The scaling region ends where they agree no longer. So long series are read at
-      small radii, and short ones at the largest that the data does not contradict.
-    - The interval comes from 200 resamples of blocks of time (a block jackknife, drawn from), in
-      each of which all is estimated anew, with Student's t for the number of blocks. Of 150 to 200
-      series each of 300 and 1000 values it held the mean of the estimator in 94 to 99 % for
-      Rössler's and Lorenz's intervals (88 % of Lorenz's at 300 with 5 % noise, 95 to 96 % of the
-      others with it) and for the maps of Hénon and Lozi and the tinkerbell map; in 91 % for the
-      impacting beam; in 87 % (300) and 91 % (1000) for Ikeda's map. Of 200 values it holds 88
-      to 92 %, of 100 74 to 86 %, which is warned of. It tells of chance, not of what all scales
-      that can be seen have in common (Ikeda's map reads 0.2 high at 300 values): see `spread` and
-      `extrapolated`.
+    .. math:: K(H) = \sqrt{\det H^2 I / \det(H^2 I - S)} \;
+        \big\langle \exp(-\tfrac14 d^T (H^2 I - S)^{-1} d) \big\rangle ,
 
-    A series that recurs, to within its resolution or but for noise (`noise`), has the verdict
-    "periodic": values that are apart and come in strict order, about which what is left foretells
-    nothing. Of a single value that is said only of impacts, whose intervals then scatter by no more
-    than 1 %. Missed and spurious impacts break the order: `identify_period` allows for them.
+    whose mean is exactly that without noise. It grows as H^D2. The slope of ln K against ln H is
+    read by least squares from H1 to H2: H1 is the greatest of 1.5 standard deviations of the noise,
+    twice the resolution and the scale whose kernel sums to 60 pairs; at H2 is K = 0.03 (0.01 where
+    the slope is above 1.5).
 
-    The verdict is "dimension" where the estimates of the two highest m differ by no more than 0.4
-    (each further coordinate of noise would add one); their mean is the value.
+    The slope is the primary result. Its interval is for the noise-free slope between the same two
+    scales; it covers chance (a jackknife of 16 blocks of time) and, where they are, the doubt about
+    an estimated noise and missed and spurious impacts. It is taken for the dimension D2 of the
+    attractor where the scales span W = 1.6 e-folds at least and a further coordinate adds no more
+    than 0.4. The interval of the dimension also covers the choice of scales: a slope over W e-folds
+    misses the limit by 0.15 / W, as a standard error.
+
+    Constant, periodic (also but for noise, or as `identify_period` says), quasi-periodic series and
+    linear noise are recognised before anything is counted.
 
     Parameters
     ----------
     x : Impacts or array_like, shape (n,)
         The series; of impacts, their interspike intervals.
-    dimensions : int or iterable of int, optional
-        Embedding dimensions m, ascending, two at least; m alone stands for 1 to m.
+    dimension : int, optional
+        Embedding dimension m. Unless given, the least above twice the slope [SauerYorke1991]_,
+        and 3 at least.
     delay : int, optional
         Delay [steps]; of intervals the natural one is 1.
     theiler : int, optional
         Pairs no further apart in time than this [steps] are left out. Unless given, two mean
         periods (between rises through the mean), or until the autocorrelation is not positive.
-    region : (float, float), optional
-        Radii to use in place of the rule, in the unit of the series.
+    scales : (float, float), optional
+        H1 and H2 in place of the rule, in the unit of the series. H1 is raised to the floor of the
+        noise, and to the scale of 60 pairs.
+    timing_error : float, optional
+        Standard deviation of the errors of the instants between which the values are intervals.
+        Unless it or `value_error` is given, that of impacts is the root mean square of their
+        `time_error`; where there is none it is estimated from the data.
+    value_error : float, optional
+        Standard deviation of independent noise on each value.
+    missed, spurious : float, optional
+        Shares of impacts that were missed, and that were none. The slope is freed of what as many
+        again do to it, and the interval widened by that; beyond 12 % together no dimension is read.
+        Unless given, `spurious` is what the `probability` of the impacts leaves to 1.
     resolution : float, optional
         Step of the numbers, in the unit of the series. Unless given, found if values repeat.
-    seed : int, optional
-        Of the resamples.
+    contraction : float, optional
+        By how many e-folds areas shrink from impact to impact; adds D1 by Kaplan and Yorke. Of an
+        oscillator with one stop, 2 ln(1 / r) plus twice the damping rate times the mean interval.
     workers : int, optional
         Threads of the counting; the result does not depend on it.
 
     Returns
     -------
     CorrelationDimension
-        `extrapolated` is the intercept of the local slopes against 1 / ln(R / r), R being the range
-        of the series: where they would go if their slow rise went on. It is no measurement, and
-        None where it lies below the interval, as nothing rises there.
 
     Raises
     ------
@@ -246,68 +304,154 @@ def correlation_dimension(
         if an argument is not of its kind.
     """
     values = finite_range(series(x))
-    wanted = _several(dimensions)
+    m = None if dimension is None else whole("dimension", dimension, 1)
     delay = whole("delay", delay, 1)
-    seed = whole("seed", seed, 0)
     workers = workers if workers is None else whole("workers", workers, 1)
     step = None if resolution is None else positive("resolution", resolution)
-    chosen = None if region is None else _region(region)
+    chosen = None if scales is None else _scales(scales)
+    timing_error, value_error = _stated(timing_error, value_error)
+    missed = number("missed", missed, least=0, most=0.5)
+    if spurious is None:
+        spurious = _doubtful(x)
+    spurious = number("spurious", spurious, least=0, most=0.5)
+    if (missed or spurious) and values.min() <= 0:
+        raise InvalidInput(
+            "missed", missed, "0 for values that are no intervals", "Intervals are positive"
+        )
+    if contraction is not None:
+        contraction = positive("contraction", contraction)
     window = None if theiler is None else whole("theiler", theiler, 0)
-    # Here, because it brings the compiler, which wrong arguments should not wait for.
-    from . import _dimension, _periodic, _scaling
-
-    greatest = float(np.abs(values).max())
-    deviation = float((values / (greatest or 1.0)).std()) * greatest
-    rounding = 8 * np.finfo(float).eps * greatest
-    if step is None:
-        step = _scaling.quantum(values)
-    if np.ptp(values / (greatest or 1.0)) * greatest <= max(rounding, step if resolution else 0.0):
-        return CorrelationDimension("constant", 0.0, (0.0, 0.0), resolution=step)
     marked = series(x, gap=delay)
     window = theiler_window(window, marked)
-    vectors = np.count_nonzero(unbroken(marked, (wanted[-1] - 1) * delay + 1))
-    if vectors - window < LEAST_VECTORS:
+    least = (m or 3) * delay
+    if np.count_nonzero(unbroken(marked, least - delay + 1)) - window < LEAST_VECTORS:
         raise InvalidInput(
             "x",
             f"{len(values)} values",
-            f"at least {LEAST_VECTORS + window + (wanted[-1] - 1) * delay} for dimension "
-            f"{wanted[-1]}, delay {delay} and a Theiler window of {window}",
-            "Give more values, or ask for lower dimensions",
+            f"at least {LEAST_VECTORS + window + least - delay} for dimension {m or 3}, delay "
+            f"{delay} and a Theiler window of {window}",
+            "Give more values, or ask for a lower dimension",
         )
-    # Where the step is coarse, everything recurs to within it.
-    tolerance = 2 * step if step < FINE * deviation else 0.0
-    period = exact_period(values, tolerance + rounding)
-    if period:
-        return CorrelationDimension("periodic", 0.0, (0.0, 0.0), period=period, resolution=step)
-    cycle = _periodic.noisy_cycle(values, step, isinstance(x, Impacts))
-    if cycle:
-        return CorrelationDimension(
-            "periodic", 0.0, (0.0, 0.0), period=cycle.steps, noise=cycle.scatter, resolution=step
-        )
-    return _dimension.estimate(
-        marked, wanted, delay, window, max(step, rounding), chosen, seed, workers
+    # Here, because they bring the compiler, which wrong arguments should not wait for.
+    from . import _dimension, _recognition
+
+    stated, step = step or 0.0, quantum(values) if step is None else step
+    impacts = x if isinstance(x, Impacts) else None
+    longest = max(stretches(series(x, gap=1)), key=len)
+    kind = _recognition.recognise(impacts, values, longest, step, stated, window)
+    if kind.name != "motion":
+        return of_kind(kind, step)
+    # In the range of the series, so that no square overflows.
+    unit = float(np.ptp(values / np.abs(values).max()) * np.abs(values).max())
+    setting = _dimension.Setting(
+        marked / unit,
+        delay,
+        window,
+        RESOLUTION_FLOOR * step / unit,
+        None if chosen is None else (chosen[0] / unit, chosen[1] / unit),
+        missed,
+        spurious,
+        unit,
+        step,
+        workers,
+    )
+    noise = _noise(impacts, timing_error, value_error, step, setting)
+    found = _dimension.estimate(setting, noise, m)
+    if contraction is None:
+        return found
+    added, doubt = _kaplan_yorke(x, window, contraction)
+    warnings = (*found.warnings, doubt) if doubt else found.warnings
+    return replace(found, kaplan_yorke=added, warnings=warnings)
+
+
+def of_kind(kind: Kind, resolution: float = 0.0) -> CorrelationDimension:
+    """The result for what is recognised before anything is counted."""
+    assert kind.name != "motion"
+    dimension: float | None = 0.0
+    reason = ""
+    if kind.name == "quasi-periodic":
+        dimension = float(kind.tones) or None
+        reason = "" if dimension else "the series is quasi-periodic, of more than 2 frequencies"
+    elif kind.name == "noise":
+        dimension, reason = None, "nothing tells the series from linear noise"
+    return CorrelationDimension(
+        kind.name,
+        dimension,
+        None if dimension is None else (dimension, dimension),
+        reason=reason,
+        period=kind.period,
+        noise=kind.scatter,
+        resolution=resolution,
     )
 
 
-def _several(given: int | Iterable[int]) -> tuple[int, ...]:
-    dimensions = dimensions_of(given)
-    if len(dimensions) < 2:
-        raise InvalidInput(
-            "dimensions",
-            given,
-            "two embedding dimensions or more",
-            "Whether there is a plateau shows only as the dimension grows",
-        )
-    return dimensions
+def _noise(
+    impacts: Impacts | None,
+    timing: float | None,
+    value: float | None,
+    step: float,
+    given: Setting,
+) -> Noise:
+    """The noise, in the range of the series: as stated, of the impacts, or estimated."""
+    from ._noise import Noise, estimated
+
+    rounding = step / math.sqrt(12)
+    if timing is not None or value is not None:
+        level = math.hypot(value or 0.0, rounding)
+        return Noise((timing or 0.0) / given.unit, level / given.unit, "as given")
+    if impacts is not None and impacts.time_error is not None:
+        errors = impacts.time_error[np.isfinite(impacts.time_error)]
+        if len(errors):
+            level = float(np.sqrt(np.mean(errors**2)))
+            return Noise(level / given.unit, 0.0, "by the time_error of the impacts")
+    found = estimated(
+        given.values, given.delay, given.theiler, given.floor, impacts is not None, given.workers
+    )
+    if rounding and not found.of_value:
+        return found._replace(value=rounding / given.unit, source="by rounding alone")
+    return found._replace(value=math.hypot(found.value, rounding / given.unit))
 
 
-def _region(given: Any) -> tuple[float, float]:
-    required = "two positive radii, the lesser first"
+def _kaplan_yorke(x: Any, theiler: int, contraction: float) -> tuple[KaplanYorke | None, str]:
+    """D1 by the largest exponent, or why there is none."""
+    from .exponents import lyapunov_exponent
+
+    try:
+        found = lyapunov_exponent(x, dimension=2, theiler=theiler)
+    except InvalidInput as error:
+        return None, f"no D1: {error}"
+    if found.exponent is None or found.interval is None or found.verdict != "divergence":
+        return None, "no D1: the series has no exponent"
+
+    def of(exponent: float) -> float:
+        return 1 + max(exponent, 0.0) / (contraction + max(exponent, 0.0))
+
+    low, high = found.interval
+    return KaplanYorke(of(found.exponent), (of(low), of(high)), found.exponent, contraction), ""
+
+
+def _stated(timing: float | None, value: float | None) -> tuple[float | None, float | None]:
+    if timing is not None:
+        timing = number("timing_error", timing, least=0)
+    if value is not None:
+        value = number("value_error", value, least=0)
+    return timing, value
+
+
+def _doubtful(x: Any) -> float:
+    """The share of impacts that their probabilities leave to be spurious."""
+    if not isinstance(x, Impacts) or x.probability is None or not len(x.probability):
+        return 0.0
+    return float(1 - x.probability.mean())
+
+
+def _scales(given: Any) -> tuple[float, float]:
+    required = "two positive scales, the lesser first"
     try:
         low, high = given
     except (TypeError, ValueError):
-        raise InvalidInput("region", given, required) from None
-    low, high = finite_number("region", low, required), finite_number("region", high, required)
+        raise InvalidInput("scales", given, required) from None
+    low, high = finite_number("scales", low, required), finite_number("scales", high, required)
     if not 0 < low < high:
-        raise InvalidInput("region", given, required)
+        raise InvalidInput("scales", given, required)
     return low, high

@@ -43,8 +43,8 @@ class LyapunovExponent:
         Per value of the series (of intervals: per interval) [1]; 0 where the series is periodic,
         None where there is no scaling region.
     interval : tuple of float, or None
-        Its 95 % interval, from the scatter over blocks of references and from the bend of the
-        region. It knows nothing of the choice of embedding, or of noise.
+        Its 95 % interval, from the scatter over blocks of references and from how far a stretch
+        curve departs from a line. It does not cover the choice of the embedding.
     verdict : str
         "divergence"; "no divergence" (neighbours stay together as far as they were followed: a
         periodic or quasi-periodic motion, or too few steps); "periodic" (the values recur exactly);
@@ -239,7 +239,7 @@ def lyapunov_exponent(
 
     # Here, because it brings the compiler, which wrong arguments should not wait for.
     from ._following import Setting, follow_on
-    from ._region import best_line, fit, interval
+    from ._region import best_line, fit, interval, standard_error
     from ._stretch import LOWEST
 
     far = math.log(typical_gap(values))
@@ -260,7 +260,7 @@ def lyapunov_exponent(
         line = fit(curve, len(close) // 8, len(close) - 1)
     if line is None:
         verdict = "no scaling region"
-    elif verdict == "divergence" and line.slope < 2 * line.error:
+    elif verdict == "divergence" and line.slope < 2 * standard_error(line):
         warnings.append("the exponent is not told apart from 0")
     return LyapunovExponent(
         exponent=None if line is None else line.slope,

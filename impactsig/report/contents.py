@@ -144,9 +144,15 @@ def _of_dynamics(analysis: Analysis) -> Iterator[tuple[str, str, str]]:
     dimension, exponent = analysis.dynamics.dimension, analysis.dynamics.exponent
     if analysis.dynamics.periodic:
         yield "dimension", "0", "the intervals recur"
-    elif dimension is not None and dimension.value is not None and dimension.interval is not None:
+    elif dimension is not None and dimension.dimension is not None:
+        assert dimension.interval is not None
         low, high = dimension.interval
-        yield "dimension", f"{dimension.value:.2f}", f"{low:.2f} to {high:.2f} (95 %)"
+        sure = f"{low:.2f} to {high:.2f} (95 %)" if high > low else "quasi-periodic"
+        yield "dimension", f"{dimension.dimension:.2f}", sure
+    elif dimension is not None and dimension.slope is not None:
+        low, high = dimension.slope.interval
+        slope = f"{dimension.slope.value:.2f}"
+        yield "slope between two scales", slope, f"{low:.2f} to {high:.2f} (95 %)"
     if exponent is not None and exponent.exponent is not None:
         rate = "" if exponent.per_second is None else f"{exponent.per_second:.3g} per second"
         yield "Lyapunov exponent", f"{exponent.exponent:.3g} per impact", rate
@@ -327,12 +333,11 @@ def _settings_of_dynamics(analysis: Analysis) -> list[tuple[str, str]]:
     """How dimension, exponent and surrogate test were worked out."""
     dynamics = analysis.dynamics
     rows = []
-    if dynamics.dimension is not None and dynamics.dimension.correlation is not None:
-        sums = dynamics.dimension.correlation
-        listed = ", ".join(map(str, sums.dimensions))
+    found = dynamics.dimension
+    if found is not None and found.slope is not None:
         rows = [
-            ("embedding dimensions", listed),
-            ("Theiler window", counted(sums.theiler, "interval")),
+            ("embedding of the slope", str(found.slope.embedding)),
+            ("Theiler window", counted(found.theiler, "interval")),
         ]
     exponent, test = dynamics.exponent, dynamics.surrogates
     if exponent is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,13 +23,10 @@ if TYPE_CHECKING:
     )
 
 DIMENSIONS = (1, 2, 3, 4, 5)
-"""Embedding dimensions of the correlation sum, and those the exponent chooses from."""
+"""Embedding dimensions that the exponent chooses from."""
 
 SEED = 0
-"""Of resamples and surrogates: the same recording gives the same page."""
-
-CERTAIN = 0.95
-"""Confidence from which on a period is taken for granted, and nothing is fitted."""
+"""Of surrogates: the same recording gives the same page."""
 
 TESTED = 1500
 """Intervals, from the first on, that are held against surrogates: the cost grows as their square,
@@ -63,7 +61,7 @@ class Dynamics:
         Whether the parts that take seconds were asked for.
     dimension : CorrelationDimension or None
         Of the first 20 000 intervals at most. Of a train that is periodic for certain 0 with the
-        verdict "periodic" and its jitter as the resolution: nothing is fitted.
+        verdict "periodic": nothing is counted.
     exponent : LyapunovExponent or None
         Of the same intervals.
     surrogates : SurrogateTest or None
@@ -102,7 +100,7 @@ class Dynamics:
             self.surrogates is not None
             and self.surrogates.rejected
             and self.dimension is not None
-            and self.dimension.value is not None
+            and self.dimension.verdict in ("dimension", "slope")
             and self.exponent is not None
             and grows(self.exponent)
         )
@@ -116,7 +114,7 @@ class Dynamics:
         """The verdict in one sentence, without its full stop."""
         if self.periodic:
             assert self.dimension is not None
-            within = self.dimension.resolution
+            within = self.dimension.noise / math.sqrt(2)
             words = (
                 f"the intervals recur to within {short_time(within)}"
                 if within
@@ -132,8 +130,7 @@ class Dynamics:
                 words if found is exponent is None else f"{words}; trust no number fitted to them"
             )
         told = ["not tested against noise" if test is None else "more than linear noise"]
-        value = None if found is None else found.value
-        told.append("no dimension could be read" if value is None else f"dimension {value:.2f}")
+        told.append(_dimension_in_words(found))
         if exponent is not None and grows(exponent):
             told.append(f"neighbouring trajectories separate {pace(exponent)}")
         elif exponent is not None and exponent.verdict == "no divergence":
@@ -143,11 +140,19 @@ class Dynamics:
         words = "; ".join(told)
         if self.chaotic:
             words = f"low-dimensional chaos by all three signs: {', '.join(told)}"
-        rough = value is not None and self.intervals < ROUGH_BELOW
+        rough = found is not None and self.intervals < ROUGH_BELOW
         return f"{words} (roughly: few intervals)" if rough else words
 
     def __str__(self) -> str:
         return self.describe()
+
+
+def _dimension_in_words(found: CorrelationDimension | None) -> str:
+    if found is not None and found.dimension is not None:
+        return f"dimension {found.dimension:.2f}"
+    if found is not None and found.slope is not None:
+        return f"slope {found.slope.value:.2f} between two scales, which need not be the dimension"
+    return "no dimension could be read"
 
 
 def grows(exponent: LyapunovExponent) -> bool:
@@ -192,6 +197,8 @@ def read_dynamics(
         Whether to work out what takes seconds: dimension, exponent, surrogate test, determinism.
     """
     from .. import intervals, reconstruct
+    from ..reconstruct._kinds import is_certain, of_period
+    from ..reconstruct.dimension import of_kind
 
     values = impacts.intervals()
     without: dict[str, str] = {}
@@ -211,14 +218,7 @@ def read_dynamics(
     if forcing_frequency is not None and len(impacts) <= REPAIRED:
         repair = part("repair", lambda: intervals.repair_intervals(impacts, 1 / forcing_frequency))
     if is_certain(period):
-        found = reconstruct.CorrelationDimension(
-            "periodic",
-            0.0,
-            (0.0, 0.0),
-            period=period.impacts,
-            estimator="the period found",
-            resolution=period.jitter or 0.0,
-        )
+        found = of_kind(of_period(period))
         determinism = None
         if asked and not (period.missed or period.spurious or len(impacts.gaps)):
             late = deviations(impacts.time, period.impacts or 1)[:TESTED]
@@ -240,9 +240,7 @@ def read_dynamics(
     return Dynamics(
         len(values),
         asked,
-        dimension=part(
-            "dimension", lambda: reconstruct.correlation_dimension(read, DIMENSIONS, seed=SEED)
-        ),
+        dimension=part("dimension", lambda: reconstruct.correlation_dimension(read)),
         exponent=None if exponent is None else exponent[0],
         surrogates=part("surrogates", lambda: reconstruct.surrogate_test(tested, seed=SEED)),
         determinism=part(
@@ -252,11 +250,6 @@ def read_dynamics(
         repair=repair,
         without=without,
     )
-
-
-def is_certain(period: Periodicity) -> bool:
-    """Whether the train is periodic beyond doubt."""
-    return period.kind in ("periodic", "unlocked") and period.confidence >= CERTAIN
 
 
 def deviations(time: np.ndarray, recurring: int) -> np.ndarray:

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from .. import plot
+from ..reconstruct._kinds import is_certain
 from ..reconstruct.surrogate_testing import LEVEL
 from .contents import counted, printable
-from .dynamics import REPAIRED, ROUGH_BELOW, TESTED, is_certain, short_time
+from .dynamics import REPAIRED, ROUGH_BELOW, TESTED, short_time
 from .figures import Picture, draw_figure
 from .fitted import Finding, dimension, exponent, of_first, surrogates, with_doubts
 

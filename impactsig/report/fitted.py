@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from ..reconstruct.surrogates import LABEL
-from .contents import counted, printable
-from .dynamics import DIMENSIONS, READ, TESTED, grows, pace, short_time
+from .contents import printable
+from .dynamics import READ, TESTED, grows, pace, short_time
 from .figures import Picture, draw, draw_figure
 
 if TYPE_CHECKING:
@@ -30,45 +30,50 @@ class Finding:
 
 
 def dimension(dynamics: Dynamics) -> Finding:
-    """The correlation dimension, or why there is none."""
+    """The slope of the correlation sum and the dimension, or why there is none."""
     found = dynamics.dimension
     if found is None:
         return _missing("Dimension", "No dimension", "dimension", dynamics)
-    read = [one for one in found.by_dimension if one.value is not None]
-    listed = ", ".join(f"{one.value:.2f}" for one in read)
-    tried = _range([one.embedding for one in read])
-    if found.value is not None and found.interval is not None and found.region is not None:
-        (low, high), (least, most) = found.interval, map(short_time, found.region)
-        words = [
-            f"Correlation dimension {found.value:.2f}, 95 % interval {low:.2f} to {high:.2f}"
-            f"{of_first(READ, dynamics.intervals)}, read at radii from {least} to {most}, where "
-            f"embedding dimensions {_range(found.plateau)} agree.",
-            f"By each estimator alone: {_each(found.estimates)}.",
-        ]
+    of = of_first(READ, dynamics.intervals)
+    one = found.slope
+    if one is None:
+        text = f"{found.describe()}{of}."
+        return Finding("Dimension", (printable(text[:1].upper() + text[1:]),))
+    least, most = map(short_time, one.scales)
+    low, high = one.interval
+    words = [
+        f"The correlation sum grows with a slope of {one.value:.2f}, 95 % interval {low:.2f} to "
+        f"{high:.2f}{of}, between scales of {least} and {most} (embedding dimension "
+        f"{one.embedding}). Timing errors of {short_time(found.timing_error)} are allowed for "
+        f"({found.noise_source}); the interval covers {', '.join(one.errors)}."
+    ]
+    if found.dimension is not None and found.interval is not None:
+        low, high = found.interval
+        words.insert(
+            0,
+            f"Correlation dimension {found.dimension:.2f}, 95 % interval {low:.2f} to {high:.2f}, "
+            "which also covers the choice of scales.",
+        )
         if dynamics.chaotic:
             words.append(
                 "Impacts are a section of the motion: the attractor of the machine, with the time "
                 "between them, has about one dimension more."
             )
     else:
-        words = [
-            f"No dimension: as the embedding dimension goes from {tried}, the estimate does not "
-            f"settle ({listed}). Noise does that, and so does a motion of more dimensions than "
-            f"{counted(dynamics.intervals, 'interval')} can show."
-            if read
-            else "No dimension: at no radius above the noise are there enough pairs of intervals."
-        ]
+        needed = f" Needed: {found.needed}." if found.needed else ""
+        words.append(
+            f"That need not be the dimension of the attractor: {found.reason} (times in seconds)."
+            f"{needed}"
+        )
     if found.warnings:
         words.append(f"Mind (times in seconds): {'; '.join(found.warnings)}.")
     picture = Picture(
-        draw_figure(found.plot, 11.0, 3.7),
-        f"Correlation sums of embedding dimensions {_range(DIMENSIONS)}, their local slopes, and "
-        f"the estimate over the embedding dimension: {listed or 'none'}",
-        "Correlation sums with the scaling region shaded; their local slopes; the estimate over "
-        "the embedding dimension, which levels off for a motion and climbs the dotted line for "
-        "noise. Radii are in seconds.",
+        draw_figure(found.plot, 9.0, 3.7),
+        f"Correlation sum and its local slopes: slope {one.value:.2f}",
+        "The correlation sum of a Gaussian kernel, freed of timing noise, and its local slopes "
+        "with their 95 % band. Scales are in seconds.",
     )
-    return Finding("Dimension", tuple(words), picture, "wide")
+    return Finding("Dimension", tuple(printable(text) for text in words), picture, "wide")
 
 
 def exponent(dynamics: Dynamics) -> Finding:
@@ -168,12 +173,3 @@ def of_first(most: int, count: int) -> str:
 def with_doubts(words: str, warnings: tuple[str, ...]) -> str:
     """A sentence and what speaks against it."""
     return "; but ".join((words, *warnings))
-
-
-def _range(numbers: tuple[int, ...] | list[int]) -> str:
-    return f"{numbers[0]} to {numbers[-1]}" if numbers else "none"
-
-
-def _each(estimates: Mapping[str, float | None] | None) -> str:
-    known = {name: value for name, value in (estimates or {}).items() if value is not None}
-    return ", ".join(f"{name} {value:.2f}" for name, value in known.items())

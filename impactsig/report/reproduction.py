@@ -7,12 +7,11 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from .._corrections import in_words
-from .dynamics import DIMENSIONS, READ, SEED, TESTED
+from .dynamics import READ, SEED, TESTED
 
 if TYPE_CHECKING:
-    from .._corrections import in_words
     from .analysis import Analysis
-from .dynamics import Dynamics
+    from .dynamics import Dynamics
 
 
 def command(analysis: Analysis) -> str:
@@ -87,8 +86,8 @@ def python_lines(analysis: Analysis) -> str:
 def _lines_of_dynamics(dynamics: Dynamics) -> Iterator[str]:
     read = "impacts" if dynamics.intervals <= READ else f"impacts[:{READ + 1}]"
     tested = "impacts" if dynamics.intervals <= TESTED else f"impacts.intervals()[:{TESTED}]"
-    if dynamics.dimension is not None and dynamics.dimension.correlation is not None:
-        yield f"impactsig.correlation_dimension({read}, {DIMENSIONS}, seed={SEED})"
+    if dynamics.dimension is not None and not dynamics.periodic:
+        yield f"impactsig.correlation_dimension({read})"
     if dynamics.exponent is not None:
         yield f"impactsig.lyapunov_exponent({read}, dimension={dynamics.exponent.dimension})"
     if dynamics.surrogates is not None:

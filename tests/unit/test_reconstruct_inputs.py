@@ -17,7 +17,7 @@ X = 2 + naive.henon(600)
 FUNCTIONS = {
     "delay_embed": lambda x: impactsig.delay_embed(x, 2),
     "correlation_sum": lambda x: impactsig.correlation_sum(x, 3),
-    "correlation_dimension": lambda x: impactsig.correlation_dimension(x, 3),
+    "correlation_dimension": impactsig.correlation_dimension,
     "lyapunov_exponent": lambda x: impactsig.lyapunov_exponent(x, dimension=2),
     "lyapunov_exponent, kantz": lambda x: impactsig.lyapunov_exponent(
         x, dimension=2, method="kantz"

@@ -14,7 +14,7 @@ from impactsig import Impacts, ImpactsigWarning, cli, identify_period
 from impactsig.report import Dynamics, analyse, write_page
 from impactsig.report import dynamics as dynamics_module
 from impactsig.report.contents import parameters, tiles
-from impactsig.report.dynamics import DIMENSIONS, SEED, exponent_of, read_dynamics
+from impactsig.report.dynamics import SEED, exponent_of, read_dynamics
 from impactsig.report.findings import care, findings, verdict
 
 SAMPLES = Path(__file__).resolve().parents[2] / "data_samples"
@@ -77,11 +77,9 @@ def told(analysis):
 
 def test_what_is_told_is_what_the_library_finds(chaotic):
     found, impacts = chaotic.dynamics, chaotic.impacts
-    dimension = impactsig.correlation_dimension(impacts, DIMENSIONS, seed=SEED)
-    assert (found.dimension.value, found.dimension.interval) == (
-        dimension.value,
-        dimension.interval,
-    )
+    dimension = impactsig.correlation_dimension(impacts)
+    assert found.dimension.slope == dimension.slope
+    assert found.dimension.describe() == dimension.describe()
     assert found.surrogates.p_value == impactsig.surrogate_test(impacts, seed=SEED).p_value
     exponent = impactsig.lyapunov_exponent(impacts, dimension=found.exponent.dimension)
     assert found.exponent.exponent == exponent.exponent
@@ -90,7 +88,8 @@ def test_what_is_told_is_what_the_library_finds(chaotic):
 
 def test_the_logistic_map_has_dimension_1_exponent_ln_2_and_is_called_chaos():
     found = read(train(logistic(1200)))
-    assert found.dimension.value == pytest.approx(1, abs=0.1)
+    low, high = found.dimension.interval
+    assert low < 1 < high
     assert found.exponent.exponent == pytest.approx(np.log(2), abs=0.05)
     assert found.chaotic
     assert found.describe().startswith("low-dimensional chaos by all three signs")
@@ -131,8 +130,8 @@ def test_what_takes_seconds_is_not_done_unasked(monkeypatch):
 def test_a_periodic_train_has_dimension_0_and_nothing_is_fitted(asked):
     jitter = 1e-5 * np.random.default_rng(0).standard_normal(201)
     found = read(Impacts.from_times(0.05 * np.arange(201) + jitter), asked)
-    assert (found.dimension.verdict, found.dimension.value) == ("periodic", 0.0)
-    assert found.dimension.correlation is found.exponent is found.surrogates is None
+    assert (found.dimension.verdict, found.dimension.dimension) == ("periodic", 0.0)
+    assert found.dimension.slope is found.exponent is found.surrogates is None
     assert not found.left_out
     assert re.fullmatch(
         r"the intervals recur to within (9|10|11)\S* µs: dimension 0, nothing fitted",
@@ -165,7 +164,7 @@ def test_one_failing_part_takes_no_other_with_it(monkeypatch, chaotic, tmp_path)
         result = of(chaotic, chaotic.impacts)
     found = result.dynamics
     assert (found.exponent, found.false_share) == (None, None)
-    assert found.dimension.value == chaotic.dynamics.dimension.value
+    assert found.dimension.slope == chaotic.dynamics.dimension.slope
     assert found.surrogates.p_value == chaotic.dynamics.surrogates.p_value
     written = write_page(result, tmp_path / "page.html").read_text(encoding="utf-8")
     assert "No exponent: it failed with ZeroDivisionError: at the worst moment." in written
@@ -181,7 +180,7 @@ def test_long_trains_are_read_from_their_first_intervals_and_say_so(monkeypatch,
         monkeypatch.setattr(module, "TESTED", 100)
     values = logistic(400)
     result, start = of(chaotic, train(values)), read(train(values[:200]))
-    assert result.dynamics.dimension.value == start.dimension.value
+    assert result.dynamics.dimension.slope == start.dimension.slope
     assert result.dynamics.surrogates.count <= 100
     words = told(result)
     assert "of the first 200 of 400 intervals" in words["Dimension"]
@@ -217,8 +216,8 @@ def test_missed_impacts_do_not_hide_the_exponent():
 def test_a_chaotic_recording_in_words(chaotic):
     words = told(chaotic)
     assert list(words) == ["Delay plot", "Dimension", "Lyapunov exponent", "More than noise?"]
-    value = chaotic.dynamics.dimension.value
-    assert words["Dimension"].startswith(f"Correlation dimension {value:.2f}, 95 % interval ")
+    slope = chaotic.dynamics.dimension.slope
+    assert f"grows with a slope of {slope.value:.2f}, 95 % interval " in words["Dimension"]
     assert "µs" in words["Dimension"]
     assert words["Lyapunov exponent"].startswith("Largest Lyapunov exponent 0.")
     assert words["More than noise?"].startswith("Yes: ")
@@ -304,9 +303,7 @@ def test_deviations_are_those_that_were_put_in():
 
 def test_noise_in_words(chaotic):
     words = told(of(chaotic, train(np.random.default_rng(0).uniform(size=300))))
-    assert words["Dimension"].startswith(
-        "No dimension: as the embedding dimension goes from 1 to 5"
-    )
+    assert words["Dimension"] == "No dimension: nothing tells the series from linear noise."
     assert words["More than noise?"].startswith("No sign of it: ")
     assert words["Delay plot"] == (
         "An interval decides no more of the next one than it would in random order."
@@ -347,7 +344,9 @@ def test_the_page_shows_every_part_with_words_before_its_figure(page):
 
 def test_the_numbers_stand_among_the_key_figures(chaotic):
     shown = {name: value for name, value, _ in tiles(chaotic)}
-    assert shown["dimension"] == f"{chaotic.dynamics.dimension.value:.2f}"
+    found = chaotic.dynamics.dimension
+    shown_as = "slope between two scales" if found.dimension is None else "dimension"
+    assert shown[shown_as] == f"{found.slope.value:.2f}"
     assert shown["Lyapunov exponent"] == f"{chaotic.dynamics.exponent.exponent:.3g} per impact"
     assert dict(dict(parameters(chaotic))["Dynamics"])["seed"] == str(SEED)
 
@@ -361,7 +360,7 @@ def test_the_lines_shown_do_it_again(page, chaotic):
     *before, dimension, exponent, test = python.splitlines()
     exec("\n".join(before), names)
     found = chaotic.dynamics
-    assert eval(dimension, names).interval == found.dimension.interval
+    assert eval(dimension, names).slope == found.dimension.slope
     assert eval(exponent, names).exponent == found.exponent.exponent
     assert eval(test, names).p_value == found.surrogates.p_value
 
@@ -369,7 +368,7 @@ def test_the_lines_shown_do_it_again(page, chaotic):
 def test_two_runs_find_the_same(chaotic):
     again = read_dynamics(chaotic.impacts, chaotic.periodicity, None, True)
     assert again.describe() == chaotic.dynamics.describe()
-    assert again.dimension.interval == chaotic.dynamics.dimension.interval
+    assert again.dimension.slope == chaotic.dynamics.dimension.slope
     assert isinstance(again, Dynamics)
 
 

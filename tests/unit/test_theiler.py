@@ -50,7 +50,7 @@ def test_all_go_by_it():
     x = naive_reconstruct_embed.henon(600)
     expected = theiler_window(None, x)
     assert impactsig.correlation_sum(x, 2).theiler == expected
-    assert impactsig.correlation_dimension(x, 2).correlation.theiler == expected
+    assert impactsig.correlation_dimension(x, 2).theiler == expected
     assert impactsig.lyapunov_exponent(x, dimension=2).theiler == expected
     assert impactsig.false_nearest_neighbors(x, 2).theiler == expected
     assert impactsig.averaged_false_neighbors(x, 2).theiler == expected

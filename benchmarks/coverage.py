@@ -1,0 +1,348 @@
+"""How often the 95 % intervals of dimensions and exponents hold the truth, with half-widths.
+
+Truths: D2 of the beam's intervals over whole lacunar periods of 10^7 of them, 1.113 +- 0.003 at
+20.1 Hz and 1.0555 +- 0.002 at 20.3355 Hz; its D1 by Kaplan and Yorke 1.1219 and 1.0603; Hénon
+1.21 +- 0.01, Lorenz's intervals 2.05 +- 0.02; closed forms for the sets of `UNSEEN`, by which no
+constant was chosen. That of a slope is the slope of a long noise-free series over the same scales.
+
+Every series adds a line to results/coverage.jsonl, so that a run that is broken off goes on where
+it was; the table is made of all lines there are.
+
+    python -m benchmarks.coverage [--series 200] [--case WORD ...] [--table]
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import json
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import impactsig
+from impactsig import Impacts, correlation_dimension, scenes, simulate
+from tests import series
+
+LINES = Path(__file__).parent / "results" / "coverage.jsonl"
+TABLE = LINES.with_suffix(".md")
+SIZES = (500, 2000, 10_000)
+LONG = 200_000
+BEAMS = {20.1: (1.113, 1.1219), 20.3355: (1.0555, 1.0603)}
+
+
+class Case(NamedTuple):
+    """A name, what draws a series and its options, D2, D1 or nan, and a long noise-free series."""
+
+    name: str
+    draw: Callable[[int], tuple[Any, dict]]
+    d2: float
+    d1: float = np.nan
+    long: Callable[[], np.ndarray] | None = None
+
+
+@functools.cache
+def beam(frequency: float) -> tuple[np.ndarray, float]:
+    """A long series of the beam's intervals, and by how many e-folds an impact contracts."""
+    scene = scenes.karpodinis(frequency)
+    x = simulate(scene, periods=2 * LONG, transient=1000).impacts.intervals()[:LONG]
+    return x, 2 * np.log(5) + scene.damping / scene.time_unit * x.mean()
+
+
+def of_beam(frequency: float, count: int, error: float, faults: float, seed: int):
+    """A stretch of the beam's impacts as an instrument sees them; those of seeds hardly overlap."""
+    x, contraction = beam(frequency)
+    begin = (seed * 7919 * 13) % (LONG - count)
+    time = np.cumsum(np.concatenate(([0.0], x[begin : begin + count])))
+    train = Impacts(time, time_error=np.zeros(count + 1))
+    measured = impactsig.measure(train, jitter=error, missed=faults, spurious=faults, seed=seed)
+    options = {} if faults else {"contraction": contraction}
+    return measured.impacts, {"missed": faults, **options}
+
+
+def of_map(make, count: int, noise: float, seed: int):
+    """A series with known noise of a share of its standard deviation."""
+    x = make(count, seed)
+    return series.noisy(x, noise, seed), {"value_error": noise * float(x.std())}
+
+
+def known_noise() -> Iterator[Case]:
+    """The systems of which the truth is known, under the noise that is stated."""
+    for count in SIZES:
+        for frequency, (d2, d1) in BEAMS.items():
+            for error in (0.0, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5):
+                yield Case(
+                    f"beam {frequency} Hz, {1e6 * error:.0f} µs, n {count}",
+                    functools.partial(of_beam, frequency, count, error, 0.0),
+                    d2,
+                    d1,
+                    lambda frequency=frequency: beam(frequency)[0],
+                )
+        for error in (0.0, 1e-5):
+            yield Case(
+                f"beam 20.1 Hz, {1e6 * error:.0f} µs, 5 % missed, 5 % spurious, n {count}",
+                functools.partial(of_beam, 20.1, count, error, 0.05),
+                BEAMS[20.1][0],
+                np.nan,
+                lambda: beam(20.1)[0],
+            )
+        for name, make, d2, noises in (
+            ("Hénon", series.henon, 1.21, (0.0, 0.005, 0.01)),
+            ("Lorenz", series.lorenz_intervals, 2.05, (0.0, 0.02)),
+        ):
+            for noise in noises:
+                yield Case(
+                    f"{name}, noise {noise:.1%}, n {count}",
+                    functools.partial(of_map, make, count, noise),
+                    d2,
+                    np.nan,
+                    lambda make=make: make(LONG, 987),
+                )
+
+
+# -- sets by which no constant was chosen ------------------------------------------------------
+
+
+def baker(count: int, seed: int) -> np.ndarray:
+    """x + y of a baker's map with strips 0.35 and 0.65 high, squeezed to 0.25 and 0.4."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(size=2)
+    found = np.empty(count)
+    for i in range(-200, count):
+        if y < 0.35:
+            x, y = 0.25 * x, y / 0.35
+        else:
+            x, y = 0.6 + 0.4 * x, (y - 0.35) / 0.65
+        y = (y + 1e-15 * rng.uniform()) % 1.0  # binary digits run out
+        if i >= 0:
+            found[i] = x + 0.5 * y
+    return found
+
+
+def skew_tent(count: int, seed: int) -> np.ndarray:
+    """The tent map with its top at 0.3: uniform on [0, 1]."""
+    rng = np.random.default_rng(seed)
+    x = rng.uniform()
+    found = np.empty(count)
+    for i in range(count):
+        x = x / 0.3 if x < 0.3 else (1 - x) / 0.7
+        x = min(x + 1e-15 * rng.uniform(), 1.0)
+        found[i] = x
+    return found
+
+
+def gauss(count: int, seed: int) -> np.ndarray:
+    """The fractional part of 1 / x: density 1 / (1 + x)."""
+    rng = np.random.default_rng(seed)
+    x = rng.uniform()
+    found = np.empty(count)
+    for i in range(count):
+        x = (1 / x) % 1.0 or rng.uniform()
+        found[i] = x
+    return found
+
+
+def beta(count: int, seed: int) -> np.ndarray:
+    """The golden beta transformation: a density of two steps."""
+    rng = np.random.default_rng(seed)
+    x = rng.uniform()
+    found = np.empty(count)
+    for i in range(count):
+        x = ((1 + np.sqrt(5)) / 2 * x + 1e-15 * rng.uniform()) % 1.0
+        found[i] = x
+    return found
+
+
+def cat(count: int, seed: int) -> np.ndarray:
+    """cos 2 pi x + sin 2 pi y / 2 of Arnold's cat map, which fills the torus."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(size=2)
+    found = np.empty(count)
+    for i in range(count):
+        x, y = (2 * x + y + 1e-15 * rng.uniform()) % 1.0, (x + y) % 1.0
+        found[i] = np.cos(2 * np.pi * x) + 0.5 * np.sin(2 * np.pi * y)
+    return found
+
+
+def solenoid(count: int, seed: int) -> np.ndarray:
+    """x + y / 2 + cos t / 2 of the Smale-Williams solenoid that contracts by 0.3."""
+    rng = np.random.default_rng(seed)
+    t, x, y = rng.uniform(size=3)
+    found = np.empty(count)
+    for i in range(-200, count):
+        x, y = 0.3 * x + np.cos(2 * np.pi * t), 0.3 * y + np.sin(2 * np.pi * t)
+        t = (2 * t + 1e-15 * rng.uniform()) % 1.0
+        if i >= 0:
+            found[i] = x + 0.5 * y + 0.5 * np.cos(2 * np.pi * t)
+    return found
+
+
+def dimension_of_baker() -> float:
+    """1 + s with 0.35^2 0.25^-s + 0.65^2 0.4^-s = 1, of a product with the uniform direction."""
+    from scipy.optimize import brentq
+
+    return 1 + float(brentq(lambda s: 0.35**2 * 0.25**-s + 0.65**2 * 0.4**-s - 1, 0.1, 1.0))
+
+
+UNSEEN = {
+    "baker": (baker, dimension_of_baker()),
+    "skew tent": (skew_tent, 1.0),
+    "Gauss": (gauss, 1.0),
+    "golden beta": (beta, 1.0),
+    "cat": (cat, 2.0),
+    "solenoid": (solenoid, 1 - np.log(2) / np.log(0.3)),
+}
+
+
+def unseen() -> Iterator[Case]:
+    """Six sets that served no tuning, noise-free and with 0.5 % of noise."""
+    for count in SIZES[:2]:
+        for name, (make, d2) in UNSEEN.items():
+            for noise in (0.0, 0.005):
+                yield Case(
+                    f"unseen: {name}, noise {noise:.1%}, n {count}",
+                    functools.partial(of_map, make, count, noise),
+                    d2,
+                )
+
+
+# -- noise and tori, which have none or are recognised ---------------------------------------------
+
+
+def coloured(count: int, exponent: float, seed: int):
+    """Gaussian noise of the spectrum 1 / f^exponent."""
+    rng = np.random.default_rng(seed)
+    frequency = np.fft.rfftfreq(count)
+    frequency[0] = frequency[1]
+    spectrum = rng.standard_normal((2, len(frequency))) * frequency ** (-exponent / 2)
+    return np.fft.irfft(spectrum[0] + 1j * spectrum[1], count), {}
+
+
+def autoregressive(count: int, weight: float, seed: int):
+    """AR(1)."""
+    from scipy.signal import lfilter
+
+    shocks = np.random.default_rng(seed).standard_normal(count + 200)
+    return lfilter([1.0], [1.0, -weight], shocks)[200:], {}
+
+
+def recognised() -> Iterator[Case]:
+    """Truth nan: there is no dimension to be found."""
+    for exponent in (0.0, 0.5, 1.0, 1.5, 2.0):
+        yield Case(
+            f"noise 1/f^{exponent}, n 500", functools.partial(coloured, 500, exponent), np.nan
+        )
+    for weight in (0.5, 0.9):
+        yield Case(
+            f"noise AR {weight}, n 500", functools.partial(autoregressive, 500, weight), np.nan
+        )
+    for tones in (1, 2):
+        yield Case(
+            f"torus of {tones}, n 500",
+            lambda seed, tones=tones: (series.torus(500, seed, tones), {}),
+            float(tones),
+        )
+
+
+# -- running -----------------------------------------------------------------------------------
+
+
+def measured(case: Case, seed: int) -> dict:
+    """What one series gives, as numbers."""
+    x, options = case.draw(seed)
+    found = correlation_dimension(x, **options, workers=1)
+    line: dict = {"case": case.name, "seed": seed, "verdict": found.verdict}
+    if found.slope is not None:
+        line["slope"] = [found.slope.value, *found.slope.interval]
+        line["scales"] = found.slope.scales
+        line["embedding"] = found.slope.embedding
+    if found.dimension is not None:
+        line["d2"] = [found.dimension, *found.interval]
+    if found.kaplan_yorke is not None:
+        line["d1"] = [found.kaplan_yorke.value, *found.kaplan_yorke.interval]
+    return line
+
+
+@functools.cache
+def true_slopes(long: Callable[[], np.ndarray], embedding: int) -> tuple[np.ndarray, np.ndarray]:
+    """ln H and ln K of a long noise-free series."""
+    from impactsig.reconstruct._kernel_sum import kernel_sum
+
+    found = kernel_sum(long(), embedding, 1, 12, np.zeros((embedding, embedding)), largest=0.05)
+    return np.log(found.scales), np.log(found.sums)
+
+
+def true_slope(case: Case, line: dict) -> float:
+    """The noise-free slope over the scales of a line."""
+    logs, sums = true_slopes(case.long, line["embedding"])
+    low, high = np.log(line["scales"])
+    if low < logs[0] or high > logs[-1]:
+        return np.nan
+    at = np.linspace(low, high, 40)
+    return float(np.polyfit(at, np.interp(at, logs, sums), 1)[0])
+
+
+def summed_up(case: Case, lines: list[dict]) -> str:
+    """A row of the table."""
+
+    def cell(name: str, truths: list[float]) -> str:
+        known = [
+            (line[name], truth)
+            for line, truth in zip(lines, truths, strict=True)
+            if name in line and np.isfinite(truth)
+        ]
+        if not known:
+            return "-"
+        held = np.mean([one[1] - 1e-9 <= truth <= one[2] + 1e-9 for one, truth in known])
+        half = np.mean([(one[2] - one[1]) / 2 for one, _ in known])
+        return f"{100 * held:.0f} ± {half:.3f}"
+
+    slopes = [
+        true_slope(case, line) if case.long is not None and "slope" in line else np.nan
+        for line in lines
+    ]
+    answered = np.mean([line.get("d2") is not None for line in lines])
+    return (
+        f"| {case.name} | {len(lines)} | {cell('slope', slopes)} | {100 * answered:.0f} | "
+        f"{cell('d2', len(lines) * [case.d2])} | {cell('d1', len(lines) * [case.d1])} |"
+    )
+
+
+def main() -> None:
+    """Go on with the series that are missing, then write the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--series", type=int, default=200)
+    parser.add_argument("--case", nargs="*", default=[], help="words that a name must hold")
+    parser.add_argument("--table", action="store_true", help="only write the table")
+    chosen = parser.parse_args()
+    cases = [*known_noise(), *unseen(), *recognised()]
+    lines: dict[str, list[dict]] = defaultdict(list)
+    LINES.parent.mkdir(exist_ok=True)
+    if LINES.exists():
+        for text in LINES.read_text(encoding="utf-8").splitlines():
+            line = json.loads(text)
+            lines[line["case"]].append(line)
+    for case in cases:
+        if chosen.table or not all(word in case.name for word in chosen.case):
+            continue
+        done = {line["seed"] for line in lines[case.name]}
+        with LINES.open("a", encoding="utf-8") as file:
+            for seed in range(chosen.series):
+                if seed not in done:
+                    line = measured(case, seed)
+                    lines[case.name].append(line)
+                    file.write(json.dumps(line) + "\n")
+        print(summed_up(case, lines[case.name]), flush=True)
+    rows = [summed_up(case, lines[case.name]) for case in cases if lines[case.name]]
+    head = (
+        "| case | series | slope held [%] ± half-width | D2 answered [%] | D2 held | D1 held |\n"
+        "|---|---|---|---|---|---|\n"
+    )
+    TABLE.write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
