@@ -69,7 +69,7 @@ def _train(name: str, impacts: Impacts, period: Periodicity) -> str:
     if not len(intervals):
         return words
     words += f", mean {1e3 * intervals.mean():.4g} ms, SD {1e3 * intervals.std():.4g} ms"
-    return f"{words}; {period.describe()}" if period.kind == "periodic" else words
+    return f"{words}; {period.describe()}" if period.recurs else words
 
 
 def _reconstructed(
@@ -81,7 +81,7 @@ def _reconstructed(
         impacts, chosen.dimensions, theiler=chosen.theiler, seed=chosen.seed
     )
     # Measured intervals never recur exactly: what is left then is jitter, not the motion.
-    about_period = period.kind == "periodic" and found.correlation is not None
+    about_period = period.recurs and found.correlation is not None
     yield f"scatter about that period: {found.describe()}" if about_period else found.describe()
     known = {name: one for name, one in (found.estimates or {}).items() if one is not None}
     if known:

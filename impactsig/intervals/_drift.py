@@ -32,8 +32,9 @@ def fit_drift(
         (2 - N)/2 ln(2 pi s^2) - R/(2 s^2) - ln det(B'B + L D'D)/2 + (K - 2)/2 ln L
 
     with K knots, L = s^2/(q^2 dx^3) and R the least sum of squares, L times those of the second
-    differences included. s is where it is greatest, but at least `floor`. For a straight phase the determinants become that of the normal
-    equations of the line in units of dx, because det(DD') is that of the line over all knots.
+    differences included. s is where it is greatest, but at least `floor`. For a straight phase the
+    determinants become that of the normal equations of the line in units of dx, because det(DD') is
+    that of the line over all knots.
     """
     span = max(float(x[-1] - x[0]), 1e-9)
     count = int(np.clip(np.ceil(span / KNOTS) + 1, 3, max(len(x), 3)))

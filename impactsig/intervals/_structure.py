@@ -9,7 +9,7 @@ import numpy as np
 from ._locking import Lock, due
 
 SLOWEST = 0.042  # [per cycle] tones below it pass for drift
-LINE_PRIOR = 9.2  # a line as improbable as 1e-4 under the null is as probable as none
+LINE_PRIOR = 10.4  # a line as improbable as 3e-5 under the null is as probable as none
 LEAST_BACKGROUND = 0.8  # of that of white noise
 GRID = 32  # instants of the periodogram per impact due
 FEWEST = 30  # residuals of which anything is asked
@@ -93,13 +93,35 @@ def strongest_line(at: np.ndarray, z: np.ndarray, density: float, slowest: float
     )
     height = power / background
     best = int(np.argmax(height))
-    line = float(frequency[best])
-    waves = [2 * np.pi * k * line * at for k in (1, 2)]
-    columns = np.column_stack([part(wave) for wave in waves for part in (np.cos, np.sin)])
+    line = _refined(at, z, float(frequency[best]), 1 / span)
+    columns = _waves(at, line, 2)
     weights, *_ = np.linalg.lstsq(columns, z, rcond=None)
     fundamental = columns[:, :2] @ weights[:2]
     odds = float(height[best] - np.log(independent / 2) - LINE_PRIOR)
     return Tone(line, float(fundamental.std()), odds, fundamental, columns @ weights)
+
+
+def _refined(at: np.ndarray, z: np.ndarray, line: float, resolution: float) -> float:
+    """The frequency near `line` at which a sine leaves the least."""
+    from scipy.optimize import minimize_scalar
+
+    def left(frequency: float) -> float:
+        columns = _waves(at, frequency, 1)
+        rest = z - columns @ np.linalg.lstsq(columns, z, rcond=None)[0]
+        return float(rest @ rest)
+
+    found = minimize_scalar(
+        left,
+        bounds=(line - 0.3 * resolution, line + 0.3 * resolution),
+        method="bounded",
+        options={"xatol": 1e-4 * resolution},
+    )
+    return float(found.x)
+
+
+def _waves(at: np.ndarray, frequency: float, harmonics: int) -> np.ndarray:
+    waves = [2 * np.pi * k * frequency * at for k in range(1, harmonics + 1)]
+    return np.column_stack([part(wave) for wave in waves for part in (np.cos, np.sin)])
 
 
 def _pairs(instant: np.ndarray, z: np.ndarray, lag: int) -> tuple[np.ndarray, np.ndarray]:

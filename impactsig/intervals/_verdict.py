@@ -12,6 +12,7 @@ from ._structure import Structure
 KINDS = ("periodic", "drifting", "quasi-periodic", "banded", "chaotic", "irregular")
 
 
+DRIFT_PRIOR = -3.0  # log-odds of a speed that changes, against a steady one
 BAND_SAID = np.log(5)  # log-odds from which on a band is said to be there, not to be hidden
 
 
@@ -35,14 +36,15 @@ def locked_verdict(lock: Lock, found: Structure, locked: float, chaos: float) ->
     ratio of their evidence; a tone and a band come with any drift. The rest is chaotic or irregular
     by the odds given.
     """
-    drift = lock.drift.log_odds
+    drift = lock.drift.log_odds + DRIFT_PRIOR
     recurs = float(np.logaddexp(0.0, drift))
     tone = found.tone.log_odds if found.tone is not None else -np.inf
-    band = found.band + max(tone, 0.0)
-    log = np.array([0.0, drift, recurs + tone, recurs + band, recurs + np.log(found.hidden)])
+    # two readings of the same prior: powers of any map, and the amplitude of one like the logistic
+    band, like = found.band - np.log(2), np.log(found.hidden / 2)
+    log = np.array([0.0, drift, recurs + tone, recurs + band + max(tone, 0.0), recurs + like])
     share = np.exp(log - log.max())
     share *= locked / share.sum()
-    unseen = np.logaddexp(found.band, np.log(found.hidden)) < BAND_SAID
+    unseen = np.logaddexp(band, like) < BAND_SAID
     hidden = float(share[3] + share[4]) if unseen else 0.0
     chaotic = (1 - locked) * _logistic(chaos)
     values = (*share[:3], share[3] + share[4], chaotic, 1 - locked - chaotic)

@@ -39,8 +39,9 @@ def dimension(dynamics: Dynamics) -> Finding:
     tried = _range([one.embedding for one in read])
     if found.value is not None and found.interval is not None and found.region is not None:
         (low, high), (least, most) = found.interval, map(short_time, found.region)
+        within = f"95 % interval {low:.2f} to {high:.2f}" if dynamics.covers(found) else "roughly"
         words = [
-            f"Correlation dimension {found.value:.2f}, 95 % interval {low:.2f} to {high:.2f}"
+            f"Correlation dimension {found.value:.2f}, {within}"
             f"{of_first(READ, dynamics.intervals)}, read at radii from {least} to {most}, where "
             f"embedding dimensions {_range(found.plateau)} agree.",
             f"By each estimator alone: {_each(found.estimates)}.",
@@ -78,7 +79,7 @@ def exponent(dynamics: Dynamics) -> Finding:
         return _missing("Lyapunov exponent", "No exponent", "exponent", dynamics)
     return Finding(
         "Lyapunov exponent",
-        (with_doubts(_separation(found), found.warnings) + ".", *_false(dynamics)),
+        (with_doubts(_separation(found, dynamics), found.warnings) + ".", *_false(dynamics)),
         Picture(
             draw(found.plot, 5.0, 3.6),
             f"Logarithm of the gap between neighbours against time: {found.verdict}",
@@ -88,7 +89,7 @@ def exponent(dynamics: Dynamics) -> Finding:
     )
 
 
-def _separation(found: LyapunovExponent) -> str:
+def _separation(found: LyapunovExponent, dynamics: Dynamics) -> str:
     if found.verdict == "periodic":
         return "The intervals recur exactly: exponent 0"
     if found.exponent is None:
@@ -97,7 +98,7 @@ def _separation(found: LyapunovExponent) -> str:
             "any stretch, as in noise or where there are too few intervals"
         )
     words = f"{found.exponent:.3g} per impact"
-    if found.interval is not None:
+    if found.interval is not None and dynamics.covers(found):
         words += f", 95 % interval {found.interval[0]:.3g} to {found.interval[1]:.3g}"
     if found.per_second is not None:
         words += f"; {found.per_second:.3g} per second"
