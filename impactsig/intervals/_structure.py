@@ -46,14 +46,16 @@ def residuals(lock: Lock) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return instant, due(fit)[fit.hit], offset - mean[slot]
 
 
-def structure(lock: Lock, slowest: float = SLOWEST) -> Structure:
-    """Tone and band in the residuals of a lock."""
+def structure(lock: Lock, floor: float, slowest: float = SLOWEST) -> Structure:
+    """Tone and band in the residuals of a lock; nothing smaller than `floor` [cycles] is either."""
     instant, at, z = residuals(lock)
     deviation = float(z.std())
-    if len(z) < FEWEST or deviation < 1e-9:
+    if len(z) < FEWEST or deviation < floor:
         return Structure(None, -np.inf, 1.0, deviation)
     m = len(lock.fit.centre)
     tone = strongest_line(at, z, m / lock.fit.fold, slowest)
+    if tone is not None and tone.rms < floor:
+        tone = None
     left = z
     if tone is not None and tone.log_odds > 0:
         left = z - tone.waves

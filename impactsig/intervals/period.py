@@ -156,7 +156,8 @@ def read_period(
         )
         return answer, None
     steady = clock is not None and clock.steady
-    found = structure(best.lock, 0.0 if steady else SLOWEST)
+    floor = resolution if unit is None else resolution * unit / best.unit
+    found = structure(best.lock, floor, 0.0 if steady else SLOWEST)
     verdict = locked_verdict(best.lock, found, locked, chaos)
     return _periodicity(best, verdict, found, impacts, unit, steady, candidates), best
 

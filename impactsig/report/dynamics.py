@@ -268,8 +268,8 @@ def read_dynamics(
 
 
 def is_certain(period: Periodicity) -> bool:
-    """Whether the train recurs beyond doubt, at whatever speed of the forcing."""
-    return period.recurs and period.confidence >= CERTAIN
+    """Whether the train recurs, or stays near a period, beyond doubt; whatever the speed does."""
+    return period.impacts is not None and period.confidence >= CERTAIN
 
 
 def deviations(time: np.ndarray, recurring: int) -> np.ndarray:
