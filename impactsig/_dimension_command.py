@@ -82,7 +82,7 @@ def _train(name: str, impacts: Impacts, period: Periodicity) -> str:
     if not len(intervals):
         return words
     words += f", mean {1e3 * intervals.mean():.4g} ms, SD {1e3 * intervals.std():.4g} ms"
-    return f"{words}; {period.describe()}" if period.kind == "periodic" else words
+    return f"{words}; {period.describe()}" if period.recurs else words
 
 
 def _reconstructed(
@@ -100,7 +100,7 @@ def _reconstructed(
         contraction=chosen.contraction,
     )
     # Measured intervals never recur exactly: what is left then is jitter, not the motion.
-    about_period = period.kind == "periodic" and found.slope is not None
+    about_period = period.recurs and found.slope is not None
     yield f"scatter about that period: {found.describe()}" if about_period else found.describe()
     if chosen.output is not None:
         write_figure(found.plot, chosen.output, (9.0, 3.9))

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from ..impacts import Impacts
-from ._phase import to_cycles
-from ._repair_slots import CLOCK_ERROR, Edits
+from ._repair_slots import Edits
+from ._tracking import steady_rate
 
 LEAST_IMPACTS = 60
+CLOCK_ERROR = 2e-3  # relative, of the forcing period against the clock of the recording
 LIKE = 8  # others that three triples in four have within the radius
 LEAST_LIKE = 8  # of every triple that a change makes
 AWAY = 6.0  # radii within which a false impact has no like; a rare true one may have some
@@ -30,7 +31,9 @@ def map_edits(train: Impacts, forcing_period: float) -> Edits:
     none: Edits = {}, []
     if len(train) < LEAST_IMPACTS:
         return none
-    cycles, base = to_cycles(train.time, forcing_period, CLOCK_ERROR)
+    given = (train.time - train.time[0]) / forcing_period
+    cycles = steady_rate(given, CLOCK_ERROR)
+    base = forcing_period * float(given[-1] / cycles[-1])
     sequences = _Sequences(cycles, train.interval_spans_gap())
     if not sequences.usable:
         return none

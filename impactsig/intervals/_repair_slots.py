@@ -7,63 +7,76 @@ import itertools
 import numpy as np
 
 from ..impacts import Impacts
-from ._phase import to_cycles
-from ._slots import REACH, fit_slots, nearest_slot, once
-from .periodicity import Periodicity
+from ._locking import due
+from ._reading import Reading
+from ._slots import REACH
 
-CLOCK_ERROR = 2e-3
 RESOLUTION = 1e-3  # [forcing periods]
-WIDEST = 0.03  # [forcing periods]
-NEAR = 0.1  # [forcing periods]: an impact so near to an instant due may be a late one
-LONGEST_RUN = 3  # missed impacts in a row; more is silence
+LATEST = 0.1  # [forcing periods] by which an impact may be late
+CHANCE = 0.5  # share of the impacts that seem late that chance must account for, if all are false
+SHORT_RUN = 3  # missed impacts in a row that are always put in
+LIKELY = 0.01  # times that a longer run is expected in the train, from which on it is silence
 
 Edits = tuple[dict[int, str], list[tuple[int, float, str]]]
 """Why an impact is taken out, by its index; after which, when [s] later and why one is put in."""
 
 
-def slot_edits(train: Impacts, forcing_period: float, period: Periodicity) -> Edits:
-    """Impacts off the slots of the period, and instants due at which none came."""
-    assert period.periods is not None
-    fold = period.periods
-    time = train.time
-    cycles, _ = to_cycles(time, forcing_period, CLOCK_ERROR)
-    gaps = np.interp(train.gaps, time, cycles)
-    fit = fit_slots(cycles, fold, gaps, RESOLUTION, WIDEST)
-    # the fit keeps its last refinement of period and phase to itself
-    _, offset = nearest_slot(cycles % fold, fit.centre, fold)
-    close = np.abs(offset) < NEAR
-    cycles = cycles - np.polyval(np.polyfit(cycles[close], offset[close], 1), cycles)
-    slot, offset = nearest_slot(cycles % fold, fit.centre, fold)
-    turn = np.round((cycles - offset - fit.centre[slot]) / fold).astype(np.int64)
-    due = turn * len(fit.centre) + slot
+def slot_edits(train: Impacts, reading: Reading, name: str) -> Edits:
+    """Impacts off the slots of the period, and instants due at which none came.
+
+    Satellites stay: whether an echo or a second touch makes them is not known.
+    """
+    fit = reading.lock.fit
+    which = np.arange(len(train))
+    if reading.satellites is not None:
+        which = which[~reading.satellites.which]
+    time = train.time[which]
     reach = REACH * max(fit.jitter, RESOLUTION)
-    hit = once(due, offset, reach)
-    name = f"period({period.impacts},{period.periods})"
 
     gap_after = train.interval_spans_gap()
     gap_before = np.append(True, gap_after)
-    beside_gap = gap_before | np.append(gap_after, True)
-    beyond = np.abs(offset) > reach
+    beside_gap = (gap_before | np.append(gap_after, True))[which]
+    beyond = np.abs(fit.offset) > reach
     # beyond reach of an instant due at which none came, but near it: late, or false and one missed
-    doubtful = beyond & (np.abs(offset) < NEAR) & ~np.isin(due, due[hit])
+    doubtful = beyond & (np.abs(fit.offset) < LATEST) & ~np.isin(fit.instant, fit.instant[fit.hit])
+    if _by_chance(reading, reach) > CHANCE * doubtful.sum():
+        doubtful[:] = False
     removed = {
-        int(i): f"{abs(offset[i]):.2g} forcing periods from any instant due in {name}"
+        int(which[i]): f"{abs(fit.offset[i]):.2g} forcing periods from any instant due in {name}"
         for i in np.flatnonzero(beyond & ~doubtful & ~beside_gap)
     }
-    left_alone = set(due[hit].tolist()) | set(due[doubtful].tolist())
+    left_alone = set(fit.instant[fit.hit].tolist()) | set(fit.instant[doubtful].tolist())
     inserted, why = [], f"due in {name}, and did not come"
-    hits = np.flatnonzero(hit)
+    hits = np.flatnonzero(fit.hit)
+    instants, longest = due(fit), _longest_run(reading)
+    m = len(fit.centre)
     for left, right in itertools.pairwise(hits):
-        absent = range(int(due[left]) + 1, int(due[right]))
-        if not 1 <= len(absent) <= LONGEST_RUN or gap_after[left:right].any():
+        absent = range(int(fit.instant[left]) + 1, int(fit.instant[right]))
+        if not 1 <= len(absent) <= longest or gap_after[which[left] : which[right]].any():
             continue
         for one in absent:
             if one in left_alone:
                 continue
-            at = one // len(fit.centre) * fold + fit.centre[one % len(fit.centre)]
-            first, last = (turn[k] * fold + fit.centre[slot[k]] for k in (left, right))
-            share = (at - first) / (last - first)
+            at = one // m * fit.fold + fit.centre[one % m]
+            share = (at - instants[left]) / (instants[right] - instants[left])
             instant = time[left] + share * (time[right] - time[left])
-            after = int(np.searchsorted(time, instant, side="right")) - 1
-            inserted.append((after, float(instant - time[after]), why))
+            after = int(np.searchsorted(train.time, instant, side="right")) - 1
+            inserted.append((after, float(instant - train.time[after]), why))
     return removed, inserted
+
+
+def _by_chance(reading: Reading, reach: float) -> float:
+    """False impacts that are expected near an instant due at which none came."""
+    fit = reading.lock.fit
+    others, missed = fit.impacts - int(fit.hits.sum()), int((fit.due - fit.hits).sum())
+    span = max(float(fit.cycles[-1] - fit.cycles[0]), 1e-9)
+    return missed * (others / span) * 2 * max(LATEST - reach, 0.0)
+
+
+def _longest_run(reading: Reading) -> int:
+    """Missed impacts in a row, at the rate at which single ones are, that the train may hold."""
+    hits, total = int(reading.lock.fit.hits.sum()), int(reading.lock.fit.due.sum())
+    missed = 1 - hits / total
+    if missed <= 0:
+        return SHORT_RUN
+    return max(SHORT_RUN, int(np.log(LIKELY / total) / np.log(missed)))

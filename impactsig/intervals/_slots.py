@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 REACH = 4.0  # a slot reaches this many standard deviations to either side
+LEAST_RECURRING = 3  # impacts near a later one, from which the noise is read
 ENOUGH = 10_000  # impacts to find the slots with
 LEAST_SHARE = 0.6  # of the instants it is due a slot must be hit
 
@@ -15,7 +16,7 @@ class SlotFit(NamedTuple):
     """m slots in a fold of n cycles, and how well they predict the impacts."""
 
     fold: int
-    recurrence: float  # the fold in the cycles that went in, before the last refinement
+    cycles: np.ndarray  # (n,) the impacts, once the rate and the phase are refined
     centre: np.ndarray  # (m,) [cycles], ascending in [0, fold)
     jitter: float  # standard deviation about the centres [cycles]
     hits: np.ndarray  # (m,) how often each slot was hit
@@ -23,6 +24,9 @@ class SlotFit(NamedTuple):
     impacts: int
     chance: float  # that the other impacts bunch as they do where they come at random
     score: float  # log-likelihood less a penalty for every parameter
+    instant: np.ndarray  # (n,) the number of the instant due that is nearest to each impact
+    offset: np.ndarray  # (n,) [cycles] from that instant
+    hit: np.ndarray  # (n,) whether the impact is the one that was due then
 
 
 def poisson_score(impacts: int, span: float) -> float:
@@ -53,12 +57,15 @@ def fit_slots(
     width = _recurrence_jitter(cycles, fold, floor, widest)
     thin = n // ENOUGH + 1  # every so many of the sorted phases have the heaps of all
     centre = _peel(np.sort(phase)[::thin], fold, width, 0.3 * span / fold / thin)
-    stretch = 1.0
     for turn in range(10):
         if not len(centre):
-            none = np.zeros(0, np.int64)
-            return SlotFit(fold, fold, centre, 0.0, none, none, n, 1.0, poisson_score(n, span))
-        slot, offset, hit = _assign(cycles, phase, centre, fold, REACH * width)
+            none, empty = np.zeros(0, np.int64), np.zeros(n)
+            score = poisson_score(n, span)
+            return SlotFit(
+                fold, cycles, centre, 0.0, none, none, n, 1.0, score, none, empty, empty > 0
+            )
+        instant, offset, hit = assign(cycles, centre, fold, REACH * width)
+        slot = instant % len(centre)
         hits = np.bincount(slot[hit], minlength=len(centre))
         due = np.maximum(_due(centre, fold, cycles, gaps, REACH * width), hits)
         strong = hits >= LEAST_SHARE * due
@@ -70,7 +77,7 @@ def fit_slots(
         centre, width = np.sort((centre + mean)[strong] % fold), min(max(jitter, floor), widest)
         since = cycles - cycles[hit].mean()
         slope = float(spread @ since[hit] / max(since[hit] @ since[hit], 1e-300))
-        cycles, stretch = cycles - slope * since, stretch * (1 - slope)
+        cycles = cycles - slope * since
         phase = cycles % fold
     total, others = int(hits.sum()), n - int(hits.sum())
     jitter = _rms(offset[hit])
@@ -80,24 +87,30 @@ def fit_slots(
     score += _xlogy(others, others / span) - others
     score -= (2 * len(centre) + 1.5) * np.log(n)
     score -= 0.5 * total * (floor / sigma) ** 2 * (1 - 1 / len(centre))
-    chance = _bunching_chance(phase[~hit], offset[~hit], fold, len(centre), width)
-    return SlotFit(fold, fold / stretch, centre, jitter, hits, due, n, chance, float(score))
+    chance = bunching_chance(phase[~hit], offset[~hit], fold, len(centre), width)
+    return SlotFit(
+        fold, cycles, centre, jitter, hits, due, n, chance, float(score), instant, offset, hit
+    )
 
 
-def _assign(
-    cycles: np.ndarray, phase: np.ndarray, centre: np.ndarray, fold: int, reach: float
+def assign(
+    cycles: np.ndarray, centre: np.ndarray, fold: int, reach: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The slot nearest each impact, the offset from it [cycles], and whether it hits it."""
-    slot, offset = nearest_slot(phase, centre, fold)
+    """The number of the instant due nearest each impact, the offset from it, and whether it hits.
+
+    Instants are numbered in the order of time: of m slots, number k belongs to slot k modulo m.
+    """
+    slot, offset = nearest_slot(cycles % fold, centre, fold)
     turn = np.round((cycles - offset - centre[slot]) / fold).astype(np.int64)
-    return slot, offset, once(turn * len(centre) + slot, offset, reach)
+    instant = turn * len(centre) + slot
+    return instant, offset, once(instant, offset, reach)
 
 
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
-def _bunching_chance(
+def bunching_chance(
     phase: np.ndarray, offset: np.ndarray, fold: int, slots: int, width: float
 ) -> float:
     """Chance that impacts which hit no slot, were they spurious, would bunch at a phase so much.
@@ -125,16 +138,22 @@ def _xlogy(count: float, value: float) -> float:
 
 
 def _recurrence_jitter(cycles: np.ndarray, fold: int, floor: float, widest: float) -> float:
-    """Timing noise, from how nearly impacts come again after `fold` cycles (robust)."""
-    due = cycles + fold
-    after = np.clip(np.searchsorted(cycles, due), 1, len(cycles) - 1)
-    nearest = np.where(due - cycles[after - 1] < cycles[after] - due, after - 1, after)
-    miss = cycles[nearest] - due
-    miss = miss[np.abs(miss) < 0.25]
-    if not len(miss):
-        return widest
-    deviation = np.median(np.abs(miss - np.median(miss))) * 1.4826 / np.sqrt(2)
-    return float(min(max(deviation, floor), widest))
+    """Timing noise, from how nearly impacts come again after some folds (robust).
+
+    The greatest of what 1 to 25 folds say: what changes slowly shows little after one.
+    """
+    greatest = widest
+    for turns in (1, 2, 3, 8, 25):
+        due = cycles + turns * fold
+        after = np.clip(np.searchsorted(cycles, due), 1, len(cycles) - 1)
+        nearest = np.where(due - cycles[after - 1] < cycles[after] - due, after - 1, after)
+        miss = cycles[nearest] - due
+        miss = miss[np.abs(miss) < 0.25]
+        if len(miss) < LEAST_RECURRING:
+            break
+        deviation = 1.4826 / np.sqrt(2) * float(np.median(np.abs(miss - np.median(miss))))
+        greatest = deviation if turns == 1 else max(greatest, deviation)
+    return float(min(max(greatest, floor), widest))
 
 
 def _peel(phase: np.ndarray, fold: int, width: float, least: float) -> np.ndarray:

@@ -1,57 +1,78 @@
-"""What period a train of impacts has: period(m, n), or none."""
+"""What motion a train of impacts shows: period(m, n), with drift or a tone, bands, chaos, none."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, Literal, cast
 
 import numpy as np
 
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._phase import to_cycles
-from ._slots import SlotFit, fit_slots, poisson_score
-from .periodicity import LEAST_IMPACTS, Candidate, Periodicity
+from ._forcing import Forcing, forcing_cycles
+from ._irregular import chaos_odds
+from ._locking import RATE_ERROR
+from ._reading import (
+    LEAST_REPEATS,
+    Clock,
+    Reading,
+    forced_readings,
+    free_readings,
+    is_unlocked,
+    repeat_period,
+    weigh,
+)
+from ._structure import SLOWEST, Structure, structure
+from ._verdict import KINDS, Verdict, locked_verdict, unlocked_verdict
+from .periodicity import LEAST_IMPACTS, Kind, Periodicity, SpeedDrift
 
-LEAST_REPEATS = 4
-LEAST_SHARE = 0.8  # of the impacts a period predicts that must come, and of those that come
-LEAST_SLOT_SHARE = 0.7  # of the times that one of the m impacts is due it must come
-LEAST_CHANCE = 1e-4  # of the other impacts coming at random
-WIDEST_FORCED = 0.03  # jitter [forcing periods] beyond which a phase is no phase
-WIDEST_FREE = 0.045  # the same in mean intervals, where no forcing period is given
-CLOCK_ERROR = 2e-3  # relative, of the forcing period given against the clock of the recording
-MODE_ERROR = 0.02  # relative, of a repeat period read off the intervals
-MOST_FREE = 8  # impacts in a repeat period sought without a forcing period
+MOST_RESOLUTION = 0.03
+CERTAINLY_LOCKED = 1 - 1e-6  # beyond it, whether the rest would be chaos does not matter
+SLOW_SHARE = 0.8  # of the variance of a drift that a single tone must be
+SLOW_TURNS = 3  # of that tone in the run
 
 
 def identify_period(
     impacts: Impacts,
     forcing_period: float | None = None,
     *,
+    forcing: Forcing | None = None,
     max_periods: int = 8,
     resolution: float = 1e-3,
 ) -> Periodicity:
-    """Tell whether impacts recur, and how: m impacts in n forcing periods, or never.
+    """Identify the motion of a train: m impacts in n forcing periods, drift, a tone, chaos, chance.
 
-    The instants are counted in forcing periods, whose length is refined within 0.2 % and whose
-    phase is followed through the run, so that neither a clock that is off nor one that drifts
-    matters. For n = 1, 2, ... the run is folded with n periods, and the impacts are explained as
-    hits of m slots of the fold, normally distributed about them, each slot missing some of its
-    hits and others being spurious; the likelihood, less a penalty for every slot, chooses n. It is
-    a period only if 80 % of the impacts due came, 80 % of those that came were due, they scatter by
-    less than 3 % of the forcing period, and what was not due came at no phase of its own; the
-    probability of that, given the numbers seen, enters the confidence. Chaos near grazing fails
-    here: its impacts gather about a phase, but whether one comes cannot be told.
+    *Tracking.* The speed of the forcing is followed through the run by the harmonics of the forcing
+    period, within 2.6 %, then by the phase of the impacts. Impacts that often come a fixed delay
+    after others (echoes) are recognised as satellites.
+
+    *Slots.* For n = 1, 2, ... the train is folded with n periods, and the impacts are explained as
+    hits of m slots of the fold, normally distributed about them, each slot missing some of its hits
+    and others being spurious. The phase is a random walk of the speed, fitted in turn with the
+    slots; the evidence decides n and whether there is drift. It is a period only if 72 % of the
+    impacts due came, 72 % of those that came were due, they scatter by less than 7.5 % of the
+    forcing period, and what was not due came at no phase of its own.
+
+    *Residuals.* A line in their spectrum is a second frequency (quasi-periodic); a nonlinear map
+    from one to the next is chaos in narrow bands. Jitter hides bands below `banded_below`, about
+    its own size: then the odds of "periodic" against "banded" are near 1.
+
+    *No slots.* Impacts that keep to phases of the forcing, or intervals that their predecessors
+    foretell better than shuffled ones, are chaotic; else they are irregular.
 
     Parameters
     ----------
     impacts : Impacts
         Eight or more; impacts due in gaps of the run are not missed.
     forcing_period : float, optional
-        Period of the forcing [s], right to 0.1 %. Without it (m, n) cannot be told, since any
-        number of forcing periods may pass in a repeat: then m impacts in the shortest time after
-        which they recur, `repeat_period`, are sought (m up to 8, jitter below 4.5 % of the mean
-        interval), and `periods` is None.
+        Mean period of the forcing [s], right to 2.6 % minus half of its drift. Without it (m, n)
+        cannot be told, since any number of forcing periods may pass in a repeat: then m impacts in
+        the shortest time after which they recur, `repeat_period`, are sought (m up to 8, jitter
+        below 7.5 % of the mean interval), and `periods` is None.
+    forcing : Recording or array_like, optional
+        A channel of the forcing or of a tacho that rises once in each forcing period, or the
+        instants when it does [s], in the clock of the impacts. Then its speed is known: a slow
+        tone of the impacts is one, not a drift.
     max_periods : int
         Greatest n tried. Longer repeats of up to 8 impacts are found as well.
     resolution : float
@@ -62,12 +83,14 @@ def identify_period(
     ------
     InvalidInput
         If `forcing_period`, `max_periods` or `resolution` is not positive, the forcing period is
-        too short for the times to resolve it, or the gaps of the run leave nothing of it.
+        too short for the times to resolve it, `forcing` does not cover the run or contradicts the
+        forcing period, or the gaps of the run leave nothing of it.
 
     Notes
     -----
     Too few impacts, and a run shorter than four forcing periods, give an answer that says so, not
-    an error.
+    an error. Tones below 0.042 per forcing period pass for drift where no `forcing` is given;
+    impacts left out at random in more than a quarter of the periods, for chaos.
 
     Examples
     --------
@@ -76,6 +99,190 @@ def identify_period(
     >>> print(identify_period(train, forcing_period=0.1))
     period(2,2): 2 impacts in 2 forcing periods
     """
+    _check(impacts, forcing_period, max_periods, resolution)
+    return read_period(impacts, forcing_period, forcing, max_periods, resolution)[0]
+
+
+def read_period(
+    impacts: Impacts,
+    forcing_period: float | None,
+    forcing: Forcing | None = None,
+    max_periods: int = 8,
+    resolution: float = 1e-3,
+) -> tuple[Periodicity, Reading | None]:
+    """The answer of `identify_period`, and the slots that it rests on."""
+    time, count = impacts.time, len(impacts)
+    intervals = impacts.intervals()
+    silence = float(intervals.max(initial=0.0))
+    if count < LEAST_IMPACTS or not intervals.any():
+        return _unknown("too few impacts", count, forcing_period, silence), None
+    span = float(time[-1] - time[0] - np.diff(np.clip(impacts.gaps, time[0], time[-1])).sum())
+    if span <= 0:
+        raise InvalidInput("impacts.gaps", impacts.gaps.tolist(), "gaps that leave some of the run")
+    clock = _clock(impacts, forcing_period, forcing)
+    if clock is not None and span < LEAST_REPEATS * clock.unit:
+        return _unknown("too short a run", count, clock.unit, silence), None
+    if clock is not None and time[-1] - time[0] > 1e9 * clock.unit:
+        raise InvalidInput(
+            "forcing_period",
+            clock.unit,
+            f"more than a billionth of the run of {time[-1] - time[0]:.6g} s",
+            "Give it in seconds",
+        )
+    unit = None if clock is None else clock.unit
+    readings = [] if clock is None else forced_readings(clock, max_periods, resolution)
+    best, locked, candidates = weigh(readings, count, span)
+    if best is None:
+        # together with those before, so that no multiple of what has failed slips through
+        readings += free_readings(impacts, span, resolution, unit, max_periods)
+        best, locked, candidates = weigh(readings, count, span)
+    chaos = 0.0
+    if locked < CERTAINLY_LOCKED:
+        chaos = chaos_odds(None if clock is None else clock.cycles, intervals)
+    if best is None:
+        verdict = unlocked_verdict(locked, chaos)
+        kind = "chaotic" if chaos > 0 else "irregular"
+        answer = Periodicity(
+            cast(Kind, kind),
+            verdict.probability,
+            verdict.probability[kind],
+            None,
+            None,
+            count,
+            unit,
+            longest_silence=silence,
+            intermittent=_is_intermittent(intervals),
+            candidates=candidates,
+        )
+        return answer, None
+    steady = clock is not None and clock.steady
+    floor = resolution if unit is None else resolution * unit / best.unit
+    found = structure(best.lock, floor, 0.0 if steady else SLOWEST)
+    verdict = locked_verdict(best.lock, found, locked, chaos)
+    return _periodicity(best, verdict, found, impacts, unit, steady, candidates), best
+
+
+def _periodicity(
+    best: Reading,
+    verdict: Verdict,
+    found: Structure,
+    impacts: Impacts,
+    forcing_period: float | None,
+    steady: bool,
+    candidates: tuple[Any, ...],
+) -> Periodicity:
+    """The answer for a train with slots."""
+    fit, repeat = best.lock.fit, repeat_period(best)
+    kind = verdict.kind
+    if kind not in KINDS[:4]:
+        kind = "periodic"
+    confidence = verdict.probability[kind]
+    recurs = kind in ("periodic", "drifting")
+    if recurs:
+        confidence += verdict.hidden
+    if recurs and forcing_period is not None and (best.periods is None or is_unlocked(best)):
+        confidence = sum(verdict.probability[one] for one in ("periodic", "drifting"))
+        confidence += verdict.hidden
+        kind = "unlocked"
+    count, periods = len(fit.centre), best.periods
+    if kind == "unlocked" and periods is not None:
+        # evenly spaced: each impact is a repeat
+        count, periods, repeat = 1, None, repeat / count
+    hits, due = int(fit.hits.sum()), int(fit.due.sum())
+    tone = found.tone if kind == "quasi-periodic" else None
+    echoes = best.satellites
+    intervals = impacts.intervals()
+    return Periodicity(
+        cast(Kind, kind),
+        verdict.probability,
+        min(confidence, 1.0),
+        count,
+        periods,
+        len(impacts),
+        repeat / periods if periods else forcing_period,
+        repeat,
+        (fit.centre[:count] - fit.centre[0]) / (repeat / best.unit),
+        fit.jitter * best.unit,
+        1 - hits / due,
+        1 - hits / fit.impacts,
+        None if echoes is None else echoes.share,
+        None if echoes is None else echoes.delay * best.unit,
+        None if steady else _speed(best, impacts.time[0]),
+        None if tone is None else tone.frequency,
+        None if tone is None else tone.rms * best.unit,
+        found.below * best.unit if recurs or kind == "unlocked" else None,
+        float(intervals.max(initial=0.0)),
+        _is_intermittent(intervals),
+        candidates,
+    )
+
+
+def _speed(best: Reading, start: float) -> SpeedDrift:
+    """The speed that the drift of the phase means."""
+    drift = best.lock.drift
+    rate = 1 - np.diff(drift.phase) / np.diff(drift.at)
+    middle = 0.5 * (drift.at[1:] + drift.at[:-1])
+    if drift.log_odds <= 0:
+        rate = np.full(len(rate), rate.mean())
+    tone = _slow_tone(drift.at, drift.phase) if drift.log_odds > 0 else None
+    return SpeedDrift(start + middle * best.unit, rate / rate.mean() - 1, drift.log_odds, tone)
+
+
+def _slow_tone(at: np.ndarray, phase: np.ndarray) -> float | None:
+    """The frequency of the single tone that a drift is, per cycle; None if it is none."""
+    span = float(at[-1] - at[0])
+    since = (at - at[0]) / span
+    line = np.polynomial.polynomial.polyvander(since, 2)
+    rest = phase - line @ np.linalg.lstsq(line, phase, rcond=None)[0]
+    turns = np.arange(SLOW_TURNS, SLOWEST * span * 1.2, 0.25)
+    best, share = 0.0, 0.0
+    for turn in turns:
+        wave = np.column_stack(
+            (line, np.cos(2 * np.pi * turn * since), np.sin(2 * np.pi * turn * since))
+        )
+        left = phase - wave @ np.linalg.lstsq(wave, phase, rcond=None)[0]
+        gain = 1 - float(left @ left) / max(float(rest @ rest), 1e-300)
+        if gain > share:
+            best, share = float(turn), gain
+    return best / span if share > SLOW_SHARE else None
+
+
+def _clock(impacts: Impacts, forcing_period: float | None, forcing: Forcing | None) -> Clock | None:
+    """The train in cycles of its forcing, as far as it is known."""
+    time, gaps = impacts.time, impacts.gaps
+    if forcing is None:
+        if forcing_period is None:
+            return None
+        start, unit = time[0], forcing_period
+        return Clock((time - start) / unit, (gaps - start) / unit, unit, False)
+    _, unit = forcing_cycles(forcing, time)
+    if forcing_period is not None and abs(forcing_period / unit - 1) > RATE_ERROR:
+        raise InvalidInput(
+            "forcing",
+            f"a period of {unit:.6g} s",
+            f"the forcing period of {forcing_period:.6g} s within {100 * RATE_ERROR:.2g} %",
+            "Leave `forcing_period` out, or thin a tacho of several pulses a turn",
+        )
+    cycles, _ = forcing_cycles(forcing, time)
+    lost = np.interp(gaps, time, cycles)
+    return Clock(cycles - cycles[0], lost - cycles[0], unit, True)
+
+
+def _unknown(
+    kind: Literal["too few impacts", "too short a run"],
+    count: int,
+    forcing_period: float | None,
+    silence: float,
+) -> Periodicity:
+    nothing = dict.fromkeys(KINDS, 0.0)
+    return Periodicity(
+        kind, nothing, 0.0, None, None, count, forcing_period, longest_silence=silence
+    )
+
+
+def _check(
+    impacts: Impacts, forcing_period: float | None, max_periods: int, resolution: float
+) -> None:
     if not isinstance(impacts, Impacts):
         raise InvalidInput(
             "impacts",
@@ -89,180 +296,13 @@ def identify_period(
         raise InvalidInput("max_periods", max_periods, "a positive whole number")
     if max_periods < 1:
         raise InvalidInput("max_periods", max_periods, "a positive whole number")
-    if not (_is_number(resolution) and 0 < resolution < WIDEST_FORCED):
-        raise InvalidInput("resolution", resolution, f"a share from 0 to {WIDEST_FORCED}")
-    time, count = impacts.time, len(impacts)
-    intervals = impacts.intervals()
-    silence = float(intervals.max(initial=0.0))
-    if count < LEAST_IMPACTS or not intervals.any():
-        return Periodicity(
-            None, None, "too few impacts", 0.0, count, forcing_period, longest_silence=silence
-        )
-    span = float(time[-1] - time[0] - np.diff(np.clip(impacts.gaps, time[0], time[-1])).sum())
-    if span <= 0:
-        raise InvalidInput("impacts.gaps", impacts.gaps.tolist(), "gaps that leave some of the run")
-    if forcing_period is not None and span < LEAST_REPEATS * forcing_period:
-        return Periodicity(
-            None, None, "too short a run", 0.0, count, forcing_period, longest_silence=silence
-        )
-    if forcing_period is not None and time[-1] - time[0] > 1e9 * forcing_period:
-        raise InvalidInput(
-            "forcing_period",
-            forcing_period,
-            f"more than a billionth of the run of {time[-1] - time[0]:.6g} s",
-            "Give it in seconds",
-        )
-    trials: list[_Trial] = []
-    if forcing_period is not None:
-        cycles, base = to_cycles(time, forcing_period, CLOCK_ERROR)
-        gaps = np.interp(impacts.gaps, time, cycles)
-        for n in range(1, min(max_periods, int(cycles[-1] / LEAST_REPEATS)) + 1):
-            fit = fit_slots(cycles, n, gaps, resolution, WIDEST_FORCED)
-            trials.append(_Trial(fit, base, n, WIDEST_FORCED))
-    best, candidates = _weigh(trials, count, span)
-    if best is None:
-        # together with those before, so that no multiple of what has failed slips through
-        trials += _free_trials(impacts, span, resolution, forcing_period, max_periods)
-        best, candidates = _weigh(trials, count, span)
-    if best is None:
-        return Periodicity(
-            None,
-            None,
-            "intermittent" if _is_intermittent(intervals) else "aperiodic",
-            1.0 - max((candidate.probability for candidate in candidates), default=0.0),
-            count,
-            forcing_period,
-            longest_silence=silence,
-            candidates=candidates,
-        )
-    fit, winner = trials[best].fit, candidates[best]
-    return Periodicity(
-        winner.impacts,
-        winner.periods,
-        "periodic" if winner.periods or forcing_period is None else "unlocked",
-        winner.probability,
-        count,
-        winner.repeat_period / winner.periods if winner.periods else forcing_period,
-        winner.repeat_period,
-        (fit.centre - fit.centre[0]) / fit.fold,
-        winner.jitter,
-        winner.missed,
-        winner.spurious,
-        silence,
-        candidates,
-    )
+    if not (_is_number(resolution) and 0 < resolution < MOST_RESOLUTION):
+        raise InvalidInput("resolution", resolution, f"a share from 0 to {MOST_RESOLUTION}")
 
 
 def _is_number(value: Any) -> bool:
     real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
     return real and math.isfinite(value)
-
-
-class _Trial(NamedTuple):
-    fit: SlotFit
-    unit: float  # what the fit counts in [s]
-    periods: int | None
-    widest: float  # jitter that counts as none [unit]
-
-
-def _free_trials(
-    impacts: Impacts,
-    span: float,
-    resolution: float,
-    forcing_period: float | None,
-    max_periods: int,
-) -> list[_Trial]:
-    """Slots of repeat periods of 1 to 8 impacts, found from the train alone.
-
-    With a forcing period, only those that are no multiple of it up to `max_periods`: these have
-    been tried.
-    """
-    time = impacts.time
-    trials: list[_Trial] = []
-    for m in range(1, MOST_FREE + 1):
-        differences = time[m:] - time[:-m]
-        if len(differences) < LEAST_REPEATS * m:
-            break
-        repeat = _mode(differences)
-        # as often as that, the impacts there are would have to come, roughly
-        if not 0.6 < repeat * (len(time) - 1) / (m * span) < 1.6:
-            continue
-        cycles, repeat = to_cycles(time, repeat, MODE_ERROR)
-        periods = None if forcing_period is None else _multiple(repeat / forcing_period)
-        if periods is not None and periods <= max_periods:
-            continue
-        # in mean intervals, so that limits mean the same for every m
-        unit, widest, floor = repeat / m, WIDEST_FREE, resolution
-        if forcing_period is not None:
-            widest = min(widest, WIDEST_FORCED * forcing_period / unit)
-            floor = resolution * forcing_period / unit
-        gaps = m * np.interp(impacts.gaps, time, cycles)
-        fit = fit_slots(m * cycles, m, gaps, min(floor, widest / 2), widest)
-        trials.append(_Trial(fit, unit, periods, widest))
-    return trials
-
-
-def _multiple(ratio: float) -> int | None:
-    """The whole number of forcing periods that `ratio` is, within what is known of both."""
-    nearest = round(ratio)
-    return nearest if nearest >= 1 and abs(ratio - nearest) < CLOCK_ERROR * nearest else None
-
-
-def _mode(values: np.ndarray) -> float:
-    """Median of the quarter of the values that lie closest together."""
-    ordered = np.sort(values)
-    size = max(len(ordered) // 4, 2)
-    start = int(np.argmin(ordered[size - 1 :] - ordered[: len(ordered) - size + 1]))
-    return float(np.median(ordered[start : start + size]))
-
-
-def _weigh(
-    trials: list[_Trial], count: int, span: float
-) -> tuple[int | None, tuple[Candidate, ...]]:
-    """Probabilities of the trials, and which of them is the period, if any is."""
-    if not trials:
-        return None, ()
-    # densities per second: the fits count in different units
-    score = np.array([trial.fit.score - count * np.log(trial.unit) for trial in trials])
-    score -= poisson_score(count, span)
-    top = max(float(score.max()), 0.0)
-    weight = np.exp(score - top)
-    weight /= weight.sum() + np.exp(-top)
-    candidates = []
-    for trial, gain, share in zip(trials, score.tolist(), weight.tolist(), strict=True):
-        fit = trial.fit
-        hits, due = int(fit.hits.sum()), int(fit.due.sum())
-        candidates.append(
-            Candidate(
-                len(fit.centre),
-                trial.periods,
-                fit.recurrence * trial.unit,
-                gain,
-                1 - hits / due if due else 1.0,
-                1 - hits / count,
-                fit.jitter * trial.unit,
-                share * _predictive(fit, trial.widest),
-            )
-        )
-    best = int(np.argmax([candidate.probability for candidate in candidates]))
-    return (best if candidates[best].probability > 0.5 else None), tuple(candidates)
-
-
-def _predictive(fit: SlotFit, widest: float) -> float:
-    """Probability that the slots say when impacts come: see the limits at the top of this file."""
-    from scipy.special import betaincc, ndtr
-
-    hits, due = int(fit.hits.sum()), int(fit.due.sum())
-    if not hits:
-        return 0.0
-    chance = (
-        betaincc(hits + 1, due - hits + 1, LEAST_SHARE)
-        * betaincc(hits + 1, fit.impacts - hits + 1, LEAST_SHARE)
-        * np.prod(betaincc(fit.hits + 1, fit.due - fit.hits + 1, LEAST_SLOT_SHARE))
-        * ndtr((widest / max(fit.jitter, 1e-12) - 1) * np.sqrt(2 * hits))
-        * min(1.0, fit.chance / LEAST_CHANCE)
-    )
-    return float(chance)
 
 
 def _is_intermittent(intervals: np.ndarray) -> bool:

@@ -1,16 +1,27 @@
-"""Periodicity: what period a train of impacts was found to have, in numbers and in words."""
+"""Periodicity: what kind of motion a train of impacts shows, in numbers and in words."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
 Kind = Literal[
-    "periodic", "unlocked", "aperiodic", "intermittent", "too few impacts", "too short a run"
+    "periodic",
+    "drifting",
+    "quasi-periodic",
+    "banded",
+    "chaotic",
+    "irregular",
+    "unlocked",
+    "too few impacts",
+    "too short a run",
 ]
 LEAST_IMPACTS = 8
+SURE = 0.95  # probability from which on an answer is given without "probably"
+BAND_NAMED = 0.01  # [forcing periods] from which on a band that may be hidden is named
 
 
 @dataclass(frozen=True)
@@ -44,26 +55,61 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
+class SpeedDrift:
+    """How the forcing's speed, as the impacts show it, changes through the run.
+
+    Attributes
+    ----------
+    time : ndarray, shape (k,)
+        [s].
+    speed : ndarray, shape (k,)
+        Relative to its mean over the run, less 1.
+    log_odds : float
+        Logarithm of the odds that the speed changes, against a steady one.
+    tone : float or None
+        Where the change is a single slow tone, its frequency per forcing period. Without a forcing
+        channel it cannot be told from a modulation of the impacts.
+    """
+
+    time: np.ndarray
+    speed: np.ndarray
+    log_odds: float
+    tone: float | None = None
+
+    @property
+    def range(self) -> float:
+        """Greatest less least speed, relative to the mean."""
+        return float(np.ptp(self.speed))
+
+
+@dataclass(frozen=True, eq=False)
 class Periodicity:
     """What `identify_period` found, and on what evidence.
 
     Attributes
     ----------
-    impacts, periods : int or None
-        m and n of period(m, n): m impacts in n forcing periods. `periods` is None where the
-        forcing period is not known or the repeat period is no multiple of it; both are None where
-        there is no period.
     kind : str
-        "periodic"; "unlocked" (periodic, but not in multiples of the forcing period given);
-        "aperiodic"; "intermittent" (aperiodic, with long silent stretches, as near grazing);
-        "too few impacts"; "too short a run" (of less than four forcing periods).
+        The motion: "periodic"; "drifting" (periodic, while the speed of the forcing changes);
+        "quasi-periodic" (a second frequency modulates the phase); "banded" (chaos in narrow bands
+        about the phases of a period); "chaotic" (no period, but impacts that keep to phases of the
+        forcing, or intervals that foretell the next); "irregular" (neither); "unlocked" (periodic,
+        but not in multiples of the forcing period given); "too few impacts"; "too short a run" (of
+        less than four forcing periods).
+    probability : mapping of str to float
+        Of "periodic", "drifting", "quasi-periodic", "banded", "chaotic" and "irregular"; all 0
+        where it cannot be told. Bands too narrow to be seen under the jitter count in "banded", so
+        a periodic motion with jitter has odds near 1 against it.
     confidence : float
-        Probability of that answer under the models compared, 0 to 1; 0 where it cannot be told.
+        Probability of the answer that `describe` gives in words.
+    impacts, periods : int or None
+        m and n of period(m, n): m impacts in n forcing periods, also of the period that a
+        quasi-periodic or banded motion stays near. `periods` is None where the forcing period is
+        not known or the repeat period is no multiple of it; both are None where there is no period.
     count : int
         Impacts looked at.
     forcing_period : float or None
         The forcing period [s]: as given, or where the motion is locked to it, in the clock of the
-        recording.
+        recording, its mean over the run.
     repeat_period : float or None
         The time after which the motion recurs [s].
     phases : ndarray, shape (m,)
@@ -72,16 +118,27 @@ class Periodicity:
         Standard deviation of the impacts about their phases [s].
     missed, spurious : float or None
         Share of the impacts due that did not come; share of the impacts that were not due.
+    satellites, satellite_delay : float or None
+        Share of the impacts that a second one follows, as an echo does, and after which time [s].
+    drift : SpeedDrift or None
+        The speed through the run, where there is a period and no forcing channel was given.
+    tone, tone_rms : float or None
+        Frequency [1/forcing period] and size [s] of the modulation of a quasi-periodic motion.
+    banded_below : float or None
+        Bands of chaos up to this rms [s] may be hidden by the jitter.
     longest_silence : float
         The longest interval [s].
+    intermittent : bool
+        Whether silence takes a tenth of the time, in intervals four times longer than nine in ten.
     candidates : tuple of Candidate
         The periods that were tried.
     """
 
+    kind: Kind
+    probability: Mapping[str, float]
+    confidence: float
     impacts: int | None
     periods: int | None
-    kind: Kind
-    confidence: float
     count: int
     forcing_period: float | None = None
     repeat_period: float | None = None
@@ -89,13 +146,35 @@ class Periodicity:
     jitter: float | None = None
     missed: float | None = None
     spurious: float | None = None
+    satellites: float | None = None
+    satellite_delay: float | None = None
+    drift: SpeedDrift | None = None
+    tone: float | None = None
+    tone_rms: float | None = None
+    banded_below: float | None = None
     longest_silence: float = 0.0
+    intermittent: bool = False
     candidates: tuple[Candidate, ...] = ()
+
+    @property
+    def recurs(self) -> bool:
+        """Whether the motion has a period, whatever the speed of the forcing does."""
+        return self.kind in ("periodic", "drifting", "unlocked")
 
     @property
     def aperiodic(self) -> bool:
         """Whether the impacts were enough to tell, and do not recur."""
-        return self.kind in ("aperiodic", "intermittent")
+        return self.kind in ("quasi-periodic", "banded", "chaotic", "irregular")
+
+    @property
+    def name(self) -> str:
+        """The period(m, n) of the motion, or that it stays near; empty where there is none."""
+        if self.impacts is None:
+            return ""
+        if self.periods is not None:
+            return f"period({self.impacts},{self.periods})"
+        assert self.repeat_period is not None
+        return f"{_impacts(self.impacts)} every {_milliseconds(self.repeat_period)}"
 
     def describe(self) -> str:
         """The answer in words."""
@@ -104,44 +183,88 @@ class Periodicity:
             return f"period unknown: too few impacts ({self.count}; {needed})"
         if self.kind == "too short a run":
             return f"period unknown: less than four forcing periods of {self.forcing_period:.4g} s"
-        if self.kind == "intermittent":
-            return (
-                "aperiodic (intermittent): impacting alternates with silence "
-                f"of up to {self.longest_silence:.3g} s"
+        return self._aperiodic() if self.aperiodic else self._periodic()
+
+    def _aperiodic(self) -> str:
+        words = {
+            "quasi-periodic": "quasi-periodic",
+            "banded": "banded chaos",
+            "chaotic": "chaotic",
+            "irregular": "irregular",
+        }[self.kind]
+        if self.confidence < SURE:
+            either = self.probability["chaotic"] + self.probability["irregular"]
+            if self.kind in ("chaotic", "irregular"):
+                words = "chaotic or irregular"
+            if either < SURE:
+                words = f"probably {words}"
+        words = f"aperiodic ({words})"
+        if self.kind == "quasi-periodic":
+            assert self.tone is not None
+            assert self.tone_rms is not None
+            cycle = "forcing period" if self.periods is not None else "repeat"
+            words += (
+                f": near {self.name}, modulated by {_milliseconds(self.tone_rms)} rms at "
+                f"{self.tone:.4g} per {cycle}"
             )
-        if self.kind == "aperiodic":
-            return f"aperiodic: {self._nearest()}"
+        elif self.kind == "banded":
+            assert self.jitter is not None
+            words += f": near {self.name}, scattered by {_milliseconds(self.jitter)}"
+        elif not self.intermittent:
+            words += ": the impacts do not recur"
+        if self.intermittent:
+            words += (
+                ": impacting alternates with silence "
+                f"of up to {self.longest_silence:.3g} s (intermittent)"
+            )
+        return words
+
+    def _periodic(self) -> str:
         assert self.impacts is not None
         assert self.repeat_period is not None
-        number = f"{self.impacts} impact{'s' if self.impacts > 1 else ''}"
+        number = _impacts(self.impacts)
         if self.periods is not None:
             span = "per forcing period"
             if self.periods > 1:
                 span = f"in {self.periods} forcing periods"
-            return f"period({self.impacts},{self.periods}): {number} {span}"
-        words = f"periodic: {number} every {_milliseconds(self.repeat_period)}"
-        if self.kind == "periodic":
-            return f"{words} (forcing period not given)"
-        assert self.forcing_period is not None
-        ratio = self.repeat_period / self.forcing_period
-        return f"{words}, which is {ratio:.4g} forcing periods: check the forcing frequency"
+            words = f"{self.name}: {number} {span}"
+        else:
+            words = f"periodic: {self.name}"
+            if self.kind == "unlocked":
+                assert self.forcing_period is not None
+                ratio = self.repeat_period / self.forcing_period
+                return f"{words}, which is {ratio:.4g} forcing periods: check the forcing frequency"
+            words += " (forcing period not given)"
+        return words + self._besides()
 
-    def _nearest(self) -> str:
-        """Why the best of the candidates is none."""
-        best = max(self.candidates, key=lambda candidate: candidate.score, default=None)
-        if best is None or not best.impacts or best.score <= 0:
-            return "the impacts do not recur"
-        name = f"{best.impacts} in {_milliseconds(best.repeat_period)}"
-        if best.periods is not None:
-            name = f"period({best.impacts},{best.periods})"
-        if max(best.missed, best.spurious) < 0.05:
-            return f"nearest to {name}, but scattered by {_milliseconds(best.jitter)}"
-        if best.missed > best.spurious:
-            return f"nearest to {name}, but {best.missed:.0%} of the impacts due do not come"
-        return f"nearest to {name}, but {best.spurious:.0%} of the impacts come at other times"
+    def _besides(self) -> str:
+        """What else is to be said of a period: bands, drift, satellites."""
+        words = ""
+        if self.kind == "drifting":
+            assert self.drift is not None
+            likely = "drifts" if self.confidence >= SURE else "probably drifts"
+            words += f"; the speed {likely} by {100 * self.drift.range:.2g} %"
+            if self.drift.tone is not None:
+                words += (
+                    f", or the impacts are modulated at {self.drift.tone:.2g} per period "
+                    "(a forcing channel would tell)"
+                )
+        unit = self.forcing_period or self.repeat_period
+        if self.banded_below is not None and unit and self.banded_below >= BAND_NAMED * unit:
+            words += f", or banded below {100 * self.banded_below / unit:.2g} % of the period"
+        if self.satellites is not None and self.satellite_delay is not None:
+            words += (
+                f"; {self.satellites:.0%} of the impacts have a satellite "
+                f"{_milliseconds(self.satellite_delay)} later"
+            )
+        return words
 
     def __str__(self) -> str:
         return self.describe()
+
+
+def _impacts(number: int) -> str:
+    return f"{number} impact{'s' if number > 1 else ''}"
 
 
 def _milliseconds(seconds: float) -> str:

@@ -14,7 +14,7 @@ from ..impacts import INFERRED, Impacts
 from ._pairs import Intervals, as_intervals
 from ._repair_map import map_edits
 from ._repair_slots import slot_edits
-from .period import identify_period
+from .period import read_period
 from .periodicity import LEAST_IMPACTS, Periodicity
 
 CERTAIN = 0.95  # confidence from which on a period is evidence
@@ -133,13 +133,13 @@ def repair_intervals(isi: Intervals, forcing_period: float) -> Repair:
         train = isi
     else:
         train = Impacts(np.concatenate(([0.0], np.cumsum(as_intervals(isi, least=0)))))
-    period = identify_period(train, forcing_period)
+    period, reading = read_period(train, forcing_period)
     removed, inserted = np.zeros(len(train), bool), list[tuple[int, float, str]]()
     why: dict[int, str] = {}
     if len(train) >= LEAST_IMPACTS and period.kind not in ("too few impacts", "too short a run"):
-        if _is_certain(period):
-            why, inserted = slot_edits(train, forcing_period, period)
-        elif period.kind in ("aperiodic", "intermittent"):
+        if reading is not None and _is_certain(period):
+            why, inserted = slot_edits(train, reading, period.name)
+        elif period.kind in ("chaotic", "irregular"):
             why, inserted = map_edits(train, forcing_period)
     removed[list(why)] = True
     splits = tuple(Split(after, offset, reason) for after, offset, reason in sorted(inserted))
@@ -155,7 +155,9 @@ def repair_intervals(isi: Intervals, forcing_period: float) -> Repair:
 
 
 def _is_certain(period: Periodicity) -> bool:
-    return period.kind == "periodic" and period.periods is not None and period.confidence >= CERTAIN
+    """Whether there are slots: a drift, a tone and narrow bands about them do not matter."""
+    best = max((candidate.probability for candidate in period.candidates), default=0.0)
+    return period.periods is not None and best >= CERTAIN
 
 
 def _edited(train: Impacts, removed: np.ndarray, splits: tuple[Split, ...]) -> Impacts:

@@ -26,8 +26,8 @@ class Kind(NamedTuple):
 
 
 def is_certain(period: Periodicity) -> bool:
-    """Whether a train is periodic beyond doubt."""
-    return period.kind in ("periodic", "unlocked") and period.confidence >= CERTAIN
+    """Whether a train recurs beyond doubt, whatever the speed of its forcing does."""
+    return period.recurs and period.confidence >= CERTAIN
 
 
 def of_period(period: Periodicity) -> Kind:

@@ -111,9 +111,13 @@ def tiles(analysis: Analysis) -> list[tuple[str, str, str]]:
     shown = [("impacts", f"{len(impacts):,}", rate)]
     found = analysis.periodicity
     if found.kind not in ("too few impacts", "too short a run"):
-        word = found.kind if found.periods is None else f"({found.impacts}, {found.periods})"
+        named = found.recurs and found.periods is not None
+        word = f"({found.impacts}, {found.periods})" if named else found.kind
         sure = min(found.confidence, 0.99)
-        shown.append(("period", word, f"confidence {'over ' if sure == 0.99 else ''}{sure:.2f}"))
+        how = f"probability {'over ' if sure == 0.99 else ''}{sure:.2f}"
+        if found.kind == "drifting":
+            how = f"drifting, {how}"
+        shown.append(("period" if found.recurs else "motion", word, how))
     intervals = impacts.intervals()
     if len(intervals):
         median = np.median(intervals) * 1e3
@@ -144,7 +148,11 @@ def _of_dynamics(analysis: Analysis) -> Iterator[tuple[str, str, str]]:
     dimension, exponent = analysis.dynamics.dimension, analysis.dynamics.exponent
     if analysis.dynamics.periodic:
         yield "dimension", "0", "the intervals recur"
-    elif dimension is not None and dimension.dimension is not None:
+        return
+    # a number that noise would have as well is no key figure
+    if not analysis.dynamics.significant:
+        return
+    if dimension is not None and dimension.dimension is not None:
         assert dimension.interval is not None
         low, high = dimension.interval
         sure = f"{low:.2f} to {high:.2f} (95 %)" if high > low else "quasi-periodic"

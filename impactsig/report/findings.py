@@ -136,10 +136,11 @@ def _periodic(analysis: Analysis) -> Finding:
     period = analysis.periodicity
     if not is_certain(period) or not period.jitter:
         return Finding("Dimension", ("The intervals recur: dimension 0; nothing was fitted.",))
-    words = (
-        f"The motion recurs ({period}) to within {short_time(period.jitter)}: its dimension is 0, "
-        "at any scale coarser than that. Nothing was fitted."
-    )
+    within = short_time(period.jitter)
+    words = f"The motion recurs ({period}) to within {within}: its dimension is 0, "
+    if not period.recurs:
+        words = f"The motion is {period}; it recurs to within {within}, so its dimension is 0, "
+    words += "at any scale coarser than that. Nothing was fitted."
     return Finding("Dimension", (printable(words), _left_over(analysis, period.jitter)))
 
 

@@ -83,7 +83,7 @@ def exponent(dynamics: Dynamics) -> Finding:
         return _missing("Lyapunov exponent", "No exponent", "exponent", dynamics)
     return Finding(
         "Lyapunov exponent",
-        (with_doubts(_separation(found), found.warnings) + ".", *_false(dynamics)),
+        (with_doubts(_separation(found, dynamics), found.warnings) + ".", *_false(dynamics)),
         Picture(
             draw(found.plot, 5.0, 3.6),
             f"Logarithm of the gap between neighbours against time: {found.verdict}",
@@ -93,7 +93,7 @@ def exponent(dynamics: Dynamics) -> Finding:
     )
 
 
-def _separation(found: LyapunovExponent) -> str:
+def _separation(found: LyapunovExponent, dynamics: Dynamics) -> str:
     if found.verdict == "periodic":
         return "The intervals recur exactly: exponent 0"
     if found.exponent is None:
@@ -102,7 +102,7 @@ def _separation(found: LyapunovExponent) -> str:
             "any stretch, as in noise or where there are too few intervals"
         )
     words = f"{found.exponent:.3g} per impact"
-    if found.interval is not None:
+    if found.interval is not None and dynamics.covers(found):
         words += f", 95 % interval {found.interval[0]:.3g} to {found.interval[1]:.3g}"
     if found.per_second is not None:
         words += f"; {found.per_second:.3g} per second"

@@ -84,7 +84,7 @@ def test_each_train_is_measured_by_itself():
     b = at_random(3)
     found = compare(a, b, forcing_period=0.05, names=("rig", "model"))
     assert (found.a.period.impacts, found.a.period.periods) == (2, 1)
-    assert found.b.period.kind == identify_period(b, 0.05).kind == "aperiodic"
+    assert found.b.period.kind == identify_period(b, 0.05).kind == "irregular"
     for one, train in ((found.a, a), (found.b, b)):
         assert one.impacts is train
         assert one.count == len(train)

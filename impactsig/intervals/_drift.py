@@ -1,0 +1,117 @@
+"""A smooth phase through the residuals of impacts, and the evidence for how much it wanders."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+KNOTS = 4.0  # [cycles] from one knot to the next
+WANDERS = np.array([1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # of the rate, per square root of a cycle
+
+
+class Drift(NamedTuple):
+    """A linear spline through offsets, its knots a random walk of the rate."""
+
+    at: np.ndarray  # [cycles] of the knots
+    phase: np.ndarray  # [cycles] at the knots
+    log_evidence: float  # of the offsets
+    log_odds: float  # that the rate wanders, against a straight phase
+
+
+def fit_drift(
+    x: np.ndarray, offset: np.ndarray, floor: float, wanders: np.ndarray = WANDERS
+) -> Drift:
+    """The phase that offsets of impacts at x share.
+
+    Offsets y are B c plus white noise of variance s^2, where B interpolates linearly between the
+    knots c and the second differences of c are normal with variance q^2 dx^3, so that the rate is a
+    random walk. For each wander q of the rate the evidence, in which the line that the prior leaves
+    free is integrated over a flat prior, is
+
+        (2 - N)/2 ln(2 pi s^2) - R/(2 s^2) - ln det(B'B + L D'D)/2 + (K - 2)/2 ln L
+
+    with K knots, L = s^2/(q^2 dx^3) and R the least sum of squares, L times those of the second
+    differences included. s is where it is greatest, but at least `floor`. For a straight phase the
+    determinants become that of the normal equations of the line in units of dx, because det(DD') is
+    that of the line over all knots.
+    """
+    span = max(float(x[-1] - x[0]), 1e-9)
+    count = int(np.clip(np.ceil(span / KNOTS) + 1, 3, max(len(x), 3)))
+    dx = span / (count - 1)
+    at = x[0] + dx * np.arange(count)
+    place = np.clip(((x - x[0]) / dx).astype(np.intp), 0, count - 2)
+    right = (x - at[place]) / dx
+    left = 1 - right
+    gram = np.zeros((3, count))  # lower bands, as scipy.linalg has them
+    gram[0] = np.bincount(place, left * left, count) + np.bincount(place + 1, right * right, count)
+    gram[1] = np.bincount(place, left * right, count)
+    target = np.bincount(place, left * offset, count)
+    target += np.bincount(place + 1, right * offset, count)
+    bend = _second_differences(count)
+    spread = max(float(offset.std()), floor)
+    evidence, phases = np.empty(len(wanders) + 1), []
+    since = (x - x[0]) / dx
+    slope, level = np.polyfit(since, offset, 1)
+    left_over = float(np.sum((offset - level - slope * since) ** 2))
+    half_log_det = 0.5 * np.log(max(len(x) ** 2 * since.var(), 1e-300))
+    evidence[0] = _normal(len(x), left_over, floor) - half_log_det
+    phases.append(level + slope * np.arange(count))
+    for k, wander in enumerate(wanders, 1):
+        noise = spread
+        for _ in range(3):
+            ratio = noise**2 / (wander**2 * dx**3)
+            knots, half_log_det, left_over = _solve(
+                gram, bend, target, offset, place, left, right, ratio
+            )
+            before, noise = noise, max(np.sqrt(left_over / len(x)), floor)
+            if abs(noise - before) < 0.01 * before:
+                break
+        evidence[k] = _normal(len(x), left_over, floor) - half_log_det
+        evidence[k] += 0.5 * (count - 2) * np.log(ratio)
+        phases.append(knots)
+    log_odds = -np.inf
+    if len(wanders):
+        log_odds = float(np.logaddexp.reduce(evidence[1:]) - np.log(len(wanders)) - evidence[0])
+    best = int(np.argmax(evidence)) if log_odds > 0 else 0
+    return Drift(at, phases[best], float(evidence[best]), log_odds)
+
+
+def _normal(count: int, left_over: float, floor: float) -> float:
+    """Logarithm of the density of normal offsets, the line integrated over."""
+    variance = max(left_over / count, floor**2)
+    return -0.5 * (count - 2) * np.log(2 * np.pi * variance) - left_over / (2 * variance)
+
+
+def _second_differences(count: int) -> np.ndarray:
+    """Lower bands of D'D."""
+    bend = np.zeros((3, count))
+    for shift, factor in ((0, 1.0), (1, -2.0), (2, 1.0)):
+        bend[0, shift : count - 2 + shift] += factor**2
+    bend[1, : count - 2] += -2.0
+    bend[1, 1 : count - 1] += -2.0
+    bend[2, : count - 2] = 1.0
+    return bend
+
+
+def _solve(
+    gram: np.ndarray,
+    bend: np.ndarray,
+    target: np.ndarray,
+    offset: np.ndarray,
+    place: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+    ratio: float,
+) -> tuple[np.ndarray, float, float]:
+    """Knots, half the logarithm of the determinant, and the penalised sum of squares."""
+    from scipy.linalg import cho_solve_banded, cholesky_banded
+
+    # a knot that no impact is near hangs by its neighbours; the trace keeps the factor finite
+    bands = gram + ratio * bend
+    bands[0] += 1e-15 * bands[0].max()
+    factor = cholesky_banded(bands, lower=True, check_finite=False)
+    knots = cho_solve_banded((factor, True), target, check_finite=False)
+    rest = offset - left * knots[place] - right * knots[place + 1]
+    bends = np.diff(knots, 2)
+    return knots, float(np.log(factor[0]).sum()), float(rest @ rest + ratio * (bends @ bends))

@@ -1,0 +1,181 @@
+"""The warp of time and the slots that explain a train together."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ._drift import WANDERS, Drift, fit_drift
+from ._slots import SlotFit, fit_slots
+from ._tracking import steady_rate, tracked_phase, tracked_rate
+
+WIDEST = 0.08  # [cycles] standard deviation of slots that are looked for
+LEAST_HIT = 0.72  # of the impacts due that must come, and of those that come
+LEAST_SLOT_HIT = 0.65  # the same for each slot
+MOST_JITTER = 0.075  # [cycles] beyond which a phase is no phase
+LEAST_CHANCE = 1e-4  # of the other impacts coming at random
+ROUNDS = 3  # of slots and drift in turn
+MOST_FOLDS = 3  # for which that is done
+RATE_ERROR = 0.026  # relative, of the base period given and of its drift through the run
+EXPLAINED = 0.99  # probability of slots at a constant rate from which on no drift is looked for
+HOPELESS = 1e-3  # and below which no other folds are
+LEAST_WORTH = 0.5  # share of the impacts, and of those due, that slots must explain to go on
+WORSE = 10.0  # by which the score of slots may fall in a round
+
+
+class Lock(NamedTuple):
+    """Slots in a warped time."""
+
+    fit: SlotFit
+    drift: Drift  # of the clock given [cycles]
+    score: float  # log-evidence, the drift integrated over
+    probability: float  # that the slots say when impacts come, against the limits above
+
+
+def lock(
+    cycles: np.ndarray,
+    gaps: np.ndarray,
+    folds: list[int],
+    floor: float,
+    *,
+    steady: bool = False,
+    widest: float = WIDEST,
+) -> list[Lock]:
+    """Slots and drift of every fold in which slots are found.
+
+    The rate is taken as constant first; where that explains not nearly everything it is tracked,
+    and then the phase. Slots and drift are fitted in turn for the folds that explain the train best
+    beforehand. `gaps` are in the cycles of the clock given; `steady` says that this is a tacho's.
+    """
+    constant = cycles if steady else steady_rate(cycles, RATE_ERROR)
+    first = _fits(cycles, constant, gaps, folds, floor, widest)
+    if steady:
+        return _settle(cycles, first, gaps, floor, widest, WANDERS[:0])
+    locks = _settle(cycles, first, gaps, floor, widest, WANDERS)
+    if locks:
+        best = max(locks, key=lambda one: one.score)
+        if best.probability > EXPLAINED and best.drift.log_odds < 0:
+            return locks
+    # a tracked rate takes about one number from 60 cycles of the train
+    penalty = 0.5 * np.log(len(cycles)) * cycles[-1] / 60
+    rate = tracked_rate(cycles, RATE_ERROR)
+    for warp in (rate, tracked_phase(rate)):
+        for fold, fit in _fits(cycles, warp, gaps, folds, floor, widest).items():
+            if fold not in first or fit.score - penalty > first[fold].score:
+                first[fold] = fit._replace(score=fit.score - penalty)
+    locks = _settle(cycles, first, gaps, floor, widest, WANDERS)
+    if len(folds) == 1 or not locks:
+        return locks
+    best = max(locks, key=lambda one: one.score)
+    if best.probability < HOPELESS:
+        return locks
+    # in the warp of the best, other folds may have slots that they had in none before
+    warp = cycles - phase_at(best.drift, cycles)
+    others = [fold for fold in folds if fold != best.fit.fold]
+    again = _fits(cycles, warp, gaps, others, floor, widest)
+    locks += [_settled(cycles, fit, gaps, floor, widest, WANDERS, 0) for fit in again.values()]
+    return list({one.fit.fold: one for one in sorted(locks, key=lambda one: one.score)}.values())
+
+
+def _fits(
+    cycles: np.ndarray,
+    warp: np.ndarray,
+    gaps: np.ndarray,
+    folds: list[int],
+    floor: float,
+    widest: float,
+) -> dict[int, SlotFit]:
+    """The slots of each fold in a warped time, where there are any."""
+    lost = np.interp(gaps, cycles, warp)
+    fits = {fold: fit_slots(warp, fold, lost, floor, widest) for fold in folds}
+    return {fold: fit for fold, fit in fits.items() if len(fit.centre)}
+
+
+def _settle(
+    cycles: np.ndarray,
+    fits: dict[int, SlotFit],
+    gaps: np.ndarray,
+    floor: float,
+    widest: float,
+    wanders: np.ndarray,
+) -> list[Lock]:
+    """Locks of the fits, those of the best settled in rounds of slots and drift."""
+    ordered = sorted(fits.values(), key=lambda fit: -fit.score)
+    return [
+        _settled(cycles, fit, gaps, floor, widest, wanders, ROUNDS if rank < MOST_FOLDS else 0)
+        for rank, fit in enumerate(ordered)
+    ]
+
+
+def due(fit: SlotFit) -> np.ndarray:
+    """The instant due that is nearest to each impact, in the cycles of the fit."""
+    m = len(fit.centre)
+    return fit.instant // m * fit.fold + fit.centre[fit.instant % m]
+
+
+def phase_at(drift: Drift, x: np.ndarray) -> np.ndarray:
+    """The phase of a drift, carried on straight beyond its ends."""
+    phase = np.interp(x, drift.at, drift.phase)
+    for end, inner, beyond in ((0, 1, x < drift.at[0]), (-1, -2, x > drift.at[-1])):
+        slope = (drift.phase[end] - drift.phase[inner]) / (drift.at[end] - drift.at[inner])
+        phase[beyond] = drift.phase[end] + slope * (x[beyond] - drift.at[end])
+    return phase
+
+
+def predictive(fit: SlotFit, widest: float = MOST_JITTER) -> float:
+    """Probability that the slots say when impacts come: see the limits at the top of this file."""
+    from scipy.special import betaincc, ndtr
+
+    hits, total = int(fit.hits.sum()), int(fit.due.sum())
+    if not hits:
+        return 0.0
+    chance = (
+        betaincc(hits + 1, total - hits + 1, LEAST_HIT)
+        * betaincc(hits + 1, fit.impacts - hits + 1, LEAST_HIT)
+        * np.prod(betaincc(fit.hits + 1, fit.due - fit.hits + 1, LEAST_SLOT_HIT))
+        * ndtr((widest / max(fit.jitter, 1e-12) - 1) * np.sqrt(2 * hits))
+        * min(1.0, fit.chance / LEAST_CHANCE)
+    )
+    return float(chance)
+
+
+def _settled(
+    cycles: np.ndarray,
+    fit: SlotFit,
+    gaps: np.ndarray,
+    floor: float,
+    widest: float,
+    wanders: np.ndarray,
+    rounds: int,
+) -> Lock:
+    """Slots and drift fitted in turn, from a fit in any warp; the last fit that has slots."""
+    drift = _drift(cycles, fit, floor, wanders)
+    hits = int(fit.hits.sum())
+    if hits < LEAST_WORTH * max(int(fit.due.sum()), fit.impacts):
+        rounds = 0
+    for _ in range(rounds):
+        warp = cycles - phase_at(drift, cycles)
+        better = fit_slots(warp, fit.fold, gaps - phase_at(drift, gaps), floor, widest)
+        if not len(better.centre) or better.score < fit.score - WORSE:
+            break
+        same = np.array_equal(better.hit, fit.hit) and np.array_equal(better.instant, fit.instant)
+        fit = better
+        if same:
+            break
+        drift = _drift(cycles, fit, floor, wanders)
+    return Lock(
+        fit, drift, _score(fit, drift, floor), predictive(fit, MOST_JITTER * widest / WIDEST)
+    )
+
+
+def _drift(cycles: np.ndarray, fit: SlotFit, floor: float, wanders: np.ndarray) -> Drift:
+    at = cycles[fit.hit]
+    return fit_drift(at, at - due(fit)[fit.hit], floor, wanders)
+
+
+def _score(fit: SlotFit, drift: Drift, floor: float) -> float:
+    """The score of the slots, with the evidence of offsets in place of their likelihood."""
+    hits, sigma = int(fit.hits.sum()), max(fit.jitter, floor)
+    likelihood = -hits * (np.log(sigma * np.sqrt(2 * np.pi)) + 0.5 * (fit.jitter / sigma) ** 2)
+    return float(fit.score - likelihood + drift.log_evidence)

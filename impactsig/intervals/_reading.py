@@ -1,0 +1,223 @@
+"""Slots of a train under a forcing period, or without one, and what each explains."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..impacts import Impacts
+from ._locking import RATE_ERROR, WIDEST, Lock, lock, predictive
+from ._satellites import SAME, Satellites, satellites
+from ._slots import bunching_chance, poisson_score
+from ._structure import FEWEST, SLOWEST, residuals, strongest_line
+from .periodicity import Candidate
+
+LEAST_REPEATS = 4
+MOST_FREE = 8  # impacts in a repeat period that is sought without a forcing period
+CLOCK_ERROR = 2e-3  # relative, of the forcing period against the clock of the recording
+UNEVEN = 4.0  # standard errors by which slots at even distances may be off
+SLIPPED = 0.25  # turns of a tone against slots in the run from which on they are told apart
+TOO_FEW = 8  # impacts that are left once satellites are taken out
+
+
+class Reading(NamedTuple):
+    """Slots that were tried, and what time they count in."""
+
+    lock: Lock
+    unit: float  # the cycle of the clock given [s]
+    periods: int | None
+    cycles: np.ndarray  # (k,) the impacts that the slots explain, in cycles of the clock given
+    satellites: Satellites | None
+    score: float  # log-evidence of all impacts [1/s]
+
+
+class Clock(NamedTuple):
+    """A train in cycles of a forcing."""
+
+    cycles: np.ndarray
+    gaps: np.ndarray
+    unit: float  # [s]
+    steady: bool  # measured by a tacho, so that no drift is left
+
+
+def forced_readings(clock: Clock, max_periods: int, resolution: float) -> list[Reading]:
+    """Slots for repeats of 1, 2, ... forcing periods, with satellites and without."""
+    folds = list(range(1, min(max_periods, int(clock.cycles[-1] / LEAST_REPEATS)) + 1))
+    found = _readings(clock, folds, resolution, None)
+    echoes = satellites(clock.cycles)
+    if echoes is not None and (~echoes.which).sum() >= TOO_FEW:
+        found += _readings(clock, folds, resolution, echoes)
+    return found
+
+
+def _readings(
+    clock: Clock, folds: list[int], floor: float, echoes: Satellites | None
+) -> list[Reading]:
+    cycles = clock.cycles if echoes is None else clock.cycles[~echoes.which]
+    bonus = 0.0 if echoes is None else echoes.score(floor)
+    locks = lock(cycles, clock.gaps, folds, floor, steady=clock.steady)
+    if echoes is not None:
+        locks = [_without_orphans(one, echoes) for one in locks]
+    density = len(clock.cycles) * np.log(clock.unit)
+    readings = [
+        Reading(one, clock.unit, one.fit.fold, cycles, echoes, one.score + bonus - density)
+        for one in locks
+    ]
+    return _tones_for_slots(readings, clock.steady)
+
+
+def _without_orphans(one: Lock, echoes: Satellites) -> Lock:
+    """With echoes of impacts that were missed not held against the slots for bunching."""
+    fit = one.fit
+    others = ~fit.hit & (np.abs(fit.offset - echoes.delay) > 2 * SAME)
+    width = max(fit.jitter, 1e-12)
+    chance = bunching_chance(
+        fit.cycles[others] % fit.fold, fit.offset[others], fit.fold, len(fit.centre), width
+    )
+    fit = fit._replace(chance=chance)
+    return one._replace(fit=fit, probability=predictive(fit))
+
+
+def _tones_for_slots(readings: list[Reading], steady: bool) -> list[Reading]:
+    """With the evidence of a tone where it stands in for slots.
+
+    A tone at nearly k/7 of the forcing is as well explained by seven slots as by one slot and the
+    tone. What has fewer slots than the best gets the evidence of its tone, unless that cannot be
+    told from slots: as it keeps its phase in them through the run.
+    """
+    if not readings:
+        return readings
+    best = max(readings, key=lambda one: one.score)
+    fold, m = best.lock.fit.fold, len(best.lock.fit.centre)
+    if m < 3:
+        return readings
+    found = []
+    for one in readings:
+        fit, gain = one.lock.fit, 0.0
+        _, at, z = residuals(one.lock)
+        if len(fit.centre) < m and len(z) >= FEWEST:
+            density = len(fit.centre) / fit.fold
+            tone = strongest_line(at, z, density, 0.0 if steady else SLOWEST)
+            span = at[-1] - at[0]
+            if tone is not None and _off_slots(tone.frequency * fold) > fold * SLIPPED / span:
+                left = float(np.sum((z - tone.wave) ** 2)) / float(z @ z)
+                gain = -0.5 * len(z) * np.log(max(left, 1e-12)) - 1.5 * np.log(len(z))
+                gain -= np.log(max(density * span / 2, 2.0))
+        found.append(one._replace(score=one.score + max(gain, 0.0)))
+    return found
+
+
+def _off_slots(value: float) -> float:
+    return abs(value - round(value))
+
+
+def free_readings(
+    impacts: Impacts,
+    span: float,
+    resolution: float,
+    forcing_period: float | None,
+    max_periods: int,
+) -> list[Reading]:
+    """Slots of repeat periods of 1 to 8 impacts, found from the train alone.
+
+    With a forcing period, only those that are no multiple of it up to `max_periods`: these have
+    been tried.
+    """
+    time = impacts.time
+    found: list[Reading] = []
+    for m in range(1, MOST_FREE + 1):
+        differences = time[m:] - time[:-m]
+        if len(differences) < LEAST_REPEATS * m:
+            break
+        repeat = _mode(differences)
+        # as often as that, the impacts there are would have to come, roughly
+        if not 0.6 < repeat * (len(time) - 1) / (m * span) < 1.6:
+            continue
+        periods = None if forcing_period is None else _multiple(repeat / forcing_period)
+        if periods is not None and periods <= max_periods:
+            continue
+        cycles = (time - time[0]) / repeat
+        gaps = (impacts.gaps - time[0]) / repeat
+        # in mean intervals, so that limits mean the same for every m
+        widest, floor = WIDEST / m, resolution / m
+        if forcing_period is not None:
+            widest = min(widest, WIDEST * forcing_period / repeat)
+            floor = resolution * forcing_period / repeat
+        density = len(time) * np.log(repeat)
+        found += [
+            Reading(one, repeat, periods, cycles, None, one.score - density)
+            for one in lock(cycles, gaps, [1], min(floor, widest / 2), widest=widest)
+        ]
+    return found
+
+
+def weigh(
+    readings: list[Reading], count: int, span: float
+) -> tuple[Reading | None, float, tuple[Candidate, ...]]:
+    """The reading that is the period, if any is; its probability, and all that were tried."""
+    if not readings:
+        return None, 0.0, ()
+    score = np.array([one.score for one in readings]) - poisson_score(count, span)
+    top = max(float(score.max()), 0.0)
+    weight = np.exp(score - top)
+    weight /= weight.sum() + math.exp(-top)
+    candidates = tuple(
+        _candidate(one, float(gain), float(share))
+        for one, gain, share in zip(readings, score, weight, strict=True)
+    )
+    best = int(np.argmax([one.probability for one in candidates]))
+    probability = candidates[best].probability
+    return (readings[best] if probability > 0.5 else None), probability, candidates
+
+
+def _candidate(one: Reading, gain: float, share: float) -> Candidate:
+    fit = one.lock.fit
+    hits, due = int(fit.hits.sum()), int(fit.due.sum())
+    return Candidate(
+        len(fit.centre),
+        one.periods,
+        repeat_period(one),
+        gain,
+        1 - hits / due if due else 1.0,
+        1 - hits / fit.impacts,
+        fit.jitter * one.unit,
+        share * one.lock.probability,
+    )
+
+
+def is_unlocked(one: Reading) -> bool:
+    """Whether slots are evenly spaced and their rate is off: then the forcing has no part in them.
+
+    A wrong forcing period makes m slots in n of a repeat that is nearly n/m of it.
+    """
+    fit = one.lock.fit
+    m = len(fit.centre)
+    if m == 1 or fit.fold % m == 0 or one.lock.drift.log_odds > 0:
+        return False
+    apart = np.diff(np.append(fit.centre, fit.centre[0] + fit.fold))
+    error = UNEVEN * max(fit.jitter, 1e-4) * np.sqrt(2 * m / max(int(fit.hits.sum()), 1))
+    rate = repeat_period(one) / (fit.fold * one.unit)
+    return bool(np.abs(apart - fit.fold / m).max() < error and abs(rate - 1) > CLOCK_ERROR)
+
+
+def repeat_period(one: Reading) -> float:
+    """The time after which the slots recur, its mean over the run [s]."""
+    fit = one.lock.fit
+    stretch = (one.cycles[-1] - one.cycles[0]) / (fit.cycles[-1] - fit.cycles[0])
+    return float(fit.fold * stretch * one.unit)
+
+
+def _multiple(ratio: float) -> int | None:
+    """The whole number of forcing periods that `ratio` is, within what is known of both."""
+    nearest = round(ratio)
+    return nearest if nearest >= 1 and abs(ratio - nearest) < RATE_ERROR * nearest else None
+
+
+def _mode(values: np.ndarray) -> float:
+    """Median of the quarter of the values that lie closest together."""
+    ordered = np.sort(values)
+    size = max(len(ordered) // 4, 2)
+    start = int(np.argmin(ordered[size - 1 :] - ordered[: len(ordered) - size + 1]))
+    return float(np.median(ordered[start : start + size]))

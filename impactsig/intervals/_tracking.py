@@ -1,0 +1,175 @@
+"""Impact times in cycles of a base period, its rate followed through the run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ._tracking_kernels import coherence, window_scores
+
+HARMONICS = np.arange(1, 9)
+WEIGHT = np.exp(-((0.11 * HARMONICS) ** 2))  # what jitter leaves of the harmonics
+LEAST_WINDOW = 20.0  # [cycles]
+WINDOW_IMPACTS = 14.0  # and at least so many impacts in a window, on average
+WANDER = 0.0015  # standard deviation by which the rate changes, per square root of a cycle
+BLOCK = 30  # impacts of which one phase is read
+REACH = 0.12  # [cycles] by which the phase of a block may be off the one foretold
+FADING = 0.85  # weight of the template against the block before it
+CARRIED = 0.7  # share of the slope that is carried on
+MOST_REFINED = 2000  # impacts used to find a single rate; they are spread over the run
+
+
+def steady_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:
+    """Cycles at the one rate, within `tolerance` of 1, at which harmonics are most coherent.
+
+    They are coherent inside windows of a few cycles, then of ever more, up to the whole run.
+    """
+    rate, longest = 1.0, max(float(cycles[-1]), 1e-9) * 1.001
+    # eight impacts to the first window, which else has as many peaks as it has impacts
+    window = min(max(2 * LEAST_WINDOW, 8 * longest / len(cycles)), longest)
+    limits = rate - tolerance, rate + tolerance
+    while True:
+        # four samples to a peak of the highest harmonic
+        step = 1 / (4 * window * HARMONICS[-1])
+        count = int(np.ceil(tolerance / step))
+        trial = np.clip(rate + step * np.arange(-count, count + 1), *limits)
+        power = _coherence(cycles, window, trial)
+        best = int(np.argmax(power))
+        rate = float(np.clip(trial[best] + step * vertex(power, best), *limits))
+        if window >= longest:
+            return cycles * rate
+        tolerance = 2 * step
+        window = min(6 * window, longest)
+
+
+def tracked_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:
+    """Cycles at a rate that is followed through the run, within `tolerance` of 1.
+
+    In windows of 20 cycles and more, weighted by a Gaussian, the score of a rate is the power of
+    the harmonics of the base period; the sequence of rates is the best one under a random walk
+    (Viterbi's algorithm). A motion of period (m, n) has m phases modulo 1 whatever n, so harmonics
+    of the base period serve for all of them.
+    """
+    span = float(cycles[-1] - cycles[0])
+    window = max(LEAST_WINDOW, WINDOW_IMPACTS * span / len(cycles))
+    if span < 1.5 * window:
+        return steady_rate(cycles, tolerance)
+    stride, width = window / 4, window / 4
+    centre = cycles[0] + stride * np.arange(int(span / stride) + 2)
+    step = 0.19 / (4 * window)
+    count = int(np.ceil(tolerance / step))
+    rate = step * np.arange(-count, count + 1)
+    score = np.empty((len(centre), len(rate)))
+    low = np.searchsorted(cycles, centre - 2.5 * width)
+    high = np.searchsorted(cycles, centre + 2.5 * width)
+    window_scores(cycles, low, high, centre, rate, width, WEIGHT, score)
+    # windows overlap: each impact counts once
+    score *= stride / (width * np.sqrt(np.pi))
+    path = rate[_viterbi(score, step**2 / (2 * WANDER**2 * stride / 6))]
+    # the walk moves in steps; a parabola over three windows smooths it
+    smooth = np.convolve(np.pad(path, 1, "edge"), [0.25, 0.5, 0.25], "valid")
+    from scipy.interpolate import CubicSpline
+
+    phase = CubicSpline(centre, smooth).antiderivative()
+    return cycles + phase(cycles)
+
+
+def tracked_phase(cycles: np.ndarray) -> np.ndarray:
+    """Cycles less the phase of blocks of impacts against a template that fades, twice."""
+    count = len(cycles) // BLOCK
+    if count < 3:
+        return cycles
+    for _ in range(2):
+        edges = np.linspace(0, len(cycles), count + 1).astype(np.intp)
+        sums = np.add.reduceat(harmonics(cycles), edges[:-1], axis=1)
+        centre = np.add.reduceat(cycles, edges[:-1]) / np.diff(edges)
+        phase = np.zeros(count)
+        middle = count // 2
+        for order in (range(middle + 1, count), range(middle - 1, -1, -1)):
+            _follow(sums, centre, phase, order, middle)
+        cycles = cycles - _between(cycles, centre, phase)
+    return cycles
+
+
+def _follow(
+    sums: np.ndarray, centre: np.ndarray, phase: np.ndarray, order: range, begin: int
+) -> None:
+    """Fill in the phases of blocks in this order, from the block `begin` on."""
+    shift = np.linspace(-REACH, REACH, 97)
+    turn = np.exp(-2j * np.pi * shift[:, None] * HARMONICS)
+    template = sums[:, begin] * WEIGHT
+    before, slope = begin, 0.0
+    for k in order:
+        apart = centre[k] - centre[before]
+        foretold = phase[before] + slope * apart
+        turned = sums[:, k] * np.exp(-2j * np.pi * HARMONICS * foretold)
+        overlap = ((turn * turned) @ template.conj()).real
+        best = int(np.argmax(overlap))
+        moved = shift[best] + (shift[1] - shift[0]) * vertex(overlap, best)
+        phase[k] = foretold + moved
+        template = FADING * template
+        template += (1 - FADING) * turned * np.exp(-2j * np.pi * HARMONICS * moved) * WEIGHT
+        if apart:
+            slope = CARRIED * slope + (1 - CARRIED) * (phase[k] - phase[before]) / apart
+        before = k
+
+
+def harmonics(cycles: np.ndarray) -> np.ndarray:
+    """exp(2 pi i h u) of every harmonic h, shape (8, n)."""
+    turn = np.exp(2j * np.pi * cycles)
+    power = np.empty((len(HARMONICS), *cycles.shape), complex)
+    power[0] = turn
+    for h in range(1, len(HARMONICS)):  # by rows, in a third of cumprod's time
+        np.multiply(power[h - 1], turn, out=power[h])
+    return power
+
+
+def vertex(values: np.ndarray, best: int) -> float:
+    """Where between samples the parabola through the greatest and its neighbours peaks."""
+    if not 0 < best < len(values) - 1:
+        return 0.0
+    below, peak, above = values[best - 1 : best + 2]
+    curvature = below - 2 * peak + above
+    return float(0.5 * (below - above) / curvature) if curvature < 0 else 0.0
+
+
+def _viterbi(score: np.ndarray, cost: float) -> np.ndarray:
+    """The path of greatest score through its rows, where a change of k columns costs cost k^2."""
+    states = np.arange(score.shape[1])
+    change = cost * (states[:, None] - states) ** 2
+    came_from = np.zeros(score.shape, np.intp)
+    best = score[0]
+    for k in range(1, len(score)):
+        reached = best[:, None] - change
+        came_from[k] = np.argmax(reached, axis=0)
+        best = reached[came_from[k], states] + score[k]
+    path = np.empty(len(score), np.intp)
+    path[-1] = int(np.argmax(best))
+    for k in range(len(score) - 1, 0, -1):
+        path[k - 1] = came_from[k, path[k]]
+    return path
+
+
+def _coherence(cycles: np.ndarray, window: float, trial: np.ndarray) -> np.ndarray:
+    """Power of the harmonics inside windows, summed over harmonics and windows, per trial rate."""
+    which = (cycles / window).astype(np.intp)
+    if len(cycles) > MOST_REFINED:
+        first = np.flatnonzero(np.diff(which, prepend=-1))
+        size = len(cycles) / len(first)
+        keep = max(int(MOST_REFINED / size), 1)
+        kept = which[first[np.linspace(0, len(first) - 1, keep).astype(np.intp)]]
+        inside = np.isin(which, kept)
+        cycles, which = cycles[inside], which[inside]
+    first = np.flatnonzero(np.diff(which, prepend=-1))
+    centred = cycles - (which + 0.5) * window
+    power = np.empty(len(trial))
+    coherence(centred, first, trial, WEIGHT, power)
+    return power
+
+
+def _between(cycles: np.ndarray, centre: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    """The phase of blocks at every impact, carried on straight beyond the first and the last."""
+    inside = np.interp(cycles, centre, phase)
+    for end, inner, beyond in ((0, 1, cycles < centre[0]), (-1, -2, cycles > centre[-1])):
+        slope = (phase[end] - phase[inner]) / (centre[end] - centre[inner])
+        inside[beyond] = phase[end] + slope * (cycles[beyond] - centre[end])
+    return inside
