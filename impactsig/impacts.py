@@ -51,6 +51,7 @@ KINDS = {
     "glitch": "single samples that stand alone",
     "wide": "pulses longer than a contact",
     "baseline": "moves of the baseline",
+    "dropout": "dropouts of the signal",
 }
 """Kinds of disturbances, in words."""
 
@@ -59,7 +60,7 @@ class Disturbance(NamedTuple):
     """Something in a record that was kept apart from the impacts."""
 
     kind: str
-    """"glitch", "wide" or "baseline", see `KINDS`."""
+    """"glitch", "wide", "baseline" or "dropout", see `KINDS`."""
     start: float
     """Where it begins [s]."""
     duration: float

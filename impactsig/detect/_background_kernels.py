@@ -46,7 +46,7 @@ def chunk_medians(x, chunk, out):
 
 
 @njit(nogil=True, fastmath={"reassoc", "nnan", "nsz"})
-def outlying(x, medians, chunk, widest, least, mask, block, sums, counts, spikes):
+def outlying(x, medians, chunk, widest, least, dropouts, mask, block, sums, counts, spikes):
     """Mark the samples of x that are no background; block sums of those that are.
 
     Parameters
@@ -58,6 +58,8 @@ def outlying(x, medians, chunk, widest, least, mask, block, sums, counts, spikes
         Samples of the widest contact.
     least : float
         Least standard deviation.
+    dropouts : array (d, 2)
+        First samples of what was filled in, and those after the last; no background.
     mask : array (n,) of uint8, filled
     block : int
         Samples a block of the sums.
@@ -71,13 +73,25 @@ def outlying(x, medians, chunk, widest, least, mask, block, sums, counts, spikes
     (standard deviation of the background, spikes, runs of marked samples that are none)
     """
     n = len(x)
-    stride = max(1, n // 2048)
+    live = n
+    for a, b in dropouts:
+        live -= b - a
+    if live == 0:
+        mask[:] = 1
+        sums[:], counts[:] = 0.0, 0.0
+        return least, 0, 0
+    stride = max(1, live // 2048)
     values = np.empty(n // stride + 1)
-    count = 0
+    count = following = 0
     for i in range(0, n, stride):
-        values[count] = abs(x[i] - _baseline(medians, chunk, i))
-        count += 1
-    if len(medians) == 3:  # one chunk alone
+        while following < len(dropouts) and dropouts[following, 1] <= i:
+            following += 1
+        if following == len(dropouts) or i < dropouts[following, 0]:
+            values[count] = abs(x[i] - _baseline(medians, chunk, i))
+            count += 1
+    if count == 0:
+        sigma = least
+    elif len(medians) == 3:  # one chunk alone
         sigma = max(SIXTH * select(values, 0, count - 1, count // 6), least)
     else:
         sigma = max(MEDIAN * median_of(values, count), least)
@@ -116,6 +130,8 @@ def outlying(x, medians, chunk, widest, least, mask, block, sums, counts, spikes
             mask[m] = 1
             m += 1
         i = next_marked(mask, m)
+    for a, b in dropouts:
+        mask[a:b] = 1
     for k in range(len(sums)):
         part, marks = x[k * block : (k + 1) * block], mask[k * block : (k + 1) * block]
         total, kept = 0.0, 0

@@ -337,6 +337,9 @@ def _find_force(
         settings["converter_step"] = found.step
     if found.hum:
         settings["hum"] = {f"{f:g} Hz": a for f, a in found.hum.items()}
+    silent = [one.duration / rate for one in found.disturbances if one.kind == "dropout"]
+    if silent:
+        settings["dropouts"] = sum(silent)
     if wanted.longest is not None:
         settings["contact_time"] = (wanted.shortest, wanted.longest)
     return columns, {

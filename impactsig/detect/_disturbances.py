@@ -23,7 +23,25 @@ def disturbances(spans: Spans, k: int, wide: np.ndarray) -> list[Disturbance]:
         *(Disturbance("glitch", float(i), 1.0, 0.0) for i in span.first + span.glitches),
         *(Disturbance("wide", one[0] - 0.5 * one[1], one[1], one[2]) for one in wide),
         *_baseline_moves(spans, k),
+        *(
+            Disturbance("dropout", float(span.first + a), float(b - a), 0.0)
+            for a, b in span.dropouts
+        ),
     ]
+
+
+def joined(found: list[Disturbance]) -> list[Disturbance]:
+    """Those of a record, in order, with dropouts that go on across a border made one."""
+    out: list[Disturbance] = []
+    last = -1  # place of the last dropout
+    for one in found:
+        if one.kind == "dropout":
+            if last >= 0 and out[last].start + out[last].duration == one.start:
+                out[last] = out[last]._replace(duration=out[last].duration + one.duration)
+                continue
+            last = len(out)
+        out.append(one)
+    return out
 
 
 def _baseline_moves(spans: Spans, k: int) -> list[Disturbance]:

@@ -16,7 +16,8 @@ import numpy as np
 
 from ..impacts import CLIPPED, Disturbance
 from ._direction import direction
-from ._disturbances import disturbances
+from ._disturbances import disturbances, joined
+from ._dropout_kernels import cut_off
 from ._event_kernels import RESPONSE, place
 from ._grid import Grid
 from ._judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
@@ -179,7 +180,7 @@ class _Found:
             (float(np.median(self.certain)) if self.certain else LEAST) * response * back,
             (float(np.median(steps)) if len(steps) > len(self.steps) / 2 else 0.0) * back,
             {f: a * back for f, a in hum.items() if a > 0},
-            [self._in_the_unit(one, sign * back) for one in self.disturbances],
+            joined([self._in_the_unit(one, sign * back) for one in self.disturbances]),
             self.longest,
             self.moves,
             not any(self.sigma),
@@ -281,6 +282,9 @@ class _Search:
             for one in disturbances(spans, k, span.events[judge.too_wide(span.events)])
         ]
         share_shape(rows, ERRORS, FIT, self.wanted.contact_level == 0)
+        near_by = [one.first + one.dropouts for one in spans.around(k, 1) if len(one.dropouts)]
+        if near_by:
+            cut_off(rows, np.concatenate(near_by))
         rows[:, 0] += segment
         self.found.add(rows[:, :ROW].copy(), span, judge.usual_level, grid.rungs.width)
 

@@ -55,7 +55,7 @@ def _beside(x, mask, first, step, wanted):
 
 
 @njit(nogil=True)
-def _response_noise(sums, marked, rungs, floor, out):
+def _response_noise(sums, marked, rungs, floor, sigma, out):
     """Standard deviation of the responses on each rung, from PLACES of them.
 
     Where too little background is left of a stretch, the noise of a width is that of the widest
@@ -71,10 +71,13 @@ def _response_noise(sums, marked, rungs, floor, out):
     rungs : Ladder
     floor : float
         Least standard deviation of a sample.
+    sigma : float
+        That of the background, where it is too short to show any response.
     out : array (rungs,), filled
     """
     n = len(sums) - 1
     values = np.empty(PLACES)
+    narrower = sigma  # noise read at the last width that shows it
     for j in range(len(out)):
         width, block = rungs.width[j], rungs.width[j] // rungs.unit[j]
         near, far = rungs.near[j] * block, rungs.far[j] * block
@@ -97,15 +100,16 @@ def _response_noise(sums, marked, rungs, floor, out):
                 if rest >= places:
                     i, rest = i + 1, rest - places
         if count < FEW:
-            out[j] = max(out[j - 1] if j else 0.0, least)
+            out[j] = max(narrower, least)
             continue
         middle_value = MEDIAN * median_of(values, count)
         upper = select(values, count // 2, count - 1, int(0.9 * count)) / DECILE
-        out[j] = max(rungs.gain[j] * max(middle_value, upper), least)
+        narrower = rungs.gain[j] * max(middle_value, upper)
+        out[j] = max(narrower, least)
 
 
 @njit(nogil=True)
-def read_noise(x, spikes, mask, rungs, floor, rest, sums, marked, out):
+def read_noise(x, spikes, mask, rungs, floor, rest, sigma, sums, marked, out):
     """Take samples that stand alone out of x, in place; the noise of its responses.
 
     Parameters
@@ -119,6 +123,8 @@ def read_noise(x, spikes, mask, rungs, floor, rest, sums, marked, out):
         Least standard deviation of a sample.
     rest : float
         Least standard deviation of a response.
+    sigma : float
+        Standard deviation of the background's samples.
     sums, marked : arrays (n + 1,) of float and int32
         Room to work in.
     out : array (rungs,), filled
@@ -131,7 +137,7 @@ def read_noise(x, spikes, mask, rungs, floor, rest, sums, marked, out):
     for i in range(len(x)):
         count += mask[i]
         marked[i + 1] = count
-    _response_noise(sums, marked, rungs, floor, out)
+    _response_noise(sums, marked, rungs, floor, sigma, out)
     for j in range(len(out)):
         out[j] = max(out[j], rest)
 

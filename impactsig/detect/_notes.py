@@ -53,6 +53,13 @@ def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, .
             f"No pulse is shorter than {usual:g} s, so longer ones were taken for impacts: give "
             "contact_time if they are none, or to find such in every record of a series."
         )
+    silent = [one.duration for one in found.disturbances if one.kind == "dropout"]
+    if silent:
+        notes.append(
+            f"The signal drops out {len(silent)} times, for {sum(silent) / rate:.3g} s in all: "
+            'impacts are missed there. Where these samples are NaN, gaps="split" takes no interval '
+            "across them."
+        )
     wide = [one for one in found.disturbances if one.kind == "wide"]
     if len(wide) > 0.5 * count and len(wide) > 2:
         typical = np.median([one.duration for one in wide]) / rate

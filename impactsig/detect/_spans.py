@@ -13,6 +13,7 @@ import numpy as np
 
 from ._background_kernels import chunk_medians, outlying, take
 from ._converter import converter_step
+from ._dropout_kernels import BORDER, MOST, fill, find_dropouts
 from ._event_kernels import EVENT, find_events
 from ._grid import Grid
 from ._ladder import MATCH
@@ -47,6 +48,10 @@ def _nothing() -> np.ndarray:
     return np.empty(0, np.int64)
 
 
+def _no_runs() -> np.ndarray:
+    return np.empty((0, 2), np.int64)
+
+
 def _no_events() -> np.ndarray:
     return np.empty((0, EVENT))
 
@@ -60,10 +65,11 @@ class Span:
     values: np.ndarray  # as they came
     padded: np.ndarray  # without hum and glitches, with room for the margins
     clean: np.ndarray  # the part of it without the margins
-    medians: np.ndarray
-    moves: np.ndarray  # from each of them to the next, whatever the direction
-    step: float  # of the converter, 0 if none shows
-    range: float
+    dropouts: np.ndarray = field(default_factory=_no_runs)  # first sample, and that after the last
+    medians: np.ndarray = field(default_factory=_nothing)
+    moves: np.ndarray = field(default_factory=_nothing)  # from one to the next, up or down
+    step: float = 0.0  # of the converter, 0 if none shows
+    range: float = 0.0
     mask: np.ndarray = field(default_factory=_nothing)  # what is no background
     hum: dict[float, float] = field(default_factory=dict)  # amplitude by frequency
     spikes: np.ndarray = field(default_factory=_nothing)  # samples that stand alone
@@ -103,12 +109,14 @@ class Spans:
         self.level, self.sigmas, self.skip = level, LEAST if sigmas is None else sigmas, skip
         self.count = grid.count(total)
         self.spans: dict[int, Span] = {}
-        self.stages = (self._cut, self._clean, self._search, self._choose)
-        self.ahead = (1, BESIDE, BESIDE, 1)
+        self.stages = (self._fill, self._cut, self._clean, self._search, self._choose)
+        self.ahead = (1, 1, BESIDE, BESIDE, 1)
         self.done = [0] * (len(self.stages) + 1)
         self._free: list[np.ndarray] = []
         self._room = np.empty((0, CREST))
         self._sums, self._marked = np.empty(0), np.empty(0, np.int32)
+        self._runs = np.empty((MOST, 2), np.int64)
+        self._level = self._held = np.nan  # what a dropout at the border began with, and its value
 
     def load(self, values: np.ndarray, reference: float, factor: float) -> None:
         """Take the values of the next span and work as far as they go.
@@ -123,12 +131,12 @@ class Spans:
         padded = self._free.pop(fits[0]) if fits else np.empty(size + 2 * margin)
         clean = padded[margin : margin + size]
         take(values, reference, factor, clean)
-        medians = np.empty(max(1, size // self.grid.chunk))
-        chunk_medians(clean, self.grid.chunk, medians)
-        extent = float(clean.max() - clean.min())
-        step = converter_step(clean) if extent else 0.0
-        moves = np.abs(medians[1:] - medians[:-1])
-        self.spans[k] = Span(first, last, values, padded, clean, medians, moves, step, extent)
+        self.zero = (0.0 - reference) * factor
+        before = np.empty(BORDER if k > 0 else 0)
+        if k > 0:
+            take(self.spans[k - 1].values[-BORDER:], reference, factor, before)
+        padded[margin - len(before) : margin] = before
+        self.spans[k] = Span(first, last, values, padded, clean)
         self.done[0] += 1
         moved = True
         while moved:
@@ -157,6 +165,38 @@ class Spans:
 
     # -- stages --------------------------------------------------------------------------------
 
+    def _fill(self, k: int) -> None:
+        """Fill dropouts; the medians, the range and the converter's step of what is left."""
+        span, margin, chunk = self.spans[k], self.grid.margin, self.grid.chunk
+        n, left = len(span.clean), BORDER * (k > 0)
+        right = 0
+        if k < self.count - 1:
+            after = self.spans[k + 1].clean[:BORDER]
+            right = len(after)
+            span.padded[margin + n : margin + n + right] = after
+        seen = span.padded[margin - left : margin + n + right]
+        count = find_dropouts(seen, self.zero, self._held, self._runs)
+        live, self._held = span.clean, np.nan
+        if count:
+            runs = self._runs[:count].copy()
+            begins = left + n - BORDER  # what is seen of the next span
+            over = runs[(runs[:, 0] <= begins) & (begins < runs[:, 1])]
+            self._held = float(seen[begins]) if len(over) else np.nan
+            self._level = fill(seen, runs, self._level)
+            inside = np.clip(runs - left, 0, n)
+            span.dropouts = inside[inside[:, 1] > inside[:, 0]]
+            rest = np.ones(n, np.bool_)
+            for a, b in span.dropouts:
+                rest[a:b] = False
+            live = span.clean[rest]
+        else:
+            self._level = np.nan
+        span.medians = np.empty(max(1, n // chunk))
+        chunk_medians(span.clean, chunk, span.medians)
+        span.moves = np.abs(span.medians[1:] - span.medians[:-1])
+        span.range = float(span.clean.max() - span.clean.min())
+        span.step = converter_step(live) if span.range and len(live) else 0.0
+
     def _cut(self, k: int) -> None:
         """Tell the background from what stands out of it, and take mains hum off."""
         span, grid = self.spans[k], self.grid
@@ -176,6 +216,7 @@ class Spans:
                 grid.chunk,
                 int(grid.longest),
                 span.step / SQRT12,
+                span.dropouts,
                 span.mask,
                 grid.block,
                 sums,
@@ -194,6 +235,7 @@ class Spans:
                 span.hum[frequency] = max(span.hum.get(frequency, 0.0), float(amplitude))
             if strength.sum() < WEAK * span.sigma:
                 break  # the background is as it was
+            fill(span.clean, span.dropouts, np.nan)
             chunk_medians(span.clean, grid.chunk, medians[1:-1])
 
     def _clean(self, k: int) -> None:
@@ -219,6 +261,7 @@ class Spans:
             rungs,
             floor,
             rest,
+            span.sigma if span.sigma > floor else 0.0,
             self._sums[:n],
             self._marked[:n],
             span.own_noise,

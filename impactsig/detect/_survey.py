@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ._dropouts import without_dropouts
 from ._stream import Frame
 
 BLOCK = 512  # samples that share one least and one greatest value
@@ -35,7 +36,7 @@ def survey(stream: Iterable[Frame], copy: bool) -> Survey:
     record = Survey()
     strongest: list[tuple[float, int, np.ndarray]] = []
     for number, frame in enumerate(stream):
-        x = frame.samples
+        x = without_dropouts(frame.samples)
         low, high = block_ranges(x)
         record.lowest = min(record.lowest, float(low.min()))
         record.highest = max(record.highest, float(high.max()))

@@ -325,7 +325,7 @@ def test_noise_of_white_noise_at_every_width():
 def read(spikes, x, rungs):
     out = np.empty(len(rungs.width))
     room = np.empty(len(x) + 1), np.empty(len(x) + 1, np.int32)
-    read_noise(x, spikes, np.zeros(len(x), np.uint8), rungs, 0.0, 0.0, *room, out)
+    read_noise(x, spikes, np.zeros(len(x), np.uint8), rungs, 0.0, 0.0, 0.0, *room, out)
     return out
 
 
