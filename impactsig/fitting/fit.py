@@ -30,7 +30,7 @@ from ._narrow import Estimate, narrow
 from ._problem import Problem
 from ._refine import refine
 from ._search import begin, descend
-from .result import OscillatorFit
+from .result import MISFIT, OscillatorFit
 
 FEWEST = 200
 """Impacts below which no fit is tried: words of four intervals come too seldom."""
@@ -38,7 +38,7 @@ CONFIDENCE = 0.95
 JUDGED = 40
 """Trains simulated at the optimum, which tell whether the measured one is of their kind."""
 LEAST_P = 1 / (JUDGED + 1)
-"""Where all of these are nearer, the search has gone astray, or no oscillator of this kind fits."""
+"""Where all of these are nearer, the search may have gone astray, and it begins anew."""
 TRIES = 3
 """Searches before it is the latter that is believed."""
 UNTOLD = {"restitution": 0.5}
@@ -122,7 +122,7 @@ def fit_oscillator(
     -----
     The forcing must be harmonic and the stop rigid. A machine with stops on both sides cannot be
     fitted, as its impacts do not show which stop they are on: its trains are refused, or the fit
-    warns. Dead time and echoes are not in the chain.
+    reports a `misfit`, as it does of most soft stops. Dead time and echoes are not in the chain.
     """
     if not isinstance(impacts, Impacts):
         raise InvalidInput("impacts", impacts, "Impacts", "Of instants make them by from_times")
@@ -269,11 +269,11 @@ def _warnings(
             f"{verdict.failed} of {JUDGED} trains simulated at the optimum have too few impacts to "
             "compare; the p-value takes them for unlike the measured one"
         )
-    if verdict.p_value <= LEAST_P:
+    if verdict.p_value <= MISFIT:
         found.append(
-            "the measured train is farther from the simulated ones than they are from each other: "
-            "the oscillator found does not explain it. A second stop, a soft one, or friction "
-            "cannot be fitted"
+            "misfit: the measured train is farther from the simulated ones than most of these are "
+            "from each other, and the oscillator found does not explain it. A second stop, a soft "
+            "one, or friction cannot be fitted; the intervals hold for one rigid stop only"
         )
     return tuple(found)
 

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+MISFIT = 0.1
+"""Of the p-value. A soft stop is hidden in part by the parameters of the rigid one that is fitted,
+so that its p-value is often 2/41 or 3/41; a lower level would leave these fits unmarked."""
+
+
 @dataclass(frozen=True, eq=False)
 class OscillatorFit:
     """The oscillator found, how well it is told, and what that rests on.
@@ -87,6 +92,16 @@ class OscillatorFit:
     comparison: Comparison = field(repr=False)
     evaluations: int
     warnings: tuple[str, ...]
+
+    @property
+    def misfit(self) -> bool:
+        """Whether the train is unlike those of the oscillator found: `p_value` of 0.1 or less.
+
+        Then a second or soft stop, friction or wrong parameters among those that are not free are
+        likelier than chance, and the intervals need not hold the truth. One train in ten of an
+        oscillator that is right has so small a p-value.
+        """
+        return self.p_value <= MISFIT
 
     def describe(self) -> str:
         """The numbers in a few lines of words."""

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from ..reconstruct.surrogates import LABEL
 from ._axes import GREY, VERMILLION, axes, curve, frame, level
 from ._kinds import checked
 
@@ -35,7 +34,7 @@ def surrogate_test(result: SurrogateTest, ax: Axes | None = None) -> Axes:
         bins=bins.tolist(),
         color=GREY,
         alpha=0.6,
-        label=f"{len(others)} {LABEL[result.method]} surrogates",
+        label=f"{len(others)} {result.method} surrogates",
     )
     ax.axvline(
         result.statistic, color=VERMILLION, linewidth=2, label=f"data, p = {result.p_value:.2g}"

@@ -13,14 +13,23 @@ def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, lin
 
     `references` are the places in time, ascending, of the vectors and their futures.
 
-    The vectors are gone through outwards from the reference in the order of their first
-    coordinate, until that alone is farther away than the worst neighbour: the largest difference
-    of a coordinate is the distance. Of equally distant ones the earlier is the nearer.
+    Vectors are sorted by their first coordinate. Those within a radius of the reference in it are
+    measured (by the largest difference of a coordinate) in loops without a branch, which compile to
+    vector instructions; the radius is what the last reference needed and grows until it holds
+    enough. Of equally distant ones the earlier is the nearer.
     """
     span = (dimension - 1) * delay
     count = len(references)
     rank = np.argsort(x[references], kind="mergesort")
     order = references[rank]
+    columns = np.empty((dimension, count))
+    for c in range(dimension):
+        columns[c] = x[order + c * delay]
+    first = columns[0]
+    least = 1e-3 * (first[count - 1] - first[0])  # equal values need no radius at all
+    radius = 100 * least
+    apart = np.empty(count)
+    near = np.empty(count + 1, np.int64)
     found = np.empty((len(horizons), count))
     index = np.empty(neighbors, np.int64)
     distance = np.empty(neighbors)
@@ -29,38 +38,37 @@ def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, lin
     centre = np.empty(dimension)
     for place in range(count):
         i = order[place]
-        low, high, held = place - 1, place + 1, 0
-        while low >= 0 or high < count:
-            below = x[i] - x[order[low]] if low >= 0 else np.inf
-            above = x[order[high]] - x[i] if high < count else np.inf
-            if held == neighbors and min(below, above) > distance[held - 1]:
+        while True:
+            low = np.searchsorted(first, first[place] - radius)
+            high = np.searchsorted(first, first[place] + radius, side="right")
+            off = apart[: high - low]
+            _measure(columns, place, low, off)
+            bound = np.inf if high - low == count else radius
+            close = 0
+            for k in range(len(off)):
+                near[close] = k
+                close += off[k] <= bound
+            if close >= neighbors + 2 * theiler + 1 or high - low == count:
                 break
-            if below <= above:
-                j = order[low]
-                low -= 1
-            else:
-                j = order[high]
-                high += 1
-            if abs(i - j) <= theiler:
+            radius *= 1.4
+        held = 0
+        for k in range(close):
+            one, j = off[near[k]], order[low + near[k]]
+            if abs(j - i) <= theiler:
                 continue
-            worst = distance[held - 1] if held == neighbors else np.inf
-            apart = 0.0
-            for c in range(0, span + 1, delay):
-                apart = max(apart, abs(x[i + c] - x[j + c]))
-                if apart > worst:
-                    break
             if held == neighbors:
-                if apart > worst or (apart == worst and j > index[held - 1]):
+                if one > distance[held - 1] or (one == distance[held - 1] and j > index[held - 1]):
                     continue
                 held -= 1
             at = held
             while at > 0 and (
-                distance[at - 1] > apart or (distance[at - 1] == apart and index[at - 1] > j)
+                distance[at - 1] > one or (distance[at - 1] == one and index[at - 1] > j)
             ):
                 distance[at], index[at] = distance[at - 1], index[at - 1]
                 at -= 1
-            distance[at], index[at] = apart, j
+            distance[at], index[at] = one, j
             held += 1
+        radius = max(1.1 * distance[held - 1], least)
         for h in range(len(horizons)):
             total = 0.0
             for k in range(held):
@@ -81,6 +89,17 @@ def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, lin
                 centre,
             )
     return found
+
+
+@njit(nogil=True)
+def _measure(columns, place, low, off):
+    """Distances of the vectors from `low` on to the one at a place."""
+    off[:] = 0.0
+    for c in range(len(columns)):
+        column, own = columns[c, low : low + len(off)], columns[c, place]
+        for k in range(len(off)):
+            one = abs(column[k] - own)
+            off[k] = one if one > off[k] else off[k]
 
 
 @njit(nogil=True)

@@ -55,3 +55,62 @@ def line_lengths(x, dimension, delay, radius, theiler, first, step):
         vertical[length] += 1
     diagonal[0] = vertical[0] = 0
     return diagonal, vertical
+
+
+@njit(nogil=True)
+def matrix_lines(matrix, theiler):
+    """The same of all diagonals and columns of a matrix of any shape; a vertical line is a column.
+
+    Points with |i - j| <= theiler count as no recurrence; -1 counts all.
+    """
+    rows, columns = matrix.shape
+    diagonal = np.zeros(min(rows, columns) + 1, np.int64)
+    vertical = np.zeros(rows + 1, np.int64)
+    for lag in range(-rows + 1, columns):
+        if abs(lag) <= theiler:
+            continue
+        length = 0
+        for i in range(max(0, -lag), min(rows, columns - lag)):
+            if matrix[i, i + lag]:
+                length += 1
+            else:
+                diagonal[length] += 1
+                length = 0
+        diagonal[length] += 1
+    for j in range(columns):
+        length = 0
+        for i in range(rows):
+            if abs(i - j) > theiler and matrix[i, j]:
+                length += 1
+            else:
+                vertical[length] += 1
+                length = 0
+        vertical[length] += 1
+    diagonal[0] = vertical[0] = 0
+    return diagonal, vertical
+
+
+@njit(nogil=True)
+def histogram(x, dimension, delay, theiler, low, high, bins):
+    """Distances of pairs from `low` to `high` in equal bins: how many, how many below, extremes."""
+    span = (dimension - 1) * delay
+    count = len(x) - span
+    counts = np.zeros(bins, np.int64)
+    least, most = np.full(bins, np.inf), np.full(bins, -np.inf)
+    below = 0
+    scale = bins / (high - low) if high > low else 0.0
+    for i in range(count):
+        for j in range(i + theiler + 1, count):
+            apart = 0.0
+            for c in range(0, span + 1, delay):
+                one = abs(x[i + c] - x[j + c])
+                if not one <= apart:
+                    apart = one
+            if apart < low:
+                below += 1
+            elif apart <= high:
+                k = min(int((apart - low) * scale), bins - 1)
+                counts[k] += 1
+                least[k] = min(least[k], apart)
+                most[k] = max(most[k], apart)
+    return counts, below, least, most

@@ -82,9 +82,11 @@ class RecurrenceQuantification:
         V_max [vectors].
     diagonals, verticals : ndarray of int, shape (N + 1,)
         P(l): how many lines of length l there are, those shorter than the least too.
-    radius : float
-        In the unit of the series.
-    dimension, delay, theiler, least_diagonal, least_vertical : int
+    radius : float or None
+        In the unit of the series; None of a given matrix.
+    dimension, delay : int or None
+        As given; None of a given matrix.
+    theiler, least_diagonal, least_vertical : int
         As given.
     warnings : tuple of str
         Why the measures may say nothing.
@@ -100,9 +102,9 @@ class RecurrenceQuantification:
     longest_vertical: int
     diagonals: np.ndarray
     verticals: np.ndarray
-    radius: float
-    dimension: int
-    delay: int
+    radius: float | None
+    dimension: int | None
+    delay: int | None
     theiler: int
     least_diagonal: int
     least_vertical: int
@@ -125,7 +127,13 @@ class RecurrenceQuantification:
 
 
 def recurrence_plot(
-    x: Any, dimension: int = 1, delay: int = 1, *, radius: float, workers: int | None = None
+    x: Any,
+    dimension: int = 1,
+    delay: int = 1,
+    *,
+    radius: float | None = None,
+    rate: float | None = None,
+    workers: int | None = None,
 ) -> RecurrencePlot:
     """Which delay vectors of a series are near each other: R_ij = 1 if |v_i - v_j| <= radius.
 
@@ -137,8 +145,11 @@ def recurrence_plot(
         A series in the order of time; of impacts, their interspike intervals [s].
     dimension, delay : int
         Coordinates of a vector, and the values from one to the next.
-    radius : float
+    radius : float, optional
         In the unit of `x`; a tenth of its standard deviation is a beginning.
+    rate : float, optional
+        Instead of the radius, the recurrence rate: the least radius within which this share of the
+        pairs of different vectors lies is taken.
     workers : int, optional
         Threads; as many as there are cores unless given. The result does not depend on it.
 
@@ -156,7 +167,7 @@ def recurrence_plot(
            [1, 0, 1, 0],
            [0, 1, 0, 1]])
     """
-    values, dimension, delay, radius = _vectors(x, dimension, delay, radius)
+    values, dimension, delay = _vectors(x, dimension, delay)
     workers = workers if workers is None else whole("workers", workers, 1)
     count = len(values) - (dimension - 1) * delay
     if count > MOST_VECTORS:
@@ -166,6 +177,7 @@ def recurrence_plot(
             f"{MOST_VECTORS} or fewer: the matrix would take {count**2 / 1e6:.0f} MB",
             "Give a part of it, or use recurrence_quantification, which keeps no matrix",
         )
+    radius = _radius(values, dimension, delay, 0, radius, rate)
     from ._recurrence import close_pairs
 
     matrix = np.empty((count, count), np.bool_)
@@ -182,8 +194,9 @@ def recurrence_quantification(
     dimension: int = 1,
     delay: int = 1,
     *,
-    radius: float,
-    theiler: int = 0,
+    radius: float | None = None,
+    rate: float | None = None,
+    theiler: int | None = None,
     least_diagonal: int = 2,
     least_vertical: int = 2,
     workers: int | None = None,
@@ -197,21 +210,26 @@ def recurrence_quantification(
         ENTR = -sum p(l) ln p(l),  p(l) = P(l) / sum P(l),
         LAM = sum v Q(v) / sum_{v>=1} v Q(v),      TT = sum v Q(v) / sum Q(v).
 
-    Points with |i - j| <= theiler, at least the main diagonal, are no recurrences, and RR is the
-    share of the others. A line that touches the edge of the plot, or a gap of the run, counts with
-    the length it has there. Exact; N^2 comparisons (each a few ns) and memory of N numbers, the
-    matrix is not made.
+    Points with |i - j| <= theiler are no recurrences, and RR is the share of the others. A line
+    that touches the edge of the plot, or a gap of the run, counts with the length it has there.
+    Exact; N^2 comparisons (each a few ns) and memory of N numbers, the matrix is not made.
 
     Parameters
     ----------
-    x : Impacts or array_like, shape (n,)
-        A series in the order of time; of impacts, their interspike intervals [s].
+    x : Impacts, array_like of shape (n,), RecurrencePlot, or ndarray of bool of shape (n, m)
+        A series in the order of time; of impacts, their interspike intervals [s]. Or a recurrence
+        matrix, which need not be square (as that of two series); its columns are the vertical
+        lines, and no other setting but `theiler` and the least lengths is then given.
     dimension, delay : int
         Coordinates of a vector, and the values from one to the next.
-    radius : float
+    radius : float, optional
         In the unit of `x`.
-    theiler : int
-        Pairs of vectors so many steps apart or less are left out.
+    rate : float, optional
+        Instead of the radius, RR: the least radius within which this share of the pairs lies is
+        taken.
+    theiler : int, optional
+        Pairs of vectors so many steps apart or less are left out. By default 0, the main diagonal;
+        of an array of bool -1, which leaves out none.
     least_diagonal, least_vertical : int
         l_min and v_min.
     workers : int, optional
@@ -220,13 +238,26 @@ def recurrence_quantification(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, or gives no pair of vectors outside `theiler`.
+        If `x` is neither a series of finite numbers nor a matrix of bool, gives no pair of vectors
+        outside `theiler`, or neither or both of `radius` and `rate` are given.
+
+    Examples
+    --------
+    >>> recurrence_quantification([0, 1, 0, 1, 0], radius=0.5).determinism
+    1.0
+    >>> recurrence_quantification(np.eye(4, dtype=bool)).longest_diagonal
+    4
     """
-    values, dimension, delay, radius = _vectors(x, dimension, delay, radius)
-    workers = workers if workers is None else whole("workers", workers, 1)
-    theiler = whole("theiler", theiler, 0)
     least_diagonal = whole("least_diagonal", least_diagonal, 1)
     least_vertical = whole("least_vertical", least_vertical, 1)
+    if isinstance(x, RecurrencePlot) or np.ndim(x) == 2:
+        found = _of_matrix(x, theiler, least_diagonal, least_vertical)
+        if radius is not None or rate is not None:
+            raise InvalidInput("radius", radius, "none, nor a rate, with a matrix")
+        return found
+    values, dimension, delay = _vectors(x, dimension, delay)
+    workers = workers if workers is None else whole("workers", workers, 1)
+    theiler = 0 if theiler is None else whole("theiler", theiler, 0)
     count = len(values) - (dimension - 1) * delay
     pairs = 2 * pairs_apart(unbroken(values, len(values) - count + 1), theiler)
     if not pairs:
@@ -236,6 +267,7 @@ def recurrence_quantification(
             f"at least {theiler + 2 + len(values) - count} for dimension {dimension}, delay "
             f"{delay} and theiler {theiler}",
         )
+    radius = _radius(values, dimension, delay, theiler, radius, rate)
     from ._recurrence import line_lengths
 
     parts = 4 * thread_count(workers)
@@ -243,11 +275,62 @@ def recurrence_quantification(
         lambda k: line_lengths(values, dimension, delay, radius, theiler, k, parts), parts, workers
     )
     diagonals, verticals = (sum(lines) for lines in zip(*found, strict=True))
-    points = int(diagonals @ np.arange(count + 1))
-    rate = points / pairs
-    warnings: tuple[str, ...] = ()
     present = known(values)
-    if present.min() == present.max():
+    constant = present.min() == present.max()
+    return _measures(
+        diagonals, verticals, pairs, radius, dimension, delay, theiler,
+        least_diagonal, least_vertical, constant,
+    )  # fmt: skip
+
+
+def _of_matrix(
+    x: Any, theiler: int | None, least_diagonal: int, least_vertical: int
+) -> RecurrenceQuantification:
+    plot = x if isinstance(x, RecurrencePlot) else None
+    matrix = np.asarray(x if plot is None else plot.matrix)
+    if matrix.dtype != np.bool_ or not matrix.size:
+        raise InvalidInput(
+            "x", f"an array of {matrix.dtype}, shape {matrix.shape}",
+            "a series, or a recurrence matrix of bool", "distances <= radius makes one",
+        )  # fmt: skip
+    if theiler is None:
+        theiler = -1 if plot is None else 0
+    theiler = whole("theiler", theiler, -1)
+    rows, columns = matrix.shape
+    lags = np.arange(-rows + 1, columns)
+    lengths = np.minimum(rows, columns - lags) - np.maximum(0, -lags)
+    pairs = int(lengths[np.abs(lags) > theiler].sum())
+    if plot is not None:  # rows of a gap are empty on the main diagonal too
+        pairs = 2 * pairs_apart(np.diagonal(matrix), theiler)
+    if pairs <= 0:
+        raise InvalidInput("x", f"shape {matrix.shape}", f"points outside theiler = {theiler}")
+    from ._recurrence import matrix_lines
+
+    diagonals, verticals = matrix_lines(np.ascontiguousarray(matrix), theiler)
+    radius, dimension, delay = (
+        (None, None, None) if plot is None else (plot.radius, plot.dimension, plot.delay)
+    )
+    return _measures(
+        diagonals, verticals, pairs, radius, dimension, delay, theiler,
+        least_diagonal, least_vertical, False,
+    )  # fmt: skip
+
+
+def _measures(
+    diagonals: np.ndarray,
+    verticals: np.ndarray,
+    pairs: int,
+    radius: float | None,
+    dimension: int | None,
+    delay: int | None,
+    theiler: int,
+    least_diagonal: int,
+    least_vertical: int,
+    constant: bool,
+) -> RecurrenceQuantification:
+    points = int(diagonals @ np.arange(len(diagonals)))
+    warnings: tuple[str, ...] = ()
+    if constant:
         warnings = ("the series is constant: every vector recurs always",)
     elif points == 0:
         warnings = ("no vectors are within the radius: use a larger one",)
@@ -258,7 +341,7 @@ def recurrence_quantification(
     for array in (diagonals, verticals):
         array.flags.writeable = False
     return RecurrenceQuantification(
-        rate,
+        points / pairs,
         diagonal.share,
         diagonal.mean,
         diagonal.longest,
@@ -303,10 +386,30 @@ class _Lines:
         )
 
 
-def _vectors(
-    x: Any, dimension: int, delay: int, radius: float
-) -> tuple[np.ndarray, int, int, float]:
+def _vectors(x: Any, dimension: int, delay: int) -> tuple[np.ndarray, int, int]:
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
-    radius = number("radius", radius, least=0)
-    values = series(x, least=(dimension - 1) * delay + 1, gap=delay)
-    return values, dimension, delay, radius
+    return series(x, least=(dimension - 1) * delay + 1, gap=delay), dimension, delay
+
+
+def _radius(
+    values: np.ndarray,
+    dimension: int,
+    delay: int,
+    theiler: int,
+    radius: float | None,
+    rate: float | None,
+) -> float:
+    """The radius given, or that of the rate given."""
+    if rate is None:
+        return number("radius", radius, least=0)
+    if radius is not None:
+        raise InvalidInput("radius", radius, "a radius or a rate, not both")
+    rate = number("rate", rate, positive=True, most=1.0)
+    span = (dimension - 1) * delay + 1
+    pairs = pairs_apart(unbroken(values, span), theiler)
+    if not pairs:
+        raise InvalidInput("x", f"{len(known(values))} values", "two vectors outside `theiler`")
+    from ._recurrence_rate import radius_of
+
+    wanted = max(round(rate * pairs), 1)
+    return radius_of(values, dimension, delay, theiler, wanted)

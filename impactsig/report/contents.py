@@ -18,7 +18,6 @@ from .. import __version__
 from .._corrections import in_words
 from .._impact_columns import ERRORS, MEASURED
 from ..impacts import FLAG_NAMES, KINDS, flag_names
-from ..reconstruct.surrogates import LABEL
 from .analysis import Analysis, mean_and_spread
 from .dynamics import SEED
 
@@ -352,7 +351,7 @@ def _settings_of_dynamics(analysis: Analysis) -> list[tuple[str, str]]:
         rows.append(("embedding of exponent", str(exponent.dimension)))
         rows.append(("false neighbours there", f"{dynamics.false_share:.1%}"))
     if test is not None:
-        rows.append(("surrogates", f"{len(test.surrogates)} by {LABEL[test.method]}"))
+        rows.append(("surrogates", f"{len(test.surrogates)} {test.method}"))
     if rows:
         rows.append(("seed", str(SEED)))
     return rows

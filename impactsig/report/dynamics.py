@@ -138,6 +138,8 @@ class Dynamics:
         test, found, exponent = self.surrogates, self.dimension, self.exponent
         if test is not None and not test.rejected:
             words = f"nothing tells these {self.intervals} intervals from linear noise"
+            if not test.decided:
+                words = f"not decided whether these {self.intervals} intervals are linear noise"
             return (
                 words if found is exponent is None else f"{words}; trust no number fitted to them"
             )

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from ..reconstruct.surrogates import LABEL
 from .contents import printable
 from .dynamics import READ, TESTED, grows, pace, short_time
 from .figures import Picture, draw, draw_figure
@@ -140,22 +139,24 @@ def surrogates(dynamics: Dynamics) -> Finding:
             draw(test.plot, 5.0, 3.6),
             f"Prediction error of the intervals among those of their surrogates, p = "
             f"{test.p_value:.2g}",
-            f"The error of the intervals (line) among those of {len(test.surrogates)} "
-            f"{LABEL[test.method]} surrogates (bars): series of the same values and spectrum that "
-            "are linear noise.",
+            "Error of nonlinear prediction by that of linear prediction, of the intervals (line) "
+            f"among {len(test.surrogates)} {test.method} surrogates (bars): series of the same "
+            "values and spectrum that are linear noise.",
         ),
     )
 
 
 def _noise(test: SurrogateTest, dynamics: Dynamics) -> str:
     errors = (
-        f"from those before it an interval is foretold to within {test.statistic:.2f} standard "
-        f"deviations, in linear noise of the same values and spectrum to within "
-        f"{test.surrogates.mean():.2f} (p = {test.p_value:.2g})"
+        f"nonlinear prediction of an interval from those before it errs {test.statistic:.2f} times "
+        f"as much as linear prediction, in linear noise of the same values and spectrum "
+        f"{test.surrogates.mean():.2f} times (p = {test.p_value:.2g})"
     )
     errors += of_first(TESTED, dynamics.intervals)
     if test.rejected:
         return f"Yes: {errors}. That rules linear noise out; it does not prove chaos"
+    if not test.decided:
+        return f"Not decided: {errors}"
     if dynamics.dimension is dynamics.exponent is None:
         return f"No sign of it: {errors}"
     return f"No sign of it: {errors}. Do not take the numbers beside for those of the machine"

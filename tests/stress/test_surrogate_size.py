@@ -1,4 +1,4 @@
-"""How often the IAAFT test rejects where it should not, and where it should."""
+"""How often the surrogate test rejects where it should not, and where it should."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ PROCESSES = {
     "first order": (lambda x: x, [1, -0.8]),
     "second order": (lambda x: x, [1, -1.5, 0.8]),
     "first order, lognormal": (lambda x: np.exp(0.5 * x), [1, -0.8]),
+    "second order, cubed": (lambda x: x**3, [1, -1.5, 0.8]),
+    "second order, two groups": (lambda x: x + 30 * np.sign(x), [1, -1.5, 0.8]),
 }
 
 

@@ -16,6 +16,7 @@ from matplotlib import pyplot
 from impactsig import InvalidInput, Rigid, Stop, fit_oscillator, scenes, simulate
 from impactsig.fitting import _judging, fit
 from impactsig.fitting._judging import judge
+from impactsig.fitting.result import OscillatorFit
 from tests.fitting import NATURAL, chaos, measured
 
 TRAINS, MOMENTS = 40, 12
@@ -129,7 +130,18 @@ def test_a_wrong_machine_is_not_believed(estimates, monkeypatch):
     assert found.p_value <= 0.05
     assert found.distance > 2
     assert "does not explain" in found.warnings[-1]
+    assert found.misfit
     assert len(estimates) == 2  # it began anew
+
+
+@pytest.mark.parametrize(("rank", "misfit"), [(1, True), (3, True), (5, False), (30, False)])
+def test_a_misfit_is_reported_before_all_trains_are_nearer(rank, misfit):
+    """Ranks of 41: soft stops, fitted with a rigid one, come third as often as first."""
+    verdict = SimpleNamespace(p_value=rank / 41, failed=0)
+    said = fit._warnings((), {}, False, verdict)
+    assert any("does not explain" in one for one in said) == misfit
+    fields = dict.fromkeys(OscillatorFit.__dataclass_fields__)
+    assert OscillatorFit(**fields | {"p_value": rank / 41}).misfit == misfit
 
 
 def test_where_no_search_ends_at_impacts_the_fit_is_refused(monkeypatch):

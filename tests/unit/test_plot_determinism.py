@@ -24,8 +24,8 @@ def test_the_data_stand_among_their_surrogates():
     assert low < min(result.statistic, result.surrogates.min())
     assert high > max(result.statistic, result.surrogates.max())
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert labels[0] == "39 IAAFT surrogates"
-    assert ax.get_xlabel() == "prediction error"
+    assert labels[0] == "39 autoregressive surrogates"
+    assert ax.get_xlabel() == result.name == "prediction error over that of linear prediction"
 
 
 def test_surrogates_that_are_all_alike_can_be_drawn():

@@ -109,3 +109,49 @@ def test_windows_and_sizes_that_leave_nothing():
         recurrence_plot(RNG.random(10_001), radius=1)
     with pytest.raises(InvalidInput, match=r"^least_diagonal"):
         recurrence_quantification([1.0, 2, 3, 4], radius=1, least_diagonal=0)
+
+
+@pytest.mark.parametrize("theiler", [0, 3])
+def test_a_given_matrix_has_the_lines_of_its_series(theiler):
+    x = np.random.default_rng(2).random(80)
+    plot = recurrence_plot(x, 2, radius=0.2)
+    expected = recurrence_quantification(x, 2, radius=0.2, theiler=theiler)
+    for given in (plot, plot.matrix):
+        found = recurrence_quantification(given, theiler=theiler)
+        np.testing.assert_array_equal(found.diagonals, expected.diagonals)
+        np.testing.assert_array_equal(found.verticals, expected.verticals)
+        assert found.recurrence_rate == expected.recurrence_rate
+        assert found.entropy == expected.entropy
+    assert recurrence_quantification(plot).radius == 0.2
+    assert recurrence_quantification(plot.matrix).longest_diagonal == 79  # the main diagonal
+
+
+@pytest.mark.parametrize("values", ["random", "rounded"])
+@pytest.mark.parametrize("rate", [1e-4, 0.05, 0.5, 1.0])
+def test_at_a_rate_the_radius_is_the_distance_of_that_rank(values, rate):
+    x = np.random.default_rng(2).random(120)
+    x = np.round(x, 1) if values == "rounded" else x
+    vectors = np.column_stack((x[:-1], x[1:]))
+    apart = np.abs(vectors[:, None] - vectors).max(-1)
+    later = np.sort(apart[np.triu_indices(len(vectors), 3)])
+    found = recurrence_quantification(x, 2, rate=rate, theiler=2)
+    assert found.radius == later[max(round(rate * len(later)), 1) - 1]
+    assert found.recurrence_rate == np.mean(later <= found.radius)
+    assert recurrence_plot(x, 2, rate=rate).matrix.mean() >= rate
+
+
+@pytest.mark.parametrize(
+    ("x", "options", "named"),
+    [
+        (np.arange(9.0), {}, "radius"),
+        (np.arange(9.0), {"radius": 1.0, "rate": 0.1}, "radius"),
+        (np.arange(9.0), {"rate": 0.0}, "rate"),
+        (np.arange(9.0), {"rate": 1.1}, "rate"),
+        (np.eye(9, dtype=bool), {"radius": 0.1}, "radius"),
+        (np.eye(9), {}, "x"),
+        (np.eye(9, dtype=bool), {"theiler": 8}, "x"),
+    ],
+)
+def test_of_radius_rate_and_matrix_one_is_given(x, options, named):
+    with pytest.raises(InvalidInput, match=f"^{named}:"):
+        recurrence_quantification(x, **options)
