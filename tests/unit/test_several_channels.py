@@ -24,7 +24,7 @@ from impactsig import (
     synthesize,
 )
 from impactsig.plot._axes import BLUE, GREY, ORANGE
-from impactsig.report import analyse
+from impactsig.report import analyse, channels
 from impactsig.report.contents import parameters, table
 from impactsig.report.interactive import waveform_json
 from impactsig.report.reproduction import command, python_lines
@@ -116,6 +116,16 @@ def test_the_report_shows_both_channels_and_colours_by_stop(found):
     assert said["channel 1 of 2"].startswith("left: force, unit N")
     assert "stop 1" in said["channel 2 of 2"]
     assert "µs after the first" in said["channel 2 of 2"]
+
+
+def test_blocks_give_what_the_whole_gives(found, rig, monkeypatch):
+    monkeypatch.setattr(channels, "WHOLE_BELOW", 1000)
+    blockwise = analyse(rig[0], channel=["left", "right"], stops=[0, 1])
+    np.testing.assert_array_equal(blockwise.impacts.time, found.impacts.time)
+    np.testing.assert_array_equal(blockwise.impacts.stop_index, found.impacts.stop_index)
+    for (i, a), (j, b) in zip(found.excerpts, blockwise.excerpts, strict=True):
+        assert (i, a.channels, a.start) == (j, b.channels, pytest.approx(b.start))
+        np.testing.assert_array_equal(a.samples, b.samples)
 
 
 def test_an_impact_is_shown_by_the_sensor_of_its_stop(found):
