@@ -252,3 +252,17 @@ def test_two_stops_by_one_microphone(tmp_path, capsys):
     assert "the stops were not told apart: " in capsys.readouterr().err
     assert run("detect", path, "--separate-stops", "--sensor=force") == 1
     assert "separate_stops: got True; required: its default" in capsys.readouterr().err
+
+
+def test_what_a_late_channel_recorded_is_shown_at_the_instant_of_the_impact():
+    near, far = np.zeros(1000), np.zeros(1000)
+    near[500], far[530] = 1.0, 2.0  # 30 ms of delay
+    sources = [Recording(one, 1000.0) for one in (near, far)]
+    train = Impacts(
+        [0.5], stop_index=[1], start=0.0, duration=1.0,
+        settings={"stops": [0, 1], "delay": {"near": 0.0, "far": 0.03}},
+    )  # fmt: skip
+    excerpt = channels.around(train, 0, sources, [{}, {}])
+    assert excerpt.time[np.argmax(excerpt.samples)] == pytest.approx(0.5)
+    for overview in channels.overviews_of(sources, train):
+        assert overview.time[np.argmax(overview.samples)] == pytest.approx(0.5)
