@@ -28,10 +28,10 @@ class Combination:
     Attributes
     ----------
     impacts : Impacts
-        All of them, in the clock of the first sensor. Where all sensors know the errors of their
-        instants, the weighted mean of those that recorded an impact, otherwise the instant of the
-        first of them. Other columns, if all sensors have them, are those of the sensor in which the
-        impact is strongest.
+        All of them, in the clock of the first sensor. The instant is the weighted mean of those of
+        the sensors that recorded an impact and know their errors; where none does, that of the
+        first sensor, with an infinite error. Other columns, if all sensors have them, are those of
+        the sensor in which the impact is strongest.
     index : ndarray of int, shape (n, sensors)
         Which impact of each sensor's train it is, -1 where that has none.
     delays, delay_errors : ndarray, shape (sensors,)
@@ -211,8 +211,15 @@ def _columns(
     rows = np.arange(len(index))
     earliest = np.argmax(seen, axis=1)
     known = {"time": instants[rows, earliest]}
-    errors = of([train.time_error for train in trains], np.inf)
-    if errors is not None:
+    if any(train.time_error is not None for train in trains):
+        errors = of(
+            [
+                np.full(len(train), np.inf) if train.time_error is None else train.time_error
+                for train in trains
+            ],
+            np.inf,
+        )
+        assert errors is not None
         # An exact instant has all the weight.
         weight = np.where(seen, 1.0 / np.maximum(errors, 1e-12) ** 2, 0.0)
         total = weight.sum(axis=1)

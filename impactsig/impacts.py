@@ -90,7 +90,7 @@ class Impacts:
         Speed towards the stop at first touch, relative to it; of simulated impacts.
     time_error, contact_time_error, peak_error, impulse_error : array_like, shape (n,), optional
         Standard errors of what is named, in its unit; 0 where it is exact (simulated impacts), inf
-        where nothing was measured (inferred ones).
+        where it is not known (inferred ones).
     probability : array_like, shape (n,), optional
         Probability that it is an impact, 0 to 1.
     pulses : array_like of int, shape (n,), optional

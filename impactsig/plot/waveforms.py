@@ -89,7 +89,10 @@ def waveform(
         seen = impacts[inside]
         column = (slice(None),) if one_channel else (slice(None), 0)
         heights = marker_heights(seen, time, low[column], high[column])
-        for name, mark, own in by_stop(impacts, inside, VERMILLION):
+        marks = by_stop(impacts, inside, VERMILLION)
+        if not one_channel:  # colours tell channels apart
+            marks = iter([("", VERMILLION, np.ones(len(seen), bool))])
+        for name, mark, own in marks:
             count = int(own.sum())
             label = f"{count} impacts" if count != 1 else "1 impact"
             label += f", {name}" if name else ""

@@ -140,6 +140,8 @@ def threshold_crossings(
     --------
     >>> returns = threshold_crossings(flows.rossler(), 0.0, signal="x", count=1001, transient=200)
     """
+    if not isinstance(flow, Flow):
+        raise InvalidInput("flow", flow, "a Flow", "A RecordedMotion has a method crossings()")
     level = number("level", level)
     if direction not in ("up", "down", "both"):
         raise InvalidInput("direction", direction, '"up", "down" or "both"')

@@ -130,3 +130,18 @@ def test_channels_of_one_recording():
         detect_impacts(record, channel="left", stops=[0])
     with pytest.raises(InvalidInput, match="each of 2 channels"):
         detect_impacts(record, channel=["left", "right"], sensor=["force"])
+
+
+def test_a_sensor_without_errors_leaves_those_of_the_other():
+    rng = np.random.default_rng(4)
+    truth = np.cumsum(rng.uniform(0.02, 0.08, 300))
+    cell = heard(truth, rng, jitter=5e-6)
+    sound = replace(heard(truth, rng, late=0.0029, jitter=1e-4), time_error=None)
+    for trains, place in (([cell, sound], 0), ([sound, cell], 1)):
+        both = combine_impacts(trains)
+        felt = both.index[:, place] >= 0
+        own = cell.time[both.index[felt, place]] - both.delays[place]
+        np.testing.assert_allclose(both.impacts.time[felt], own, atol=1e-12)
+        np.testing.assert_allclose(both.impacts.time_error[felt], 5e-6)
+        assert np.all(np.isinf(both.impacts.time_error[~felt]))
+        assert 5 < np.count_nonzero(~felt) < 60

@@ -117,8 +117,6 @@ def test_reports_and_commands_make_them_and_say_so(corrected, tmp_path, capsys):
     assert cli.main(["detect", str(rig), "--sensor=force", "-o", str(table)]) == 0
     assert f"corrections: {said}" in capsys.readouterr().err
     np.testing.assert_array_equal(Impacts.read_csv(table).time, changed.time)
-    assert cli.main(["compare", str(rig), str(table), "--sensor=force"]) == 0
-    assert f"corrections: {said}" in capsys.readouterr().err
 
 
 def test_what_lies_outside_of_the_span_read_stays_in_the_table(corrected):

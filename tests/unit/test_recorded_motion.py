@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from impactsig import Impacts, InvalidInput, Recording, plot, recorded_motion, scenes, simulate
+from impactsig import (
+    Impacts,
+    InvalidInput,
+    Recording,
+    plot,
+    recorded_motion,
+    scenes,
+    simulate,
+    threshold_crossings,
+)
 
 RATE = 10_000.0
 
@@ -206,3 +215,8 @@ def test_refusals():
         recorded_motion(record(x)).restitution(x)
     with pytest.raises(InvalidInput, match="room beside them"):
         recorded_motion(record(x)).restitution(Impacts([1.0]), within=1e-4)
+
+
+def test_a_recorded_motion_is_not_simulated_to_find_its_crossings():
+    with pytest.raises(InvalidInput, match=r"a Flow\. A RecordedMotion has a method crossings"):
+        threshold_crossings(recorded_motion(record(swing()[1]), smoothing=1e-3), 0.5)

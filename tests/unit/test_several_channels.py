@@ -24,7 +24,7 @@ from impactsig import (
     synthesize,
 )
 from impactsig.plot._axes import BLUE, GREY, ORANGE
-from impactsig.report import analyse
+from impactsig.report import analyse, channels
 from impactsig.report.contents import parameters, table
 from impactsig.report.interactive import waveform_json
 from impactsig.report.reproduction import command, python_lines
@@ -116,6 +116,16 @@ def test_the_report_shows_both_channels_and_colours_by_stop(found):
     assert said["channel 1 of 2"].startswith("left: force, unit N")
     assert "stop 1" in said["channel 2 of 2"]
     assert "µs after the first" in said["channel 2 of 2"]
+
+
+def test_blocks_give_what_the_whole_gives(found, rig, monkeypatch):
+    monkeypatch.setattr(channels, "WHOLE_BELOW", 1000)
+    blockwise = analyse(rig[0], channel=["left", "right"], stops=[0, 1])
+    np.testing.assert_array_equal(blockwise.impacts.time, found.impacts.time)
+    np.testing.assert_array_equal(blockwise.impacts.stop_index, found.impacts.stop_index)
+    for (i, a), (j, b) in zip(found.excerpts, blockwise.excerpts, strict=True):
+        assert (i, a.channels, a.start) == (j, b.channels, pytest.approx(b.start))
+        np.testing.assert_array_equal(a.samples, b.samples)
 
 
 def test_an_impact_is_shown_by_the_sensor_of_its_stop(found):
@@ -242,3 +252,17 @@ def test_two_stops_by_one_microphone(tmp_path, capsys):
     assert "the stops were not told apart: " in capsys.readouterr().err
     assert run("detect", path, "--separate-stops", "--sensor=force") == 1
     assert "separate_stops: got True; required: its default" in capsys.readouterr().err
+
+
+def test_what_a_late_channel_recorded_is_shown_at_the_instant_of_the_impact():
+    near, far = np.zeros(1000), np.zeros(1000)
+    near[500], far[530] = 1.0, 2.0  # 30 ms of delay
+    sources = [Recording(one, 1000.0) for one in (near, far)]
+    train = Impacts(
+        [0.5], stop_index=[1], start=0.0, duration=1.0,
+        settings={"stops": [0, 1], "delay": {"near": 0.0, "far": 0.03}},
+    )  # fmt: skip
+    excerpt = channels.around(train, 0, sources, [{}, {}])
+    assert excerpt.time[np.argmax(excerpt.samples)] == pytest.approx(0.5)
+    for overview in channels.overviews_of(sources, train):
+        assert overview.time[np.argmax(overview.samples)] == pytest.approx(0.5)
