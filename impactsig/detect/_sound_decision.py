@@ -86,9 +86,9 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     by_bands = height / max(CLEAR, CLEAR_SIGMAS * spread)
     crest = separate_crests(b, round(APART / (GROUP * seconds)))
     alone = np.zeros(len(crest), np.bool_)
-    for k, frame in enumerate(GROUP * crest):
-        reach = frame - SOONER / seconds, frame + LATER / seconds
-        low, high = np.searchsorted(place, reach)
+    middle = GROUP * crest
+    first, last = np.searchsorted(place, (middle - SOONER / seconds, middle + LATER / seconds))
+    for k, (low, high) in enumerate(zip(first, last, strict=True)):
         if low == high:
             alone[k] = True
         else:
