@@ -99,7 +99,7 @@ def band_powers(x, rate, hop, bands):
 
 
 def band_rise(x, rate, hop, bands, freedom, lag, size=256):
-    """B of each frame, without digital silence."""
+    """B and G of each frame, without digital silence; `freedom` of a mean and of one frame."""
     power = band_powers(x, rate, hop, bands)
     count, half = power.shape[1], len(bands.window) // 2
     centre = hop * np.arange(count)
@@ -111,23 +111,27 @@ def band_rise(x, rate, hop, bands, freedom, lag, size=256):
         inside = [k for k in range(8 * g, min(8 * g + 8, count)) if heard[k]]
         means[:, g] = power[:, inside or slice(8 * g, 8 * g + 8)].mean(axis=1)
     sounding = np.array([heard[8 * g : 8 * g + 8].any() for g in range(blocks)])
-    rise = np.zeros(count)
+    rise, likelihood = np.zeros(count), np.zeros(count)
     for first, last, low, high in windows_of(16 * count, 16 * size, round(4 / block)):
         inside = np.flatnonzero(sounding[low:high]) + low
         noise = np.array(
-            [quantile_power(row[inside], n) for row, n in zip(means, freedom, strict=True)]
+            [quantile_power(row[inside], n) for row, n in zip(means, freedom[0], strict=True)]
         )
         for g in range(first, last):
             near = round(1 / block)
             strongest = means[:, max(g - near, 0) : g + near + 1].max(axis=1)
-            least = 4 * np.maximum(noise, 1e-4 * strongest)
+            background = np.maximum(noise, 1e-4 * strongest)
+            least = 2 * background
             for i in range(8 * g, min(8 * g + 8, count)):
-                then = np.pad(power[:, max(i - lag, 0)], 1)
+                before = power[:, max(i - lag, 0)]
+                more = np.maximum(power[:, i] / np.maximum(before / 2, background), 1.0)
+                likelihood[i] = np.max(freedom[1] / 2 * (more - 1 - np.log(more)))
+                then = np.pad(before, 1)
                 widest = np.maximum(np.maximum(then[:-2], then[1:-1]), then[2:])
                 ratio = np.maximum(power[:, i], least) / np.maximum(widest, least)
                 rise[i] = np.maximum(0, np.log(ratio)).mean()
     known = heard & (np.arange(count) >= lag - (-half // hop))
-    return np.where(known, rise, 0.0), known
+    return np.where(known, rise, 0.0), np.where(known, likelihood, 0.0), known
 
 
 def crests(values, spacing):
@@ -141,35 +145,43 @@ def crests(values, spacing):
     return np.array(found)
 
 
-def evidence(c, b, known, spacing, spread, rate, hop):
-    """Crests of C (and of B where there is none of C) and what bears them out, by frame."""
-    found = {}
+def probability(c, b, likelihood, known, spacing, spread, rate, hop):
+    """Of crests of C (and of B where there is none of C), by frame."""
     frame = hop / rate
     place = crests(c, spacing)
     place = place[c[place] >= 0.5 * spread]
-
-    def around(i):
-        return b[max(i - round(0.15 / frame / 16), 0) : i + round(0.05 / frame / 16) + 1].mean()
-
+    octaves, bands = {}, {}
     for j in place:
         i = min(round(j / 16), len(b) - 1)
-        near = b[max(i - 2, 0) : i + 3].max() / max(0.02, around(i))
+        around = b[max(i - round(0.15 / frame / 16), 0) : i + round(0.05 / frame / 16) + 1].mean()
+        near = slice(max(i - 2, 0), i + 3)
+        bound = b[near].max() / max(0.035, around) if known[i] else np.inf
         reach = round(1 / (128 * frame))
         g = j // 128
         sample = np.sort(c[128 * max(g - reach, 0) : 128 * (g + reach + 1) : 16])
-        least = spread * (0.9 + 14 * spread)
-        calm = c[j] / (least + 12 * sample[int(0.9 * len(sample))])
-        found[int(j)] = max(min(calm, near if known[i] else np.inf), c[j] / max(1.4, least))
+        rattle = max(50 * sample[int(0.75 * len(sample))], 12 * sample[int(0.9 * len(sample))])
+        a = spread * (1.9 + 9 * spread)
+        beside = place[(place >= j - 0.02 / frame) & (place < j + 0.02 / frame)]
+        certain = likelihood[near].max() / 36 if c[j] == c[beside].max() else 0.0
+        octaves[int(j)] = min(c[j] / (a + rattle) + certain, c[j] / (0.35 * a + rattle), bound)
+        bands[int(j)] = c[j] / max(1.65, 10 * spread)
     last = -np.inf
-    reach = round(0.03 / frame / 16)
+    reach = round(0.025 / frame / 16)
     for i in range(len(b)):
         if b[i] == 0 or b[i] < b[max(i - reach, 0) : i + reach + 1].max() or i - last <= reach:
             continue
         last = i
-        strength = b[i] / max(0.3, 1.1 * around(i))
         beside = [j for j in place if -0.012 / frame <= j - 16 * i < 0.02 / frame]
-        best = max(beside, key=lambda j: c[j]) if beside else 16 * i
-        found[int(best)] = max(found.get(int(best), 0.0), strength)
+        best = int(max(beside, key=lambda j: c[j]) if beside else 16 * i)
+        bands[best] = max(bands.get(best, 0.0), b[i] / 0.33)
+    evident = {j for j, e in octaves.items() if 1 <= e < 2}
+    found = {}
+    for j, by_bands in bands.items():
+        often = 1 / 60 + len(evident - {j}) / (len(b) * 16 * frame + 10)
+        by_octaves = max(octaves.get(j, 0.0), 1e-9)
+        odds = [6.5 * np.log(by_octaves) + 1.5 * np.log(often) + 3.3]
+        odds.append((7 if by_bands < 1 else 3) * np.log(max(by_bands, 1e-9)))
+        found[j] = 1 / (1 + np.exp(-max(odds)))
     return found
 
 

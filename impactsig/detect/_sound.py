@@ -10,7 +10,13 @@ the more coefficients an octave has, the less its rise scatters in noise. Second
 24 an octave from 30 Hz (`_sound_bands.py`): with P_b the power now and Q_b the greatest of a band
 and its two neighbours 10 ms before,
 
-    B = 1/m sum_b max(0, ln(max(P_b, 4 L_b) / max(Q_b, 4 L_b))).
+    B = 1/m sum_b max(0, ln(max(P_b, 2 L_b) / max(Q_b, 2 L_b))).
+
+Where all else is calm, one band is enough. With x_b = P_b over the greater of L_b and half of the
+band's own power 10 ms before, and n_b the degrees of freedom of P_b in noise, the logarithm of the
+likelihood ratio of a rise is
+
+    G = max_b n_b/2 (x_b - 1 - ln x_b),    x_b > 1.
 
 C tells impacts apart that follow within milliseconds. B detects them where other sound goes on, for
 ringing does not raise it and a rattle does only a little. `_sound_decision.py` holds how the two
@@ -38,7 +44,7 @@ from ..errors import InvalidInput, finite_number
 from ..impacts import CLIPPED
 from ._shared_modes import SharedModes
 from ._sound_alike import Lengths, Overlay, lengths_at
-from ._sound_decision import LATER, SOONER, candidates, least_evidence, probability
+from ._sound_decision import LATER, SOONER, candidates
 from ._sound_kernels import BLOCK, EDGE, GROUP, Scale, measure, octave_powers
 from ._sound_survey import Survey
 from ._stream import Piece, refuse_huge
@@ -77,7 +83,7 @@ class Chosen(NamedTuple):
 
     frame: np.ndarray
     coarse: np.ndarray
-    evidence: np.ndarray
+    probability: np.ndarray
 
 
 def detect_sound(
@@ -123,11 +129,11 @@ def detect_sound(
         flags = np.empty(0, np.uint8)
         return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none)
     noise = noise_rms(np.median(survey.noise, axis=0), scale)
-    chosen, greatest = choose(survey, least_evidence(least_probability), rate)
+    chosen, likeliest = choose(survey, least_probability, rate)
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, lambda: modes.timing().shift)
-    found, evidence = [np.empty((0, 3))], [np.empty(0)]
+    found, likely = [np.empty((0, 3))], [np.empty(0)]
     beside = math.ceil(BESIDE * rate / scale.hop)
     for window in windows(pieces() if chosen else [], CORE * scale.hop):
         if window.segment not in chosen:
@@ -147,7 +153,7 @@ def detect_sound(
         overlay.add(sounds)
         out[:, 0] += window.segment
         found.append(out)
-        evidence.append(passage.evidence[here])
+        likely.append(passage.probability[here])
     columns = np.concatenate(found)
     by_wave, by_modes = overlay.shifts(), modes.timing()
     # An attack that is off by more than the waveform can be shifted is laid a period beside it.
@@ -156,7 +162,6 @@ def detect_sound(
     columns[:, 0] = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
     reason = ""
     if not len(columns):
-        likeliest = float(probability(np.array(greatest)))
         reason = (
             "the power rises nowhere as it does at an impact: the likeliest one has a "
             f"probability of {likeliest:.2g}"
@@ -164,7 +169,7 @@ def detect_sound(
     return SoundImpacts(
         columns[:, 0] / rate,
         columns[:, 1],
-        probability(np.concatenate(evidence)),
+        np.concatenate(likely),
         (CLIPPED * columns[:, 2]).astype(np.uint8),
         math.sqrt(2.0) * noise,
         noise,
@@ -217,12 +222,12 @@ def sound_lengths(rate: float, scale: Scale) -> Lengths:
 
 
 def choose(survey: Survey, least: float, rate: float) -> tuple[dict[int, Chosen], float]:
-    """The impacts of each passage that has any, by its first sample; the greatest evidence."""
+    """The impacts of each passage that has any, by its first sample; the greatest probability."""
     chosen, greatest = {}, 0.0
     for passage in survey.passages:
-        found = candidates(passage, least, survey.spread, survey.scale, rate)
-        kept = found.evidence >= least
-        greatest = max(greatest, float(found.evidence.max(initial=0.0)))
+        found = candidates(passage, survey.spread, survey.scale, rate)
+        kept = found.probability >= least
+        greatest = max(greatest, float(found.probability.max(initial=0.0)))
         if kept.any():
             chosen[passage.segment] = Chosen(*(column[kept] for column in found))
     return chosen, greatest

@@ -6,7 +6,7 @@ import numpy as np
 
 from .._compiled import njit
 
-TIMES_BACKGROUND = 4.0  # a power that counts
+TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
 
 
@@ -35,28 +35,40 @@ def gather(spectrum, scale, first, width, weights, at, power):
 
 
 @njit(nogil=True)
-def band_rise(power, lag, begin, background, per, out):
-    """out[i]: mean over the bands of the rise of frame begin + i over `lag` frames before it.
+def band_rise(power, lag, begin, background, freedom, per, out):
+    """Rise of frame begin + i over `lag` frames before it, in the narrow bands.
 
-    max(0, ln(max(P_b, F_b) / max(Q_b, F_b))) with F_b four times the background, Q_b the
-    greatest of the bands b - 1, b, b + 1 before. `background` has a column for `per` frames.
+    out[0, i]: the mean over the bands of max(0, ln(max(P_b, F_b) / max(Q_b, F_b))) with F_b twice
+    the background, Q_b the greatest of the bands b - 1, b, b + 1 before.
+    out[1, i]: the greatest over the bands of n_b / 2 (x_b - 1 - ln x_b), the logarithm of the
+    likelihood ratio of a rise by x_b = P_b / max(Q'_b / 2, L_b) > 1; Q'_b is of the band itself,
+    n_b its `freedom`.
+
+    `background` has a column for `per` frames.
     """
     bands = power.shape[0]
-    for i in range(len(out)):
-        total = 0.0
+    for i in range(out.shape[1]):
+        total = greatest = 0.0
         for b in range(bands):
-            least = TIMES_BACKGROUND * background[b, i // per]
-            now = power[b, begin + i]
+            noise = background[b, i // per]
+            least = TIMES_BACKGROUND * noise
+            now, then = power[b, begin + i], power[b, begin + i - lag]
+            base = max(0.5 * then, noise)
+            half = 0.5 * freedom[b]
+            if base > 0.0 and half * (now - base) > greatest * base:
+                ratio = now / base
+                greatest = max(greatest, half * (ratio - 1.0 - np.log(ratio)))
             if now <= least:
                 continue
-            before = max(power[b, begin + i - lag], least)
+            before = max(then, least)
             if b > 0:
                 before = max(before, power[b - 1, begin + i - lag])
             if b < bands - 1:
                 before = max(before, power[b + 1, begin + i - lag])
             if now > before > 0.0:
                 total += np.log(now / before)
-        out[i] = total / bands
+        out[0, i] = total / bands
+        out[1, i] = greatest
 
 
 @njit(nogil=True)

@@ -22,6 +22,7 @@ WINDOW = 23.2e-3  # [s]
 PER_OCTAVE = 24
 LOWEST, HIGHEST = 30.0, 17e3  # [Hz]
 BATCH = 64  # frames transformed together
+FAINTEST = -500  # power of 2 whose square is still a number; less is silence
 ROUNDING = 2.0**-22  # of the numbers transformed, relative to the greatest
 
 
@@ -98,7 +99,7 @@ def band_powers(x: np.ndarray, left: int, frames: int, bands: Bands) -> np.ndarr
     begin = left - size // 2
     used = x[begin : begin + (frames - 1) * bands.hop + size]
     greatest = max(abs(float(used.min())), abs(float(used.max())))
-    scale = math.ldexp(1.0, math.frexp(greatest)[1])
+    scale = math.ldexp(1.0, max(math.frexp(greatest)[1], FAINTEST)) if greatest else 0.0
     # Batches are filled up with silence.
     whole = -(-frames // BATCH) * BATCH
     single = np.zeros((whole - 1) * bands.hop + size, np.float32)

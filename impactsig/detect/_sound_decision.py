@@ -1,23 +1,31 @@
 """Which crests are impacts, and how likely each is one.
 
-C is the rise in octaves, B that in narrow bands (`_sound.py`). An impact is a crest of C. It is
-borne out by
+C is the rise in octaves, B that in narrow bands, G the likelihood of a rise in one of them
+(`_sound.py`). With s the standard deviation of C in noise, a = s (1.9 + 9 s) is about the greatest
+C of an hour of noise, which is skewed the more the fewer coefficients it has. The rattle r is the
+greater of 50 times the 0.75-quantile and 12 times the 0.9-quantile of C within a second. The
+evidence of a crest of C by octaves is
 
-- narrow bands: B has a crest here that none within 30 ms exceeds, and C none greater nearby. Its
-  evidence is B over the greater of 0.3 and 1.1 times the mean of B around it;
-- octaves where all else is calm: C over s (0.9 + 14 s), s being the standard deviation of C in
-  noise, which is skewed the more the fewer coefficients it has, and 12 times the 0.9-quantile of
-  C within a second; provided that B is above its mean and 0.02, else B over these;
-- octaves alone: C over 1.4.
+    min(C / (a + r) + G / 36, C / (0.35 a + r)),
 
-The greatest of the three, e, is the evidence, and e^4 / (1 + e^4) the probability of an impact:
-about the share of the impacts with such evidence that are right, in drums and in synthetic sound.
-Where B has a crest and C has none, the impact lies at the crest of B.
+G counting for the greatest C within 20 ms only; but no more than B over the greater of 0.035 and
+its mean around. Its evidence by bands is C over the greater of 1.65 and 10 s, or
+B / 0.33 if that is more, B has a crest here that none within 25 ms exceeds, and C none greater
+nearby. Where B has a crest and C has none, the impact lies at the crest of B.
+
+The probability of an impact is that of the greater log-odds of the two:
+
+    by octaves  6.5 ln e + 1.5 ln n + 3.3,
+    by bands    3 ln e, or 7 ln e if e < 1.
+
+Here n is how many other crests with an evidence by octaves of 1 to 2 come in a second, 10 s of
+silence added, and 1/60 more: where there are none, neither are there weaker impacts, and where
+they are many, most weaker ones are impacts, too. The numbers were fitted to synthetic sound 6 to
+20 dB above noise, and those by bands to drums.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -25,17 +33,23 @@ import numpy as np
 from ._sound_kernels import BLOCK, GROUP, Scale
 from ._sound_survey import SAMPLED, Passage
 
-APART = 30e-3  # [s], crests of B
-LEAST_BANDS = 0.3  # rise in the mean over narrow bands [neper of power]
+APART = 25e-3  # [s], crests of B
+LEAST_BANDS = 0.33  # rise in the mean over narrow bands [neper of power]
+SIGMAS, SKEW = 1.9, 9.0  # a = s (SIGMAS + SKEW s), s the standard deviation of C in noise
+RATTLE = {0.75: 50.0, 0.9: 12.0}  # times these quantiles of C
+RATTLE_WITHIN = 1.0  # [s]
+CERTAIN = 36.0  # likelihood of a rise in one narrow band that is evidence of 1
+LEAST_OCTAVES = 0.35  # times a: rise in octaves without which that counts little
+ALONE = 20e-3  # [s] within which C must be greatest for that to count
+BORNE_OUT = 0.035  # rise in narrow bands that a rise in octaves needs
 AROUND = 0.15, 0.05  # [s] before and after, of the mean of B
-TIMES_AROUND = 1.1
-SIGMAS, SKEW = 0.9, 14.0  # least rise in octaves: s (SIGMAS + SKEW s), s its deviation in noise
-RATTLE = 12.0  # times the quantile of C
-RATTLE_QUANTILE, RATTLE_WITHIN = 0.9, 1.0  # [s]
-BORNE_OUT = 0.02  # rise in narrow bands that a rise in octaves needs
-CLEAR = 1.4  # rise in octaves that needs none [neper of power]
+CLEAR, CLEAR_SIGMAS = 1.65, 10.0  # rise in octaves that needs none [neper of power], or in s
 SOONER, LATER = 12e-3, 20e-3  # [s], of a crest of C beside one of B that it belongs to
-STEEPNESS = 4.0  # of the probability in the logarithm of the evidence
+OCTAVES_SLOPE, OFTEN_SLOPE, OFFSET = 6.5, 1.5, 3.3  # of the log-odds by octaves
+BANDS_SLOPES = 7.0, 3.0  # of those by narrow bands, below and above an evidence of 1
+UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
+RAREST = 1.0 / 60.0  # impacts a second that may come where none is evident
+FAINT = 0.3  # evidence of nothing
 
 
 class Candidates(NamedTuple):
@@ -43,78 +57,105 @@ class Candidates(NamedTuple):
 
     frame: np.ndarray  # of the octaves
     coarse: np.ndarray  # bool: from narrow bands alone, and so only known to some 10 ms
-    evidence: np.ndarray
+    probability: np.ndarray
 
 
-def probability(evidence: np.ndarray) -> np.ndarray:
-    """That crests with such evidence are impacts."""
-    with np.errstate(divide="ignore", over="ignore"):
-        return 1.0 / (1.0 + evidence**-STEEPNESS)
+def probability(by_octaves: np.ndarray, by_bands: np.ndarray, often: np.ndarray) -> np.ndarray:
+    """That crests with such evidence are impacts, where evident ones come `often` a second."""
+    with np.errstate(divide="ignore"):
+        octaves, bands = np.log(by_octaves), np.log(by_bands)
+    odds = np.maximum(
+        OCTAVES_SLOPE * octaves + OFTEN_SLOPE * np.log(often) + OFFSET,
+        np.where(bands < 0.0, BANDS_SLOPES[0], BANDS_SLOPES[1]) * bands,
+    )
+    return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
 
 
-def least_evidence(least_probability: float) -> float:
-    """The evidence from which on the probability is as great as that."""
-    return math.exp(math.log(least_probability / (1.0 - least_probability)) / STEEPNESS)
-
-
-def candidates(
-    passage: Passage, least: float, spread: float, scale: Scale, rate: float
-) -> Candidates:
-    """The crests of a passage and their evidence.
+def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Candidates:
+    """The crests of a passage and their probability.
 
     Parameters
     ----------
-    least : float
-        Evidence that is enough: less of it need not be exact.
     spread : float
         Standard deviation of C in noise.
     """
     seconds = scale.hop / rate
-    per = GROUP * seconds
     b = np.concatenate(passage.bands)
     place, height = np.concatenate(passage.place), np.concatenate(passage.height)
-    around = local_mean(b, round(AROUND[0] / per), round(AROUND[1] / per))
-    beside = np.clip(np.round(place / GROUP).astype(int), 0, len(b) - 1)
-    near = greatest_within(b, 2)[beside]
-    needed = np.maximum(BORNE_OUT, around[beside])
-    known = np.concatenate(passage.known)[beside]
-    borne_out = np.where(known, near / needed, np.inf)
-    audible = spread * (SIGMAS + SKEW * spread)
-    calm = np.full(len(place), audible)
-    high = height >= least * calm
-    calm[high] += RATTLE * rattling(np.concatenate(passage.octaves), place[high], seconds)
-    clear = max(CLEAR, audible)
-    evidence = np.maximum(np.minimum(height / calm, borne_out), height / clear)
-    crest = separate_crests(b, round(APART / per))
-    by_bands = b[crest] / np.maximum(LEAST_BANDS, TIMES_AROUND * around[crest])
+    by_octaves = octave_evidence(passage, b, place, height, spread, seconds)
+    by_bands = height / max(CLEAR, CLEAR_SIGMAS * spread)
+    crest = separate_crests(b, round(APART / (GROUP * seconds)))
     alone = np.zeros(len(crest), np.bool_)
-    for k, frame in enumerate(GROUP * crest):
-        reach = frame - SOONER / seconds, frame + LATER / seconds
-        low, high = np.searchsorted(place, reach)
+    middle = GROUP * crest
+    first, last = np.searchsorted(place, (middle - SOONER / seconds, middle + LATER / seconds))
+    for k, (low, high) in enumerate(zip(first, last, strict=True)):
         if low == high:
             alone[k] = True
         else:
             best = low + int(np.argmax(height[low:high]))
-            evidence[best] = max(evidence[best], by_bands[k])
+            by_bands[best] = max(by_bands[best], b[crest[k]] / LEAST_BANDS)
     frame = np.concatenate((place, GROUP * crest[alone]))
+    by_octaves = np.concatenate((by_octaves, np.zeros(int(alone.sum()))))
+    by_bands = np.concatenate((by_bands, b[crest[alone]] / LEAST_BANDS))
+    evident = (by_octaves >= 1.0) & (by_octaves < 2.0)
+    others = np.asarray(np.count_nonzero(evident) - evident.astype(int))
+    often = RAREST + others / (len(b) * GROUP * seconds + UNHEARD)
+    likely = probability(by_octaves, by_bands, often)
     order = np.argsort(frame, kind="stable")
     coarse = np.arange(len(frame)) >= len(place)
-    return Candidates(
-        frame[order], coarse[order], np.concatenate((evidence, by_bands[alone]))[order]
+    return Candidates(frame[order], coarse[order], likely[order])
+
+
+def octave_evidence(
+    passage: Passage,
+    b: np.ndarray,
+    place: np.ndarray,
+    height: np.ndarray,
+    spread: float,
+    seconds: float,
+) -> np.ndarray:
+    """What the rise in octaves says of each of its crests; nothing where it is far below 1."""
+    per = GROUP * seconds
+    beside = np.clip(np.round(place / GROUP).astype(int), 0, len(b) - 1)
+    known = np.concatenate(passage.known)[beside]
+    around = local_mean(b, round(AROUND[0] / per), round(AROUND[1] / per))
+    needed = np.maximum(BORNE_OUT, around[beside])
+    borne_out = np.where(known, greatest_within(b, 2)[beside] / needed, np.inf)
+    likelihood = greatest_within(np.concatenate(passage.likelihood), 2)[beside]
+    likelihood[~greatest_of(place, height, ALONE / seconds)] = 0.0
+    audible = spread * (SIGMAS + SKEW * spread)
+    evidence = np.minimum(height / audible + likelihood / CERTAIN, borne_out)
+    far = evidence < FAINT
+    evidence[far] = 0.0
+    near = ~far
+    rattle = rattling(np.concatenate(passage.octaves), place[near], seconds)
+    calm = np.minimum(
+        height[near] / (audible + rattle) + likelihood[near] / CERTAIN,
+        height[near] / (LEAST_OCTAVES * audible + rattle),
     )
+    evidence[near] = np.minimum(calm, borne_out[near])
+    return evidence
 
 
 def rattling(rise: np.ndarray, place: np.ndarray, seconds: float) -> np.ndarray:
-    """0.9-quantile of C within a second of frames, from every SAMPLED-th of them."""
+    """What C must exceed at frames because it often does nearby, from every SAMPLED-th C."""
     per = BLOCK // SAMPLED
     reach = round(RATTLE_WITHIN / (BLOCK * seconds))
     blocks, which = np.unique(place // BLOCK, return_inverse=True)
-    quantile = np.empty(len(blocks))
+    most = np.empty(len(blocks))
     for k, block in enumerate(blocks):
         part = rise[per * max(block - reach, 0) : per * (block + reach + 1)]
-        order = int(RATTLE_QUANTILE * len(part))
-        quantile[k] = np.partition(part, order)[order]
-    return quantile[which]
+        order = [int(share * len(part)) for share in RATTLE]
+        quantiles = np.partition(part, order)[order]
+        most[k] = max(times * q for times, q in zip(RATTLE.values(), quantiles, strict=True))
+    return most[which]
+
+
+def greatest_of(place: np.ndarray, height: np.ndarray, reach: float) -> np.ndarray:
+    """Whether no other height at most `reach` away is greater."""
+    first, last = np.searchsorted(place, (place - reach, place + reach))
+    padded = np.append(height, -np.inf)
+    return height >= np.maximum.reduceat(padded, np.stack((first, last), axis=1).ravel())[::2]
 
 
 def local_mean(values: np.ndarray, before: int, after: int) -> np.ndarray:

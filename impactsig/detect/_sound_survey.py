@@ -37,6 +37,7 @@ PER = BLOCK // GROUP  # frames of the narrow bands that share one background
 PART = 8  # frames of the octaves that share one power that the background is read from
 SAMPLED = 16  # frames of the octaves, one of which is kept
 LAG = 10e-3  # [s], over which narrow bands rise
+LOW = 200.0  # [Hz], below which a rise in one narrow band tells nothing
 LEAST = 0.5  # crests kept, in standard deviations of the rise in noise
 
 
@@ -47,7 +48,8 @@ class Passage:
     segment: int  # its first sample
     octaves: list[np.ndarray] = field(default_factory=list)  # rise, of every SAMPLED-th frame
     bands: list[np.ndarray] = field(default_factory=list)  # rise, of every GROUP-th frame
-    known: list[np.ndarray] = field(default_factory=list)  # where that is; not at both ends
+    likelihood: list[np.ndarray] = field(default_factory=list)  # of a rise in one of these bands
+    known: list[np.ndarray] = field(default_factory=list)  # where these are; not at both ends
     place: list[np.ndarray] = field(default_factory=list)  # frames of the crests in octaves
     height: list[np.ndarray] = field(default_factory=list)  # the rise there
     silent: list[np.ndarray] = field(default_factory=list)  # GROUPs of frames
@@ -113,6 +115,8 @@ class Survey:
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
         self.part_freedom = PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
         self.mean_freedom = degrees_of_freedom(self.bands, PER)
+        self.frame_freedom = degrees_of_freedom(self.bands, 1)
+        self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
 
     def add(self, window: Window) -> None:
         """Take the next window of the record."""
@@ -212,11 +216,13 @@ class Survey:
         passage.silent.append(slab.silent)
         self._keep_crests(passage, rise, slab)
         power = np.concatenate((self.carried, slab.power), axis=1)
-        finer = np.empty(slab.power.shape[1])
-        band_rise(power, self.lag, self.lag, bands, PER, finer)
+        finer = np.empty((2, slab.power.shape[1]))
+        band_rise(power, self.lag, self.lag, bands, self.frame_freedom, PER, finer)
         if slab.first == 0:
             slab.known[: self.begins] = False
-        passage.bands.append(np.where(slab.known, finer, 0.0))
+        finer[:, ~slab.known] = 0.0
+        passage.bands.append(finer[0])
+        passage.likelihood.append(finer[1])
         passage.known.append(slab.known)
         self.carried = power[:, -self.lag :]
         self.done += 1
