@@ -35,13 +35,13 @@ BEAMS = {20.1: (1.113, 1.1219), 20.3355: (1.0555, 1.0603)}
 
 
 class Case(NamedTuple):
-    """A name, what draws a series and its options, D2, D1 or nan, and a long noise-free series."""
+    """A name, what draws a series and its options, D2, D1 or nan, and which `LONG_SERIES` it is."""
 
     name: str
     draw: Callable[[int], tuple[Any, dict]]
     d2: float
     d1: float = np.nan
-    long: Callable[[], np.ndarray] | None = None
+    long: str = ""
 
 
 @functools.cache
@@ -79,7 +79,7 @@ def known_noise() -> Iterator[Case]:
                     functools.partial(of_beam, frequency, count, error, 0.0),
                     d2,
                     d1,
-                    lambda frequency=frequency: beam(frequency)[0],
+                    f"beam {frequency}",
                 )
         for error in (0.0, 1e-5):
             yield Case(
@@ -87,7 +87,7 @@ def known_noise() -> Iterator[Case]:
                 functools.partial(of_beam, 20.1, count, error, 0.05),
                 BEAMS[20.1][0],
                 np.nan,
-                lambda: beam(20.1)[0],
+                "beam 20.1",
             )
         for name, make, d2, noises in (
             ("Hénon", series.henon, 1.21, (0.0, 0.005, 0.01)),
@@ -99,7 +99,7 @@ def known_noise() -> Iterator[Case]:
                     functools.partial(of_map, make, count, noise),
                     d2,
                     np.nan,
-                    lambda make=make: make(LONG, 987),
+                    name,
                 )
 
 
@@ -266,12 +266,22 @@ def measured(case: Case, seed: int) -> dict:
     return line
 
 
+LONG_SERIES: dict[str, Callable[[], np.ndarray]] = {
+    "beam 20.1": lambda: beam(20.1)[0],
+    "beam 20.3355": lambda: beam(20.3355)[0],
+    "Hénon": lambda: series.henon(LONG, 987),
+    "Lorenz": lambda: series.lorenz_intervals(LONG, 987),
+}
+
+
 @functools.cache
-def true_slopes(long: Callable[[], np.ndarray], embedding: int) -> tuple[np.ndarray, np.ndarray]:
+def true_slopes(long: str, embedding: int) -> tuple[np.ndarray, np.ndarray]:
     """ln H and ln K of a long noise-free series."""
     from impactsig.reconstruct._kernel_sum import kernel_sum
 
-    found = kernel_sum(long(), embedding, 1, 12, np.zeros((embedding, embedding)), largest=0.05)
+    found = kernel_sum(
+        LONG_SERIES[long](), embedding, 1, 12, np.zeros((embedding, embedding)), largest=0.05
+    )
     return np.log(found.scales), np.log(found.sums)
 
 
@@ -300,10 +310,7 @@ def summed_up(case: Case, lines: list[dict]) -> str:
         half = np.mean([(one[2] - one[1]) / 2 for one, _ in known])
         return f"{100 * held:.0f} ± {half:.3f}"
 
-    slopes = [
-        true_slope(case, line) if case.long is not None and "slope" in line else np.nan
-        for line in lines
-    ]
+    slopes = [true_slope(case, line) if case.long and "slope" in line else np.nan for line in lines]
     answered = np.mean([line.get("d2") is not None for line in lines])
     return (
         f"| {case.name} | {len(lines)} | {cell('slope', slopes)} | {100 * answered:.0f} | "

@@ -26,17 +26,6 @@ def correlation_counts(x, dimensions, delay, theiler, radii):
     return counts
 
 
-def block_counts(x, m, delay, theiler, radii, blocks):
-    """Pairs within each radius by the blocks of both, shape (blocks, blocks, radii)."""
-    n = len(x) - (m - 1) * delay
-    counts = np.zeros((blocks, blocks, len(radii)), np.int64)
-    for i, d in rows_of_distances(x, m, delay, theiler):
-        for k, distance in enumerate(d):
-            j = i + theiler + 1 + k
-            counts[i * blocks // n, j * blocks // n] += distance <= np.asarray(radii)
-    return counts
-
-
 def kernel_sums(x, m, delay, theiler, covariance, scales):
     """Mean of the Gaussian kernel freed of noise, shape (scales,); vectors with nan are none."""
     y = delay_vectors(np.asarray(x, float), m, delay)

@@ -34,15 +34,12 @@ class Strips(NamedTuple):
         Where each strip begins; the last two are n.
     along : int
         The coordinate that is swept.
-    places : int
-        Places in time there are, those of gaps included.
     """
 
     vectors: np.ndarray
     order: np.ndarray
     start: np.ndarray
     along: int
-    places: int
 
 
 def strips_of(x: np.ndarray, lowest: int, highest: int, delay: int, radius: float) -> Strips:
@@ -65,7 +62,7 @@ def strips_of(x: np.ndarray, lowest: int, highest: int, delay: int, radius: floa
     for k in range(highest):
         here = order < len(x) - k * delay
         vectors[here, k] = x[order[here] + k * delay]
-    return Strips(vectors, order, start, along, places)
+    return Strips(vectors, order, start, along)
 
 
 @njit(nogil=True)
@@ -101,15 +98,14 @@ def _bin(d, cells, least, radii, shift, offset):
 
 @njit(nogil=True)
 def count_near(strips, first, last, theiler, row_of, bins, counts):
-    """counts[row, p, q, k] += pairs in bin k within the greatest radius.
+    """counts[row, k] += pairs in bin k within the greatest radius.
 
-    Pairs of which the first in the order of the sweep is one of [first, last). Place i of n is in
-    block i * blocks // n; p is the block of the earlier, q that of the later. row_of[m - 1] is the
+    Pairs of which the first in the order of the sweep is one of [first, last). row_of[m - 1] is the
     row of dimension m, or -1.
     """
-    vectors, order, start, along, places = strips
+    vectors, order, start, along = strips
     radii, cells, least, shift, offset = bins
-    blocks, radius = counts.shape[1], radii[-1]
+    radius = radii[-1]
     s = np.searchsorted(start, first, side="right") - 1
     low = start[s + 1]
     for p in range(first, last):
@@ -126,9 +122,6 @@ def count_near(strips, first, last, theiler, row_of, bins, counts):
                 j = order[q]
                 if abs(i - j) <= theiler:
                     continue
-                earlier, later = 0, 0
-                if blocks > 1:
-                    earlier, later = min(i, j) * blocks // places, max(i, j) * blocks // places
                 d, k = -1.0, 0
                 for m in range(len(row_of)):
                     apart = abs(vectors[p, m] - vectors[q, m])
@@ -139,7 +132,7 @@ def count_near(strips, first, last, theiler, row_of, bins, counts):
                         d = apart
                         k = _bin(d, cells, least, radii, shift, offset)
                     if row_of[m] >= 0:
-                        counts[row_of[m], earlier, later, k] += 1
+                        counts[row_of[m], k] += 1
 
 
 @njit(nogil=True)

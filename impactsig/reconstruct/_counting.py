@@ -52,36 +52,7 @@ def count_pairs(
     ndarray of int64, shape (dimensions, radii)
     """
     counts = [
-        _count(x, dimensions, delay, theiler, part, 1, workers, kernel)[:, 0, 0]
-        for part in _parts_of(radii)
-    ]
-    return np.concatenate(counts, axis=-1)
-
-
-def pair_counts_by_block(
-    x: np.ndarray,
-    m: int,
-    delay: int,
-    theiler: int,
-    radii: np.ndarray,
-    blocks: int,
-    workers: int | None = None,
-    kernel: Kernel | None = None,
-) -> np.ndarray:
-    """`count_pairs` of dimension m by the blocks that the two vectors of a pair are in.
-
-    Blocks are contiguous stretches of time, as equal as can be: vector i of n is in block
-    i * blocks // n.
-
-    Returns
-    -------
-    ndarray of int64, shape (blocks, blocks, radii)
-        The first index is the block of the earlier vector, so that what is below the diagonal
-        is 0; the sum over both is what `count_pairs` returns.
-    """
-    counts = [
-        _count(x, (m,), delay, theiler, part, blocks, workers, kernel)[0]
-        for part in _parts_of(radii)
+        _count(x, dimensions, delay, theiler, part, workers, kernel) for part in _parts_of(radii)
     ]
     return np.concatenate(counts, axis=-1)
 
@@ -96,20 +67,19 @@ def _count(
     delay: int,
     theiler: int,
     radii: np.ndarray,
-    blocks: int,
     workers: int | None,
     kernel: Kernel | None,
 ) -> np.ndarray:
-    """Counts, shape (dimensions, blocks, blocks, radii)."""
+    """Counts, shape (dimensions, radii)."""
     # Of one dimension the sorted values tell how many lie within each radius without any pair.
-    sort = dimensions[0] == 1 and blocks == 1 and (len(dimensions) > 1 or kernel != "pairs")
+    sort = dimensions[0] == 1 and (len(dimensions) > 1 or kernel != "pairs")
     rest = tuple(dimensions[1:]) if sort else tuple(dimensions)
     if sort and not rest:
         return _sorted(x, theiler, radii, workers)
     strips = _strips_if_faster(x, rest, delay, theiler, float(radii[-1]), kernel)
     if strips is None:
-        return _full(x, dimensions, delay, theiler, radii, blocks, workers)
-    counts = _near(strips, rest, theiler, radii, blocks, workers)
+        return _full(x, dimensions, delay, theiler, radii, workers)
+    counts = _near(strips, rest, theiler, radii, workers)
     if sort:
         counts = np.concatenate((_sorted(x, theiler, radii, workers), counts))
     return counts
@@ -143,22 +113,16 @@ def _full(
     delay: int,
     theiler: int,
     radii: np.ndarray,
-    blocks: int,
     workers: int | None,
 ) -> np.ndarray:
     bins = _pairs.bins_of(radii)
     n = len(x) - (dimensions[0] - 1) * delay
-    edges = -(-np.arange(blocks + 1) * n // blocks)
     row_of = _rows(dimensions)
     parts = 4 * thread_count(workers)
 
     def part(k: int) -> np.ndarray:
-        counts = np.zeros((len(dimensions), blocks, blocks, len(radii) + 1), np.int64)
-        lags = theiler + 1 + k, n, parts
-        if blocks == 1:
-            _pairs.count_diagonals(x, *lags, delay, row_of, bins, counts[:, 0, 0])
-        else:
-            _pairs.block_diagonals(x, *lags, delay, dimensions[0], bins, edges, counts[0])
+        counts = np.zeros((len(dimensions), len(radii) + 1), np.int64)
+        _pairs.count_diagonals(x, theiler + 1 + k, n, parts, delay, row_of, bins, counts)
         return counts
 
     return _within(in_threads(part, parts, workers))
@@ -169,13 +133,12 @@ def _near(
     dimensions: Sequence[int],
     theiler: int,
     radii: np.ndarray,
-    blocks: int,
     workers: int | None,
 ) -> np.ndarray:
     bins, n, row_of = _pairs.bins_of(radii), len(strips.order), _rows(dimensions)
 
     def part(k: int) -> np.ndarray:
-        counts = np.zeros((len(dimensions), blocks, blocks, len(radii) + 1), np.int64)
+        counts = np.zeros((len(dimensions), len(radii) + 1), np.int64)
         ends = n * k // PARTS, n * (k + 1) // PARTS
         _boxes.count_near(strips, *ends, theiler, row_of, bins, counts)
         return counts
@@ -199,7 +162,7 @@ def _sorted(x: np.ndarray, theiler: int, radii: np.ndarray, workers: int | None)
     close = np.zeros((1, len(radii) + 1), np.int64)
     bins = _pairs.bins_of(radii)
     _pairs.count_diagonals(x, 1, min(theiler + 1, len(x)), 1, 1, _rows((1,)), bins, close)
-    return (counts - np.cumsum(close[0])[:-1])[None, None, None]
+    return (counts - np.cumsum(close[0])[:-1])[None]
 
 
 def _rows(dimensions: Sequence[int]) -> np.ndarray:

@@ -139,33 +139,3 @@ def count_diagonals(x, first, last, step, delay, row_of, bins, counts):
                 for i in range(size // 4 * 4, size):
                     counts[row, c[i]] += 1
     _empty(tables, counts)
-
-
-@njit(nogil=True)
-def block_diagonals(x, first, last, step, delay, m, bins, edges, counts):
-    """counts[p, q, k] += pairs in bin k whose earlier vector is in block p, the later in q.
-
-    Block p holds the vectors from edges[p] up to, not including, edges[p + 1].
-    """
-    b = np.empty(len(x), np.uint8)
-    c = np.empty(len(x), np.uint8)
-    cell = np.empty(CHUNK, np.uint16)
-    n = edges[-1]
-    for lag in range(first, last, step):
-        _bin_diagonal(x, lag, bins, cell, b)
-        c[: n - lag] = b[: n - lag]
-        for k in range(1, m):
-            new = b[k * delay : k * delay + n - lag]
-            for i in range(n - lag):
-                c[i] = max(c[i], new[i])
-        p, q, i = 0, 0, 0
-        while i < n - lag:
-            while edges[p + 1] <= i:
-                p += 1
-            while edges[q + 1] <= i + lag:
-                q += 1
-            end = min(edges[p + 1], edges[q + 1] - lag)
-            held = counts[p, q]
-            while i < end:
-                held[c[i]] += 1
-                i += 1

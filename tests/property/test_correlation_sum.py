@@ -55,17 +55,6 @@ def test_counts_are_those_of_comparing_pair_by_pair(problem, workers):
 
 
 @few
-@given(problems(), st.integers(1, 5), st.integers(1, 3))
-def test_counts_by_block_are_those_of_comparing_pair_by_pair(problem, blocks, workers):
-    x, dimensions, delay, theiler, radii = problem
-    case = (x, dimensions[-1], delay, theiler, radii, blocks)
-    expected = naive_reconstruct.block_counts(*case)
-    for kernel in KERNELS:
-        found = _counting.pair_counts_by_block(*case, workers, kernel)
-        np.testing.assert_array_equal(found, expected, err_msg=str(kernel))
-
-
-@few
 @given(problems())
 def test_a_share_of_pairs_grows_with_the_radius_and_falls_with_the_dimension(problem):
     x, dimensions, delay, theiler, radii = problem

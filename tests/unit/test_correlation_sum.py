@@ -99,9 +99,6 @@ def test_a_long_series_counts_alike_by_both_kernels_and_any_threads():
     reference = _counting.count_pairs(*case, 1, "pairs")
     for workers, kernel in ((2, "pairs"), (3, "boxes"), (None, None)):
         np.testing.assert_array_equal(_counting.count_pairs(*case, workers, kernel), reference)
-    by_block = _counting.pair_counts_by_block(x, 5, 2, 4, radii, 7)
-    np.testing.assert_array_equal(by_block.sum(axis=(0, 1)), reference[2])
-    assert not np.tril(by_block.sum(axis=2), -1).any()
 
 
 def test_tables_are_emptied_before_they_overflow(monkeypatch):

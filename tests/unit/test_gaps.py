@@ -68,13 +68,6 @@ def test_correlation_sums(m, delay, theiler, kernel):
     marked = _series.series(RUN, gap=delay)
     counted = _counting.count_pairs(marked, range(1, m + 1), delay, theiler, radii, 2, kernel)
     np.testing.assert_array_equal(counted[-1], expected)
-    blocks = _counting.pair_counts_by_block(marked, m, delay, theiler, radii, 4, 2, kernel)
-    np.testing.assert_array_equal(blocks.sum(axis=(0, 1)), expected)
-    where = np.arange(len(marked) - (m - 1) * delay) * 4 // (len(marked) - (m - 1) * delay)
-    own = pair & (where[places][:, None] == where[places])
-    np.testing.assert_array_equal(
-        np.trace(blocks), [np.count_nonzero(apart[own] <= r) for r in radii]
-    )
 
 
 def test_default_radii_hold_all_pairs():
