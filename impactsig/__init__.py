@@ -112,6 +112,8 @@ if TYPE_CHECKING:
     )
     from .reconstruct.determinism import ReturnMapDeterminism, return_map_determinism
     from .reconstruct.dimension import CorrelationDimension, correlation_dimension
+    from .reconstruct.information import mutual_information
+    from .reconstruct.ordinal import OrdinalPatterns, ordinal_patterns
     from .reconstruct.prediction import (
         PredictionError,
         prediction_error,
@@ -230,6 +232,8 @@ _HOME = {
     ),
     "oscillators.flows": ("Flow",),
     "reconstruct.determinism": ("ReturnMapDeterminism", "return_map_determinism"),
+    "reconstruct.information": ("mutual_information",),
+    "reconstruct.ordinal": ("OrdinalPatterns", "ordinal_patterns"),
     "reconstruct.prediction": (
         "PredictionError",
         "prediction_error",
@@ -348,6 +352,7 @@ __all__ = [
     "Motion",
     "Noise",
     "OrbitPeriod",
+    "OrdinalPatterns",
     "Oscillator",
     "OscillatorFit",
     "PBifurcation",
@@ -419,10 +424,12 @@ __all__ = [
     "match_impacts",
     "match_rate",
     "measure",
+    "mutual_information",
     "mutual_information_delay",
     "open_study",
     "orbit_period",
     "orbit_stability",
+    "ordinal_patterns",
     "p_bifurcation",
     "periodicity_chart",
     "plot",

@@ -7,12 +7,14 @@ from .determinism import ReturnMapDeterminism, return_map_determinism
 from .dimension import CorrelationDimension, KaplanYorke, ScaleSlope, correlation_dimension
 from .embedding import delay_embed
 from .exponents import LyapunovExponent, lyapunov_exponent
+from .information import mutual_information
 from .neighbors import (
     AveragedFalseNeighbors,
     FalseNeighbors,
     averaged_false_neighbors,
     false_nearest_neighbors,
 )
+from .ordinal import OrdinalPatterns, ordinal_patterns
 from .prediction import PredictionError, prediction_error, time_reversal_asymmetry
 from .recurrence import (
     RecurrencePlot,
@@ -31,6 +33,7 @@ __all__ = [
     "FalseNeighbors",
     "KaplanYorke",
     "LyapunovExponent",
+    "OrdinalPatterns",
     "PredictionError",
     "RecurrencePlot",
     "RecurrenceQuantification",
@@ -46,7 +49,9 @@ __all__ = [
     "delay_embed",
     "false_nearest_neighbors",
     "lyapunov_exponent",
+    "mutual_information",
     "mutual_information_delay",
+    "ordinal_patterns",
     "prediction_error",
     "recurrence_plot",
     "recurrence_quantification",

@@ -12,6 +12,7 @@ from .._arguments import whole
 from ..errors import InvalidInput
 from ._arguments import varying
 from ._series import known, series, stretches, unbroken
+from .information import NEIGHBORS, information, scored
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,6 +22,9 @@ LEAST = 16
 
 RISE = 6.0
 """Rise that makes a minimum, in standard deviations of the information of independent values."""
+
+SCATTER = 1.25
+"""Standard deviation of the information of independent values, times sqrt(neighbours n)."""
 
 NOTHING = -0.5 * math.log(1 - math.exp(-2))
 """Information [nat] of Gaussian values with a correlation of 1/e: less is as good as none."""
@@ -44,8 +48,8 @@ class DelayChoice:
         Level that the curve is compared with, where the rule has one.
     method : {"autocorrelation", "mutual information"}
         What the curve is.
-    bins : int or None
-        Bins of each axis, for the mutual information.
+    neighbors : int or None
+        k of the mutual information.
     noise : float
         Standard deviation of the curve were the values independent.
     """
@@ -56,7 +60,7 @@ class DelayChoice:
     curve: np.ndarray
     level: float | None
     method: Literal["autocorrelation", "mutual information"]
-    bins: int | None
+    neighbors: int | None
     noise: float
 
     def describe(self) -> str:
@@ -129,22 +133,18 @@ def autocorrelation_delay(
 
 
 def mutual_information_delay(
-    x: Any, *, longest: int | None = None, bins: int | None = None
+    x: Any, *, longest: int | None = None, neighbors: int = NEIGHBORS
 ) -> DelayChoice:
     """Delay at the first minimum of the average mutual information [FraserSwinney1986]_.
 
-    I(k) = sum_ab p_ab ln(p_ab / (p_a p_b)), with p_ab the share of pairs (x_i, x_{i+k}) in the cell
-    (a, b). The bins hold equal numbers of values (equal values are never parted), about five pairs
-    to a cell were they independent [Cellucci2005]_, and are 16 at most, for the shape of the curve
-    is wanted and not the last of the information. The bias of the finite sample,
-    (B_ab - B_a - B_b + 1)/(2n) with B the numbers of cells and bins that are not empty, is taken
-    away [Roulston1999]_.
+    I(k) is the mutual information of the pairs (x_i, x_{i+k}), as `mutual_information` estimates
+    it, by nearest neighbours. At lag 0 it has no meaning but that of its number of values.
 
     A minimum counts where the curve later rises above it, before it falls lower, by more than six
-    standard deviations of the information of independent values, (bins - 1)/(sqrt(2) n). The search
-    ends where the curve falls below six of them or below 0.073, the information of Gaussian values
-    with a correlation of 1/e: nothing is left to have a minimum, and the result says so. For
-    interspike intervals the natural delay is 1.
+    standard deviations of the information of independent values, about 1.25/sqrt(k n) for k
+    neighbours. The search ends where the curve falls below six of them or below 0.073, the
+    information of Gaussian values with a correlation of 1/e: nothing is left to have a minimum, and
+    the result says so. For interspike intervals the natural delay is 1.
 
     Parameters
     ----------
@@ -152,8 +152,8 @@ def mutual_information_delay(
         A series in the order of time; of impacts, their interspike intervals [s].
     longest : int, optional
         Longest lag; the lesser of n/10 and 200 by default.
-    bins : int, optional
-        Bins of each axis, 2 or more.
+    neighbors : int
+        k of the estimator.
 
     Returns
     -------
@@ -164,18 +164,25 @@ def mutual_information_delay(
     InvalidInput
         If `x` is no series of finite numbers, constant, or shorter than 16 values.
     """
-    values = varying(series(x, least=LEAST, gap=1))
-    count = len(known(values))
+    neighbors = whole("neighbors", neighbors, 1)
+    values = varying(series(x, least=max(LEAST, 4 * neighbors), gap=1))
+    present = ~np.isnan(values)
+    count = int(np.count_nonzero(present))
     longest = _longest(longest, values, min(count // 10, 200))
-    if bins is None:
-        bins = int(min(max(math.sqrt(count / 5), 2), 16))
-    bins = whole("bins", bins, 2)
-    inner = np.unique(np.quantile(known(values), np.arange(1, bins) / bins))
-    cell = np.searchsorted(inner, values, side="right")
-    curve = np.array(
-        [_information(cell, lag, bins, unbroken(values, lag + 1)) for lag in range(longest + 1)]
-    )
-    noise = (bins - 1) / (math.sqrt(2) * count)
+    scores = values.copy()
+    scores[present] = scored(values[present], 0)
+    curve = np.empty(longest + 1)
+    for lag in range(longest + 1):
+        together = unbroken(values, lag + 1)
+        pairs = int(np.count_nonzero(together))
+        if pairs <= neighbors:
+            raise InvalidInput(
+                "longest", longest, f"a lag with more than {neighbors} pairs between the same gaps"
+            )
+        curve[lag] = information(
+            scores[: len(together)][together], scores[lag:][together], neighbors
+        )
+    noise = SCATTER / math.sqrt(neighbors * count)
     level = max(RISE * noise, NOTHING)
     gone = np.flatnonzero(curve <= level)
     searched = curve[: gone[0]] if len(gone) else curve
@@ -186,7 +193,7 @@ def mutual_information_delay(
         if len(gone):
             reason = f"it falls below {level:.2g} nat at lag {gone[0]} without a minimum"
     words = "first minimum"
-    return DelayChoice(delay, words, reason, curve, level, "mutual information", bins, noise)
+    return DelayChoice(delay, words, reason, curve, level, "mutual information", neighbors, noise)
 
 
 def _longest(longest: int | None, values: np.ndarray, default: int) -> int:
@@ -198,19 +205,6 @@ def _longest(longest: int | None, values: np.ndarray, default: int) -> int:
     if longest > n // 2:
         raise InvalidInput("longest", longest, f"at most {n // 2}, half of {n} values in a row")
     return longest
-
-
-def _information(cell: np.ndarray, lag: int, bins: int, together: np.ndarray) -> float:
-    """Mutual information [nat] between cells `lag` apart and `together`, less its bias."""
-    n = np.count_nonzero(together)
-    both = (cell[: len(together)] * bins + cell[lag:])[together]
-    pairs = np.bincount(both, minlength=bins * bins).reshape(bins, bins)
-    ways = []
-    for count in (pairs.ravel(), pairs.sum(axis=0), pairs.sum(axis=1)):
-        count = count[count > 0]
-        # Entropy, with the bias that the number of cells makes.
-        ways.append(math.log(n) - float(count @ np.log(count)) / n + (len(count) - 1) / (2 * n))
-    return ways[1] + ways[2] - ways[0]
 
 
 def _first_minimum(curve: np.ndarray, rise: float) -> int | None:

@@ -250,11 +250,11 @@ def recurrence_quantification(
     """
     least_diagonal = whole("least_diagonal", least_diagonal, 1)
     least_vertical = whole("least_vertical", least_vertical, 1)
-    if isinstance(x, RecurrencePlot) or np.ndim(x) == 2:
-        found = _of_matrix(x, theiler, least_diagonal, least_vertical)
+    if isinstance(x, RecurrencePlot) or (isinstance(x, np.ndarray) and x.ndim == 2):
+        measured = _of_matrix(x, theiler, least_diagonal, least_vertical)
         if radius is not None or rate is not None:
             raise InvalidInput("radius", radius, "none, nor a rate, with a matrix")
-        return found
+        return measured
     values, dimension, delay = _vectors(x, dimension, delay)
     workers = workers if workers is None else whole("workers", workers, 1)
     theiler = 0 if theiler is None else whole("theiler", theiler, 0)

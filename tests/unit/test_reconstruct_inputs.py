@@ -24,6 +24,7 @@ FUNCTIONS = {
     ),
     "autocorrelation_delay": impactsig.autocorrelation_delay,
     "mutual_information_delay": impactsig.mutual_information_delay,
+    "ordinal_patterns": impactsig.ordinal_patterns,
     "false_nearest_neighbors": lambda x: impactsig.false_nearest_neighbors(x, 3),
     "averaged_false_neighbors": lambda x: impactsig.averaged_false_neighbors(x, 3),
     "prediction_error": lambda x: impactsig.prediction_error(x, 2),
@@ -109,6 +110,7 @@ def test_impacts_stand_for_their_intervals(name):
 
 FLAGGED_CONSTANT = {
     "correlation_dimension": "constant",
+    "ordinal_patterns": "constant",
     "recurrence_quantification": "constant",
     "recurrence_plot": "1 of the pairs",
     "delay_embed": None,

@@ -1,0 +1,131 @@
+"""Ordinal patterns: in which order the values of a delay vector stand, and the entropy of that."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import permutations
+from typing import Any
+
+import numpy as np
+
+from .._arguments import whole
+from ..errors import InvalidInput
+from ._series import known, series, unbroken
+
+GREATEST = 8  # 8! = 40 320 patterns
+MANY_TIED = 0.05
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OrdinalPatterns:
+    """How often each order of successive values occurs.
+
+    Attributes
+    ----------
+    patterns : ndarray of int, shape (order!, order)
+        The patterns, by the rank that each value of the vector has in it, 0 for the least.
+    counts : ndarray of int, shape (order!,)
+        How many vectors have each.
+    order, delay : int
+        Values of a vector, and steps from one to the next.
+    tied : float
+        Share of the vectors that hold equal values; of these the earlier counts as the lesser.
+    warnings : tuple of str
+        Why the entropy may not mean what it says.
+    """
+
+    patterns: np.ndarray
+    counts: np.ndarray
+    order: int
+    delay: int
+    tied: float
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def entropy(self) -> float:
+        """Permutation entropy, -sum p ln p over the patterns [nat]."""
+        share = self.counts[self.counts > 0] / self.counts.sum()
+        return float(-np.sum(share * np.log(share))) + 0.0
+
+    @property
+    def normalized_entropy(self) -> float:
+        """Entropy by that of equally frequent patterns, ln(order!); 1 for independent values."""
+        return self.entropy / math.log(math.factorial(self.order))
+
+    @property
+    def missing(self) -> int:
+        """How many patterns never occur; a map forbids some for ever, noise none."""
+        return int(np.count_nonzero(self.counts == 0))
+
+    def describe(self) -> str:
+        """In words."""
+        words = (
+            f"permutation entropy {self.entropy:.3g} nat, {self.normalized_entropy:.3g} of the "
+            f"greatest; {self.missing} of {len(self.counts)} patterns of {self.order} values "
+            f"missing among {self.counts.sum()}"
+        )
+        return "; but ".join((words, *self.warnings))
+
+    def __repr__(self) -> str:
+        return f"OrdinalPatterns({self.describe()})"
+
+
+def ordinal_patterns(x: Any, order: int = 3, delay: int = 1) -> OrdinalPatterns:
+    """Ordinal patterns of a series, and their permutation entropy [BandtPompe2002]_.
+
+    The pattern of (x_i, x_{i+delay}, ..., x_{i+(m-1) delay}) is the order in which its values
+    stand. Of equal values the earlier counts as the lesser, as in the paper; where many are equal,
+    as rounding makes them, rising patterns are too frequent by that, and `warnings` says so. No
+    vector reaches across a gap of the run.
+
+    Parameters
+    ----------
+    x : Impacts or array_like, shape (n,)
+        A series in the order of time; of impacts, their interspike intervals [s].
+    order : int
+        m, values of a vector, 2 to 8.
+    delay : int
+        Steps from one value to the next.
+
+    Raises
+    ------
+    InvalidInput
+        If `x` is no series of finite numbers or too short for one vector.
+
+    Examples
+    --------
+    >>> found = ordinal_patterns([4, 7, 9, 10, 6, 11, 3], 2)
+    >>> found.counts  # rising, falling
+    array([4, 2])
+    """
+    order, delay = whole("order", order, 2), whole("delay", delay, 1)
+    if order > GREATEST:
+        raise InvalidInput("order", order, f"{GREATEST} at most")
+    values = series(x, least=1, gap=1)
+    span = (order - 1) * delay + 1
+    usable = unbroken(values, span)
+    if not usable.any():
+        raise InvalidInput(
+            "x", f"{len(known(values))} values", f"{span} in a row for order {order}, delay {delay}"
+        )
+    vectors = np.lib.stride_tricks.sliding_window_view(values, span)[usable, ::delay]
+    code = np.zeros(len(vectors), np.int64)
+    tied = np.zeros(len(vectors), bool)
+    for k in range(order - 1):
+        # Lehmer's code: how many later values are less than this one.
+        later = vectors[:, k + 1 :]
+        code += np.sum(later < vectors[:, k : k + 1], axis=1) * math.factorial(order - 1 - k)
+        tied |= np.any(later == vectors[:, k : k + 1], axis=1)
+    counts = np.bincount(code, minlength=math.factorial(order))
+    patterns = np.array(list(permutations(range(order))))
+    share = float(tied.mean())
+    warnings: tuple[str, ...] = ()
+    present = known(values)
+    if present.min() == present.max():
+        warnings = ("the series is constant: every vector counts as rising",)
+    elif share > MANY_TIED:
+        warnings = (f"{share:.0%} of the vectors hold equal values, which count as rising",)
+    for array in (patterns, counts):
+        array.flags.writeable = False
+    return OrdinalPatterns(patterns, counts, order, delay, share, warnings)
