@@ -65,7 +65,9 @@ if TYPE_CHECKING:
         IntervalHistogram,
         Join,
         Periodicity,
+        PeriodTrack,
         Repair,
+        SpeedDrift,
         Split,
         coefficient_of_variation,
         cv2,
@@ -74,6 +76,7 @@ if TYPE_CHECKING:
         local_variation,
         repair_intervals,
         return_map,
+        track_period,
     )
     from .io import Limits, RawLayout, info, read, read_blocks, read_many
     from .matching import Matching, match_impacts
@@ -187,8 +190,10 @@ _HOME = {
     "intervals": (
         "IntervalHistogram",
         "Join",
+        "PeriodTrack",
         "Periodicity",
         "Repair",
+        "SpeedDrift",
         "Split",
         "coefficient_of_variation",
         "cv2",
@@ -197,6 +202,7 @@ _HOME = {
         "local_variation",
         "repair_intervals",
         "return_map",
+        "track_period",
     ),
     "oscillators": (
         "BaseMotion",
@@ -349,6 +355,7 @@ __all__ = [
     "Oscillator",
     "OscillatorFit",
     "PBifurcation",
+    "PeriodTrack",
     "PeriodicOrbit",
     "Periodicity",
     "PeriodicityChart",
@@ -367,6 +374,7 @@ __all__ = [
     "SamplePath",
     "Section",
     "SoftStopFit",
+    "SpeedDrift",
     "Split",
     "Stop",
     "StopSeparation",
@@ -455,6 +463,7 @@ __all__ = [
     "tangent_map",
     "threshold_crossings",
     "time_reversal_asymmetry",
+    "track_period",
     "trajectory",
     "write_report",
     "write_reports",
