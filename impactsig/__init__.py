@@ -65,7 +65,9 @@ if TYPE_CHECKING:
         IntervalHistogram,
         Join,
         Periodicity,
+        PeriodTrack,
         Repair,
+        SpeedDrift,
         Split,
         coefficient_of_variation,
         cv2,
@@ -74,6 +76,7 @@ if TYPE_CHECKING:
         local_variation,
         repair_intervals,
         return_map,
+        track_period,
     )
     from .io import Limits, RawLayout, info, read, read_blocks, read_many
     from .matching import Matching, match_impacts
@@ -190,8 +193,10 @@ _HOME = {
     "intervals": (
         "IntervalHistogram",
         "Join",
+        "PeriodTrack",
         "Periodicity",
         "Repair",
+        "SpeedDrift",
         "Split",
         "coefficient_of_variation",
         "cv2",
@@ -200,6 +205,7 @@ _HOME = {
         "local_variation",
         "repair_intervals",
         "return_map",
+        "track_period",
     ),
     "oscillators": (
         "BaseMotion",
@@ -356,6 +362,7 @@ __all__ = [
     "Oscillator",
     "OscillatorFit",
     "PBifurcation",
+    "PeriodTrack",
     "PeriodicOrbit",
     "Periodicity",
     "PeriodicityChart",
@@ -374,6 +381,7 @@ __all__ = [
     "SamplePath",
     "Section",
     "SoftStopFit",
+    "SpeedDrift",
     "Split",
     "Stop",
     "StopSeparation",
@@ -464,6 +472,7 @@ __all__ = [
     "tangent_map",
     "threshold_crossings",
     "time_reversal_asymmetry",
+    "track_period",
     "trajectory",
     "write_report",
     "write_reports",

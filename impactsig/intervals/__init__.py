@@ -3,15 +3,18 @@
 from .histogram import IntervalHistogram, interval_histogram
 from .maps import return_map
 from .period import identify_period
-from .periodicity import Periodicity
+from .periodicity import Periodicity, SpeedDrift
 from .repair import Join, Repair, Split, repair_intervals
+from .track import PeriodTrack, track_period
 from .variation import coefficient_of_variation, cv2, local_variation
 
 __all__ = [
     "IntervalHistogram",
     "Join",
+    "PeriodTrack",
     "Periodicity",
     "Repair",
+    "SpeedDrift",
     "Split",
     "coefficient_of_variation",
     "cv2",
@@ -20,4 +23,5 @@ __all__ = [
     "local_variation",
     "repair_intervals",
     "return_map",
+    "track_period",
 ]

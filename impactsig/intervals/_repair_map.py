@@ -17,17 +17,47 @@ from ._tracking import steady_rate
 
 LEAST_IMPACTS = 60
 CLOCK_ERROR = 2e-3  # relative, of the forcing period against the clock of the recording
-LIKE = 8  # others that three triples in four have within the radius
-LEAST_LIKE = 8  # of every triple that a change makes
-AWAY = 6.0  # radii within which a false impact has no like; a rare true one may have some
-MOST_RADIUS = 0.05  # [forcing periods]; where it takes more the map is too sparsely known
-FALSE_SHARE = 0.02  # support of what is there, of that of what a join makes of it
-MISSED_SHARE = 0.1  # the same for a split: missed impacts look alike
-AHEAD = 3.0  # by which the best change must be better supported than another
+LIKE = 5  # others that three triples in four have within the radius
+LEAST_LIKE = 3  # of every triple that a change makes
+AWAY = 3.0  # radii within which a false impact has no like; a rare true one may have some
+MOST_RADIUS = 0.08  # [forcing periods]; where it takes more the map is too sparsely known
+FALSE_SHARE = 0.1  # support of what is there, of that of what a join makes of it
+MISSED_SHARE = 0.4  # the same for a split: missed impacts look alike
+PASSES = 5  # until nothing changes
+AHEAD = 1.5  # by which the best change must be better supported than another
 
 
 def map_edits(train: Impacts, forcing_period: float) -> Edits:
-    """Impacts to take out and to put in, by the return map and the phases of the train itself."""
+    """Impacts to take out and to put in, by the return map and the phases of the train itself.
+
+    What is mended makes the sequences around it like others, and supports further changes, so the
+    train is gone through until nothing changes.
+    """
+    removed: dict[int, str] = {}
+    inserted: list[tuple[float, str]] = []
+    time, source = train.time, np.arange(len(train))
+    for _ in range(PASSES):
+        taken, put_in = _one_pass(Impacts(time, gaps=train.gaps), source, forcing_period)
+        if not taken and not put_in:
+            break
+        removed |= {int(source[i]): why for i, why in taken.items()}
+        instants = [float(time[after] + offset) for after, offset, _ in put_in]
+        inserted += [(at, why) for at, (_, _, why) in zip(instants, put_in, strict=True)]
+        kept = np.ones(len(time), bool)
+        kept[list(taken)] = False
+        time = np.concatenate((time[kept], instants))
+        source = np.concatenate((source[kept], np.full(len(instants), -1)))
+        order = np.argsort(time, kind="stable")
+        time, source = time[order], source[order]
+    after = np.searchsorted(train.time, [at for at, _ in inserted], side="right") - 1
+    return removed, [
+        (int(k), at - float(train.time[k]), why)
+        for k, (at, why) in zip(after, inserted, strict=True)
+    ]
+
+
+def _one_pass(train: Impacts, source: np.ndarray, forcing_period: float) -> Edits:
+    """Changes of a train; impacts of source -1 were put in, and stay."""
     none: Edits = {}, []
     if len(train) < LEAST_IMPACTS:
         return none
@@ -52,9 +82,12 @@ def map_edits(train: Impacts, forcing_period: float) -> Edits:
         if change is None:
             continue
         kind, where, offset, like = change
+        if kind == "join" and source[where] < 0:
+            continue
         busy[max(where - 3, 0) : where + 4] = True
         if kind == "join":
-            removed[where] = f"{like} sequences of the train go on so without it, none with it"
+            why = f"{like} sequences of the train go on so without it, next to none with it"
+            removed[where] = why
         else:
             why = f"{like} sequences of the train go on so with it, next to none without"
             inserted.append((where, offset * base, why))

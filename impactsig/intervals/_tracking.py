@@ -64,7 +64,9 @@ def tracked_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:
     window_scores(cycles, low, high, centre, rate, width, WEIGHT, score)
     # windows overlap: each impact counts once
     score *= stride / (width * np.sqrt(np.pi))
-    path = rate[_viterbi(score, step**2 / (2 * WANDER**2 * stride / 6))]
+    states = np.arange(len(rate))
+    cost = step**2 / (2 * WANDER**2 * stride / 6) * (states[:, None] - states) ** 2
+    path = rate[best_path(score, cost)]
     # the walk moves in steps; a parabola over three windows smooths it
     smooth = np.convolve(np.pad(path, 1, "edge"), [0.25, 0.5, 0.25], "valid")
     from scipy.interpolate import CubicSpline
@@ -132,10 +134,12 @@ def vertex(values: np.ndarray, best: int) -> float:
     return float(0.5 * (below - above) / curvature) if curvature < 0 else 0.0
 
 
-def _viterbi(score: np.ndarray, cost: float) -> np.ndarray:
-    """The path of greatest score through its rows, where a change of k columns costs cost k^2."""
+def best_path(score: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """The path of greatest score through its rows, less the cost of changes between columns.
+
+    Viterbi's algorithm.
+    """
     states = np.arange(score.shape[1])
-    change = cost * (states[:, None] - states) ** 2
     came_from = np.zeros(score.shape, np.intp)
     best = score[0]
     for k in range(1, len(score)):

@@ -119,7 +119,7 @@ def read_period(
     span = float(time[-1] - time[0] - np.diff(np.clip(impacts.gaps, time[0], time[-1])).sum())
     if span <= 0:
         raise InvalidInput("impacts.gaps", impacts.gaps.tolist(), "gaps that leave some of the run")
-    clock = _clock(impacts, forcing_period, forcing)
+    clock = forcing_clock(impacts, forcing_period, forcing)
     if clock is not None and span < LEAST_REPEATS * clock.unit:
         return _unknown("too short a run", count, clock.unit, silence), None
     if clock is not None and time[-1] - time[0] > 1e9 * clock.unit:
@@ -247,7 +247,9 @@ def _slow_tone(at: np.ndarray, phase: np.ndarray) -> float | None:
     return best / span if share > SLOW_SHARE else None
 
 
-def _clock(impacts: Impacts, forcing_period: float | None, forcing: Forcing | None) -> Clock | None:
+def forcing_clock(
+    impacts: Impacts, forcing_period: float | None, forcing: Forcing | None
+) -> Clock | None:
     """The train in cycles of its forcing, as far as it is known."""
     time, gaps = impacts.time, impacts.gaps
     if forcing is None:

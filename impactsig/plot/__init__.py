@@ -30,6 +30,7 @@ from .exponents import stretch_curve
 from .fitting import oscillator_fit
 from .lyapunov import lyapunov_convergence
 from .motions import phase_portrait, power_spectrum, time_history
+from .periods import period_track
 from .recurrence import recurrence_plot
 from .resonances import decay, resonance
 from .sections import section
@@ -73,6 +74,7 @@ __all__ = [
     "p_bifurcation",
     "parameter_study",
     "peak_against_time",
+    "period_track",
     "periodicity_chart",
     "phase_portrait",
     "power_spectrum",

@@ -1,0 +1,236 @@
+"""The motion of a train through the run: its probabilities over time, and where it changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._arguments import whole
+from ..errors import InvalidInput
+from ..impacts import Impacts
+from ._forcing import Forcing
+from ._locking import lock
+from ._reading import Clock
+from ._slots import poisson_score
+from ._tracking import best_path
+from ._verdict import KINDS
+from .period import forcing_clock, identify_period
+from .periodicity import LEAST_IMPACTS, Periodicity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+CHANGE = 10.0  # log-odds against a change from one window to the next
+UNSUPPORTED = -50.0  # log-evidence of a period that was not found in a window
+STEPS = 12  # places at which a change is looked for, first far apart, then near each other
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A part of the run with one motion.
+
+    Attributes
+    ----------
+    start, stop : float
+        [s].
+    period : Periodicity
+        What `identify_period` says of its impacts.
+    """
+
+    start: float
+    stop: float
+    period: Periodicity
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PeriodTrack:
+    """What `track_period` found.
+
+    Attributes
+    ----------
+    time : ndarray, shape (k,)
+        Middles of the windows [s].
+    windows : tuple of Periodicity
+        What `identify_period` says of the impacts of each.
+    probability : ndarray, shape (k, 6)
+        Of "periodic", "drifting", "quasi-periodic", "banded", "chaotic" and "irregular", in this
+        order (`kinds`), in each window.
+    changes : ndarray
+        Instants at which the motion changes to another period, or loses it [s].
+    stretches : tuple of Stretch
+        The parts of the run between them.
+    """
+
+    time: np.ndarray
+    windows: tuple[Periodicity, ...]
+    probability: np.ndarray
+    changes: np.ndarray
+    stretches: tuple[Stretch, ...]
+    kinds = KINDS
+
+    def describe(self) -> str:
+        """In words, a line for each stretch."""
+        return "\n".join(
+            f"{one.start:.4g} to {one.stop:.4g} s: {one.period.describe()}"
+            for one in self.stretches
+        )
+
+    def __repr__(self) -> str:
+        return f"PeriodTrack({len(self.stretches)} stretches, {len(self.windows)} windows)"
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the probabilities over time; see `impactsig.plot.period_track`."""
+        from .. import plot
+
+        return plot.period_track(self, ax=ax)
+
+
+def track_period(
+    impacts: Impacts,
+    forcing_period: float | None = None,
+    *,
+    forcing: Forcing | None = None,
+    window: int = 60,
+    max_periods: int = 8,
+    resolution: float = 1e-3,
+) -> PeriodTrack:
+    """Follow the motion through a run: periods and their probabilities over time, and changes.
+
+    `identify_period` is asked about windows that overlap by three quarters. The sequence of periods
+    with the greatest evidence, a change taken to be as improbable as exp(-10), is found by
+    Viterbi's algorithm; each change is then placed where the impacts before and after it are
+    explained best by their own periods, and each stretch between changes is identified anew.
+
+    Parameters
+    ----------
+    impacts : Impacts
+        The train.
+    forcing_period, forcing, max_periods, resolution
+        As for `identify_period`; one of the first two is needed.
+    window : int
+        Impacts in a window. A motion that lasts for less is not seen.
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer impacts than `window`, `window` is less than 20, no forcing is given, or
+        an argument is refused by `identify_period`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> turns = np.arange(200.0)
+    >>> turns[101::2] += 0.2
+    >>> found = track_period(Impacts.from_times(0.05 * turns), 0.05)
+    >>> [stretch.period.name for stretch in found.stretches]
+    ['period(1,1)', 'period(2,2)']
+    """
+    window = whole("window", window, 20)
+    if not isinstance(impacts, Impacts):
+        raise InvalidInput("impacts", type(impacts).__name__, "Impacts")
+    if forcing is None and forcing_period is None:
+        raise InvalidInput(
+            "forcing_period", None, "the forcing period [s]", "Or give the channel of the forcing"
+        )
+    if len(impacts) < window:
+        raise InvalidInput("impacts", f"{len(impacts)} impacts", f"{window} or more, a window")
+
+    def asked(first: int, last: int) -> Periodicity:
+        return identify_period(
+            impacts[first:last],
+            forcing_period,
+            forcing=forcing,
+            max_periods=max_periods,
+            resolution=resolution,
+        )
+
+    stride = window // 4
+    first = np.arange(0, len(impacts) - window + 1, stride)
+    windows = tuple(asked(int(one), int(one) + window) for one in first)
+    states = sorted({_orbit(one) for one in windows}, key=str)
+    evidence = np.array([[_evidence(one, state) for state in states] for one in windows])
+    # windows overlap: each impact counts once
+    path = best_path(evidence * stride / window, CHANGE * (1 - np.eye(len(states))))
+    clock = forcing_clock(impacts, forcing_period, forcing)
+    assert clock is not None
+    edges = [0]
+    for k in np.flatnonzero(np.diff(path)):
+        low = max(int(first[k]) + window // 4, edges[-1] + LEAST_IMPACTS)
+        high = min(int(first[k + 1]) + 3 * window // 4, len(impacts) - LEAST_IMPACTS)
+        pair = states[path[k]], states[path[k + 1]]
+        edges.append(_place(clock, low, max(high, low + 1), window, pair, resolution))
+    edges.append(len(impacts))
+    time = impacts.time
+    changes = np.array([0.5 * (time[one - 1] + time[one]) for one in edges[1:-1]])
+    bounds = [float(time[0]), *changes.tolist(), float(time[-1])]
+    stretches = tuple(
+        Stretch(bounds[k], bounds[k + 1], asked(edges[k], edges[k + 1]))
+        for k in range(len(edges) - 1)
+    )
+    # a window across a change shows neither motion: what is beyond is cut off
+    spans = [_within(edges, int(one), int(one) + window) for one in first]
+    windows = tuple(
+        found if span == (one, one + window) else asked(*span)
+        for one, span, found in zip(first.tolist(), spans, windows, strict=True)
+    )
+    middle = np.array([0.5 * (time[low] + time[high - 1]) for low, high in spans])
+    probability = np.array([[one.probability[kind] for kind in KINDS] for one in windows])
+    return PeriodTrack(middle, windows, probability, changes, stretches)
+
+
+def _within(edges: list[int], first: int, last: int) -> tuple[int, int]:
+    """The part of a window that lies in the stretch of its middle."""
+    k = int(np.searchsorted(edges, (first + last) // 2, side="right"))
+    return max(first, edges[k - 1]), min(last, edges[k])
+
+
+Orbit = tuple[int | None, int | None]
+
+
+def _orbit(found: Periodicity) -> Orbit:
+    return found.impacts, found.periods
+
+
+def _evidence(found: Periodicity, state: Orbit) -> float:
+    """Log-evidence of a period in a window, over that of impacts at random."""
+    if state[0] is None:
+        return 0.0
+    scores = [
+        candidate.score + np.log(max(candidate.probability, 1e-12))
+        for candidate in found.candidates
+        if (candidate.impacts, candidate.periods) == state
+    ]
+    return max([*scores, UNSUPPORTED])
+
+
+def _place(
+    clock: Clock, low: int, high: int, window: int, pair: tuple[Orbit, Orbit], resolution: float
+) -> int:
+    """The impact from which on the motion is another one, first roughly, then nearly."""
+    # the same impacts for every place: each adds evidence to the one or the other
+    start, stop = max(low - window // 2, 0), high + window // 2
+    while True:
+        step = max((high - low) // STEPS, 1)
+        places = np.arange(low, high, step)
+        gains = [
+            _evidence_of(clock, start, at, pair[0], resolution)
+            + _evidence_of(clock, at, stop, pair[1], resolution)
+            for at in places.tolist()
+        ]
+        best = int(places[int(np.argmax(gains))])
+        if step == 1:
+            return best
+        low, high = max(best - step, low), min(best + step + 1, high)
+
+
+def _evidence_of(clock: Clock, first: int, last: int, state: Orbit, resolution: float) -> float:
+    """Log-evidence of a period in a part of the train, over that of impacts at random."""
+    if state[1] is None:
+        return 0.0
+    cycles = clock.cycles[first:last]
+    part = Clock(cycles - cycles[0], clock.gaps - cycles[0], clock.unit, clock.steady)
+    locks = lock(part.cycles, part.gaps, [state[1]], resolution, steady=part.steady)
+    scores = [one.score for one in locks if len(one.fit.centre) == state[0]]
+    return max([*scores, UNSUPPORTED]) - poisson_score(len(cycles), max(part.cycles[-1], 1e-9))

@@ -1,0 +1,68 @@
+"""Motions that change during a run: the stretches, the changes between them, the probabilities."""
+
+import numpy as np
+import pytest
+
+from impactsig import Impacts, InvalidInput, track_period
+
+T = 0.05
+
+
+def changing(seed=0):
+    """100 periods of (1, 1), then 100 of (2, 2); jitter 0.5 %, 3 % missed."""
+    rng = np.random.default_rng(seed)
+    turns = np.arange(200.0)
+    turns[101::2] += 0.2
+    turns = turns + 0.005 * rng.standard_normal(200)
+    return Impacts.from_times(T * turns[rng.random(200) > 0.03])
+
+
+def test_a_period_that_doubles_is_two_stretches():
+    found = track_period(changing(), T)
+    assert [one.period.name for one in found.stretches] == ["period(1,1)", "period(2,2)"]
+    # the impact that is the first to be off comes at 101.2 periods
+    assert found.changes == pytest.approx([100.6 * T], abs=2.5 * T)
+    assert found.stretches[0].stop == found.stretches[1].start == found.changes[0]
+    assert found.probability.shape == (len(found.time), len(found.kinds))
+    assert found.probability.sum(axis=1) == pytest.approx(1)
+    # windows across the change are cut there, so no window shows a mixture
+    recurs = found.probability[:, [found.kinds.index("chaotic"), found.kinds.index("irregular")]]
+    assert recurs.sum(axis=1).max() < 0.2
+    assert found.describe().count("\n") == 1
+
+
+def test_a_period_that_drifts_and_does_not_change_is_one_stretch():
+    rng = np.random.default_rng(1)
+    turns = np.arange(150.0)
+    turns = turns + 0.01 * turns**2 / 300 + 0.005 * rng.standard_normal(150)
+    found = track_period(Impacts.from_times(T * turns), T)
+    assert [one.period.name for one in found.stretches] == ["period(1,1)"]
+    assert not len(found.changes)
+
+
+def test_a_period_that_is_lost_ends_a_stretch():
+    rng = np.random.default_rng(2)
+    steady = np.arange(100.0) + 0.005 * rng.standard_normal(100)
+    lost = 100 + np.cumsum(rng.exponential(1.0, 90))
+    found = track_period(Impacts.from_times(T * np.append(steady, lost)), T)
+    first, last = found.stretches
+    assert first.period.name == "period(1,1)"
+    assert last.period.aperiodic
+    assert found.changes == pytest.approx([100 * T], abs=10 * T)
+
+
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [
+        ("impacts", {"impacts": np.arange(100.0)}),
+        ("impacts", {"impacts": Impacts.from_times(np.arange(30.0))}),
+        ("window", {"window": 10}),
+        ("forcing_period", {"forcing_period": None}),
+        ("forcing_period", {"forcing_period": -1.0}),
+    ],
+)
+def test_arguments_that_cannot_be_used_are_named(name, given):
+    arguments = {"impacts": changing(), "forcing_period": T, **given}
+    with pytest.raises(InvalidInput) as caught:
+        track_period(**arguments)
+    assert caught.value.argument == name
