@@ -18,6 +18,7 @@ from ..impacts import CLIPPED, Disturbance
 from ._direction import direction
 from ._disturbances import disturbances
 from ._event_kernels import RESPONSE, place
+from ._fit_errors import KEPT
 from ._grid import Grid
 from ._judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
 from ._judging_kernels import (
@@ -33,7 +34,7 @@ from ._ladder import white_noise
 from ._pulse import measure_all
 from ._pulse_edges import ERRORS, FIT, mark_clipped
 from ._pulse_pairs import measure_pairs, with_partners
-from ._shared_shape import KEPT, share_shape
+from ._shared_shape import share_shape
 from ._spans import BESIDE, LEAST, Span, Spans
 from ._stream import FRAME, Frame, Piece, frames
 from ._survey import survey
@@ -280,7 +281,7 @@ class _Search:
             one._replace(start=one.start + segment)
             for one in disturbances(spans, k, span.events[judge.too_wide(span.events)])
         ]
-        share_shape(rows, ERRORS, FIT, self.wanted.contact_level == 0)
+        share_shape(rows, self.wanted.contact_level == 0)
         rows[:, 0] += segment
         self.found.add(rows[:, :ROW].copy(), span, judge.usual_level, grid.rungs.width)
 
