@@ -47,9 +47,11 @@ def record(
     levels=LEVELS,
     cutoff: float = 0.0,
     step: float = 0.0,
+    scatter: float = 0.0,
 ) -> Truth:
     """`count` impacts in noise of standard deviation 1, of random levels, gaps of 20-30 contacts.
 
+    Contact times are log-normal, with the standard deviation `scatter` of their logarithms.
     Noise is white, or low-passed at the share `cutoff` of the Nyquist frequency; rounded to
     multiples of `step`.
     """
@@ -60,10 +62,11 @@ def record(
     if cutoff:
         samples = signal.sosfilt(signal.butter(4, cutoff, output="sos"), samples)
         samples /= samples.std()
-    add_pulses(samples, rate, time, np.full(count, contact), amplitude, SHAPES[pulse])
+    contacts = contact * np.exp(scatter * rng.standard_normal(count))
+    add_pulses(samples, rate, time, contacts, amplitude, SHAPES[pulse])
     if step:
         samples = step * np.round(samples / step)
-    return Truth(samples, rate, time, np.full(count, contact), amplitude)
+    return Truth(samples, rate, time, contacts, amplitude)
 
 
 def cramer_rao(
@@ -88,7 +91,7 @@ def errors(pulse: str, rate: float, seed: int, **options) -> list[dict]:
     found = impactsig.detect_impacts(
         impactsig.Recording(truth.samples, rate), polarity="positive", sensor="force"
     )
-    contact = truth.contact_time[0]
+    contact = float(np.median(truth.contact_time))
     pairs = score(found.time, truth.time, 0.7 * contact)[2]
     u = np.linspace(0.0, 1.0, 4001)
     shape = SHAPES[pulse](u)
@@ -96,7 +99,7 @@ def errors(pulse: str, rate: float, seed: int, **options) -> list[dict]:
         "time": truth.time,
         "contact_time": truth.contact_time,
         "peak": truth.amplitude * shape.max(),
-        "impulse": truth.amplitude * contact * integrate.trapezoid(shape, u),
+        "impulse": truth.amplitude * truth.contact_time * integrate.trapezoid(shape, u),
     }
     rows = []
     for i, k in pairs:
@@ -137,11 +140,13 @@ def main() -> None:
     parser.add_argument("--contact", type=float, default=1.0, help="contact time [ms]")
     parser.add_argument("--cutoff", type=float, default=0.0, help="of the noise, of Nyquist's")
     parser.add_argument("--step", type=float, default=0.0, help="of the converter, in sigma")
+    parser.add_argument("--scatter", type=float, default=0.0, help="of the contact times")
     parser.add_argument("--count", type=int, default=300, help="impacts a record")
     parser.add_argument("--write", action="store_true", help="write results/errors.json")
     given = parser.parse_args()
     seeds = range(*map(int, given.seeds.split(":")))
     options = {"contact": 1e-3 * given.contact, "cutoff": given.cutoff, "step": given.step}
+    options["scatter"] = given.scatter
     head = "".join(f"| {name}: z, >2, >3 [%]    " for name in MEASURED)
     print(f"{'shape, kS/s, dB':24} found {head}| error/bound RMS/bound")
     lines, every = [], []

@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 from impactsig.detect._event_kernels import INSIDE, LEAST, NARROW
 from impactsig.detect._ladder import MATCH
 from impactsig.detect._pair_fit import ALIKE_SD
-from impactsig.detect._pulse_fit import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
+from impactsig.detect._pulse_model import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
 
 
 def responses(x, unit, near, far, gain, gate):
@@ -73,16 +73,17 @@ def pulse_shape(t, amplitude, start, rise, flat, fall, power):
 
 def posterior_residuals(p, t, x, log_edge):
     """Residuals of samples (in units of the noise) and of the priors."""
-    amplitude, start, log_rise, log_flat, log_fall, log_power = p
-    shape = pulse_shape(t, amplitude, start, *np.exp([log_rise, log_flat, log_fall, log_power]))
+    amplitude, start, skew, flatness, log_power, middle = p
+    parts = np.exp([middle + skew / 2, middle + flatness, middle - skew / 2])
+    shape = pulse_shape(t, amplitude, start, *parts, np.exp(log_power))
     return np.concatenate(
         (
             x - shape,
             [
-                (log_rise - log_fall) / SKEW_SD,
-                (log_flat - 0.5 * (log_rise + log_fall) - FLAT_MEAN) / FLAT_SD,
+                skew / SKEW_SD,
+                (flatness - FLAT_MEAN) / FLAT_SD,
                 log_power / POWER_SD,
-                (0.5 * (log_rise + log_fall) - log_edge) / LENGTH_SD,
+                (middle - log_edge) / LENGTH_SD,
             ],
         )
     )

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from .._compiled import njit
-from ..impacts import OPEN_END, OPEN_START
+from .._impact_flags import OPEN_END, OPEN_START
 from ._order_kernels import median_of
 from ._pulse_edges import ERRORS
 

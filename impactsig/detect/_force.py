@@ -19,6 +19,7 @@ from ._direction import direction
 from ._disturbances import disturbances, joined
 from ._dropout_kernels import cut_off
 from ._event_kernels import RESPONSE, place
+from ._fit_errors import KEPT
 from ._grid import Grid
 from ._judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
 from ._judging_kernels import (
@@ -34,7 +35,7 @@ from ._ladder import white_noise
 from ._pulse import measure_all
 from ._pulse_edges import ERRORS, FIT, mark_clipped
 from ._pulse_pairs import measure_pairs, with_partners
-from ._shared_shape import KEPT, share_shape
+from ._shared_shape import share_shape
 from ._spans import BESIDE, LEAST, Span, Spans
 from ._stream import FRAME, Frame, Piece, frames
 from ._survey import survey
@@ -281,7 +282,7 @@ class _Search:
             one._replace(start=one.start + segment)
             for one in disturbances(spans, k, span.events[judge.too_wide(span.events)])
         ]
-        share_shape(rows, ERRORS, FIT, self.wanted.contact_level == 0)
+        share_shape(rows, self.wanted.contact_level == 0)
         near_by = [one.first + one.dropouts for one in spans.around(k, 1) if len(one.dropouts)]
         if near_by:
             cut_off(rows, np.concatenate(near_by))

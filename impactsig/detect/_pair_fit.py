@@ -1,4 +1,4 @@
-"""Two half-sines that overlap, fitted together by least squares.
+"""Two half-sines that overlap, to be fitted together.
 
     f(t) = sum over both of A sin(pi (t - t0) / T)        t0 <= t < t0 + T
 
@@ -12,45 +12,12 @@ import math
 import numpy as np
 
 from .._compiled import njit
-from ._pulse_fit import _solve
 
 PAIR = 6  # A, t0, ln T of the first, then of the second
 ALIKE_SD = 0.25  # of the logarithm of the second length over the first
 SHARES = np.array(
     [0.4, 0.45, 0.5, 0.55, 0.6, 0.66, 0.72]
 )  # of both that one lasts: where a fit begins
-
-
-@njit(nogil=True)
-def fit_pair(points, x, p):
-    """Levenberg-Marquardt from `p`, in place; returns the residual variance over the noise's.
-
-    x and the heights are in units of the noise.
-    """
-    here, there = np.empty((PAIR, PAIR + 1)), np.empty((PAIR, PAIR + 1))
-    low, step, trial = np.empty((PAIR, PAIR)), np.empty(PAIR), np.empty(PAIR)
-    misfit, cost = pair_model(p, points, x, here)
-    damping = 1e-2
-    for _ in range(30):
-        if not _solve(here, damping, low, step):
-            damping = 10.0 * damping + 1e-6
-            continue
-        for i in range(PAIR):
-            trial[i] = p[i] + (min(max(step[i], -0.5), 0.5) if i % 3 == 2 else step[i])
-        new_misfit, new_cost = pair_model(trial, points, x, there)
-        if new_cost < cost:
-            gain = cost - new_cost
-            p[:] = trial
-            here, there = there, here
-            misfit, cost = new_misfit, new_cost
-            damping *= 0.1
-            if gain < 1e-2:
-                break
-        else:
-            damping = 10.0 * damping + 1e-6
-            if damping > 1e6:
-                break
-    return misfit / len(points)
 
 
 @njit(nogil=True)
@@ -89,8 +56,8 @@ def _half_sine_at(u, length):
 
 
 @njit(nogil=True)
-def pair_model(p, points, x, normal):
-    """Misfit, and with the prior the cost, at `p`; J^T J and J^T e go into `normal` (6 x 7)."""
+def pair_cost(p, points, x, normal):
+    """Misfit, and with the prior the cost, at `p`; J^T J and J^T e go into `normal`."""
     normal[:] = 0.0
     misfit = 0.0
     slope = np.zeros(PAIR)
@@ -114,12 +81,12 @@ def pair_model(p, points, x, normal):
             for i in range(PAIR):
                 for j in range(i + 1):
                     normal[i, j] += slope[i] * slope[j]
-                normal[i, PAIR] += slope[i] * e
+                normal[i, -1] += slope[i] * e
     unlike = (p[5] - p[2]) / ALIKE_SD
     weight = 1.0 / ALIKE_SD**2
     normal[2, 2] += weight
     normal[5, 5] += weight
     normal[5, 2] -= weight
-    normal[2, PAIR] += unlike / ALIKE_SD
-    normal[5, PAIR] -= unlike / ALIKE_SD
+    normal[2, -1] += unlike / ALIKE_SD
+    normal[5, -1] -= unlike / ALIKE_SD
     return misfit, misfit + unlike * unlike

@@ -13,33 +13,31 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import njit
-from .._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
+from ._fit_errors import TAKEN, UNIT, fit_errors
 from ._pulse_edges import (
     ERRORS,
     FIT,
     NO_PULSE,
-    Baseline,
     crest_at,
     crossing,
     integral,
-    remove_baseline,
     touch,
-    valley,
-    walk,
 )
 from ._pulse_errors import (
     UNKNOWN,
     Errors,
     Seen,
     edge_errors,
-    fit_errors,
     unless_flagged,
     with_crest,
     with_impulse,
     with_level,
 )
-from ._pulse_fit import PARAMETERS, fit_pulse
+from ._pulse_extent import Place, extent_of, level_out, stands_out, summit
+from ._pulse_fit import fit_pulse
+from ._pulse_model import PARAMETERS, parts_of, put_parameters, room_for
 
+STEEP = 0.05  # of the flat top: shorter edges are read off the samples
 MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points for the fit
 
 
@@ -53,29 +51,6 @@ class Pulse(NamedTuple):
     rise: float
     flags: int
     errors: Errors
-
-
-class Place(NamedTuple):
-    """Where a pulse stands in its segment: the peaks of it and its neighbours, and the ends.
-
-    A neighbour that is not there is at -1, or `total`; lo and hi bound what is looked at.
-    """
-
-    before: int
-    peak: int
-    after: int
-    lo: int
-    hi: int
-    total: int
-
-
-class Extent(NamedTuple):
-    """From where to where a pulse stands out, and how far it may be looked for, in samples of x."""
-
-    left: int
-    right: int
-    left_limit: int
-    right_limit: int
 
 
 @njit(nogil=True)
@@ -111,23 +86,23 @@ def measure_pulse(
         Level above the baseline that the contact time refers to, as a share of the peak if
         relative; 0 for the touch itself.
     keep : array
-        Takes the fit: columns as in `_shared_shape.py`; the first is NaN if none is taken.
+        Takes the fit: columns as in `_fit_errors.py`; the first is NaN if none is taken.
     """
-    keep[0] = np.nan
+    keep[TAKEN] = np.nan
     reach = measure_reach(width)
     lo, hi = max(0, peak - reach), min(total, peak + reach + 1)
     place = Place(before, peak, after, lo, hi, total)
     x = np.empty(hi - lo)
     for i in range(hi - lo):
         x[i] = signal[lo - origin + i]
-    top, crest = _summit(x, place, base, width, sigma)
+    top, crest = summit(x, place, base, width, sigma)
     height = crest - base
-    if crest - _foot(x, top, width) < 0.4 * height:
+    if not stands_out(x, top, width, crest - 0.4 * height):
         return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE, UNKNOWN)
-    extent, flags = _extent(x, top, place, base, height, width, sigma)
+    extent, flags = extent_of(x, top, place, base, height, width, sigma)
     for i in range(len(x)):
         x[i] -= base
-    baseline = _level_out(x, top, extent, place, width, sigma, colour, height)
+    baseline = level_out(x, top, extent, place, width, sigma, colour, height)
     height -= baseline.at_top
     if height <= 0.0:
         return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE, UNKNOWN)
@@ -162,87 +137,8 @@ def measure_pulse(
         errors = with_level(x, level, share, errors, seen)
     errors = unless_flagged(x, errors, flags, start, contact, seen)
     if fits:
-        keep[0] = lo + start
+        keep[TAKEN] = lo + start
     return Pulse(lo + start, contact, crest, impulse, rise, flags, errors)
-
-
-@njit(nogil=True)
-def _summit(x, place, base, width, sigma):
-    """Where in x the pulse is highest, and how high."""
-    end = len(x) - 1
-    top = place.peak - place.lo
-    # Not past half-way to a neighbour: one crest is never measured twice.
-    first = max(0, top - width, (place.before + place.peak) // 2 + 1 - place.lo)
-    last = min(end, top + width, (place.peak + place.after) // 2 - place.lo)
-    for i in range(first, last + 1):
-        if x[i] > x[top]:
-            top = i
-    crest = x[top]
-    if crest - base < 12.0 * sigma:
-        # The greatest sample of a faint pulse is noise's choice; the response knows the middle.
-        top = place.peak - place.lo
-        first, last = max(0, top - width // 4), min(end, top + width // 4)
-        crest = 0.0
-        for i in range(first, last + 1):
-            crest += x[i]
-        crest /= last + 1 - first
-    return top, crest
-
-
-@njit(nogil=True)
-def _foot(x, top, width):
-    """The higher of the least samples to either side, -inf where there is no side.
-
-    A stretch beside a pulse of the other sign has a low flank, but does not stand out.
-    """
-    foot = -np.inf
-    if top >= width:
-        foot = x[:top].min()
-    if len(x) - 1 - top >= width:
-        foot = max(foot, x[top + 1 :].min())
-    return foot
-
-
-@njit(nogil=True)
-def _extent(x, top, place, base, height, width, sigma):
-    """The extent of the pulse, no less than its typical width, and its flags."""
-    before, after, lo, hi = place.before, place.after, place.lo, place.hi
-    stop = base + max(0.1 * height, min(2.0 * sigma, 0.5 * height))
-    left_limit, right_limit = 0, len(x) - 1
-    if before >= lo and before - lo + 1 < top:
-        left_limit = valley(x, before - lo, top)
-    if after < hi and top + 1 < after - lo:
-        right_limit = valley(x, top, after - lo)
-    left = walk(x, top, -1, left_limit, stop)
-    right = walk(x, top, 1, right_limit, stop)
-    flags = 0
-    for index, limit in ((left, left_limit), (right, right_limit)):
-        if index != limit:
-            continue
-        if lo + index == 0:
-            flags |= OPEN_START if x[index] >= stop else 0
-        elif lo + index == place.total - 1:
-            flags |= OPEN_END if x[index] >= stop else 0
-        elif x[index] > base + 0.25 * height:
-            flags |= UNRESOLVED
-    left = max(min(left, top - (width + 1) // 2), left_limit)
-    right = min(max(right, top + (width + 1) // 2), right_limit)
-    return Extent(left, right, left_limit, right_limit), flags
-
-
-@njit(nogil=True)
-def _level_out(x, top, extent, place, width, sigma, colour, height):
-    """Subtract the baseline beside the pulse, clear of its neighbours."""
-    left, right = extent.left, extent.right
-    margin = 2 + (right - left) // 4
-    reach = 4 * (right - left)
-    first, last = max(0, left - margin - reach), min(len(x), right + margin + 1 + reach)
-    if place.before >= place.lo:
-        first = max(first, place.before - place.lo + 2 * width)
-    if place.after < place.hi:
-        last = min(last, place.after - place.lo - 2 * width)
-    line = remove_baseline(x, first, left - margin, right + margin + 1, last, sigma, height, top)
-    return Baseline(line.at_top, line.centre, colour * line.level, colour * line.slope)
 
 
 @njit(nogil=True)
@@ -277,12 +173,16 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
         fall = max((late - crossing(x, top, 1, b - 1, 0.8 * height)) / 0.462, 0.5)
         start = early - 0.128 * rise
         flat = max(late + 0.128 * fall - start - rise - fall, 0.1 * (rise + fall))
+        if rise + fall < STEEP * flat:
+            # Sides with hardly a sample show no shape, and the priors would make up a foot.
+            return False, 0.0, 0.0, 0.0, crest, UNKNOWN
     p = np.empty(PARAMETERS)
-    p[0], p[1] = height / unit, start
-    p[2], p[3], p[4], p[5] = math.log(rise), math.log(flat), math.log(fall), 0.0
+    put_parameters(height / unit, start, rise, flat, fall, p)
     log_edge = math.log(0.6 * width)
-    misfit = fit_pulse(points, means, log_edge, p)
-    length = math.exp(p[2]) + math.exp(p[3]) + math.exp(p[4])
+    curve = room_for(count)
+    misfit = fit_pulse(points, means, log_edge, curve, p)
+    parts = parts_of(p)
+    length = parts.rise + parts.flat + parts.fall
     # An edge beyond the valley to a neighbour would be read from the neighbour's samples.
     left_most = left_limit - 1.0 if a == left_limit else a - pad
     right_most = right_limit + 1.0 if b == right_limit + 1 else b + pad
@@ -292,13 +192,13 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
     fits = (misfit < 2.0 or faint) and p[0] > 0.0 and inside
     errors = UNKNOWN
     if fits:
-        errors = fit_errors(points, means, log_edge, p, per, unit, seen, keep)
+        errors = fit_errors(points, means, log_edge, p, per, unit, seen, curve, keep)
     if fits and unit <= sigma:
         crest = p[0] * unit  # less noisy than the greatest sample
     elif fits:
         errors = with_crest(x, errors, seen)
-        keep[2] = 0.0
-    return fits, p[1], length, math.exp(p[2]) + 0.5 * math.exp(p[3]), crest, errors
+        keep[UNIT] = 0.0
+    return fits, p[1], length, parts.rise + 0.5 * parts.flat, crest, errors
 
 
 @njit(nogil=True)

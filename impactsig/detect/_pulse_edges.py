@@ -11,7 +11,7 @@ from .._compiled import njit
 
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
 ERRORS = 10  # first column of the standard errors of start, contact, peak and impulse
-FIT = 14  # and of what is kept of a fit, see `_shared_shape.py`
+FIT = 14  # and of what is kept of a fit, see `_fit_errors.py`
 
 
 class Baseline(NamedTuple):
@@ -117,28 +117,33 @@ def remove_baseline(x, a, b, c, d, sigma, height, at_top):
     count = left + right
     if count < 4:
         return Baseline(0.0, float(at_top), sigma, 0.0)
-    side = np.empty(count)
-    at = np.empty(count)
-    for i in range(left):
-        side[i], at[i] = x[a + i], a + i
-    for i in range(right):
-        side[left + i], at[left + i] = x[c + i], c + i
-    mean = centre = cross = square = scatter = slope = slope_error = 0.0
-    for i in range(count):
-        mean += side[i] / count
-        centre += at[i] / count
+    # Places are counted from the middle of both, which those of whole numbers have in closed form.
+    centre = (left * 0.5 * (a + b - 1) + right * 0.5 * (c + d - 1)) / count
+    total = cross = 0.0
+    for i in range(a, a + left):
+        total += x[i]
+        cross += (i - centre) * x[i]
+    for i in range(c, c + right):
+        total += x[i]
+        cross += (i - centre) * x[i]
+    mean, slope, slope_error = total / count, 0.0, 0.0
     if left >= 4 and right >= 4:
-        for i in range(count):
-            cross += (at[i] - centre) * (side[i] - mean)
-            square += (at[i] - centre) ** 2
+        square = left * (left * left - 1.0) / 12.0 + right * (right * right - 1.0) / 12.0
+        square += left * (0.5 * (a + b - 1) - centre) ** 2
+        square += right * (0.5 * (c + d - 1) - centre) ** 2
         slope, slope_error = cross / square, sigma / math.sqrt(square)
-    for i in range(count):
-        scatter += (side[i] - mean - slope * (at[i] - centre)) ** 2
+    scatter = 0.0
+    for i in range(a, a + left):
+        scatter += (x[i] - mean - slope * (i - centre)) ** 2
+    for i in range(c, c + right):
+        scatter += (x[i] - mean - slope * (i - centre)) ** 2
     scatter = math.sqrt(scatter / count)
     error = sigma / math.sqrt(count)
     if scatter < 0.5 * sigma:
         error = sigma  # rounded to the same step, all of them
     elif scatter > max(2.0 * sigma, 0.05 * height):
+        side = np.empty(count)
+        side[:left], side[left:] = x[a : a + left], x[c : c + right]
         mean, slope, slope_error = np.median(side), 0.0, 0.0
         error = scatter * math.sqrt(0.5 * math.pi / count)
     for i in range(len(x)):

@@ -9,8 +9,9 @@ import numpy as np
 from .._compiled import njit
 from .._impact_flags import UNRESOLVED
 from ._ladder import MATCH
-from ._pair_fit import PAIR, begin_pair, fit_pair, pair_model
+from ._pair_fit import PAIR, begin_pair, pair_cost
 from ._pulse_edges import ERRORS
+from ._pulse_fit import fit_pair
 from ._touching_kernels import PER_WIDTH, look_around, to_samples
 
 NEAR = 1.15  # mean lengths between two crests: pulses further apart are measured one by one
@@ -103,7 +104,7 @@ def _fit(signal, origin, first, second, sigma, p, errors):
 def _standard_errors(points, means, p, misfit, seen, errors):
     """From the posterior covariance, times the misfit where that is more than noise."""
     normal = np.empty((PAIR, PAIR + 1))
-    pair_model(p, points, means, normal)
+    pair_cost(p, points, means, normal)
     for i in range(PAIR):
         for j in range(i):
             normal[j, i] = normal[i, j]

@@ -1,124 +1,183 @@
-"""Kernel of the shape that impacts share: mean and spread by expectation and maximisation."""
+"""Kernels of the shape that impacts share: mean and spread by expectation and maximisation.
+
+The information H of a pulse is that on height and start (a) and on its shape (s). Freed from the
+former, that on the shape alone is M = Hss - Hsa Haa^-1 Has, and the score b = gs - Hsa Haa^-1 ga.
+With mean mu and weights W = 1 / spread^2 of the shapes, a pulse fitted at the shape s moves by
+
+    C (b - W (s - mu)),    C = (M + W)^-1.
+
+The flat top counts by ln(1 + p/(BRIEF m)) here, not by ln p/m as in the fit: a pulse is linear in
+the length of a brief one, whose logarithm has no bound.
+"""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from .._compiled import njit
+from ._fit_errors import ESTIMATE, MISFIT, SCORE, SQUARE
+from ._pulse_model import FLAT, SKEW, WIDER
+from ._small_matrices import factor, invert, solve
+
+SHAPES = WIDER - SKEW
+ROUNDS = 8
+BRIEF = 0.3
+"""Flat tops over edges that count as brief."""
+APART = np.array([0.5, 1.7, 0.25, 0.7, 0.3])
+"""Standard deviation of the mean shape about where it is expected."""
+SPREAD, WEIGHT = np.array([0.05, 0.17, 0.025, 0.02, 0.025]), 2.0
+"""Standard deviation of shapes to begin with, and how many pulses it counts as."""
+
+
+class Fits(NamedTuple):
+    """Fits of pulses, an entry each."""
+
+    own: np.ndarray  # (n, 2, 2), Haa^-1
+    pull: np.ndarray  # (n, 2), Haa^-1 ga
+    along: np.ndarray  # (n, 2, s), Haa^-1 Has
+    information: np.ndarray  # (n, s, s), M
+    score: np.ndarray  # (n, s), b
+    shape: np.ndarray  # (n, s), that was fitted
+    step: np.ndarray  # (n, 2 + s), from the fit to what the shared shape makes of it
+    covariance: np.ndarray  # (n, s, s), C
+
+
+class Shape(NamedTuple):
+    """The shared shape."""
+
+    weight: np.ndarray  # (s,), W
+    uncertain: np.ndarray  # (s, s), covariance of the mean
 
 
 @njit(nogil=True)
-def _inverse(a, low, out):
-    """Inverse of a positive definite matrix, by Cholesky's factors in `low`."""
-    n = len(a)
+def set_free(kept):
+    """The fits, of what is kept of each, with shapes freed from height and start."""
+    n, s = len(kept), SHAPES
+    fits = Fits(
+        np.empty((n, SKEW, SKEW)),
+        np.empty((n, SKEW)),
+        np.empty((n, SKEW, s)),
+        np.empty((n, s, s)),
+        np.empty((n, s)),
+        np.empty((n, s)),
+        np.empty((n, WIDER)),
+        np.empty((n, s, s)),
+    )
     for i in range(n):
-        for j in range(i + 1):
-            total = a[i, j]
-            for k in range(j):
-                total -= low[i, k] * low[j, k]
-            low[i, j] = np.sqrt(max(total, 1e-300)) if i == j else total / low[j, j]
-    for column in range(n):
+        # Misfit makes a pulse count for less.
+        part = 1.0 / (1.0 + kept[i, MISFIT])
+        square = kept[i, SQUARE:].copy().reshape((WIDER, WIDER))
+        score = kept[i, SCORE:SQUARE].copy()
+        flat = np.exp(kept[i, ESTIMATE + FLAT])
+        longer = 1.0 + BRIEF / flat
+        score[FLAT] *= longer
+        for m in range(WIDER):
+            square[FLAT, m] *= longer
+            square[m, FLAT] *= longer
+        first, second = square[0, 0] * part + 1e-9, square[1, 1] * part + 1e-9
+        cross = square[1, 0] * part
+        determinant = first * second - cross * cross
+        own = fits.own[i]
+        own[0, 0], own[1, 1] = second / determinant, first / determinant
+        own[0, 1] = own[1, 0] = -cross / determinant
+        for m in range(SKEW):
+            fits.pull[i, m] = part * (own[m, 0] * score[0] + own[m, 1] * score[1])
+            for a in range(s):
+                fits.along[i, m, a] = part * (
+                    own[m, 0] * square[0, SKEW + a] + own[m, 1] * square[1, SKEW + a]
+                )
+        for a in range(s):
+            fits.shape[i, a] = kept[i, ESTIMATE + SKEW + a]
+            fits.score[i, a] = part * (
+                score[SKEW + a]
+                - square[SKEW + a, 0] * fits.pull[i, 0]
+                - square[SKEW + a, 1] * fits.pull[i, 1]
+            )
+            for b in range(s):
+                fits.information[i, a, b] = part * (
+                    square[SKEW + a, SKEW + b]
+                    - square[SKEW + a, 0] * fits.along[i, 0, b]
+                    - square[SKEW + a, 1] * fits.along[i, 1, b]
+                )
+            fits.information[i, a, a] += 1e-9
+        fits.shape[i, FLAT - SKEW] = np.log(1.0 + flat / BRIEF)
+    return fits
+
+
+@njit(nogil=True)
+def estimate_shape(fits, about):
+    """The shape that fits share, expected near `about`; fills in their steps and covariances."""
+    n, s = len(fits.score), SHAPES
+    mean, spread = about.copy(), APART.copy()
+    weight, towards, own, shown = np.empty(s), np.empty(s), np.empty(s), np.empty(s)
+    information, uncertain, factors = np.empty((s, s)), np.empty((s, s)), np.empty((s, s))
+    pull = np.empty(s)
+    for _ in range(ROUNDS):
+        for a in range(s):
+            weight[a] = spread[a] ** -2.0
+            towards[a] = (about[a] - mean[a]) / APART[a] ** 2
+            own[a] = shown[a] = 0.0
+            information[a, :] = 0.0
+            information[a, a] = n * weight[a] + APART[a] ** -2.0
         for i in range(n):
-            total = 1.0 if i == column else 0.0
-            for k in range(i):
-                total -= low[i, k] * out[k, column]
-            out[i, column] = total / low[i, i]
-        for i in range(n - 1, -1, -1):
-            total = out[i, column]
-            for k in range(i + 1, n):
-                total -= low[k, i] * out[k, column]
-            out[i, column] = total / low[i, i]
-
-
-@njit(nogil=True)
-def _seen_by(shape, covariance, half, left):
-    """S C S', of the matrix S and the covariance C; S C goes into `half`."""
-    for i in range(len(shape)):
-        for j in range(len(covariance)):
-            total = 0.0
-            for k in range(len(covariance)):
-                total += shape[i, k] * covariance[k, j]
-            half[i, j] = total
-    for i in range(len(shape)):
-        for j in range(len(shape)):
-            total = 0.0
-            for k in range(len(covariance)):
-                total += half[i, k] * shape[j, k]
-            left[i, j] = total
-
-
-@njit(nogil=True)
-def estimate_shape(square, score, first, shape, about, apart, spread, weight, rounds):
-    """Mean and spread of shapes, and each pulse's step from its fit.
-
-    Parameters
-    ----------
-    square, score : arrays (n, p, p) and (n, p)
-        Information and score of each pulse, at its fit.
-    first : array (n, s)
-        Shapes that were fitted.
-    shape : array (s, p)
-        Shape from the parameters.
-    about, apart : arrays (s,)
-        Mean and standard deviation that the mean shape is drawn from.
-    spread, weight : array (s,) and float
-        Standard deviation of shapes to begin with, and how many pulses it counts as.
-    rounds : int
-
-    Returns
-    -------
-    step (n, p), covariance (n, p, p), explained (n, s), weights (s,), uncertain (s, s) : arrays
-        Explained are the variances of the shapes that are left, uncertain is the covariance of the
-        mean.
-    """
-    count, parameters = score.shape
-    shapes = len(shape)
-    mean, now = about.copy(), apart.copy()
-    step, covariance = np.zeros((count, parameters)), np.zeros((count, parameters, parameters))
-    explained = np.zeros((count, shapes))
-    w = np.empty(shapes)
-    uncertain = np.zeros((shapes, shapes))
-    prior, total = np.empty((parameters, parameters)), np.empty((parameters, parameters))
-    low, pull = np.zeros((parameters, parameters)), np.empty(parameters)
-    half, left = np.empty((shapes, parameters)), np.empty((shapes, shapes))
-    for _ in range(rounds):
-        for a in range(shapes):
-            w[a] = now[a] ** -2.0
-        for i in range(parameters):
-            for j in range(parameters):
-                prior[i, j] = 0.0
-                for a in range(shapes):
-                    prior[i, j] += shape[a, i] * w[a] * shape[a, j]
-        information = np.zeros((shapes, shapes))
-        towards, own, shown = np.zeros(shapes), np.zeros(shapes), np.zeros(shapes)
-        for k in range(count):
-            total[:] = square[k] + prior
-            _inverse(total, low, covariance[k])
-            for i in range(parameters):
-                pull[i] = score[k, i]
-                for a in range(shapes):
-                    pull[i] -= (first[k, a] - mean[a]) * w[a] * shape[a, i]
-            for i in range(parameters):
-                step[k, i] = 0.0
-                for j in range(parameters):
-                    step[k, i] += covariance[k, i, j] * pull[j]
-            _seen_by(shape, covariance[k], half, left)
-            for a in range(shapes):
-                off = first[k, a] - mean[a]
-                for i in range(parameters):
-                    off += shape[a, i] * step[k, i]
-                towards[a] += off * w[a]
+            covariance = fits.covariance[i]
+            for a in range(s):
+                for b in range(a):
+                    factors[a, b] = fits.information[i, a, b]
+                factors[a, a] = fits.information[i, a, a] + weight[a]
+            factor(factors)
+            invert(factors, covariance)
+            for a in range(s):
+                pull[a] = fits.score[i, a] - weight[a] * (fits.shape[i, a] - mean[a])
+            for a in range(s):
+                step = 0.0
+                for b in range(s):
+                    step += covariance[a, b] * pull[b]
+                    information[a, b] -= weight[a] * covariance[a, b] * weight[b]
+                fits.step[i, SKEW + a] = step
+                off = fits.shape[i, a] - mean[a] + step
+                towards[a] += off * weight[a]
                 own[a] += off * off
-                shown[a] += 1.0 - left[a, a] * w[a]
-                explained[k, a] = left[a, a]
-                for b in range(shapes):
-                    information[a, b] -= w[a] * left[a, b] * w[b]
-        for a in range(shapes):
-            information[a, a] += count * w[a] + apart[a] ** -2.0
-            towards[a] += (about[a] - mean[a]) / apart[a] ** 2
-        uncertain = np.linalg.inv(information)
-        for a in range(shapes):
-            for b in range(shapes):
-                mean[a] += uncertain[a, b] * towards[b]
-            now[a] = np.sqrt((own[a] + weight * spread[a] ** 2) / (max(shown[a], 0.0) + weight))
-    return step, covariance, explained, w, uncertain
+                shown[a] += 1.0 - covariance[a, a] * weight[a]
+        for a in range(s):
+            for b in range(s):
+                factors[a, b] = information[a, b]
+            spread[a] = np.sqrt((own[a] + WEIGHT * SPREAD[a] ** 2) / (max(shown[a], 0.0) + WEIGHT))
+        factor(factors)
+        invert(factors, uncertain)
+        solve(factors, towards)
+        for a in range(s):
+            mean[a] += towards[a]
+    for i in range(n):
+        for m in range(SKEW):
+            fits.step[i, m] = fits.pull[i, m]
+            for a in range(s):
+                fits.step[i, m] -= fits.along[i, m, a] * fits.step[i, SKEW + a]
+    return Shape(weight, uncertain)
+
+
+@njit(nogil=True)
+def variance_along(direction, i, fits, shape):
+    """Variance of a linear function of the parameters of pulse i: its own, and the mean shape's."""
+    s = SHAPES
+    total = 0.0
+    for m in range(SKEW):
+        for k in range(SKEW):
+            total += direction[m] * fits.own[i, m, k] * direction[k]
+    seen, moved = np.empty(s), np.empty(s)
+    for a in range(s):
+        seen[a] = direction[SKEW + a]
+        for m in range(SKEW):
+            seen[a] -= direction[m] * fits.along[i, m, a]
+    for a in range(s):
+        moved[a] = 0.0
+        for b in range(s):
+            moved[a] += fits.covariance[i, a, b] * seen[b]
+        total += seen[a] * moved[a]
+    for a in range(s):
+        for b in range(s):
+            common = shape.weight[a] * shape.uncertain[a, b] * shape.weight[b]
+            total += moved[a] * common * moved[b]
+    return total

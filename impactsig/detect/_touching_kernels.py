@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import njit
-from ._pair_fit import PAIR, begin_pair, fit_pair
-from ._pulse_fit import PARAMETERS, fit_pulse
+from ._pair_fit import PAIR, begin_pair
+from ._pulse_fit import fit_pair, fit_pulse
+from ._pulse_model import PARAMETERS, put_parameters, room_for
 
 PER_WIDTH = 24  # means of samples in a width that are looked at, at most
 REACH = 3.2  # widths to either side of a crest within which a pair ends
@@ -190,8 +191,8 @@ def _left_by_one(points, means, seen, from_feet):
     _begin_one(means, p)
     half = 0.5 * (seen.right - seen.left)
     if from_feet:
-        p[1], p[2], p[3], p[4] = seen.left, math.log(half), math.log(0.2 * half), math.log(half)
-    return len(means) * fit_pulse(points, means, math.log(half), p)
+        put_parameters(p[0], seen.left, half, 0.2 * half, half, p)
+    return len(means) * fit_pulse(points, means, math.log(half), room_for(len(points)), p)
 
 
 @njit(nogil=True)
@@ -215,8 +216,7 @@ def _begin_one(means, p):
     rise, fall = max((up - early) / 0.462, 1.0), max((late - down) / 0.462, 1.0)
     start = early - 0.128 * rise
     flat = max(late + 0.128 * fall - start - rise - fall, 0.1 * (rise + fall))
-    p[0], p[1], p[5] = means[top], start, 0.0
-    p[2], p[3], p[4] = math.log(rise), math.log(flat), math.log(fall)
+    put_parameters(means[top], start, rise, flat, fall, p)
 
 
 @njit(nogil=True)

@@ -47,12 +47,10 @@ def test_bound_of_a_half_sine_is_its_closed_form():
 
 @pytest.mark.parametrize("rate", [20e3, 50e3, 200e3])
 def test_errors_are_as_large_as_their_standard_errors(rate):
-    # Several records: the error of the shape is common to the impacts of one.
-    rows = [
-        row
-        for seed in range(31, 36)
-        for row in errors("half-sine", rate, seed, levels=(10.0, 20.0), count=60)
-    ]
+    # Several records: the error of the shape is common to the impacts of one. Contact times
+    # differ, as those of a machine do; equal ones are nearer to their mean than can be known.
+    options = {"levels": (10.0, 20.0), "count": 60, "scatter": 0.03}
+    rows = [row for seed in range(31, 36) for row in errors("half-sine", rate, seed, **options)]
     assert len(rows) > 220
     for name in MEASURED:
         assert 0.65 < rms_z(rows, name) < 1.3

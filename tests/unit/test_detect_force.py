@@ -14,6 +14,7 @@ from impactsig.detect._mains import find_lines, fit_lines
 from impactsig.detect._mains_kernels import take_off
 from impactsig.detect._noise_kernels import read_noise
 from impactsig.detect._pulse_fit import fit_pulse
+from impactsig.detect._pulse_model import PARAMETERS, put_parameters, room_for
 from impactsig.detect._response_kernels import CREST, GATE, VALLEY, find_crests
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
@@ -378,9 +379,10 @@ def test_pulse_fit_finds_the_posterior_minimum():
         x = naive_force.pulse_shape(t, amplitude, start, 7.0, 1.0, 6.0, 1.0) + rng.standard_normal(
             30
         )
-        first = np.array([amplitude, 7.5, np.log(6.5), np.log(1.5), np.log(6.5), 0.0])
+        first = np.empty(PARAMETERS)
+        put_parameters(amplitude, 7.5, 6.5, 1.5, 6.5, first)
         p = first.copy()
-        fit_pulse(t, x, np.log(6.0), p)
+        fit_pulse(t, x, np.log(6.0), room_for(len(t)), p)
         cost = np.sum(naive_force.posterior_residuals(p, t, x, np.log(6.0)) ** 2)
         worse += cost > naive_force.fit_pulse(t, x, np.log(6.0), first)[1] + 0.05
     # The cost has kinks where a sample enters the pulse: now and then either stops at another

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impactsig
-from impactsig.detect._pulse import Place, _summit
+from impactsig.detect._pulse_extent import Place, summit
 from impactsig.impacts import CLIPPED
 
 
@@ -111,7 +111,7 @@ def test_every_sample_between_two_crests_is_looked_at_for_one_of_them(apart):
     for sample in range(first + 1, second):
         x = np.zeros(total)
         x[sample] = 1.0
-        tops = [_summit(x, place, 0.0, 10, 0.0)[0] for place in places]
+        tops = [summit(x, place, 0.0, 10, 0.0)[0] for place in places]
         assert sorted(top == sample for top in tops) == [False, True], sample
 
 

@@ -8,7 +8,7 @@ import pytest
 import impactsig
 from benchmarks.disturbances import records
 from benchmarks.recordings import add_pulses, score
-from impactsig.detect._pair_fit import fit_pair
+from impactsig.detect._pulse_fit import fit_pair
 from impactsig.impacts import UNRESOLVED
 from tests import naive_force
 
