@@ -40,7 +40,7 @@ AT_ONCE = 4
 AT_ONCE_OF_ALL = 12
 """The same where all vectors are taken."""
 
-VECTORS = 4000
+VECTORS = 10_000
 """Vectors of the largest scales."""
 
 SCALES = 160
