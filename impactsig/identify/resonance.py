@@ -22,6 +22,8 @@ REPLICAS = 100
 EVIDENCE = 10.0
 """Logarithm of the likelihood ratio below which a resonance is not believed."""
 FEWEST = 16
+MISFIT = 1e-3
+CLEAN = 100.0  # dB
 
 
 class Estimate(NamedTuple):
@@ -63,6 +65,9 @@ class Resonance:
         Size of the part of the signal in the band [unit], once or twice a swing.
     unit, source : str
         Of the recording.
+    p_value : float
+        Probability, were there one mode and white noise, of what the model leaves of the band being
+        as unevenly spread over it (Bartlett's test of the cumulative periodogram).
 
     Notes
     -----
@@ -90,6 +95,16 @@ class Resonance:
     envelope: np.ndarray
     unit: str
     source: str
+    p_value: float
+
+    @property
+    def misfit(self) -> bool:
+        """Whether one mode in white noise does not explain the band: `p_value` of 0.001 or less.
+
+        A second mode, damping that is not viscous, or a frequency that depends on the amplitude are
+        likelier then, and the errors do not hold. Above 100 dB rounding is all that is left.
+        """
+        return self.p_value <= MISFIT and not self.signal_to_noise > CLEAN
 
     @property
     def quality_factor(self) -> float:
@@ -106,7 +121,8 @@ class Resonance:
         return (
             f"Resonance({self.natural_frequency:.6g} ± {self.natural_frequency_error:.1g} Hz; "
             f"damping ratio {self.damping_ratio:.4g} ± {self.damping_ratio_error:.1g}; "
-            f"from a {self.kind} of {self.duration:.4g} s)"
+            f"from a {self.kind} of {self.duration:.4g} s"
+            f"{'; misfit: one mode does not explain it' if self.misfit else ''})"
         )
 
 
@@ -197,6 +213,7 @@ def identify_resonance(
     model = np.abs(fit.model) ** 2 if kind == "decay" else fit.model
     if kind == "decay":
         model = model + fit.noise**2 * found.count
+    left = np.abs(found.values - fit.model) ** 2 if kind == "decay" else power / fit.model
     envelope_time, envelope = found.envelope()
     start = recording.start + begin / rate
     return Resonance(
@@ -218,7 +235,20 @@ def identify_resonance(
         envelope,
         recording.unit,
         recording.source,
+        _unevenness(left),
     )
+
+
+def _unevenness(left: np.ndarray) -> float:
+    """Probability that exponential numbers of one mean are spread as unevenly over the band."""
+    from scipy.stats import kstwobign
+
+    total = float(left.sum())
+    if total <= 0:
+        return 1.0
+    along = np.cumsum(left)[:-1] / total
+    off = float(np.abs(along - np.arange(1, len(left)) / len(left)).max())
+    return float(kstwobign.sf(off * math.sqrt(len(left))))
 
 
 def _textbook(band: Band, fit: Fit, kind: str, seed: Seed) -> list[Estimate]:

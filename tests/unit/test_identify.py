@@ -298,3 +298,30 @@ def test_figures():
     swings, line = (item.get_ydata() for item in ax.get_lines())
     assert np.log(line[5] / swings[5]) == pytest.approx(0, abs=0.1)
     pyplot.close(ax.figure)
+
+
+def _decay(seed, second=0.0, noise=0.02, stiffening=0.0):
+    """Ten seconds of a mode at 22.28 Hz, with another in the band or a frequency that falls."""
+    time = np.arange(10_000) / 1000
+    size = np.exp(-0.7 * time)
+    swings = size * np.cos(140 * time + stiffening * size)
+    swings += second * np.exp(-0.9 * time) * np.cos(165 * time)
+    return Recording(swings + noise * np.random.default_rng(seed).standard_normal(10_000), 1000)
+
+
+def test_one_mode_in_white_noise_is_no_misfit():
+    found = [identify_resonance(_decay(seed), "decay") for seed in range(12)]
+    assert not any(one.misfit for one in found)
+    assert "misfit" not in repr(found[0])
+    assert min(one.p_value for one in found) < 0.9
+
+
+@pytest.mark.parametrize("wrong", [{"second": 0.1}, {"stiffening": 1.0}])
+def test_a_second_mode_or_another_law_is_a_misfit(wrong):
+    found = identify_resonance(_decay(1, **wrong), "decay")
+    assert found.misfit
+    assert "one mode does not explain it" in repr(found)
+
+
+def test_a_record_without_noise_is_no_misfit():
+    assert not identify_resonance(_decay(1, noise=0.0), "decay").misfit

@@ -137,6 +137,7 @@ HUGE = {
 }
 ANY_SIZE = {
     "delay_embed",
+    "ordinal_patterns",
     "correlation_sum",
     "correlation_dimension",
     "recurrence_plot",
@@ -239,7 +240,12 @@ def test_a_series_too_short_for_its_vectors_is_refused(name):
     assert caught.value.argument in ("x", "theiler")
 
 
-SHORTEST = {"delay_embed": 2, "recurrence_plot": 1, "recurrence_quantification": 2}
+SHORTEST = {
+    "delay_embed": 2,
+    "ordinal_patterns": 3,
+    "recurrence_plot": 1,
+    "recurrence_quantification": 2,
+}
 
 
 @every
