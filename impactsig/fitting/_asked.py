@@ -130,7 +130,7 @@ def refined(impacts: Impacts, frequency: float) -> float:
 def refuse_periodic(impacts: Impacts, frequency: float) -> None:
     """Say that a periodic train cannot tell."""
     period = identify_period(impacts, 1 / frequency)
-    if period.kind in ("periodic", "unlocked"):
+    if period.recurs:
         raise InvalidInput(
             "impacts",
             period.describe(),

@@ -285,4 +285,4 @@ def _settles(machine: Oscillator) -> bool:
     assert machine.forcing_period is not None
     if len(impacts) < 20:
         return True
-    return identify_period(impacts, machine.forcing_period).kind == "periodic"
+    return identify_period(impacts, machine.forcing_period).recurs
