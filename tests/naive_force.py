@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
-from impactsig.detect._event_kernels import INSIDE, NARROW
+from impactsig.detect._event_kernels import INSIDE, LEAST, NARROW
 from impactsig.detect._ladder import MATCH
 from impactsig.detect._pair_fit import ALIKE_SD
-from impactsig.detect._probability import LOWEST
 from impactsig.detect._pulse_model import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
 
 
@@ -47,7 +46,7 @@ def leading(crests, order, widths, explained):
     for index in order:
         centre, rung, height, sure = crests[index]
         width, rest = widths[int(rung)], height
-        least = max(0.5 * height, LOWEST * height / sure)
+        least = max(0.5 * height, LEAST * height / sure)
         for other in kept:
             wide, apart = widths[int(crests[other, 1])], abs(crests[other, 0] - centre)
             if apart > 0.5 * (wide / MATCH + width):

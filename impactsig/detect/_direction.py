@@ -10,8 +10,7 @@ from ._event_kernels import EVENT
 from ._grid import Grid
 from ._judging import LEAST_SAMPLES
 from ._ladder import MATCH
-from ._probability import CLEAR
-from ._spans import Spans
+from ._spans import LEAST, Spans
 from ._survey import Survey
 
 UNDECIDED = 0.2
@@ -33,14 +32,14 @@ def direction(record: Survey, grid: Grid, scale: float) -> float:
     every = (
         np.concatenate([one for both in found for one in both]) if found else np.empty((0, EVENT))
     )
-    clear = every[every[:, 3] >= CLEAR, 1]
+    clear = every[every[:, 3] >= 2 * LEAST, 1]
     # Glitches point either way, and among the steepest stretches they are many.
     least = 2.0 if np.count_nonzero(clear >= 2.0) >= np.count_nonzero(clear < 2.0) else 0.0
     vote = voted = 0.0
     for both in found:
         ups, downs = (one[one[:, 1] >= least] for one in both)
         # What is not clear of the noise counts where nothing is.
-        sums = [one[one[:, 3] >= CLEAR, 2].sum() for one in (ups, downs)]
+        sums = [one[one[:, 3] >= 2 * LEAST, 2].sum() for one in (ups, downs)]
         up, down = sums if any(sums) else (ups[:, 2].sum(), downs[:, 2].sum())
         if up + down:
             vote += (up - down) / (up + down)

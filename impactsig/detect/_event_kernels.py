@@ -13,11 +13,11 @@ import numpy as np
 from .._compiled import njit
 from ._ladder import HALF_SINE_GAIN, MATCH
 from ._pair_fit import PAIR
-from ._probability import LOWEST
 from ._response_kernels import gated, noise_at, parts, running_sums
 from ._touching_kernels import NOT_TWO, TWO, crests_between_dips, two_pulses
 
 EVENT = 5  # fields of an event: centre, width [samples], height, height over noise, flank mean
+LEAST = 5.0  # standard deviations that are left of a response once others are taken off
 CLEAR = 15.0  # standard deviations from which an event is one whatever is around it
 AROUND, SEEN = 32, 40  # widths to either side that are looked at, and responses on each
 LOUDER = 2.0  # times the noise that they are at least, where they count
@@ -164,7 +164,7 @@ def _leading(crests, order, widths, out):
     for index in order:
         centre, width = crests[index, 0], widths[int(crests[index, 1])]
         height = crests[index, 2]
-        rest, least = height, max(0.5 * height, LOWEST * height / crests[index, 3])
+        rest, least = height, max(0.5 * height, LEAST * height / crests[index, 3])
         reach = 0.5 * (widest / MATCH + width)
         k = np.searchsorted(centres[:kept], centre - reach)
         while k < kept and centres[k] <= centre + reach and rest >= least:
@@ -248,7 +248,7 @@ def _parted(x, origin, total, event, widths, noise, out):
             out[m, 0], out[m, 1], out[m, 2] = pair[3 * m + 1] + 0.5 * length, width, pair[3 * m]
             out[m, 3], out[m, 4] = pair[3 * m] / noise_at(width, widths, noise), pair[PAIR]
             least = min(least, out[m, 3])
-        if least >= LOWEST:
+        if least >= LEAST:
             return 2
         out[0] = event
         return 1

@@ -32,12 +32,11 @@ from ._judging_kernels import (
     worst,
 )
 from ._ladder import white_noise
-from ._probability import LOWEST
 from ._pulse import measure_all
 from ._pulse_edges import ERRORS, FIT, mark_clipped
 from ._pulse_pairs import measure_pairs, with_partners
 from ._shared_shape import share_shape
-from ._spans import BESIDE, Span, Spans
+from ._spans import BESIDE, LEAST, Span, Spans
 from ._stream import FRAME, Frame, Piece, frames
 from ._survey import survey
 
@@ -48,8 +47,6 @@ MOST_SAMPLES = 1e6
 """Longest contact that may be asked for."""
 SLOW = 3.0
 """Times the noise that the baseline moves by, where something slow may be an impact."""
-AT_END = 5.0
-"""Standard deviations of a response with one flank that a pulse at an end must reach."""
 COLUMNS = 5  # start, contact, peak, impulse, rise
 ROW = FIT  # those, then flags, clipped, width, height over noise, height; standard errors
 
@@ -73,7 +70,6 @@ class ForceImpacts(NamedTuple):
     errors: np.ndarray  # (n, 4): standard errors of the first four
     flags: np.ndarray
     sure: np.ndarray  # height over noise
-    probability: np.ndarray  # that they are impacts
     width: float  # median, of the response
     sign: float
     noise: float  # of the samples
@@ -135,7 +131,6 @@ class _Found:
     def __init__(self, longest: float, scale: float) -> None:
         self.longest, self.scale = longest, scale
         self.rows = [np.empty((0, ROW))]
-        self.probability = [np.empty(0)]
         self.noise: list[np.ndarray] = []
         self.certain: list[float] = []
         self.sigma: list[float] = []
@@ -145,16 +140,8 @@ class _Found:
         self.widths = np.empty(0)
         self.moves = False
 
-    def add(
-        self,
-        rows: np.ndarray,
-        probability: np.ndarray,
-        span: Span,
-        certain: float,
-        widths: np.ndarray,
-    ) -> None:
+    def add(self, rows: np.ndarray, span: Span, certain: float, widths: np.ndarray) -> None:
         self.rows.append(rows)
-        self.probability.append(probability)
         self.noise.append(span.noise)
         self.sigma.append(span.sigma)
         self.certain.append(certain)
@@ -165,8 +152,7 @@ class _Found:
 
     def result(self, sign: float) -> ForceImpacts:
         rows = np.concatenate(self.rows)
-        order = np.argsort(rows[:, 0], kind="stable")
-        rows = rows[order]
+        rows = rows[np.argsort(rows[:, 0], kind="stable")]
         flags = rows[:, 5].astype(np.uint8) | (CLIPPED * rows[:, 6]).astype(np.uint8)
         width = float(np.median(rows[:, 7])) if len(rows) else 1.0
         noise = np.median(self.noise, axis=0) if self.noise else np.zeros(1)
@@ -188,12 +174,11 @@ class _Found:
             errors,
             flags,
             rows[:, 8],
-            np.concatenate(self.probability)[order],
             width,
             sign,
             float(np.median(self.sigma)) * back if self.sigma else 0.0,
             response * back,
-            (float(np.median(self.certain)) if self.certain else LOWEST) * response * back,
+            (float(np.median(self.certain)) if self.certain else LEAST) * response * back,
             (float(np.median(steps)) if len(steps) > len(self.steps) / 2 else 0.0) * back,
             {f: a * back for f, a in hum.items() if a > 0},
             joined([self._in_the_unit(one, sign * back) for one in self.disturbances]),
@@ -265,12 +250,10 @@ class _Search:
         near = np.concatenate([one.events for one in beside])
         seconds = sum(one.last - one.first for one in beside) / grid.rate
         judge = Judge(near, seconds, grid, self.wanted.level, self.wanted.shortest)
-        passing = judge.passes()
+        passing = judge.passes(near)
         group = near[passing]
         first = sum(len(one.events) for one in beside if one.first < span.first)
-        own = slice(first, first + len(span.events))
-        events = span.events[passing[own]]
-        probability = judge.probability[own][passing[own]]
+        events = span.events[passing[first : first + len(span.events)]]
         events[:, 1] = drawn_together(events, group)
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
@@ -288,24 +271,23 @@ class _Search:
             kept, ends = consistent(rows, self.total, judge.shortest)
             if ends.any():
                 for i in np.flatnonzero(kept & ends):
-                    kept[i] = rows[i, 9] > AT_END * one_sided_noise(span, rows[i, 7])
+                    kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])
             kept &= alone(rows)
             if kept.all():
                 break
             dropped = worst(~kept, rows[:, 8])  # what is no pulse bounds none
             again = with_neighbors(dropped)[~dropped]
             events, rows = events[~dropped], rows[~dropped]
-            probability = probability[~dropped]
         self.found.disturbances += [
             one._replace(start=one.start + segment)
-            for one in disturbances(spans, k, span.events[judge.too_wide()[own]])
+            for one in disturbances(spans, k, span.events[judge.too_wide(span.events)])
         ]
         share_shape(rows, self.wanted.contact_level == 0)
         near_by = [one.first + one.dropouts for one in spans.around(k, 1) if len(one.dropouts)]
         if near_by:
             cut_off(rows, np.concatenate(near_by))
         rows[:, 0] += segment
-        self.found.add(rows[:, :ROW].copy(), probability, span, judge.usual_level, grid.rungs.width)
+        self.found.add(rows[:, :ROW].copy(), span, judge.usual_level, grid.rungs.width)
 
     def _measure(
         self, k: int, events: np.ndarray, group: np.ndarray, again: np.ndarray, rows: np.ndarray

@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ._grid import Grid
-from ._judging_kernels import lobes, ringing
+from ._judging_kernels import SEVERAL, high, levels, lobes, ringing
 from ._ladder import HALF_SINE_GAIN, MATCH
 from ._mains import BASES
-from ._probability import CLEAR, SEVERAL, level_of, probabilities
 from ._spans import Span
 
 FLOOR = 0.005
@@ -22,21 +21,14 @@ LEAST_SAMPLES = 32
 
 
 class Level(NamedTuple):
-    """What a response must reach: in the unit, or in its own noise, or a probability."""
+    """What a response must reach: in the unit, or in its own noise; None for either."""
 
     unit: float | None = None
     sigma: float | None = None
-    least_probability: float = 0.5
 
 
 class Judge:
-    """Which events are impacts, from the events of the seconds around.
-
-    Parameters
-    ----------
-    near : array (n, EVENT)
-        All events of these seconds.
-    """
+    """Which events are impacts, from the events of the seconds around."""
 
     def __init__(
         self, near: np.ndarray, seconds: float, grid: Grid, level: Level, shortest: float
@@ -45,38 +37,32 @@ class Judge:
         self.widest = MATCH * grid.longest
         self.shortest = shortest * grid.rate
         self.level = level
-        self.all, self.fits = near, near[:, 1] <= self.widest
-        self.probability = np.empty(len(near))
-        crowd = probabilities(near[:, 3], near[:, 1], seconds * grid.rate, self.probability)
-        near = near[self.fits]
-        clear = near[near[:, 3] >= CLEAR] if np.any(near[:, 3] >= CLEAR) else near
-        self.usual = float(np.median(clear[:, 1])) if len(clear) else 1.0
-        self.height = float(np.quantile(clear[:, 2], 0.97)) if len(clear) else 0.0
-        self.usual_level = level_of(crowd, self.usual, level.least_probability)
-        self.high = self._high()
-        self.near = self.all[self.fits & self.high]
+        near = near[near[:, 1] <= self.widest]
+        samples = seconds * grid.rate
+        self.usual, self.height, self.usual_level, self.level_else = levels(near, samples, seconds)
+        self.near = near[self._high(near)]
         self.in_step = in_step_with_mains(self.near, grid.rate)
 
-    def _high(self) -> np.ndarray:
+    def _high(self, events: np.ndarray) -> np.ndarray:
         if self.level.unit is not None:
-            return np.ones(len(self.all), bool)  # the search went by it
+            return np.ones(len(events), bool)  # the search went by it
         if self.level.sigma is not None:
-            return self.all[:, 3] >= self.level.sigma
-        likely = self.probability >= self.level.least_probability
-        return likely & (self.all[:, 2] >= FLOOR * self.height)
+            return events[:, 3] >= self.level.sigma
+        return high(events, self.usual, self.usual_level, self.level_else, FLOOR * self.height)
 
-    def too_wide(self) -> np.ndarray:
-        """Which of the events are longer than a contact."""
-        return self.high & ~self.fits
+    def too_wide(self, events: np.ndarray) -> np.ndarray:
+        """Events that no contact is as long as."""
+        wide = events[:, 1] > self.widest
+        return wide & self._high(events) if wide.any() else wide
 
-    def passes(self) -> np.ndarray:
-        """Which of the events may be impacts."""
-        right = self.fits & self.high & (not self.in_step)
+    def passes(self, events: np.ndarray) -> np.ndarray:
+        """Events that may be impacts."""
+        right = (events[:, 1] <= self.widest) & self._high(events) & (not self.in_step)
         if self.usual >= 4.0:
-            right &= self.all[:, 1] > 1.0  # one sample among pulses of many: a glitch
+            right &= events[:, 1] > 1.0  # one sample among pulses of many: a glitch
         elif self.usual < 3.0:
-            right &= ~self._lobes(self.all)
-        return right & ~self._rings(self.all)
+            right &= ~self._lobes(events)
+        return right & ~self._rings(events)
 
     def _rings(self, events: np.ndarray) -> np.ndarray:
         """Events that are the ringing of a sensor: narrower and far weaker than one just before."""

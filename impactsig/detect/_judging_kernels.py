@@ -6,17 +6,58 @@ import numpy as np
 
 from .._compiled import njit
 from .._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
+from ._false_alarms import LEAST_SIGMA, discovery_level
 from ._ladder import MATCH
 from ._order_kernels import quantile
-from ._probability import CLEAR
 from ._pulse_edges import NO_PULSE
 
+SEVERAL = 5
+"""Events that tell what width is usual."""
 RINGING, NARROWER, WEAKER = 30.0, 0.6, 0.2
 """Widths after an impact in which its sensor may ring; how narrow and weak that is beside it."""
 TOO_LONG = 1.2
 """Times the longest contact: a pulse that is measured as longer is none."""
 LOBES = 32
 """Samples to either side of a very short pulse where its filter rings."""
+
+
+@njit(nogil=True)
+def _alike(width, usual):
+    """Whether a width is about the usual one, as far as noise lets it be seen."""
+    return abs(np.log(width / usual)) < np.log(3.0)
+
+
+@njit(nogil=True)
+def levels(near, samples, seconds):
+    """What is usual among the events of some seconds, and from where on they are certain.
+
+    Returns
+    -------
+    (width, height of the strong ones, level of the usual width, level of other widths)
+    """
+    clear = near[near[:, 3] >= 2 * LEAST_SIGMA]
+    if len(clear) == 0:
+        clear = near
+    usual = quantile(clear[:, 1], 0.5) if len(clear) else 1.0
+    alike = np.zeros(len(near), np.bool_)
+    if len(clear) >= SEVERAL:
+        for k in range(len(near)):
+            alike[k] = _alike(near[k, 1], usual)
+    level_else = discovery_level(near[~alike, 3], 2.0 * samples, seconds)
+    level = level_else
+    if alike.any():
+        level = min(level, discovery_level(near[alike, 3], 4.0 * samples / usual, seconds))
+    return usual, quantile(clear[:, 2], 0.97), level, level_else
+
+
+@njit(nogil=True)
+def high(events, usual, usual_level, level_else, least):
+    """Events that are certain, for their width, and at least so high."""
+    out = np.empty(len(events), np.bool_)
+    for k in range(len(events)):
+        level = usual_level if _alike(events[k, 1], usual) else level_else
+        out[k] = events[k, 3] >= level and events[k, 2] >= least
+    return out
 
 
 @njit(nogil=True)
@@ -90,7 +131,7 @@ def drawn_together(events, group):
     if len(group) == 0:
         return drawn
     logs = np.log(group[:, 1])
-    clear = logs[group[:, 3] > CLEAR]
+    clear = logs[group[:, 3] > 2 * LEAST_SIGMA]
     if len(clear) < 5:
         clear = logs
     middle = quantile(clear, 0.5)

@@ -14,7 +14,7 @@ from ._background_kernels import MEDIAN, next_marked
 from ._order_kernels import median_of, middle, select
 from ._response_kernels import running_sums
 
-LOUDER = 1.4
+LOUDER = 2.0
 """Times the noise of the spans around it, from which that of a span counts for itself."""
 DECILE = 1.75  # nine in ten are within 1.645 standard deviations; the rest is for chance
 FEW = 24  # responses: fewer tell no noise
@@ -77,6 +77,7 @@ def _response_noise(sums, marked, rungs, floor, sigma, out):
     """
     n = len(sums) - 1
     values = np.empty(PLACES)
+    narrower = sigma  # noise read at the last width that shows it
     for j in range(len(out)):
         width, block = rungs.width[j], rungs.width[j] // rungs.unit[j]
         near, far = rungs.near[j] * block, rungs.far[j] * block
@@ -99,11 +100,12 @@ def _response_noise(sums, marked, rungs, floor, sigma, out):
                 if rest >= places:
                     i, rest = i + 1, rest - places
         if count < FEW:
-            out[j] = max(out[j - 1] if j else sigma, least)
+            out[j] = max(narrower, least)
             continue
         middle_value = MEDIAN * median_of(values, count)
         upper = select(values, count // 2, count - 1, int(0.9 * count)) / DECILE
-        out[j] = max(rungs.gain[j] * max(middle_value, upper), least)
+        narrower = rungs.gain[j] * max(middle_value, upper)
+        out[j] = max(narrower, least)
 
 
 @njit(nogil=True)

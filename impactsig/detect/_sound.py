@@ -40,9 +40,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InvalidInput
+from ..errors import InvalidInput, finite_number
 from ..impacts import CLIPPED
-from ._asked import parse_probability
 from ._shared_modes import SharedModes
 from ._sound_alike import Lengths, Overlay, lengths_at
 from ._sound_decision import LATER, SOONER, candidates
@@ -111,7 +110,9 @@ def detect_sound(
     An impact in the first 4 ms or the last 6 ms of a stretch cannot be detected: there is too
     little beside it to compare.
     """
-    least = parse_probability(least_probability)
+    required = "a number between 0 and 1"
+    if not 0.0 < finite_number("least_probability", least_probability, required) < 1.0:
+        raise InvalidInput("least_probability", least_probability, required)
     scale = scale_at(rate)
     survey = Survey(scale, rate)
     samples, lowest, highest = 0, math.inf, -math.inf
@@ -128,7 +129,7 @@ def detect_sound(
         flags = np.empty(0, np.uint8)
         return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none)
     noise = noise_rms(np.median(survey.noise, axis=0), scale)
-    chosen, likeliest = choose(survey, least, rate)
+    chosen, likeliest = choose(survey, least_probability, rate)
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, lambda: modes.timing().shift)

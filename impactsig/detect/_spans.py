@@ -20,11 +20,12 @@ from ._ladder import MATCH
 from ._mains import find_lines, fit_lines
 from ._mains_kernels import take_off
 from ._noise_kernels import noise_around, read_noise
-from ._probability import LOWEST
 from ._response_kernels import CREST, find_crests
 
 BESIDE = 2
 """Spans to either side whose noise counts."""
+LEAST = 5.0
+"""Standard deviations of its noise that a response must reach."""
 CODES, CODES_IN_A_ROW = 1.35, 1.7
 """Steps of the converter that it must reach, where noise does not blur them; and that one of up to
 four samples must, since noise of a third of a step moves as many by one code now and then."""
@@ -105,7 +106,7 @@ class Spans:
         skip: bool = True,
     ) -> None:
         self.grid, self.total = grid, total
-        self.level, self.sigmas, self.skip = level, LOWEST if sigmas is None else sigmas, skip
+        self.level, self.sigmas, self.skip = level, LEAST if sigmas is None else sigmas, skip
         self.count = grid.count(total)
         self.spans: dict[int, Span] = {}
         self.stages = (self._fill, self._cut, self._clean, self._search, self._choose)
@@ -247,7 +248,7 @@ class Spans:
         rungs = self.grid.rungs
         floor = max(max(one.step for one in beside) / SQRT12, TINY * span.range)
         span.own_noise = floor * rungs.gain / np.sqrt(rungs.width)
-        if not span.range:
+        if not span.range and self.skip:
             return
         rest = REST * sum(span.hum.values())
         n = len(span.clean) + 1

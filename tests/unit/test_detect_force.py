@@ -8,6 +8,7 @@ import pytest
 import impactsig
 from benchmarks.recordings import add_pulses, load_cell, score
 from impactsig.detect._converter import converter_step
+from impactsig.detect._false_alarms import discovery_level
 from impactsig.detect._ladder import ladder
 from impactsig.detect._mains import find_lines, fit_lines
 from impactsig.detect._mains_kernels import take_off
@@ -387,6 +388,17 @@ def test_pulse_fit_finds_the_posterior_minimum():
     # The cost has kinks where a sample enters the pulse: now and then either stops at another
     # of its minima.
     assert worse <= 12
+
+
+def test_discovery_level_of_noise_and_of_impacts():
+    # Rice's formula for a sliding mean: u^2 Q(u) excursions a width; 0.02 a minute.
+    from scipy.stats import norm
+
+    level = discovery_level(np.empty(0), 1e5, 60.0)
+    assert 1e5 * level**2 * norm.sf(level) == pytest.approx(0.02, rel=0.01)
+    # Among four thousand certain impacts two false ones are borne, so the level falls to 5 sigma.
+    assert discovery_level(np.r_[np.full(4000, 50.0), 5.01], 1e5, 60.0) == 5.01
+    assert discovery_level(np.r_[np.full(10, 50.0), 5.01], 1e5, 60.0) == level
 
 
 # -- arguments -----------------------------------------------------------------------------------
