@@ -77,7 +77,6 @@ def _response_noise(sums, marked, rungs, floor, sigma, out):
     """
     n = len(sums) - 1
     values = np.empty(PLACES)
-    narrower = sigma  # noise read at the last width that shows it
     for j in range(len(out)):
         width, block = rungs.width[j], rungs.width[j] // rungs.unit[j]
         near, far = rungs.near[j] * block, rungs.far[j] * block
@@ -100,12 +99,11 @@ def _response_noise(sums, marked, rungs, floor, sigma, out):
                 if rest >= places:
                     i, rest = i + 1, rest - places
         if count < FEW:
-            out[j] = max(narrower, least)
+            out[j] = max(out[j - 1] if j else sigma, least)
             continue
         middle_value = MEDIAN * median_of(values, count)
         upper = select(values, count // 2, count - 1, int(0.9 * count)) / DECILE
-        narrower = rungs.gain[j] * max(middle_value, upper)
-        out[j] = max(narrower, least)
+        out[j] = max(rungs.gain[j] * max(middle_value, upper), least)
 
 
 @njit(nogil=True)

@@ -248,7 +248,7 @@ class Spans:
         rungs = self.grid.rungs
         floor = max(max(one.step for one in beside) / SQRT12, TINY * span.range)
         span.own_noise = floor * rungs.gain / np.sqrt(rungs.width)
-        if not span.range and self.skip:
+        if not span.range:
             return
         rest = REST * sum(span.hum.values())
         n = len(span.clean) + 1
