@@ -70,7 +70,7 @@ class _Sums(NamedTuple):
 @njit(nogil=True)
 def room_for(points):
     """Room for the curve at so many points."""
-    return np.empty((CURVE, points + LANES))
+    return np.zeros((CURVE, points + LANES))
 
 
 @njit(nogil=True)
