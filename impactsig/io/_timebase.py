@@ -223,7 +223,7 @@ def time_base(times: Times, resolution: float | Printed = 0.0) -> TimeBase:
             # Times that hardly fit any grid would seem to fix it best.
             least = _LEAST * min(step, rounding) / span
             return _settled((low + high) / 2, max((high - low) / (low + high), least), first)
-    return _settled((count - 1) / span, uncertainty, first)
+    return _settled((count - 1) / span, uncertainty, first, rounding < step)
 
 
 def _from_uniform(times: Times, first: float, step: float) -> tuple[float, float, float]:
@@ -260,22 +260,20 @@ def printed_step(text: str, start: float = 0.0, factor: float = 1.0) -> TimeBase
     step = float(text) * factor
     if not (np.isfinite(step) and step > 0):
         return TimeBase(None, start, f"The sampling step is given as {text}")
-    rate = 1 / step
-    if round(rate) and abs(rate - round(rate)) <= min(1e-9 * rate, _WHOLE):
-        return TimeBase(float(round(rate)), start)
-    return _settled(rate, printed_resolution([text]) * factor / 2 / step, start)
+    return _settled(1 / step, printed_resolution([text]) * factor / 2 / step, start, True)
 
 
-def _settled(rate: float, uncertainty: float, start: float) -> TimeBase:
+def _settled(rate: float, uncertainty: float, start: float, exact: bool = False) -> TimeBase:
     """Prefer a whole number of hertz if the digits single one out.
 
     Instruments are set to whole rates, and a step printed as 0.000977 s is 1024 Hz, not
     1023.54 Hz. Where several whole numbers are possible, none is better than the estimate, but for
-    the few that the dial of an oscilloscope has.
+    the few that the dial of an oscilloscope has. An `exact` one that is whole is so by no chance.
     """
     low, high = rate * (1 - uncertainty), rate * (1 + uncertainty)
     whole = round(rate)
-    if uncertainty < DOUBTFUL and whole > 0 and abs(rate - whole) <= min(1e-9 * rate, _WHOLE):
+    exact = exact or uncertainty < DOUBTFUL
+    if exact and whole > 0 and abs(rate - whole) <= min(1e-9 * rate, _WHOLE):
         return TimeBase(float(whole), start)
     if np.floor(high) >= 1 and np.ceil(low) == np.floor(high):
         rate = float(np.floor(high))

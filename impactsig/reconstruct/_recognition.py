@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from ..impacts import Impacts
 from ..intervals import identify_period
 from . import _periodic
-from ._kinds import Kind, is_certain, of_period
+from ._kinds import CERTAIN, Kind, is_certain, of_period
 from ._tones import tones
 from ._values import exact_period
 
@@ -66,13 +66,14 @@ def recognise(
     period = exact_period(values, tolerance + rounding)
     if period:
         return Kind("periodic", period)
-    cycle = _periodic.noisy_cycle(values, resolution, x is not None)
-    if cycle:
-        return Kind("periodic", cycle.steps, cycle.scatter)
-    if x is not None:
-        found = identify_period(x)
-        if is_certain(found):
-            return of_period(found)
+    found = None if x is None else identify_period(x)
+    if found is not None and is_certain(found):
+        return of_period(found)
+    # What strays from a period by a map or by a second tone is a motion, however near it stays.
+    if found is None or not (found.aperiodic and found.impacts and found.confidence >= CERTAIN):
+        cycle = _periodic.noisy_cycle(values, resolution, x is not None)
+        if cycle:
+            return Kind("periodic", cycle.steps, cycle.scatter)
     unit = (longest - longest.mean()) / (deviation or 1.0)
     series_of_tones = tones(unit, resolution / deviation)
     if series_of_tones is not None:

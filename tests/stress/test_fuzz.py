@@ -1,6 +1,6 @@
 """Files that were changed at random are read, or refused by name: no crash, no hang, no flood.
 
-Of each format so many mutants are read as IMPACTSIG_MUTANTS says, 200 by default; `-m slow` reads
+Of each format so many mutants are read as IMPACTSIG_MUTANTS says, 300 by default; `-m slow` reads
 10 000. What once broke stands as a test of its own beside those of its format. The counts are
 printed with ``-s``, or written to the file that IMPACTSIG_FUZZ_REPORT names.
 """
@@ -16,7 +16,7 @@ import pytest
 from .fuzzing import Child, Report
 from .samples import SAMPLES
 
-MUTANTS = int(os.environ.get("IMPACTSIG_MUTANTS", 200))
+MUTANTS = int(os.environ.get("IMPACTSIG_MUTANTS", 300))
 ENOUGH = {"HDF5": "h5py", "MATLAB 7.3": "h5py", "TDMS": "nptdms", "Parquet": "pyarrow"}
 ENOUGH["Feather"] = "pyarrow"
 
