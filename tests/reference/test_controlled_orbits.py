@@ -44,7 +44,10 @@ def cycle():
 
 @pytest.mark.parametrize(
     ("near", "period", "multiplier"),
-    [(5.88, 5.88108845586, -2.403953527), (11.76, 11.7586260717, -3.51200698)],
+    [
+        (5.88, 5.88108845586, -2.403953527),
+        pytest.param(11.76, 11.7586260717, -3.51200698, marks=pytest.mark.slow),
+    ],
 )
 def test_cycles_of_roessler_are_those_of_the_tables(near, period, multiplier):
     """Periods and expanding multipliers of its shortest cycles, [Cvitanovic2020]_, extras."""
