@@ -1,17 +1,20 @@
-"""Arguments that many functions share: bounded numbers, threads, random streams."""
+"""The validators of arguments: numbers, words, functions, sequences, threads, random streams."""
 
 from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable, Iterable
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from .errors import InvalidInput
 
 if TYPE_CHECKING:  # the command's help needs no arrays
     import numpy as np
 
+Kind = TypeVar("Kind")
 Seed: TypeAlias = "int | np.random.SeedSequence | np.random.Generator | None"
 
 
@@ -23,46 +26,175 @@ PER_CHANNEL = ("scale", "offset", "unit", "sensor")
 """Those that differ from channel to channel, where several are read."""
 
 
+MOST_WORKERS = 4096
+GREATEST = 2**62
+"""Of whole numbers: what a kernel counts in."""
+
+
 def number(
     name: str,
     value: Any,
+    required: str = "",
     *,
+    above: float = -math.inf,
     least: float = -math.inf,
     most: float = math.inf,
-    positive: bool = False,
 ) -> float:
-    """A finite number within bounds.
+    """A finite number within bounds; `required` says in other words which.
 
     Raises
     ------
     InvalidInput
-        If it is none.
+        If it is none. Text, truth values and arrays are no numbers.
     """
     try:
-        given = float(value)
-    except (TypeError, ValueError):
+        other = isinstance(value, (bool, str, bytes)) or getattr(value, "ndim", 0) != 0
+        given = math.nan if other else float(value)
+    except (TypeError, ValueError, OverflowError):
         given = math.nan
-    if math.isfinite(given) and least <= given <= most and (given > 0 or not positive):
+    if math.isfinite(given) and given > above and least <= given <= most:
         return given
-    required = "a positive number" if positive else "a finite number"
-    if math.isfinite(most):
-        required += f" from {least:g} to {most:g}"
-    elif math.isfinite(least):
-        required += f", {least:g} or greater"
+    if not required:
+        required = "a positive number" if above == 0 else "a finite number"
+        if above and above > -math.inf:
+            required += f" above {above:g}"
+        if least > -math.inf and most < math.inf:
+            required += f" from {least:g} to {most:g}"
+        elif least > -math.inf:
+            required += f", {least:g} or greater"
+        elif most < math.inf:
+            required += f", {most:g} or less"
     raise InvalidInput(name, value, required)
 
 
-def whole(name: str, value: Any, least: int) -> int:
-    """A whole number of at least `least`.
+def whole(name: str, value: Any, least: int, most: int = GREATEST) -> int:
+    """A whole number within bounds.
 
     Raises
     ------
     InvalidInput
         If it is none.
     """
-    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
-        raise InvalidInput(name, value, f"a whole number, {least} or greater")
+    integral = isinstance(value, Integral) and not isinstance(value, bool)
+    if not integral or not least <= value <= most:
+        bounds = f", {least} or greater" if most == GREATEST else f" from {least} to {most}"
+        if integral and value > most == GREATEST:
+            bounds = f" from {least} to {most}"
+        raise InvalidInput(name, value, f"a whole number{bounds}")
     return int(value)
+
+
+def choice(name: str, value: Any, choices: Iterable[str]) -> str:
+    """One of a few words.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none of them.
+    """
+    words = tuple(choices)
+    if isinstance(value, str) and value in words:
+        return value
+    quoted = [f'"{word}"' for word in words]
+    raise InvalidInput(name, value, " or ".join((", ".join(quoted[:-1]), quoted[-1])))
+
+
+def flag(name: str, value: Any) -> bool:
+    """True or False.
+
+    Raises
+    ------
+    InvalidInput
+        If it is neither.
+    """
+    if isinstance(value, bool) or type(value).__name__ in ("bool", "bool_"):  # or NumPy's
+        return bool(value)
+    raise InvalidInput(name, value, "True or False")
+
+
+def function(name: str, value: Any, required: str = "a function") -> Callable[..., Any]:
+    """Something that can be called.
+
+    Raises
+    ------
+    InvalidInput
+        If it cannot.
+    """
+    if callable(value):
+        return value
+    raise InvalidInput(name, value, required)
+
+
+def instance(name: str, value: Any, kind: type[Kind], required: str = "", remedy: str = "") -> Kind:
+    """An object of a class.
+
+    Raises
+    ------
+    InvalidInput
+        If it is of another.
+    """
+    if isinstance(value, kind):
+        return value
+    article = "an" if kind.__name__[0] in "AEIO" else "a"
+    raise InvalidInput(name, value, required or f"{article} {kind.__name__}", remedy)
+
+
+def entries(name: str, value: Any, required: str) -> tuple[Any, ...]:
+    """What a sequence holds; text and numbers are none.
+
+    Raises
+    ------
+    InvalidInput
+        If it is no sequence.
+    """
+    try:
+        if not isinstance(value, (str, bytes)):
+            return tuple(value)
+    except TypeError:
+        pass
+    raise InvalidInput(name, value, required)
+
+
+def texts(name: str, value: Any, count: int, each: str) -> tuple[str, ...]:
+    """One text for each of something, such as the channels of a recording.
+
+    Raises
+    ------
+    InvalidInput
+        If they are not so many, or no texts.
+    """
+    required = f"one text {each} ({count})"
+    found = entries(name, value, required)
+    if len(found) == count and all(isinstance(one, str) for one in found):
+        return tuple(str(one) for one in found)
+    raise InvalidInput(name, value, required)
+
+
+def path(name: str, value: Any) -> Path:
+    """A path.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none.
+    """
+    if isinstance(value, (str, os.PathLike)):
+        return Path(os.fspath(value))
+    raise InvalidInput(name, value, "a path")
+
+
+def path_list(name: str, value: Any) -> list[Path]:
+    """Several paths.
+
+    Raises
+    ------
+    InvalidInput
+        If one is none, or it is a single path.
+    """
+    required = "several paths, in a list for example"
+    if isinstance(value, os.PathLike):
+        raise InvalidInput(name, value, required)
+    return [path(name, one) for one in entries(name, value, required)]
 
 
 def thread_count(workers: int | None) -> int:
@@ -71,9 +203,9 @@ def thread_count(workers: int | None) -> int:
     Raises
     ------
     InvalidInput
-        If it is not a whole number from 1 on.
+        If it is not a whole number from 1 to `MOST_WORKERS`.
     """
-    return os.cpu_count() or 1 if workers is None else whole("workers", workers, 1)
+    return os.cpu_count() or 1 if workers is None else whole("workers", workers, 1, MOST_WORKERS)
 
 
 def streams(seed: Seed, count: int) -> list[np.random.Generator]:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .errors import InvalidInput, finite_number
+from ._arguments import number
+from .errors import InvalidInput
 
 if TYPE_CHECKING:
     from .impacts import Impacts
@@ -91,6 +92,24 @@ def instants(time: Any) -> np.ndarray:
     return array
 
 
+def flag_column(value: Any, length: int) -> np.ndarray:
+    """Flags, one for each impact; none given are none set.
+
+    Raises
+    ------
+    InvalidInput
+        If they are not so many, or not whole numbers from 0 to 255.
+    """
+    given = np.asarray(value)
+    if given.shape == (0,):
+        given = np.zeros(length, np.uint8)
+    if given.dtype.kind not in "biu" or given.ndim != 1 or np.any((given < 0) | (given > 255)):
+        raise InvalidInput("flags", value, f"whole numbers from 0 to 255, shape ({length},)")
+    if len(given) != length:
+        raise InvalidInput("flags", f"shape {given.shape}", f"shape ({length},)")
+    return given.astype(np.uint8)
+
+
 def run_span(time: np.ndarray, start: Any, duration: Any) -> tuple[float, float]:
     """Start and duration of a run [s], by default from its first impact to its last.
 
@@ -101,13 +120,11 @@ def run_span(time: np.ndarray, start: Any, duration: Any) -> tuple[float, float]
     """
     begin = float(time[0]) if len(time) else 0.0
     if start is not None:
-        begin = finite_number("start", start, "a finite time [s]")
+        begin = number("start", start, "a finite time [s]")
     last = float(time[-1]) if len(time) else begin
     span = last - begin
     if duration is not None:
-        span = finite_number("duration", duration, "a finite time, 0 or greater [s]")
-    if not (np.isfinite(begin) and np.isfinite(span) and span >= 0):
-        raise InvalidInput("start, duration", f"{begin}, {span}", "finite, duration >= 0 [s]")
+        span = number("duration", duration, "a finite time, 0 or greater [s]", least=0)
     slack = 1e-9 * max(1.0, abs(last))
     if len(time) and (time[0] < begin - slack or last > begin + span + slack):
         raise InvalidInput(

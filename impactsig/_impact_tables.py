@@ -85,6 +85,8 @@ def _made(kind: type[Impacts], path: Any, frame: pd.DataFrame, run: dict[str, An
     names = {item.name for item in fields(kind)}
     values: dict[str, Any] = {name: frame[name].to_numpy() for name in COLUMNS if name in frame}
     try:
+        if "flags" in values:  # of CSV they are text
+            values["flags"] = values["flags"].astype(int)
         run = {key: value for key, value in run.items() if key in names}
         if run.get("recorded_at"):
             run["recorded_at"] = datetime.fromisoformat(run["recorded_at"])

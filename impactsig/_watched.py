@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from ._arguments import flag
+
 
 def watched() -> bool:
     """Whether a terminal or a notebook is watching."""
@@ -21,7 +23,7 @@ def progress(
 
     The time remaining is judged by what is done from here on, not by what was `done` before.
     """
-    if not (watched() if wanted is None else wanted):
+    if not (watched() if wanted is None else flag("progress", wanted)):
         yield lambda count: None
         return
     from tqdm import tqdm

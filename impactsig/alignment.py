@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._arguments import number
+from ._arguments import flag, number
 from .errors import InvalidInput
 from .impacts import Impacts
 
@@ -134,10 +134,10 @@ def align_impacts(
             raise InvalidInput(
                 name, f"{len(train)} impacts", f"{FEWEST} or more", "Fewer fit at any delay"
             )
-    within = number("within", within, positive=True)
+    within, skew = number("within", within, above=0), flag("skew", skew)
     most = math.inf
     if longest_delay is not None:
-        most = number("longest_delay", longest_delay, positive=True)
+        most = number("longest_delay", longest_delay, above=0)
     a, b = impacts.time, reference.time
     begin, end, delay = _coarse(a, b, within, most, skew)
     line = _follow(a, b, _Line(0.0, delay, 1.0, 0.0, 0.0), begin, end, within, skew)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ._arguments import flag
 from ._straight_line import fit_line
 from .errors import InvalidInput
 from .recording import Recording
@@ -51,6 +52,9 @@ class Calibration:
             f"scale {self.scale:.6g} ± {of_scale:.1g}, offset {self.offset:.6g} ± {of_offset:.1g}"
             f"{unit}; {len(self.residual)} loads"
         )
+
+
+LEAST_ERROR = 1e-140  # squares of errors must be numbers
 
 
 def fit_calibration(
@@ -97,7 +101,7 @@ def fit_calibration(
     scale 9.81929 ± 0.05, offset -0.18577 ± 0.1 N; 4 loads
     """
     x, y = _numbers("reading", reading), _numbers("load", load)
-    least = 2 if through_zero else 3
+    least = 2 if flag("through_zero", through_zero) else 3
     if x.shape != y.shape or len(x) < least:
         raise InvalidInput(
             "reading, load", f"{len(x)} and {len(y)} values", f"as many of each, {least} or more"
@@ -135,6 +139,6 @@ def _errors(name: str, given: Any, count: int) -> np.ndarray:
         values = np.broadcast_to(np.asarray(given, float), (count,))
     except (TypeError, ValueError):
         values = np.zeros(1)
-    if not (np.isfinite(values).all() and (values > 0).all()):
+    if not ((values > LEAST_ERROR) & (values < 1 / LEAST_ERROR)).all():
         raise InvalidInput(name, given, f"one positive standard error, or {count}")
     return values

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from . import _impact_columns as tables
-from ._arguments import number
+from ._arguments import entries, number
 from .alignment import align_impacts
 from .errors import InvalidInput
 from .impacts import Impacts
@@ -95,8 +95,8 @@ def combine_impacts(
     for k, train in enumerate(trains):
         if not isinstance(train, Impacts):
             raise InvalidInput(f"trains[{k}]", train, "Impacts")
-    within = number("within", within, positive=True)
-    longest_delay = number("longest_delay", longest_delay, positive=True)
+    within = number("within", within, above=0)
+    longest_delay = number("longest_delay", longest_delay, above=0)
     own = stops_of_sensors(stops, len(trains))
     for k, (one, train) in enumerate(zip(own, trains, strict=True)):
         if one is not None and train.peak is None:
@@ -147,12 +147,10 @@ def stops_of_sensors(stops: Any, count: int) -> list[int | None]:
     """
     if stops is None:
         return [None] * count
-    own = list(stops) if isinstance(stops, Iterable) and not isinstance(stops, str) else []
+    required = f"a whole number, 0 or greater, or None, for each sensor ({count})"
+    own = entries("stops", stops, required)
     if len(own) != count or not all(one is None or _is_stop(one) for one in own):
-        raise InvalidInput(
-            "stops", stops,
-            f"a whole number, 0 or greater, or None, for each sensor ({count})",
-        )  # fmt: skip
+        raise InvalidInput("stops", stops, required)
     return [None if one is None else int(one) for one in own]
 
 

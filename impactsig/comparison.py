@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ._arguments import texts
 from .errors import InvalidInput
 from .impacts import Impacts
 from .intervals import (
@@ -194,8 +195,9 @@ def compare(
     for name, train in (("a", a), ("b", b)):
         if not isinstance(train, Impacts):
             raise InvalidInput(name, train, "Impacts", "Of instants make them by from_times")
+    called = texts("names", names, 2, "a train")
     first, second = (
-        _train(name, train, forcing_period) for name, train in zip(names, (a, b), strict=True)
+        _train(name, train, forcing_period) for name, train in zip(called, (a, b), strict=True)
     )
     notes: list[str] = []
     found = {

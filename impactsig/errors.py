@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from typing import Any
 
@@ -95,24 +94,6 @@ class MissingExtra(ImpactsigError, ImportError):
     def __reduce__(self) -> tuple[Any, ...]:
         """Keep the fields when the error crosses a process boundary."""
         return type(self), (self.library, self.extra, self.purpose)
-
-
-def finite_number(argument: str, value: Any, required: str) -> float:
-    """`value` as a float.
-
-    Raises
-    ------
-    InvalidInput
-        If it is no number, or not finite.
-    """
-    try:
-        # Text that could be read as a number would fail later, in arithmetic.
-        number = math.nan if isinstance(value, (str, bytes)) else float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if not math.isfinite(number):
-        raise InvalidInput(argument, value, required)
-    return number
 
 
 class ImpactsigWarning(UserWarning):

@@ -15,6 +15,7 @@ import numpy as np
 
 from . import _impact_columns as table
 from . import _impact_tables as files
+from ._arguments import entries, instance, number, texts
 from ._impact_flags import (
     CLIPPED,
     EDITED,
@@ -170,19 +171,18 @@ class Impacts:
         for name in table.MEASURED:
             value = getattr(self, name)
             store[name] = None if value is None else table.column(name, value, len(time))
-        flags = np.asarray(self.flags, np.uint8)
-        store["flags"] = flags if len(flags) or not len(time) else np.zeros(len(time), np.uint8)
-        if store["flags"].shape != time.shape:
-            raise InvalidInput("flags", f"shape {flags.shape}", f"shape {time.shape}")
+        store["flags"] = table.flag_column(self.flags, len(time))
         store["gaps"] = table.spans(self.gaps)
         start, duration = table.run_span(time, self.start, self.duration)
         for array in store.values():
             if array is not None:
                 array.flags.writeable = False
         store |= {"start": start, "duration": duration}
+        instance("settings", self.settings, Mapping, "a mapping of names to values")  # type: ignore[type-abstract]
         store["settings"] = MappingProxyType(dict(self.settings))
-        store["notes"] = tuple(self.notes)
-        store["disturbances"] = tuple(Disturbance(*one) for one in self.disturbances)
+        notes = entries("notes", self.notes, "sentences")
+        store["notes"] = texts("notes", notes, len(notes), "a note")
+        store["disturbances"] = _disturbances(self.disturbances)
         for name, value in store.items():
             object.__setattr__(self, name, value)
 
@@ -498,3 +498,17 @@ class Impacts:
 def exact(count: int) -> dict[str, Any]:
     """What is known of simulated impacts: no error, and that they are impacts."""
     return {"time_error": np.zeros(count), "probability": np.ones(count)}
+
+
+def _disturbances(given: Any) -> tuple[Disturbance, ...]:
+    """Disturbances, or tuples with the fields of one."""
+    required = "disturbances, each a kind, a start and a duration [s]"
+    try:
+        found = tuple(Disturbance(*one) for one in entries("disturbances", given, required))
+    except TypeError:
+        raise InvalidInput("disturbances", given, required) from None
+    for one in found:
+        if not isinstance(one.kind, str):
+            raise InvalidInput("disturbances", given, required)
+        number("disturbances", one.start), number("disturbances", one.duration, least=0)
+    return found

@@ -112,7 +112,7 @@ def match_impacts(
     for name, train in (("found", found), ("truth", truth)):
         if not isinstance(train, Impacts):
             raise InvalidInput(name, train, "Impacts", "Of instants make them by from_times")
-    within = number("within", within, positive=True)
+    within = number("within", within, above=0)
     late = 0.0 if delay is None else number("delay", delay)
     from ._assignment_kernels import assign
 

@@ -61,12 +61,12 @@ def recorded_motion(
         raise InvalidInput("forcing, frequency", f"{forcing!r}, {frequency:g}", "one of the two")
     if smoothing is not None and velocity is not None:
         raise InvalidInput("smoothing", smoothing, "its default where the velocity was recorded")
+    given = {"displacement": displacement, "velocity": velocity, "forcing": forcing}
+    _refuse_twice(recording, {name: one for name, one in given.items() if one is not None})
     if displacement is not None or velocity is None:
         chosen = chosen_channel(recording, displacement, "displacement")
     else:
         chosen = recording.channel(velocity)
-    given = {"displacement": displacement, "velocity": velocity, "forcing": forcing}
-    _refuse_twice(recording, {name: one for name, one in given.items() if one is not None})
     rate, unit = recording.rate, chosen.unit
     if velocity is None:
         samples = _finite(chosen.samples, "displacement")
@@ -88,7 +88,7 @@ def recorded_motion(
     if forcing is not None:
         phase = _phase(_finite(recording.channel(forcing).samples, "forcing"))
     elif frequency is not None:
-        phase = TURN * number("frequency", frequency, positive=True) * time
+        phase = TURN * number("frequency", frequency, above=0) * time
     return RecordedMotion(
         time, x, v, samples, rate, *noises, *windows, phase, unit, recording.source
     )
@@ -98,7 +98,7 @@ def _refuse_twice(recording: Recording, given: dict[str, str | int]) -> None:
     """Refuse one channel for two things."""
     taken: dict[int, str] = {}
     for name, which in given.items():
-        index = channel_index(recording.channels, which)
+        index = channel_index(recording.channels, which, name)
         if index in taken:
             raise InvalidInput(
                 name, which, f"another channel than the {taken[index]}",
@@ -116,7 +116,7 @@ def _of_displacement(
         halves = [half_width(samples, noise, derivative) for derivative in (0, 1)]
     else:
         most = (len(samples) - 1) // 2
-        half = round(0.5 * number("smoothing", smoothing, positive=True) * rate)
+        half = round(0.5 * number("smoothing", smoothing, above=0) * rate)
         if not 2 <= half <= most:
             raise InvalidInput(
                 "smoothing", smoothing, f"{5 / rate:g} to {(2 * most + 1) / rate:g} s"

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ._arguments import number
+from ._arguments import choice, number
 from ._smoothing import converter_step
 from ._straight_line import fit_line
 from .errors import InvalidInput
@@ -109,8 +109,7 @@ class RecordedMotion:
         the noise beyond the level before it.
         """
         level = number("level", level)
-        if direction not in ("up", "down", "both"):
-            raise InvalidInput("direction", direction, '"up", "down" or "both"')
+        choice("direction", direction, ("up", "down", "both"))
         off = self.x - level
         clear = np.flatnonzero(np.abs(off) > HYSTERESIS * self.noise)
         side = np.sign(off[clear])
@@ -175,7 +174,7 @@ class RecordedMotion:
         if within is None:
             intervals = impacts.intervals()
             within = min(5e-3, 0.2 * float(np.median(intervals))) if len(intervals) else 5e-3
-        within = number("within", within, positive=True)
+        within = number("within", within, above=0)
         stop_velocity = number("stop_velocity", stop_velocity)
         contact = np.zeros(len(impacts)) if impacts.contact_time is None else impacts.contact_time
         late = np.zeros(len(impacts)) if impacts.time_error is None else impacts.time_error

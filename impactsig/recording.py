@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .errors import InvalidInput, finite_number
+from ._arguments import choice, number, texts
+from .errors import InvalidInput
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,19 +82,12 @@ class Recording:
         count = 1 if samples.ndim == 1 else samples.shape[1]
         if count == 0:
             raise InvalidInput("samples", f"shape {samples.shape}", "at least one channel")
-        rate = finite_number("rate", self.rate, "a positive number [Hz]")
-        if rate <= 0:
-            raise InvalidInput("rate", self.rate, "a positive number [Hz]")
-        start = finite_number("start", self.start, "a finite time [s]")
-        if self.sensor not in ("force", "sound"):
-            raise InvalidInput("sensor", self.sensor, '"force" or "sound"')
-        units = (self.units,) * count if isinstance(self.units, str) else tuple(self.units or ())
-        units = units or ("",) * count
-        names = (self.channels,) if isinstance(self.channels, str) else tuple(self.channels or ())
-        names = names or (("",) if count == 1 else tuple(f"channel {i}" for i in range(count)))
-        for argument, given in (("units", units), ("channels", names)):
-            if len(given) != count or not all(isinstance(text, str) for text in given):
-                raise InvalidInput(argument, given, f"one text a channel ({count})")
+        rate = number("rate", self.rate, "a positive number [Hz]", above=0)
+        start = number("start", self.start, "a finite time [s]")
+        choice("sensor", self.sensor, ("force", "sound"))
+        units = self._texts("units", ("",) * count)
+        numbered = ("",) if count == 1 else tuple(f"channel {i}" for i in range(count))
+        names = self._texts("channels", numbered)
         for name, value in (
             ("samples", samples),
             ("rate", rate),
@@ -102,6 +96,15 @@ class Recording:
             ("channels", names),
         ):
             object.__setattr__(self, name, value)
+
+    def _texts(self, name: str, default: tuple[str, ...]) -> tuple[str, ...]:
+        """The texts of a field, one a channel; empty, or None, stands for the default."""
+        given = getattr(self, name)
+        if isinstance(given, str) and given:
+            given = (given,) * (len(default) if name == "units" else 1)
+        if given is None or (isinstance(given, (str, tuple, list)) and not given):
+            return default
+        return texts(name, given, len(default), "a channel")
 
     # -- size and time ---------------------------------------------------------------------
 
@@ -185,8 +188,7 @@ class Recording:
         """
         from scipy.signal import firwin, resample_poly
 
-        if finite_number("rate", rate, "a positive number [Hz]") <= 0:
-            raise InvalidInput("rate", rate, "a positive number [Hz]")
+        number("rate", rate, "a positive number [Hz]", above=0)
         ratio = Fraction(rate / self.rate).limit_denominator(10_000)
         if ratio == 0 or ratio.numerator > 10_000 or abs(self.rate * ratio / rate - 1) > 1e-9:
             raise InvalidInput(
@@ -267,7 +269,7 @@ def chosen_channel(
     return recording.channel(0 if which is None else which)
 
 
-def channel_index(names: tuple[str, ...], which: str | int) -> int:
+def channel_index(names: tuple[str, ...], which: str | int, argument: str = "channel") -> int:
     """Index of a channel by exact name, by index, or by a digit string that is no name.
 
     Raises
@@ -282,18 +284,18 @@ def channel_index(names: tuple[str, ...], which: str | int) -> int:
             return found[0]
         if len(found) > 1:
             raise InvalidInput(
-                "channel",
+                argument,
                 which,
                 f"an unambiguous channel of {listed}",
                 f"Several have this name; give one of the indices {found}",
             )
         if not which.isdecimal():
-            raise InvalidInput("channel", which, f"one of {listed}")
+            raise InvalidInput(argument, which, f"one of {listed}")
         which = int(which)
     if isinstance(which, bool) or not isinstance(which, (int, np.integer)):
-        raise InvalidInput("channel", which, "a name or an index")
+        raise InvalidInput(argument, which, "a name or an index")
     if not 0 <= which < len(names):
-        raise InvalidInput("channel", which, f"one of {listed}")
+        raise InvalidInput(argument, which, f"one of {listed}")
     return int(which)
 
 
@@ -310,7 +312,7 @@ def sample_span(
     end = origin + count / rate
     bounds = []
     for name, value, default in (("start", start, origin), ("stop", stop, end)):
-        bound = default if value is None else finite_number(name, value, "a finite time [s]")
+        bound = default if value is None else number(name, value, "a finite time [s]")
         # A bound that names a sample's own time must hit it in spite of rounding.
         index = np.ceil((bound - origin) * rate - 1e-6)
         bounds.append(int(np.clip(index, 0, count)))
@@ -326,9 +328,9 @@ def sample_span(
 
 def check_calibration(scale: float, offset: float) -> None:
     """Raise InvalidInput unless `scale` is finite and not zero, and `offset` finite."""
-    if finite_number("scale", scale, "a finite number other than 0") == 0:
+    if number("scale", scale, "a finite number other than 0") == 0:
         raise InvalidInput("scale", scale, "a finite number other than 0")
-    finite_number("offset", offset, "a finite number")
+    number("offset", offset, "a finite number")
 
 
 def _sparkline(rec: Recording, width: int = 360, height: int = 60) -> str:

@@ -78,7 +78,7 @@ class ControlledMotion(Motion):
         InvalidInput
             If the windows are not positive, or longer than the motion.
         """
-        periods = number("periods", periods, positive=True)
+        periods = number("periods", periods, above=0)
         period = self.oscillator.forcing_period
         assert period is not None
         count = math.floor(self.duration / (periods * period) * (1 + 1e-12))

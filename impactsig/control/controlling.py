@@ -11,6 +11,7 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..oscillators.flows import Flow
 from ..simulate import RungeKutta
+from ..simulate._run import LONGEST
 from ..simulate.motion import TURN
 from ._delayed import run_delayed
 from ._nudged import run_nudged
@@ -123,9 +124,8 @@ def control(
         )
     if duration is not None:
         raise InvalidInput("duration", duration, "periods= for an oscillator")
-    if not 0 < chatter <= 1e-2:
-        raise InvalidInput("chatter", chatter, "0 < chatter <= 0.01")
-    length = number("periods", periods, positive=True)
+    chatter = number("chatter", chatter, above=0, most=1e-2)
+    length = number("periods", periods, above=0, most=LONGEST)
     phases = schedule(controller, start, length)
     if not isinstance(method, (RungeKutta, type(None))):
         raise InvalidInput("method", method, "RungeKutta(...) or None")
@@ -172,7 +172,7 @@ def _flow(
     for name, value in given.items():
         if value is not None:
             raise InvalidInput(name, value, f"no {name} for a flow: it is told duration= alone")
-    length = number("duration", duration, positive=True)
+    length = number("duration", duration, above=0)
     phases = schedule(controller, start, length)
     if any(isinstance(own, OGY) for _, own in phases):
         raise InvalidInput("controller", controller, "a DelayedFeedback for a flow")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from numbers import Integral
 from typing import Any
 
-from .._arguments import number
+from .._arguments import choice, number
 from ..errors import InvalidInput
 
 OF_OSCILLATOR = '"velocity" or "displacement" of an oscillator'
@@ -57,9 +57,9 @@ class DelayedFeedback:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gain", number("gain", self.gain))
-        object.__setattr__(self, "delay", number("delay", self.delay, positive=True))
+        object.__setattr__(self, "delay", number("delay", self.delay, above=0))
         if self.limit is not None:
-            object.__setattr__(self, "limit", number("limit", self.limit, positive=True))
+            object.__setattr__(self, "limit", number("limit", self.limit, above=0))
         memory = number("memory", self.memory, least=0.0, most=1.0)
         if memory == 1.0:
             raise InvalidInput("memory", self.memory, "0 <= memory < 1")
@@ -78,5 +78,4 @@ def check_signal(feedback: DelayedFeedback) -> None:
     InvalidInput
         If the signal is neither the velocity nor the displacement.
     """
-    if feedback.signal not in ("velocity", "displacement"):
-        raise InvalidInput("signal", feedback.signal, f"{OF_OSCILLATOR}; {OF_FLOW} is for a flow")
+    choice("signal", feedback.signal, ("velocity", "displacement"))

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import choice, number
 from ..dynamics.orbits import PeriodicOrbit
 from ..dynamics.tangent import tangent_map
 from ..errors import InvalidInput
@@ -84,9 +84,8 @@ class OGY:
                 "orbit", orbit, "a saddle: multipliers on either side of the unit circle",
                 "A stable orbit needs no control" if orbit.stable else "",
             )  # fmt: skip
-        object.__setattr__(self, "limit", number("limit", self.limit, positive=True))
-        if self.parameter not in ("amplitude", "load"):
-            raise InvalidInput("parameter", self.parameter, '"amplitude" or "load"')
+        object.__setattr__(self, "limit", number("limit", self.limit, above=0))
+        choice("parameter", self.parameter, ("amplitude", "load"))
         if self.parameter == "amplitude" and not orbit.oscillator.forces:
             raise InvalidInput(
                 "parameter", "amplitude", '"load", where it is the base that forces',

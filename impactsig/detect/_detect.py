@@ -9,8 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from .._arguments import choice, flag, number
 from .._impact_columns import ERRORS
-from ..errors import InvalidInput, finite_number
+from ..errors import InvalidInput
 from ..impacts import KINDS, Disturbance, Impacts
 from ..recording import Recording, Sensor
 from ._asked import (
@@ -150,6 +151,8 @@ def detect_impacts(
     path = source if isinstance(source, (str, Path)) else None
     if isinstance(channel, (Sequence, np.ndarray)) and not isinstance(channel, str):
         channels = list(channel)
+        if not all(isinstance(one, (str, int, np.integer)) for one in channels):
+            raise InvalidInput("channel", channel, "a name or an index of a channel, or several")
         sources = [(source, one) for one in channels]
         found = detect_channels(detect_channel, sources, channels, sensor, stops, options, path)
     elif stops is not None:
@@ -227,19 +230,18 @@ def detect_channel(
     least_probability: float = 0.5,
 ) -> Impacts:
     """The impacts of one channel, as the sensor's detector finds them."""
-    if polarity not in tuple(_SIGNS):
-        raise InvalidInput("polarity", polarity, '"auto", "positive" or "negative"')
-    if sensor not in (None, "force", "sound"):
-        raise InvalidInput("sensor", sensor, '"force" or "sound"')
+    choice("polarity", polarity, _SIGNS)
+    if sensor is not None:
+        choice("sensor", sensor, ("force", "sound"))
     for name, value in (
         ("merge_within", merge_within),
         ("dead_time", dead_time),
     ):
-        if finite_number(name, value, "a finite number, 0 or greater") < 0:
-            raise InvalidInput(name, value, "a finite number, 0 or greater")
+        number(name, value, least=0)
     chosen = parse_threshold(threshold)
     level, relative = parse_contact_level(contact_level)
     span = parse_contact_time(contact_time)
+    flag("skip_quiet", skip_quiet)
     opened = open_source(source, channel, sensor, gaps)
     kind = sensor or opened.head.sensor
     settings: dict[str, Any] = {

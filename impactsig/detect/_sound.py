@@ -40,7 +40,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InvalidInput, finite_number
+from .._arguments import number
+from ..errors import InvalidInput
 from ..impacts import CLIPPED
 from ._shared_modes import SharedModes
 from ._sound_alike import Lengths, Overlay, lengths_at
@@ -111,7 +112,7 @@ def detect_sound(
     little beside it to compare.
     """
     required = "a number between 0 and 1"
-    if not 0.0 < finite_number("least_probability", least_probability, required) < 1.0:
+    if not 0.0 < number("least_probability", least_probability, required) < 1.0:
         raise InvalidInput("least_probability", least_probability, required)
     scale = scale_at(rate)
     survey = Survey(scale, rate)

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from .._arguments import choice
 from .._watched import progress
 from ..errors import InvalidInput
 from ..recording import Recording, Sensor, channel_index
@@ -105,8 +106,7 @@ def open_source(
         If it is none of these, cannot be gone through twice, or has several channels and none
         was chosen.
     """
-    if gaps not in ("refuse", "split"):
-        raise InvalidInput("gaps", gaps, '"refuse" or "split"')
+    choice("gaps", gaps, ("refuse", "split"))
     if isinstance(source, (str, Path)):
         from ..io import read_blocks
 

@@ -32,7 +32,7 @@ class Shooting:
         self.omega = reference_frequency(oscillator)
         self.periods = whole("periods", periods, 1)
         self.phase = number("phase", phase)
-        self.tolerance = number("tolerance", tolerance, positive=True, most=0.1)
+        self.tolerance = number("tolerance", tolerance, above=0, most=0.1)
         self.options: dict[str, Any] = {"phase": self.phase, "method": method}
 
     def scale(self, state: np.ndarray) -> np.ndarray:

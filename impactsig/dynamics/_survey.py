@@ -49,7 +49,7 @@ class Survey:
         self.engine = self.run.engine
         self.phase = self.run.phase
         self.periods = whole("periods", periods, 1)
-        self.closed = number("closed", closed, positive=True, most=1e-2)
+        self.closed = number("closed", closed, above=0, most=1e-2)
         self.workers = thread_count(workers)
         self.orbits: list[np.ndarray] = []
         self.radii: list[float] = []

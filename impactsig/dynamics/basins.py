@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arguments import flag
 from ..oscillators import Oscillator
 from ..simulate._events import DONE
 from ._arguments import parameter_values
@@ -130,6 +131,7 @@ def basins_of_attraction(
     InvalidInput
         If an argument is out of range, or the oscillator is stepped or has no forcing that recurs.
     """
+    catch = flag("catch", catch)
     survey = Survey(oscillator, phase, periods, closed, workers)
     axes = parameter_values("x", x), parameter_values("v", v)
     grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)

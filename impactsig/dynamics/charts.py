@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import number, thread_count, whole
+from .._arguments import flag, function, number, thread_count, whole
 from ..oscillators import Oscillator
 from ._arguments import parameter_names, parameter_values
 from ._settling import settle_all
@@ -119,7 +119,9 @@ def periodicity_chart(
     """
     axes = parameter_values("x", x), parameter_values("y", y)
     periods = whole("periods", periods, 1)
-    closed = number("closed", closed, positive=True, most=1e-2)
+    closed = number("closed", closed, above=0, most=1e-2)
+    function("scene", scene, "a function of both parameters that makes an Oscillator")
+    flag("skip", skip)
     threads = thread_count(workers)
     pairs = [(a, b) for b in axes[1].tolist() for a in axes[0].tolist()]
 

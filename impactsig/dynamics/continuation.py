@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from .._arguments import number, whole
+from .._arguments import entries, function, number, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import FixedStep, RungeKutta
 from ._arclength import Continuation
 from .branches import Branch
 from .orbits import find_periodic_orbit
+
+BOUNDS = "two numbers: where to begin, and where to end"
 
 
 def continue_orbit(
@@ -59,14 +61,11 @@ def continue_orbit(
     --------
     >>> continue_orbit(scenes.karpodinis, (22.1, 20.1)).special
     """
-    if not callable(scene_of_parameter):
-        raise InvalidInput("scene_of_parameter", scene_of_parameter, "a function of a number")
-    try:
-        first, last = (number("values", value) for value in values)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, InvalidInput):
-            raise
-        raise InvalidInput("values", values, "two numbers: where to begin, and whither") from None
+    function("scene_of_parameter", scene_of_parameter, "a function of a number")
+    ends = entries("values", values, BOUNDS)
+    if len(ends) != 2:
+        raise InvalidInput("values", values, BOUNDS)
+    first, last = (number("values", value) for value in ends)
     if first == last:
         raise InvalidInput("values", values, "two different numbers")
     whole("most", most, 2)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .._arguments import number, thread_count, whole
+from .._arguments import flag, function, number, thread_count, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ..simulate._frame import reference_frequency
@@ -148,12 +148,13 @@ def bifurcation_diagram(
     look = _Look(
         whole("periods", periods, 1),
         whole("transient", transient, 1),
-        number("closed", closed, positive=True, most=1e-2),
-        skip,
-        exponents,
+        number("closed", closed, above=0, most=1e-2),
+        flag("skip", skip),
+        flag("exponents", exponents),
     )
+    function("scene", scene, "a function of the parameter that makes an Oscillator")
     threads = thread_count(workers)
-    if carry:
+    if flag("carry", carry):
         cells = list(_carried(scene, chosen, look, options))
     else:
         with ThreadPoolExecutor(threads) as pool:

@@ -49,8 +49,8 @@ class ContactSamples:
     gap: float = 1.0
 
     def __post_init__(self) -> None:
-        names = ("amplitude", "frequency", "phase", "velocity", "damping_ratio")
-        shape = np.shape(self.velocity)
+        names = ("velocity", "amplitude", "frequency", "phase", "damping_ratio")
+        shape: Any = None
         for name in names:
             given = getattr(self, name)
             try:
@@ -59,6 +59,7 @@ class ContactSamples:
                 values = np.array(math.nan)
             kind = {"frequency": "positive", "velocity": "positive", "damping_ratio": ">= 0"}
             least = {"positive": 5e-324, ">= 0": 0.0}.get(kind.get(name, ""), -math.inf)
+            shape = values.shape if shape is None else shape
             good = values.ndim == 1 and values.size and values.shape == shape
             if not (good and np.all(np.isfinite(values) & (values >= least))):
                 required = f"finite {kind.get(name, '')} numbers, one for each contact"

@@ -150,8 +150,8 @@ def find_flow_orbit(
     """
     if not isinstance(flow, Flow):
         raise InvalidInput("flow", flow, "a Flow", "impactsig.flows has some")
-    period = number("period", period, positive=True)
-    tolerance = number("tolerance", tolerance, positive=True)
+    period = number("period", period, above=0)
+    tolerance = number("tolerance", tolerance, above=0)
     Running(flow)  # what is wrong with the function is said here
     forced = depends_on_time(flow, period)
     if forced and not recurs(flow, period):

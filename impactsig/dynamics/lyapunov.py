@@ -189,7 +189,7 @@ def lyapunov_spectrum(
     for name, value, default in (("periods", periods, None), ("method", method, None)):
         if value is not default:
             raise InvalidInput(name, value, "no such option of a flow", "Give duration=")
-    length = number("duration", duration, positive=True)
+    length = number("duration", duration, above=0)
     before = number("transient", length / 10 if transient is None else transient, least=0.0)
     return _of_flow(system, length, before, initial)
 

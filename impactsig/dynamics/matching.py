@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import number, whole
+from .._arguments import function, number, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import simulate_many
@@ -39,7 +39,10 @@ def strobe_distance(first: np.ndarray, second: np.ndarray) -> float:
     """
     sets = []
     for name, given in (("first", first), ("second", second)):
-        points = np.asarray(given, float)
+        try:
+            points = np.asarray(given, float)
+        except (TypeError, ValueError):
+            points = np.zeros(0)
         if points.ndim != 2 or points.shape[1] != 2 or not len(points):
             raise InvalidInput(name, given, "an array of shape (n, 2)")
         if not np.all(np.isfinite(points)):
@@ -131,6 +134,8 @@ def match_rate(
     InvalidInput
         If an argument is out of range.
     """
+    for name, scene in (("first", first), ("second", second)):
+        function(name, scene, "a function of both parameters that makes an Oscillator")
     axes = parameter_values("x", x), parameter_values("y", y)
     run = {
         "periods": whole("periods", periods, 1),
@@ -139,7 +144,7 @@ def match_rate(
         "phase": phase,
         "workers": workers,
     }
-    below = number("below", below, positive=True)
+    below = number("below", below, above=0)
     cells = np.full((len(axes[1]), len(axes[0])), np.nan)
     pairs = zip(_sets(first, axes, run), _sets(second, axes, run), strict=True)
     for n, (one, other) in enumerate(pairs):

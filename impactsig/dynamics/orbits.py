@@ -155,6 +155,8 @@ def find_periodic_orbit(
     >>> orbit = find_periodic_orbit(scenes.karpodinis(20.1), 1, impacts=1)
     >>> orbit.stable, orbit.approach_velocity
     """
+    if impacts is not None:
+        impacts = whole("impacts", impacts, 0)
     shooting = Shooting(oscillator, periods, phase, method, tolerance)
     if guess is not None:
         return _settled(shooting, two_numbers("guess", guess))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._arguments import number, whole
+from .._arguments import instance, number, whole
 from ..errors import InvalidInput
 from ..simulate import Motion
 from ..simulate._frame import reference_frequency
@@ -76,8 +76,10 @@ def orbit_period(
     --------
     >>> orbit_period(simulate(scenes.karpodinis(22.1), periods=40, transient=2000))
     """
+    instance("motion", motion, Motion)
+    phase = number("phase", phase)
     longest = whole("longest", longest, 1)
-    tolerance = number("tolerance", tolerance, positive=True)
+    tolerance = number("tolerance", tolerance, above=0)
     omega = reference_frequency(recurring("motion", motion.oscillator))
     x, v = motion.stroboscopic(phase)
     if len(x) < 2:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import number, thread_count, whole
+from .._arguments import function, number, thread_count, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import Motion
@@ -108,7 +108,8 @@ def response_spectrum(
     """
     chosen = parameter_values("values", values)
     periods, transient = whole("periods", periods, 1), whole("transient", transient, 1)
-    closed = number("closed", closed, positive=True, most=1e-2)
+    closed = number("closed", closed, above=0, most=1e-2)
+    function("scene", scene, "a function of the parameter that makes an Oscillator")
     threads = thread_count(workers)
 
     def cell(value: float) -> tuple[float, float, float, int, str]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import number, whole
+from .._arguments import choice, number, whole
 from ..errors import InvalidInput
 from ..oscillators import Rigid
 from ..simulate import Motion
@@ -121,8 +121,7 @@ def displacement_section(
     """
     motion = _motion(motion)
     level = number("displacement", displacement)
-    if direction not in ("up", "down", "both"):
-        raise InvalidInput("direction", direction, '"up", "down" or "both"')
+    choice("direction", direction, ("up", "down", "both"))
     find = _exact if isinstance(motion._engine, ExactEngine) else _looked
     rigid = [s.position for s in motion.oscillator.stops if isinstance(s.law, Rigid)]
     _rows(motion)

@@ -41,7 +41,7 @@ def known_parameters(
             raise InvalidInput("scene", scene, "an Oscillator, as of impactsig.scenes")
         known = parameters_of(scene)
     if natural_frequency is not None:
-        known["natural_frequency"] = number("natural_frequency", natural_frequency, positive=True)
+        known["natural_frequency"] = number("natural_frequency", natural_frequency, above=0)
     for name in PARAMETERS:
         if name == "natural_frequency" and name not in known:
             raise InvalidInput(

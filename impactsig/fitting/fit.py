@@ -126,7 +126,7 @@ def fit_oscillator(
     """
     if not isinstance(impacts, Impacts):
         raise InvalidInput("impacts", impacts, "Impacts", "Of instants make them by from_times")
-    frequency = number("forcing_frequency", forcing_frequency, positive=True)
+    frequency = number("forcing_frequency", forcing_frequency, above=0)
     names = free_parameters(free)
     known = known_parameters(names, natural_frequency, scene)
     limits = limits_of(names, known, bounds)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from .._arguments import Seed, number, streams
+from .._arguments import Seed, choice, number, streams
 from ..errors import InvalidInput
 from ..recording import Recording
 from ._band import Band, band_of, log_decrement, padded, peak_and_width, smooth
@@ -175,10 +175,8 @@ def identify_resonance(
     >>> identify_resonance(Recording(swings + noise, 1000), "decay")
     Resonance(22.282 ± 0.0002 Hz; damping ratio 0.005003 ± 1e-05; from a decay of 10 s)
     """
-    if kind not in ("decay", "noise"):
-        raise InvalidInput("kind", kind, '"decay" or "noise"')
-    if quantity not in QUANTITIES:
-        raise InvalidInput("quantity", quantity, '"displacement", "velocity" or "acceleration"')
+    choice("kind", kind, ("decay", "noise"))
+    choice("quantity", quantity, QUANTITIES)
     samples = _samples(recording)
     rate = recording.rate
     if band is None:

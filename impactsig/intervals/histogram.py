@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arguments import whole
 from ..errors import InvalidInput
 from ._pairs import Intervals, as_intervals
 
@@ -77,18 +78,16 @@ def interval_histogram(
     """
     values = as_intervals(intervals, least=1)
     low, high = float(values.min()), float(values.max())
-    if bins is not None and np.ndim(bins) > 0:
+    given = bins is not None and np.ndim(bins) > 0
+    equal = None if bins is None or given else whole("bins", bins, 1, 10**7)
+    if given:
         edges, rule = _given_edges(bins), "given edges"
-    elif bins is not None and (
-        not isinstance(bins, (int, np.integer)) or isinstance(bins, bool) or bins < 1
-    ):
-        raise InvalidInput("bins", bins, "a positive whole number, or ascending edges [s]")
     elif high - low <= 1e-9 * high:
         half = 0.005 * high or 0.5e-9
-        edges = np.linspace(low - half, high + half, (bins or 1) + 1)
+        edges = np.linspace(low - half, high + half, (equal or 1) + 1)
         rule = "all intervals equal"
-    elif bins is not None:
-        edges, rule = np.linspace(low, high, bins + 1), "given number of bins"
+    elif equal is not None:
+        edges, rule = np.linspace(low, high, equal + 1), "given number of bins"
     else:
         edges = _best_edges(values, low, high)
         rule = "least-squares cross-validation"
@@ -103,7 +102,10 @@ def interval_histogram(
 
 
 def _given_edges(bins: Any) -> np.ndarray:
-    edges = np.asarray(bins, dtype=np.float64)
+    try:
+        edges = np.asarray(bins, dtype=np.float64)
+    except (TypeError, ValueError):
+        edges = np.zeros(0)
     if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
         raise InvalidInput("bins", bins, "a positive whole number, or ascending edges [s]")
     return edges

@@ -94,7 +94,7 @@ class Repair:
         return f"Repair({self.describe()})"
 
 
-def repair_intervals(isi: Intervals, forcing_period: float) -> Repair:
+def repair_intervals(intervals: Intervals, forcing_period: float) -> Repair:
     """Split intervals that hide a missed impact, join two around a spurious one, where it is clear.
 
     *A periodic train* (by `identify_period`, with a confidence of 95 %): m impacts are due at
@@ -112,7 +112,7 @@ def repair_intervals(isi: Intervals, forcing_period: float) -> Repair:
 
     Parameters
     ----------
-    isi : Impacts or array_like, shape (n,)
+    intervals : Impacts or array_like, shape (n,)
         The train, or its interspike intervals [s]. Nothing is changed at a gap of the run.
     forcing_period : float
         [s], right to 0.1 %.
@@ -128,11 +128,11 @@ def repair_intervals(isi: Intervals, forcing_period: float) -> Repair:
     >>> found
     Repair(1 missed impacts put in, 1 spurious ones taken out, by its period ...)
     """
-    forcing_period = number("forcing_period", forcing_period, positive=True)
-    if isinstance(isi, Impacts):
-        train = isi
+    forcing_period = number("forcing_period", forcing_period, above=0)
+    if isinstance(intervals, Impacts):
+        train = intervals
     else:
-        train = Impacts(np.concatenate(([0.0], np.cumsum(as_intervals(isi, least=0)))))
+        train = Impacts(np.concatenate(([0.0], np.cumsum(as_intervals(intervals, least=0)))))
     period, reading = read_period(train, forcing_period)
     removed, inserted = np.zeros(len(train), bool), list[tuple[int, float, str]]()
     why: dict[int, str] = {}
@@ -144,12 +144,12 @@ def repair_intervals(isi: Intervals, forcing_period: float) -> Repair:
     removed[list(why)] = True
     splits = tuple(Split(after, offset, reason) for after, offset, reason in sorted(inserted))
     joins = tuple(Join(int(i), why[int(i)]) for i in np.flatnonzero(removed))
-    if isinstance(isi, Impacts):
+    if isinstance(intervals, Impacts):
         repaired = _edited(train, removed, splits)
         values = repaired.intervals()
         values.flags.writeable = False
         return Repair(values, repaired, splits, joins, period)
-    values = _edited_intervals(as_intervals(isi, least=0), removed, splits)
+    values = _edited_intervals(as_intervals(intervals, least=0), removed, splits)
     values.flags.writeable = False
     return Repair(values, None, splits, joins, period)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import InvalidInput, UnreadableFile, finite_number
+from .._arguments import number
+from ..errors import UnreadableFile
 
 HARMLESS = 64 << 20
 """Bytes that a file may grow to whatever its own size: a short silence packs well."""
@@ -35,8 +36,7 @@ class Limits:
 
     def __post_init__(self) -> None:
         for name, value in (("size", self.size), ("expansion", self.expansion)):
-            if finite_number(f"limits.{name}", value, "a positive number") <= 0:
-                raise InvalidInput(f"limits.{name}", value, "a positive number")
+            number(f"limits.{name}", value, "a positive number", above=0)
 
     def check(self, path: Path, size: int, *, at_once: bool = False) -> None:
         """Refuse to let a file grow to `size` bytes.

@@ -11,7 +11,8 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from ..errors import ImpactsigWarning, InvalidInput, UnreadableFile, finite_number
+from .._arguments import choice, number
+from ..errors import ImpactsigWarning, InvalidInput, UnreadableFile
 from ..recording import Recording, Sensor, channel_index, check_calibration, sample_span
 from ._source import Signal, Source
 from ._timebase import DOUBTFUL
@@ -55,10 +56,10 @@ def prepare(
     if rate is not None and resample is not None:
         raise InvalidInput("resample", resample, "None where rate is given", "Give one of the two")
     check_calibration(scale, offset)
-    if rate is not None and finite_number("rate", rate, "a positive number [Hz]") <= 0:
-        raise InvalidInput("rate", rate, "a positive number [Hz]")
-    if sensor not in (None, "force", "sound"):
-        raise InvalidInput("sensor", sensor, '"force" or "sound"')
+    if rate is not None:
+        rate = number("rate", rate, "a positive number [Hz]", above=0)
+    if sensor is not None:
+        choice("sensor", sensor, ("force", "sound"))
     source = opened()
     try:
         if resample is not None:

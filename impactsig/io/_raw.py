@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from .._arguments import choice
 from ..errors import InvalidInput, UnreadableFile
 from ._source import Signal, Source, sample_type
 
@@ -44,8 +45,7 @@ class RawLayout:
     skip: int = 0
 
     def __post_init__(self) -> None:
-        if self.byte_order not in ("little", "big"):
-            raise InvalidInput("raw.byte_order", self.byte_order, '"little" or "big"')
+        choice("raw.byte_order", self.byte_order, ("little", "big"))
         required = 'a type of real numbers, such as "int16" or "float32"'
         try:
             kind = np.dtype(self.dtype).kind

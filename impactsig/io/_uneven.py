@@ -7,7 +7,8 @@ from os import PathLike
 
 import numpy as np
 
-from ..errors import InvalidInput, finite_number
+from .._arguments import number
+from ..errors import InvalidInput
 from ._source import Source
 
 _MOST = 1 << 28
@@ -23,8 +24,7 @@ def resampled(source: Source, rate: float, path: str | PathLike[str]) -> Source:
     no pulse is made (Fritsch and Carlson). Of rows with the same time the first is kept; rows
     without a number are left out.
     """
-    if finite_number("resample", rate, "a positive number [Hz]") <= 0:
-        raise InvalidInput("resample", rate, "a positive number [Hz]")
+    number("resample", rate, "a positive number [Hz]", above=0)
     if source.times is None:
         rates = sorted({signal.rate for signal in source.signals if signal.rate})
         found = ", ".join(f"{known:g} Hz" for known in rates) or "no column of times"

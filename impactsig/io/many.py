@@ -9,9 +9,9 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from .._arguments import thread_count
+from .._arguments import path_list, thread_count
 from .._watched import progress as bar
-from ..errors import ImpactsigError, InvalidInput
+from ..errors import ImpactsigError
 from ..recording import Recording
 from .reading import read
 
@@ -55,9 +55,7 @@ def read_many(
     ...     if not isinstance(recording, ImpactsigError):
     ...         print(path.name, recording.duration)
     """
-    if isinstance(files, (str, PathLike)):
-        raise InvalidInput("files", files, "several paths, in a list for example")
-    return _ahead([Path(file) for file in files], thread_count(workers), progress, options)
+    return _ahead(path_list("files", files), thread_count(workers), progress, options)
 
 
 def _ahead(

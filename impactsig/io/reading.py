@@ -8,9 +8,7 @@ from datetime import datetime
 from functools import partial
 from os import PathLike
 
-import numpy as np
-
-from ..errors import InvalidInput
+from .._arguments import number
 from ..recording import Recording, Sensor
 from ._limits import DEFAULT_LIMITS, Limits
 from ._plan import Plan, prepare, recording
@@ -218,8 +216,7 @@ def read_blocks(
     UnreadableFile, InvalidInput, MissingExtra
         As `read` does; what only shows in the samples is raised while iterating.
     """
-    if not (np.isfinite(seconds) and seconds > 0):
-        raise InvalidInput("seconds", seconds, "a positive time [s]")
+    seconds = number("seconds", seconds, "a positive time [s]", above=0)
     opened = partial(open_file, path, limits, raw)
     source, plan = prepare(
         path, channel, start, stop, scale, offset, unit, rate, sensor, resample, opened

@@ -165,7 +165,7 @@ class Cantilever:
         InvalidInput
             If the frequency is not positive.
         """
-        frequency = number("frequency", frequency, positive=True)
+        frequency = number("frequency", frequency, above=0)
         return replace(self, modulus=self.modulus * (frequency / self.frequencies(1)[0]) ** 2)
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from .._arguments import number
+from .._arguments import choice, number
 from ..errors import InvalidInput
 
 Formula = Literal["gap", "force", "work"]
@@ -51,8 +51,8 @@ def stop_restitution(
         ``sqrt(stiffness mass) / pi``, where that work is more than all energy.
     """
     _known(formula)
-    stiffness = number("stiffness", stiffness, positive=True)
-    mass = number("mass", mass, positive=True)
+    stiffness = number("stiffness", stiffness, above=0)
+    mass = number("mass", mass, above=0)
     damping = number("damping", damping, least=0.0)
     beta = damping / (2 * math.sqrt(stiffness) * math.sqrt(mass))
     if formula == "work":
@@ -92,8 +92,8 @@ def stop_damping(
         If a number is out of range.
     """
     _known(formula)
-    stiffness = number("stiffness", stiffness, positive=True)
-    mass = number("mass", mass, positive=True)
+    stiffness = number("stiffness", stiffness, above=0)
+    mass = number("mass", mass, above=0)
     return 2 * _beta(_share(restitution, formula), formula) * math.sqrt(stiffness) * math.sqrt(mass)
 
 
@@ -123,8 +123,8 @@ def stop_stiffness(
         If a number is out of range.
     """
     _known(formula)
-    damping = number("damping", damping, positive=True)
-    mass = number("mass", mass, positive=True)
+    damping = number("damping", damping, above=0)
+    mass = number("mass", mass, above=0)
     share = _share(restitution, formula)
     if share == 1:
         raise InvalidInput(
@@ -134,8 +134,7 @@ def stop_stiffness(
 
 
 def _known(formula: str) -> None:
-    if formula not in ("gap", "force", "work"):
-        raise InvalidInput("formula", formula, '"gap", "force" or "work"')
+    choice("formula", formula, ("gap", "force", "work"))
 
 
 def _share(restitution: float, formula: str) -> float:

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import InvalidInput, finite_number
+from .._arguments import entries, number
+from ..errors import InvalidInput
 
 
 @dataclass(frozen=True)
@@ -58,13 +59,12 @@ class Flow:
         initial = _numbers("initial", self.initial)
         if not initial:
             raise InvalidInput("initial", self.initial, "a number for every coordinate")
-        names = self.coordinates
-        if not names:
+        names: Any = self.coordinates
+        if isinstance(names, (str, tuple, list)) and not names:
             few = len(initial) <= 3
             names = "xyz"[: len(initial)] if few else [f"y{k}" for k in range(len(initial))]
-        if isinstance(names, str):
-            names = list(names)
-        if len(names) != len(initial) or len(set(names)) != len(names):
+        names = tuple(names) if isinstance(names, str) else entries("coordinates", names, "names")
+        if len(names) != len(initial) or len(set(map(str, names))) != len(names):
             raise InvalidInput("coordinates", self.coordinates, f"{len(initial)} different names")
         object.__setattr__(self, "initial", initial)
         object.__setattr__(self, "parameters", _numbers("parameters", self.parameters))
@@ -135,8 +135,4 @@ def rossler_signal(y: Any) -> Any:
 def _numbers(name: str, values: Any) -> tuple[float, ...]:
     """Finite numbers as a tuple."""
     required = "a sequence of finite numbers"
-    try:
-        given = tuple(values)
-    except TypeError:
-        raise InvalidInput(name, values, required) from None
-    return tuple(finite_number(name, value, required) for value in given)
+    return tuple(number(name, value, required) for value in entries(name, values, required))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
+from .._arguments import flag
 from ..errors import InvalidInput
 from ._recurrence import Recurrence, recurrence, repeats
 from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Noise, Rigid, Stop, numbers
@@ -85,7 +86,9 @@ class Oscillator:
         numbers(self, "mass", "time_unit", "length_unit", "mass_unit", above=0.0)
         numbers(self, "damping", "stiffness", least=0.0)
         numbers(self, "load")
-        object.__setattr__(self, "in_seconds", bool(self.in_seconds) or self.time_unit != 1)
+        object.__setattr__(
+            self, "in_seconds", flag("in_seconds", self.in_seconds) or self.time_unit != 1
+        )
         for name, kind in (("forces", Force), ("stops", Stop)):
             items = getattr(self, name)
             if isinstance(items, kind):

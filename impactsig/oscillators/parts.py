@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from .._arguments import choice
 from ..errors import InvalidInput
 from .equivalents import stop_damping
 
@@ -127,8 +128,7 @@ class KelvinVoigt:
     def __post_init__(self) -> None:
         numbers(self, "stiffness", above=0.0)
         numbers(self, "damping", least=0.0)
-        if self.ends not in ("gap", "force"):
-            raise InvalidInput("ends", self.ends, '"gap" or "force"')
+        choice("ends", self.ends, ("gap", "force"))
 
     @classmethod
     def equivalent(
@@ -217,8 +217,7 @@ class Stop:
 
     def __post_init__(self) -> None:
         numbers(self, "position")
-        if self.side not in ("upper", "lower"):
-            raise InvalidInput("side", self.side, '"upper" or "lower"')
+        choice("side", self.side, ("upper", "lower"))
         if not isinstance(self.law, (Rigid, KelvinVoigt, Hertz)):
             raise InvalidInput("law", self.law, "Rigid(...), KelvinVoigt(...) or Hertz(...)")
 

@@ -11,6 +11,7 @@ from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any, Literal
 
+from .._arguments import choice
 from ..errors import InvalidInput
 from .cantilever import Cantilever
 from .oscillator import Oscillator
@@ -95,8 +96,7 @@ def okolewski(
     InvalidInput
         If a parameter is out of its range.
     """
-    if stop not in ("hard", "soft"):
-        raise InvalidInput("stop", stop, '"hard" or "soft"')
+    choice("stop", stop, ("hard", "soft"))
     _require(above=0.0, eta=eta, stop_stiffness=stop_stiffness)
     law: Rigid | KelvinVoigt = Rigid(restitution)
     if stop == "soft":
@@ -156,8 +156,7 @@ def tian(
     InvalidInput
         If a parameter is out of its range.
     """
-    if stop not in ("hard", "soft"):
-        raise InvalidInput("stop", stop, '"hard" or "soft"')
+    choice("stop", stop, ("hard", "soft"))
     _require(above=0.0, omega=omega, stop_stiffness=stop_stiffness)
     _require(least=0.0, damping_ratio=damping_ratio, stop_damping=stop_damping)
     soft = KelvinVoigt(stop_stiffness, stop_damping)
@@ -345,8 +344,7 @@ def cantilever(
     --------
     >>> beam = cantilever(0.2, 0.025, 1e-3, 210e9, 7850, stop=1e-3, frequency=20, amplitude=2e-4)
     """
-    if loading not in ("base", "clamp", "tip"):
-        raise InvalidInput("loading", loading, '"base", "clamp" or "tip"')
+    choice("loading", loading, ("base", "clamp", "tip"))
     beam = Cantilever(length, width, thickness, modulus, density)
     if natural_frequency is not None:
         _require(above=0.0, natural_frequency=natural_frequency)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InvalidInput, finite_number
+from .._arguments import number
+from ..errors import InvalidInput
 from ._axes import BLUE, axes, called, frame
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ def flow_portrait(
     """Draw the line through the states of a trajectory, in two of its coordinates."""
     across, up = _two(trajectory.flow, coordinates)
     time = trajectory.time
-    first = -np.inf if start is None else finite_number("start", start, "a time")
-    last = np.inf if stop is None else finite_number("stop", stop, "a time")
+    first = -np.inf if start is None else number("start", start, "a time")
+    last = np.inf if stop is None else number("stop", stop, "a time")
     shown = (time >= first) & (time <= last)
     if shown.sum() < 2:
         held = f"{time[0]:.6g} to {time[-1]:.6g}" if len(time) else "none, as it has no states"

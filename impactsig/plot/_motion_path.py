@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InvalidInput, finite_number
+from .._arguments import number
+from ..errors import InvalidInput
 from ._axes import ORANGE, VERMILLION, points
 
 if TYPE_CHECKING:
@@ -91,13 +92,13 @@ def span_drawn(
     motion: Motion, start: float | None, stop: float | None, periods: int
 ) -> tuple[float, float]:
     """The span asked for, or the last so many periods, in the motion's own."""
-    last = motion.stop if stop is None else min(finite_number("stop", stop, "a time"), motion.stop)
+    last = motion.stop if stop is None else min(number("stop", stop, "a time"), motion.stop)
     first = last - periods * swing(motion) if start is None else start
     hits = events_of(motion)[0].time
     hits = hits[hits <= last]
     if start is None and len(hits) > MOST_IMPACTS:
         first = max(first, hits[-MOST_IMPACTS])
-    first = max(finite_number("start", first, "a time [s]"), motion.start)
+    first = max(number("start", first, "a time [s]"), motion.start)
     if not first < last:
         raise InvalidInput(
             "start, stop",

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidInput, finite_number
+from .._arguments import number
+from ..errors import InvalidInput
 from ..recording import sample_span
 from ._axes import BLUE, GREY, VERMILLION, axes, explain, frame, legend, points, seconds
 from ._flow_portrait import flow_portrait
@@ -89,7 +90,7 @@ def phase_portrait(
     ax.plot(path.x, path.v, color=BLUE, linewidth=0.7)
     ax.vlines(*spans_jumped(path), color=BLUE, linewidth=1.4, linestyle=(0, (3, 2)), zorder=2.5)
     if phase is not None and motion.oscillator.forcing_frequency is not None:
-        time = strobe_times(motion, finite_number("phase", phase, "a finite angle [rad]"))
+        time = strobe_times(motion, number("phase", phase, "a finite angle [rad]"))
         x, v = motion._from_stops(time)
         label = "once a period" if phase == 0 else f"once a period, at phase {phase:.3g}"
         points(ax, x, v, color=VERMILLION, label=label, zorder=3)
@@ -181,7 +182,7 @@ def power_spectrum(
     forcing, top = spectrum.forcing_frequency, float(spectrum.frequency[-1])
     if highest is None:
         highest = min(10.5 * forcing, top) if forcing else top
-    elif not finite_number("highest", highest, "a positive frequency [Hz]") > 0:
+    elif not number("highest", highest, "a positive frequency [Hz]") > 0:
         raise InvalidInput("highest", highest, "a positive frequency [Hz]")
     ax = axes(ax)
     shown = (spectrum.frequency <= highest) & (spectrum.frequency > 0)

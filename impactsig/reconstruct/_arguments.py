@@ -4,24 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
 from .._arguments import whole
-from ..errors import InvalidInput, finite_number
+from ..errors import InvalidInput
 from ._series import known, unbroken
 
 GREATEST, LEAST_SPAN = 1e140, 1e-140
 """Of values and of their range: sums of as many squares as there may be are numbers still."""
-
-
-def positive(argument: str, value: Any, required: str = "a positive number") -> float:
-    """`value` as a float greater than 0."""
-    number = finite_number(argument, value, required)
-    if number <= 0:
-        raise InvalidInput(argument, value, required)
-    return number
 
 
 def dimensions_of(value: int | Iterable[int]) -> tuple[int, ...]:
@@ -30,7 +21,7 @@ def dimensions_of(value: int | Iterable[int]) -> tuple[int, ...]:
     Everywhere: what is asked is how something changes as the dimension grows. ``[m]`` is m alone.
     """
     if isinstance(value, (int, np.integer)):
-        value = range(1, whole("dimensions", value, 1) + 1)
+        value = range(1, whole("dimensions", value, 1, 10_000) + 1)
     try:
         found = tuple(whole("dimensions", one, 1) for one in value)
     except TypeError:

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import whole
+from .._arguments import number, whole
 from ..errors import ImpactsigWarning, InvalidInput
-from ._arguments import positive, varying
+from ._arguments import varying
 from ._series import series
 from ._theiler import theiler_window
 from ._values import exact_period, rounding_doubt
@@ -62,7 +62,7 @@ def lyap_r(
         If few of the values are different, as of a coarse clock.
     """
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
-    steps, step = whole("steps", steps, 2), positive("step", step)
+    steps, step = whole("steps", steps, 2), number("step", step, above=0)
     values = _parting(x)
     window = theiler_window(theiler, values)
     _least(values, (dimension - 1) * delay + steps + 2 * window + 2)
@@ -118,7 +118,7 @@ def lyap_e(
         )
     if neighbors is None:
         neighbors = min(2 * matrix_dimension, matrix_dimension + 4)
-    neighbors, step = whole("neighbors", neighbors, 1), positive("step", step)
+    neighbors, step = whole("neighbors", neighbors, 1), number("step", step, above=0)
     values = _parting(x)
     between = (dimension - 1) // (matrix_dimension - 1)
     _least(values, dimension + between + 2 * theiler + neighbors)
@@ -155,7 +155,7 @@ def sampen(x: Any, *, dimension: int = 2, delay: int = 1, tolerance: float | Non
     """
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
     if tolerance is not None:
-        tolerance = positive("tolerance", tolerance)
+        tolerance = number("tolerance", tolerance, above=0)
     values = _whole(x)
     _least(values, dimension * delay + 10)
     return _answer("sampen", values, emb_dim=dimension, lag=delay, tolerance=tolerance)

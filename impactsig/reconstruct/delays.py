@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import whole
+from .._arguments import choice, whole
 from ..errors import InvalidInput
 from ._arguments import varying
 from ._series import known, series, stretches, unbroken
@@ -107,8 +107,7 @@ def autocorrelation_delay(
     InvalidInput
         If `x` is no series of finite numbers, constant, or shorter than 16 values.
     """
-    if rule not in ("1/e", "zero"):
-        raise InvalidInput("rule", rule, '"1/e" or "zero"')
+    choice("rule", rule, ("1/e", "zero"))
     values = varying(series(x, least=LEAST, gap=1))
     count = len(known(values))
     longest = _longest(longest, values, count // 4)

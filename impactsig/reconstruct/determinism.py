@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import Seed
+from .._arguments import Seed, whole
 from .prediction import prediction_error
 from .surrogate_testing import surrogate_test
 from .surrogates import longest_stretch
@@ -86,6 +86,7 @@ def return_map_determinism(
         If `x` is no series of finite numbers, is constant or is too short.
     """
     values, _ = longest_stretch(x)
+    lag = whole("lag", lag, 1)
     own = prediction_error(values, 1, 1, lag, neighbors=neighbors)
 
     def explained(values: np.ndarray) -> float:

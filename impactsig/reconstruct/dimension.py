@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arguments import number, whole
-from ..errors import InvalidInput, finite_number
+from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._arguments import finite_range, positive
+from ._arguments import finite_range
 from ._kinds import Kind
 from ._series import series, stretches, unbroken
 from ._theiler import theiler_window
@@ -307,7 +307,7 @@ def correlation_dimension(
     m = None if dimension is None else whole("dimension", dimension, 1)
     delay = whole("delay", delay, 1)
     workers = workers if workers is None else whole("workers", workers, 1)
-    step = None if resolution is None else positive("resolution", resolution)
+    step = None if resolution is None else number("resolution", resolution, above=0)
     chosen = None if scales is None else _scales(scales)
     timing_error, value_error = _stated(timing_error, value_error)
     missed = number("missed", missed, least=0, most=0.5)
@@ -319,7 +319,7 @@ def correlation_dimension(
             "missed", missed, "0 for values that are no intervals", "Intervals are positive"
         )
     if contraction is not None:
-        contraction = positive("contraction", contraction)
+        contraction = number("contraction", contraction, above=0)
     window = None if theiler is None else whole("theiler", theiler, 0)
     marked = series(x, gap=delay)
     window = theiler_window(window, marked)
@@ -451,7 +451,7 @@ def _scales(given: Any) -> tuple[float, float]:
         low, high = given
     except (TypeError, ValueError):
         raise InvalidInput("scales", given, required) from None
-    low, high = finite_number("scales", low, required), finite_number("scales", high, required)
+    low, high = number("scales", low, required), number("scales", high, required)
     if not 0 < low < high:
         raise InvalidInput("scales", given, required)
     return low, high

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import whole
+from .._arguments import choice, number, whole
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._arguments import long_enough, positive, varying
+from ._arguments import long_enough, varying
 from ._series import known, series
 from ._theiler import theiler_window
 from ._values import exact_period, resolution, rounding_doubt, typical_gap
@@ -211,19 +211,18 @@ def lyapunov_exponent(
         values that there are no neighbours that are not equal.
     """
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
-    if method not in ("rosenstein", "kantz"):
-        raise InvalidInput("method", method, '"rosenstein" or "kantz"')
+    choice("method", method, ("rosenstein", "kantz"))
     if radius is not None:
         required = 'a positive distance, with method "kantz" only'
         if method != "kantz":
             raise InvalidInput("radius", radius, required)
-        radius = positive("radius", radius, required)
+        radius = number("radius", radius, required, above=0)
     values = varying(series(x, gap=1))
     window = theiler_window(theiler, values)
     if step is None and isinstance(x, Impacts):
         step = float(known(values).mean())
     elif step is not None:
-        step = positive("step", step, "a positive time [s]")
+        step = number("step", step, "a positive time [s]", above=0)
     least_steps = LEAST_STEPS if steps is None else whole("steps", steps, 4)
     if region is not None:
         region = _given_region(region)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from .._arguments import whole
+from .._arguments import number, whole
 from ..errors import InvalidInput
-from ._arguments import dimensions_of, long_enough, positive, varying
+from ._arguments import dimensions_of, long_enough, varying
 from ._series import known, series, unbroken
 from ._theiler import theiler_window
 from ._values import rounding_doubt, typical_gap
@@ -197,9 +197,9 @@ def false_nearest_neighbors(
         If `x` is no series of finite numbers, constant, or too short.
     """
     tried, delay = np.array(dimensions_of(dimensions)), whole("delay", delay, 1)
-    growth = positive("growth", growth)
-    size = positive("size", size)
-    tolerance = positive("tolerance", tolerance)
+    growth = number("growth", growth, above=0)
+    size = number("size", size, above=0)
+    tolerance = number("tolerance", tolerance, above=0)
     values, window = _ready(x, tried[-1], delay, theiler)
     scale = known(values).std()
     apart = typical_gap(values)

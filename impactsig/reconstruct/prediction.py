@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import whole
+from .._arguments import choice, whole
 from ..errors import InvalidInput
 from ._arguments import varying
 from ._series import known, series, unbroken
@@ -131,8 +131,7 @@ def prediction_error(
     horizons = np.array([whole("horizon", step, 1) for step in steps], np.int64)
     if not len(horizons):
         raise InvalidInput("horizon", horizon, "one whole number of steps or more")
-    if predictor not in ("constant", "linear"):
-        raise InvalidInput("predictor", predictor, 'one of "constant", "linear"')
+    choice("predictor", predictor, ("constant", "linear"))
     values = varying(series(x, gap=1))
     reach = (dimension - 1) * delay + int(horizons.max())
     window = reach if theiler is None else whole("theiler", theiler, 0)

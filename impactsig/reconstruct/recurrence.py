@@ -404,7 +404,7 @@ def _radius(
         return number("radius", radius, least=0)
     if radius is not None:
         raise InvalidInput("radius", radius, "a radius or a rate, not both")
-    rate = number("rate", rate, positive=True, most=1.0)
+    rate = number("rate", rate, above=0, most=1.0)
     span = (dimension - 1) * delay + 1
     pairs = pairs_apart(unbroken(values, span), theiler)
     if not pairs:

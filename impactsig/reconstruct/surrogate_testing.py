@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import Seed, whole
+from .._arguments import Seed, choice, whole
 from ..errors import InvalidInput
 from ._sieve import Scores, linear_error, ranked
 from ._spectra import low_exponent, misfit
@@ -205,11 +205,9 @@ def surrogate_test(
     name = statistic.replace("_", " ") if isinstance(statistic, str) else _name_of(statistic)
     if alternative is None:
         alternative = "less" if statistic == "prediction_error" else "two-sided"
-    if alternative not in ("less", "greater", "two-sided"):
-        raise InvalidInput("alternative", alternative, 'one of "less", "greater", "two-sided"')
+    choice("alternative", alternative, ("less", "greater", "two-sided"))
     linear = surrogates == "autoregressive"
-    if surrogates not in NULL:
-        raise InvalidInput("surrogates", surrogates, 'one of "autoregressive", "shuffled"')
+    choice("surrogates", surrogates, NULL)
     if linear and statistic == "prediction_error":
         evaluate, name = _gain_of_prediction, "prediction error over that of linear prediction"
     ascending = Scores.of(values).spread if linear else np.sort(values)

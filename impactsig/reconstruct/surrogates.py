@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._arguments import Seed, streams, whole
+from .._arguments import Seed, choice, streams, whole
 from ..errors import InvalidInput
 from ._arguments import varying
 from ._series import known, series, stretches
@@ -112,8 +112,7 @@ def surrogates(
     """
     values, notes = longest_stretch(x)
     count = whole("count", count, 0)
-    if method not in NULL:
-        raise InvalidInput("method", method, 'one of "autoregressive", "shuffled"')
+    choice("method", method, NULL)
     original = values.copy()
     rows, order = rows_of(original, np.sort(original), count, method, seed)
     for array in (rows, original):

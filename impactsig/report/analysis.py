@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._arguments import number
 from .._corrections import in_words
-from ..errors import ImpactsigWarning, InvalidInput, finite_number
+from ..errors import ImpactsigWarning, InvalidInput
 from ..recording import Recording, Sensor
 from .channels import around, channel_readings, open_recording, overviews_of, typical
 from .dynamics import Dynamics, read_dynamics
@@ -154,7 +155,7 @@ def analyse(
 
     required = "a positive frequency [Hz]"
     if forcing_frequency is not None and (
-        finite_number("forcing_frequency", forcing_frequency, required) <= 0
+        number("forcing_frequency", forcing_frequency, required) <= 0
     ):
         raise InvalidInput("forcing_frequency", forcing_frequency, required)
     reading = _given(

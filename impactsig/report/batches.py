@@ -7,12 +7,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import resources
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from .._arguments import READING
+from .._arguments import READING, path_list
 from .._atomic import atomic_path
 from ..errors import ImpactsigError, InvalidInput, UnwritableFile
 from ..studies.each import each
@@ -176,9 +176,7 @@ def _report(task: tuple[Path, Path], options: dict[str, Any]) -> Entry:
 
 
 def _paths(files: Iterable[str | PathLike[str]]) -> list[Path]:
-    if isinstance(files, (str, PathLike)):
-        raise InvalidInput("files", files, "several paths, in a list for example")
-    paths = [Path(fspath(file)) for file in files]
+    paths = path_list("files", files)
     if not paths:
         raise InvalidInput("files", paths, "one path or more")
     twice = {str(path) for path in paths if paths.count(path) > 1}

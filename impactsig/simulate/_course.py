@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidInput, finite_number
+from .._arguments import number
+from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ._tableau import GAUGE_DEGREE, flow_tableau
 
@@ -142,7 +143,7 @@ def state_of(flow: Flow, initial: Sequence[float] | None) -> np.ndarray:
         return np.array(flow.initial)
     required = f"{flow.dimension} finite numbers"
     try:
-        given = [finite_number("initial", value, required) for value in initial]
+        given = [number("initial", value, required) for value in initial]
     except TypeError:
         given = []
     if len(given) != flow.dimension:
@@ -158,7 +159,7 @@ def coordinate_of(flow: Flow, name: Any) -> int:
     InvalidInput
         If the flow has no such coordinate.
     """
-    if name in flow.coordinates:
+    if isinstance(name, str) and name in flow.coordinates:
         return flow.coordinates.index(name)
     whole = isinstance(name, (int, np.integer)) and not isinstance(name, bool)
     if whole and 0 <= name < flow.dimension:

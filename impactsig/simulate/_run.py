@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import flag, number
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._events import COLUMNS, DONE, FULL, START, STATUS, STICK, Engine
@@ -16,6 +16,7 @@ from .motion import TURN, Motion, assemble
 from .runge_kutta import FixedStep, RungeKutta, SteppingEngine
 
 CHUNK = 65536  # events that are held at a time
+LONGEST = 1e15  # a run, in periods or seconds: beyond it one more would be rounded away
 LEGS_PER_PERIOD = 10_000  # work, on average, after which a run is given up
 LEGS_AT_LEAST = 100_000
 NONE = np.empty((0, COLUMNS))
@@ -49,19 +50,20 @@ class Run:
             raise InvalidInput(
                 "periods, duration", f"{periods}, {duration}", "one of them, and only one"
             )
-        if not 0 < chatter <= 1e-2:
-            raise InvalidInput("chatter", chatter, "0 < chatter <= 0.01")
+        chatter = number("chatter", chatter, above=0, most=1e-2)
         if periods is not None and oscillator.forcing_frequency is None:
             raise InvalidInput(
                 "periods", periods, "an oscillator with forcing to count by",
                 "There is no forcing: give duration= in seconds",
             )  # fmt: skip
         name, length = ("periods", periods) if duration is None else ("duration", duration)
-        self.length = number(name, length, positive=True)
-        self.before = number("transient", transient, least=0.0)
+        self.length = number(name, length, above=0, most=LONGEST)
+        self.before = number("transient", transient, least=0.0, most=LONGEST)
         self.phase = first_phase(phase)
         self.oscillator = oscillator
-        self.engine = _engine(oscillator, method, chatter, skip_unreachable)
+        self.engine = _engine(
+            oscillator, method, chatter, flag("skip_unreachable", skip_unreachable)
+        )
         omega = self.engine.omega
         self.per_turn = 1.0 if duration is None else omega / (TURN * oscillator.time_unit)
 

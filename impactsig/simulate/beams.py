@@ -123,7 +123,7 @@ def simulate_beam(
             "There is no forcing: give duration= in seconds",
         )  # fmt: skip
     name, length = ("periods", periods) if duration is None else ("duration", duration)
-    length = number(name, length, positive=True)
+    length = number(name, length, above=0)
     transient = number("transient", transient, least=0.0)
     phase = math.fmod(number("phase", phase), TURN) % TURN
 

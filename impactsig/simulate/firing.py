@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import choice, number
 from ..errors import InvalidInput
 from ..impacts import Impacts, exact
 from ..oscillators.flows import Flow
@@ -75,7 +75,7 @@ def integrate_and_fire(
     >>> train = integrate_and_fire(flows.rossler(), 20, count=1001, transient=200)
     >>> train.intervals()  # 1000 of them
     """
-    threshold = number("threshold", threshold, positive=True)
+    threshold = number("threshold", threshold, above=0)
     if isinstance(flow, Flow) and signal is None:
         signal = flow.signal
         if signal is None:
@@ -143,8 +143,7 @@ def threshold_crossings(
     if not isinstance(flow, Flow):
         raise InvalidInput("flow", flow, "a Flow", "A RecordedMotion has a method crossings()")
     level = number("level", level)
-    if direction not in ("up", "down", "both"):
-        raise InvalidInput("direction", direction, '"up", "down" or "both"')
+    choice("direction", direction, ("up", "down", "both"))
     return _spikes(
         flow, signal, initial, count, duration, transient, level, False, direction, "crossing"
     )
@@ -172,7 +171,7 @@ def _spikes(
         if wanted != count or isinstance(count, bool):
             raise InvalidInput("count", count, "a whole number, 1 or greater")
     else:
-        end = transient + number("duration", duration, positive=True)
+        end = transient + number("duration", duration, above=0)
     running = Running(flow, signal, initial, fires)
 
     from ._flow_spikes import Task

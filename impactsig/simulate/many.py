@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import number, thread_count
+from .._arguments import entries, instance, number, thread_count
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._run import Run
@@ -50,7 +50,7 @@ def simulate_blocks(
             'Use simulate(..., keep="counts") to count without keeping',
         )  # fmt: skip
     run = Run(oscillator, **options)
-    return _pieces(run, number("block", block, positive=True))
+    return _pieces(run, number("block", block, above=0))
 
 
 def _pieces(run: Run, block: float) -> Iterator[Motion]:
@@ -61,6 +61,9 @@ def _pieces(run: Run, block: float) -> Iterator[Motion]:
         yield motion
         if motion.status != "complete":
             return
+
+
+MACHINES = "an Oscillator or several"
 
 
 def simulate_many(
@@ -108,10 +111,10 @@ def simulate_many(
         ) from None
     if starts.ndim not in (1, 2) or starts.shape[-1] != 2:
         raise InvalidInput("initial", f"shape {starts.shape}", "shape (2,) or (n, 2)")
-    try:
-        machines = [oscillators] if isinstance(oscillators, Oscillator) else list(oscillators)
-    except TypeError:
-        raise InvalidInput("oscillators", oscillators, "an Oscillator or several") from None
+    alone = isinstance(oscillators, Oscillator)
+    machines = [oscillators] if alone else list(entries("oscillators", oscillators, MACHINES))
+    for machine in machines:
+        instance("oscillators", machine, Oscillator, MACHINES)
     counts = {len(machines), len(np.atleast_2d(starts)), phases.size} - {1}
     if len(counts) > 1 or phases.ndim > 1:
         raise InvalidInput(

@@ -136,13 +136,13 @@ def measure(
     Measured(994 impacts; 17 of 1000 missed, 11 spurious)
     """
     noise = number("noise", noise, least=0)
-    rate = None if rate is None else number("rate", rate, positive=True)
-    jitter = number("jitter", jitter, least=0)
+    rate = None if rate is None else number("rate", rate, above=0)
+    jitter = number("jitter", jitter, least=0, most=1e6)
     dead_time = number("dead_time", dead_time, least=0)
     missed = number("missed", missed, least=0, most=1)
-    spurious = number("spurious", spurious, least=0)
+    spurious = number("spurious", spurious, least=0, most=1e6)
     echoes = number("echoes", echoes, least=0, most=1)
-    echo_delay = number("echo_delay", echo_delay, positive=True)
+    echo_delay = number("echo_delay", echo_delay, above=0)
     lost, weak, moved, echoing, false, noisy = streams(seed, 6)
     counted, impacts = _count(impacts, noise, rate, noisy)
     count = len(impacts)
@@ -217,7 +217,7 @@ def _chance_of_missing(impacts: Impacts, which: np.ndarray, missed_weak: Any) ->
     except (TypeError, ValueError):
         raise InvalidInput("missed_weak", missed_weak, "a pair (level, scale)") from None
     level = number("missed_weak level", level)
-    scale = number("missed_weak scale", scale, positive=True)
+    scale = number("missed_weak scale", scale, above=0)
     strength = strength_of(impacts)
     if strength is None:
         raise InvalidInput(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._arguments import number
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts, exact
 from ..oscillators import Oscillator, Rigid
@@ -130,8 +131,7 @@ class Motion:
         InvalidInput
             If the phase is no finite number, or only counts were kept.
         """
-        if not math.isfinite(phase):
-            raise InvalidInput("phase", phase, "a finite angle [rad]")
+        phase = number("phase", phase, "a finite angle [rad]")
         phase = math.fmod(phase, TURN) % TURN
         (first, early), (last, late) = self._first, self._last
         turns = np.arange(first + (phase < early), last + (phase <= late))

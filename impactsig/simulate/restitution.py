@@ -109,7 +109,7 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
         )  # fmt: skip
     if within is None:
         within = float(0.25 / motion.frequencies[0])
-    within = number("within", within, positive=True)
+    within = number("within", within, above=0)
     begins, ends, over = _touches(motion)
     rows = motion._rows
     time = motion._seconds(rows[begins])

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidInput, finite_number
+from .._arguments import number
+from ..errors import InvalidInput
 from ..oscillators import KelvinVoigt, Oscillator, Rigid
 from ._events import COUNTERS
 from ._frame import forcing, pace, reference_frequency, swings
@@ -43,7 +44,7 @@ class RungeKutta:
 
     def __post_init__(self) -> None:
         wanted = "1e-14 <= tolerance <= 0.01"
-        tolerance = finite_number("tolerance", self.tolerance, wanted)
+        tolerance = number("tolerance", self.tolerance, wanted)
         if not 1e-14 <= tolerance <= 1e-2:
             raise InvalidInput("tolerance", self.tolerance, wanted)
         object.__setattr__(self, "tolerance", tolerance)
@@ -72,7 +73,7 @@ class FixedStep:
 
     def __post_init__(self) -> None:
         wanted = "a whole number, 8 to 1 000 000"
-        steps = finite_number("steps", self.steps, wanted)
+        steps = number("steps", self.steps, wanted)
         if steps != int(steps) or not 8 <= steps <= 1_000_000:
             raise InvalidInput("steps", self.steps, wanted)
         object.__setattr__(self, "steps", int(steps))

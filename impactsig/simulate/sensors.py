@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .._arguments import number
+from .._arguments import entries, number
 from ..errors import InvalidInput
 
 Modes = tuple[tuple[float, float, float], ...]
@@ -65,7 +65,7 @@ class LoadCell:
             "ringing_frequency",
             "ringing_decay",
         ):
-            number(name, getattr(self, name), positive=True)
+            number(name, getattr(self, name), above=0)
         for name in ("noise", "drift", "hum", "ringing"):
             number(name, getattr(self, name), least=0)
 
@@ -112,7 +112,7 @@ class Microphone:
 
     def __post_init__(self) -> None:
         for name in ("distance", "gain"):
-            number(name, getattr(self, name), positive=True)
+            number(name, getattr(self, name), above=0)
         number("noise", self.noise, least=0)
         try:
             modes = tuple((f, decay, share) for f, decay, share in self.modes)
@@ -121,12 +121,14 @@ class Microphone:
         if not modes:
             raise InvalidInput("modes", self.modes, "one (frequency, decay, share) or more")
         for frequency, decay, share in modes:
-            number("modes frequency", frequency, positive=True)
-            number("modes decay", decay, positive=True)
+            number("modes frequency", frequency, above=0)
+            number("modes decay", decay, above=0)
             number("modes share", share, least=0)
         object.__setattr__(self, "modes", modes)
         if self.phases is not None:
-            phases = tuple(number("phases", phase) for phase in self.phases)
+            phases = tuple(
+                number("phases", one) for one in entries("phases", self.phases, "angles [rad]")
+            )
             if len(phases) != len(modes):
                 raise InvalidInput(
                     "phases", self.phases, f"one phase for each of {len(modes)} modes"

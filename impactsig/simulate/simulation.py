@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ..errors import InvalidInput
+from .._arguments import choice
 from ..oscillators import Oscillator
 from ._run import Run
 from .motion import Motion
@@ -72,8 +72,7 @@ def simulate(
         If an argument is out of its range, the mass starts beyond a rigid stop, or the oscillator
         has noise: then `simulate_ensemble` and `sample_path` move it.
     """
-    if keep not in ("all", "counts"):
-        raise InvalidInput("keep", keep, '"all" or "counts"')
+    choice("keep", keep, ("all", "counts"))
     run = Run(
         oscillator,
         periods=periods,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ..errors import InvalidInput, finite_number
+from .._arguments import choice, number
+from ..errors import InvalidInput
 from ._frame import swings
 
 if TYPE_CHECKING:
@@ -110,8 +111,7 @@ def power_spectrum(
         If the motion is too short for so many segments, or only counts were kept, or there is no
         period to choose a rate by.
     """
-    if quantity not in ("displacement", "velocity"):
-        raise InvalidInput("quantity", quantity, '"displacement" or "velocity"')
+    choice("quantity", quantity, ("displacement", "velocity"))
     if isinstance(segments, bool) or not isinstance(segments, (int, np.integer)) or segments < 1:
         raise InvalidInput("segments", segments, "a positive whole number")
     forcing, period = motion.oscillator.forcing_period, _period(motion)
@@ -119,7 +119,7 @@ def power_spectrum(
         if period is None:
             raise InvalidInput("rate", rate, "samples per second: the motion has no period")
         rate = PER_PERIOD * swings(motion.oscillator) / period
-    elif not finite_number("rate", rate, "a positive number [Hz]") > 0:
+    elif not number("rate", rate, "a positive number [Hz]") > 0:
         raise InvalidInput("rate", rate, "a positive number [Hz]")
     period = period or 1 / rate
     # A run of whole periods ends a rounding before or after the last of them.

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._arguments import Seed, number, streams
+from .._arguments import Seed, instance, number, streams
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..recording import Recording
@@ -76,10 +76,11 @@ def synthesize(
     >>> synthesize(train, LoadCell(noise=0.01, unit="V"), seed=1)
     Recording(5000 samples; 50000 Hz; 0.1 s; V; force)
     """
+    instance("impacts", impacts, Impacts)
     parts = _parts(impacts, sensor)
     first = parts[0][0]
     kind: Kind = "force" if isinstance(first, LoadCell) else "sound"
-    rate = number("rate", _RATES[kind] if rate is None else rate, positive=True)
+    rate = number("rate", _RATES[kind] if rate is None else rate, above=0)
     start = impacts.start if start is None else number("start", start)
     length = impacts.duration if duration is None else number("duration", duration, least=0)
     count = round(length * rate)
@@ -250,7 +251,7 @@ def _pink(rng: np.random.Generator, rms: float, count: int, rate: float) -> np.n
 
 def _check_converter(bits: int | None, full_scale: float | None) -> None:
     if full_scale is not None:
-        number("full_scale", full_scale, positive=True)
+        number("full_scale", full_scale, above=0)
     if bits is None:
         return
     if not isinstance(bits, (int, np.integer)) or isinstance(bits, bool) or not 2 <= bits <= 32:

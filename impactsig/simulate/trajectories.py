@@ -92,7 +92,7 @@ def trajectory(
         wanted = number("count", count, least=1, most=2**40)
         if wanted != int(wanted):
             raise InvalidInput("count", count, "a whole number, 1 or greater")
-        step = number("interval", interval, positive=True)
+        step = number("interval", interval, above=0)
         instants = number("transient", transient, least=0) + step * np.arange(int(wanted))
     else:
         instants = _ascending(times)

@@ -89,10 +89,10 @@ def course(
                 "There is no forcing: give duration= in seconds",
             )  # fmt: skip
         unit = TURN / oscillator.forcing_frequency
-        span = number("periods", periods, positive=True) * unit
+        span = number("periods", periods, above=0) * unit
     else:
         unit = 1 / oscillator.time_unit
-        span = number("duration", duration, positive=True) * unit
+        span = number("duration", duration, above=0) * unit
     before = number("transient", transient, least=0.0) * unit
     phase = number("phase", phase) % TURN
     q, v = starts(oscillator, paths, initial, phase)
@@ -100,13 +100,13 @@ def course(
     if step is None:
         size = found.default
     else:
-        found.check(number("step", step, positive=True), oscillator.time_unit)
+        found.check(number("step", step, above=0), oscillator.time_unit)
         size = step / oscillator.time_unit
     if every is None:
         size = min(size, span)
         stride = min(look, max(int(span / size * (1 + 1e-9)), 1))
     else:
-        apart = number("every", every, positive=True) / oscillator.time_unit
+        apart = number("every", every, above=0) / oscillator.time_unit
         if apart > span * (1 + 1e-9):
             raise InvalidInput("every", every, "no longer than the time that is looked at")
         stride = math.ceil(apart / size * (1 - 1e-9))

@@ -8,6 +8,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from .._arguments import choice
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ._averaging_cycles import IMPACTS, Orbits, exchange, orbits
@@ -33,8 +34,7 @@ def check(oscillator: Oscillator, impact: str) -> None:
     """
     if not isinstance(oscillator, Oscillator):
         raise InvalidInput("oscillator", oscillator, "an Oscillator")
-    if impact not in IMPACTS:
-        raise InvalidInput("impact", impact, '"logarithmic", "exact" or "linearised"')
+    choice("impact", impact, IMPACTS)
     if oscillator.forces or oscillator.base:
         part = oscillator.forces[0] if oscillator.forces else oscillator.base
         raise InvalidInput(

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._arguments import Seed, seed_sequence
+from .._arguments import Seed, choice, seed_sequence
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ._posing import filtered_deviation, functions, pose, transition
@@ -36,8 +36,7 @@ def check_method(oscillator: Oscillator, method: Method) -> None:
     InvalidInput
         If it cannot, or there is none of that name.
     """
-    if method not in METHODS:
-        raise InvalidInput("method", method, ", ".join(f'"{name}"' for name in METHODS))
+    choice("method", method, METHODS)
     rigid = [stop for stop in oscillator.stops if isinstance(stop.law, Rigid)]
     filtered = oscillator.noise is not None and oscillator.noise.correlation_time > 0
     remedy = 'Use method="splitting"'

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import function, number
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from .averaging import Impact, averaged_density
@@ -131,9 +131,10 @@ def p_bifurcation(
     --------
     >>> p_bifurcation(lambda friction: scenes.van_der_pol_duffing(0.99, friction), [0.5, 2.0, 3.0])
     """
+    function("scene", scene, "a function of the parameter that makes an Oscillator")
     chosen = _rising(values)
     least = number("least", least, least=0.0, most=1.0)
-    tolerance = number("tolerance", tolerance, positive=True, most=0.1)
+    tolerance = number("tolerance", tolerance, above=0, most=0.1)
 
     def shape(value: float) -> DensityShape:
         oscillator = scene(value)

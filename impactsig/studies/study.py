@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arguments import path
 from ..errors import InvalidInput, MissingExtra
 from ._store import EXTRA, Store
 
@@ -132,7 +133,7 @@ def open_study(directory: Any) -> Study:
     MissingExtra
         If zarr is not installed.
     """
-    return stored(Store.open(Path(directory)))
+    return stored(Store.open(path("directory", directory)))
 
 
 def stored(store: Store) -> Study:

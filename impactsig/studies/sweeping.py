@@ -6,12 +6,13 @@ import contextlib
 import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from .._arguments import Seed, streams, thread_count, whole
+from .._arguments import Seed, choice, flag, instance, streams, thread_count, whole
+from .._arguments import function as called
+from .._arguments import path as path_of
 from .._watched import progress as bar
 from ..errors import ImpactsigWarning, InvalidInput
 from ._cells import Job, Outcome, run_cells
@@ -147,27 +148,29 @@ def sweep(
     array([[ 3.,  4.,  5.],
            [ 6.,  8., 10.]])
     """
-    if not callable(function):
-        raise InvalidInput("function", function, "a function of the parameters of a cell")
+    called("function", function, "a function of the parameters of a cell")
+    units = {} if attributes is None else attributes
+    instance("attributes", units, Mapping, "a mapping of names to attributes")  # type: ignore[type-abstract]
+    choice("executor", executor, ("serial", "threads", "processes", "gpu"))
     grid = grid_of(parameters, () if seed is None else ("seed",))
     if tile is not None:
         tile = whole("tile", tile, least=1)
     key = None if seed is None else int(streams(seed, 1)[0].integers(2**64, dtype=np.uint64))
-    job = Job(function, bool(vectorized), key)
+    job = Job(function, flag("vectorized", vectorized), key)
     code = code_of(function)
     if executor == "gpu":
         code |= parts_of_device()
     identity = identity_of(job, grid, code)
     with contextlib.ExitStack() as stack:
         store = None
-        path = None if directory is None else Path(directory)
+        path = None if directory is None else path_of("directory", directory)
         if path is not None:
             there = claim(path)
             stack.enter_context(locked(path))
             if there:
                 store = Store.open(path)
                 refuse_other(store, identity, tile)
-                store.mend_axes(attributes or {})
+                store.mend_axes(units)
                 if len(store.done) == len(store.tiling):
                     return _told(stored(store))
         pool = stack.enter_context(_executor(job, grid, code, executor, workers, client))
@@ -179,7 +182,7 @@ def sweep(
             store = Store.create(path, identity, tiling) if path else None
         else:
             tiling = store.tiling
-        run = Results(tiling, store, attributes or {})
+        run = Results(tiling, store, units)
         if first is not None:
             run.learn(first)
         left = [n for n in range(len(tiling)) if n not in run.done]

@@ -12,7 +12,7 @@ from impactsig.simulate.measuring import measure
 SHARE = st.sampled_from([0.0, 0.02, 0.1])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.lists(st.floats(0.1, 0.9), max_size=2),
     st.floats(0.001, 10),
@@ -38,7 +38,7 @@ def test_the_sum_is_kept_and_so_is_what_was_not_changed(phases, period, count, m
     assert len(of_train.impacts) == len(of_train.intervals) + (len(train) > 0)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.lists(st.floats(0.1, 0.9), max_size=2), st.floats(0, 0.003), st.integers(0, 2**32))
 def test_a_clean_periodic_train_is_untouched(phases, jitter, seed):
     rng = np.random.default_rng(seed)

@@ -66,6 +66,7 @@ def test_lorenz_is_symmetric_to_the_bit():
     np.testing.assert_array_equal(one.time, other.time)
 
 
+@pytest.mark.slow
 def test_the_mean_interval_is_the_threshold_by_the_mean_signal():
     # <x> = 0, <x^2> = <x y> = beta <z> and <z> = 23.55 of Lorenz' attractor.
     train = integrate_and_fire(flows.lorenz(), 20, count=40_001, transient=50)

@@ -55,6 +55,7 @@ def test_two_hours_in_under_400_megabytes(tmp_path):
     assert found["MB"] < 400
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_length(tmp_path):
     short, long = tmp_path / "short.wav", tmp_path / "long.wav"
     repeat_to_wav(short, 1)

@@ -284,6 +284,7 @@ def simulated_energy(r, friction, *, start, paths, settle, span, dt=0.02, epsilo
     return float(mean.mean()), float(mean.std(ddof=1) / math.sqrt(paths))
 
 
+@pytest.mark.slow
 def test_simulated_motions_and_impact_terms():
     """An impact that takes a third of the energy: the logarithmic term still holds."""
     mean, error = simulated_energy(0.8, 1.0, start=0.1, paths=2500, settle=40, span=100)

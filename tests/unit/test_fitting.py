@@ -450,6 +450,7 @@ def test_a_fit_can_be_simulated_described_and_drawn(fitted):
     pyplot.close("all")
 
 
+@pytest.mark.slow
 def test_one_parameter_is_found_from_instants_alone():
     train = replace(measured(chaos(count=400), 2), impulse=None)
     scene = scenes.karpodinis(20.1)

@@ -59,7 +59,7 @@ def bound_in_band(result, frequency, ratio, rate, seed, noise):
     return noise * math.sqrt(count / 2 * along @ inverse[:2, :2] @ along) / (2 * math.pi)
 
 
-@pytest.mark.parametrize("rate", [5000, 50_000])
+@pytest.mark.parametrize("rate", [5000, pytest.param(50_000, marks=pytest.mark.slow)])
 def test_ten_seconds_at_twenty_decibels(rate):
     """The issue's numbers: swings whose power at first is 100 times that of the noise.
 
@@ -94,6 +94,7 @@ def test_ten_seconds_at_twenty_decibels(rate):
         assert (np.abs(off) < 1.96 * told).mean() >= 0.85
 
 
+@pytest.mark.slow
 def test_a_lightly_damped_beam_is_known_far_better():
     noise = math.sqrt(0.005)
     found = [
@@ -159,7 +160,7 @@ def test_the_same_seed_gives_the_same_errors():
     assert first.damping_ratio == other.damping_ratio
 
 
-@pytest.mark.parametrize("ratio", [0.005, 0.03])
+@pytest.mark.parametrize("ratio", [pytest.param(0.005, marks=pytest.mark.slow), 0.03])
 def test_the_density_integrates_to_the_mean_square(ratio):
     """Parseval's theorem: one-sided, so that all of the power is at positive frequencies."""
     record = decay(22.2, ratio, 1000, 1)
@@ -203,7 +204,9 @@ def test_expected_periodogram_is_the_sum_it_stands_for(quantity):
     assert found == pytest.approx(expected, rel=1e-11)
 
 
-@pytest.mark.parametrize("quantity", ["displacement", "velocity"])
+@pytest.mark.parametrize(
+    "quantity", ["displacement", pytest.param("velocity", marks=pytest.mark.slow)]
+)
 def test_under_noise_chance_sets_the_bound(quantity):
     """Scatter and told errors against ``sqrt(zeta / (omega T))`` and ``1 / sqrt(zeta omega T)``."""
     frequency, ratio = 22.2, 0.03

@@ -94,7 +94,7 @@ def test_from_times_sorts_with_what_belongs_to_them():
         ("gaps", {"gaps": [[2.0, 1.0]]}),
         ("gaps", {"gaps": [[np.nan, 1.0]]}),
         ("gaps", {"gaps": "none"}),
-        ("start, duration", {"duration": -1.0}),
+        ("duration", {"duration": -1.0}),
     ],
 )
 def test_bad_arguments_are_named(argument, known):

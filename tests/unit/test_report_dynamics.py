@@ -87,7 +87,7 @@ def test_what_is_told_is_what_the_library_finds(chaotic):
 
 
 def test_the_logistic_map_has_dimension_1_exponent_ln_2_and_is_called_chaos():
-    found = read(train(logistic(1200)))
+    found = read(train(logistic(700)))
     low, high = found.dimension.interval
     assert low < 1 < high
     assert found.exponent.exponent == pytest.approx(np.log(2), abs=0.05)

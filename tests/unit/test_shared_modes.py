@@ -250,10 +250,10 @@ def test_twin_of_the_crossing():
     crossings(sounds, 10, 12, 45, (0.3, 0.0, 0.6), out)
     assert np.isnan(out[4])
     for y, found in zip(sounds[:4], out[:4], strict=True):
-        greatest = max(
-            level
-            for level in np.linspace(0.01, 3.0, 300)
-            if np.isfinite(naive_sound.crossing(y, 12, 45, level, 8))
-        )
+        greatest, above = 0.01, 3.0
+        while above - greatest > 0.01:
+            level = (greatest + above) / 2
+            reached = np.isfinite(naive_sound.crossing(y, 12, 45, level, 8))
+            greatest, above = (level, above) if reached else (greatest, level)
         slow = naive_sound.crossing(y, 12, 45, 0.3 * greatest, 8)
         assert 0.0 <= slow - found < 1 / 8

@@ -1,0 +1,109 @@
+"""Every argument of every public callable, given what it cannot be."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impactsig
+from impactsig import ImpactsigError, UnreadableFile
+
+from ..valid_calls import Things, valid_calls
+
+WRONG = {
+    "text": "no such thing",
+    "bytes": b"x",
+    "True": True,
+    "None": None,
+    "nan": math.nan,
+    "inf": math.inf,
+    "huge": 10**30,
+    "complex": 2 + 1j,
+    "object": object(),
+    "numbers": np.array([1e300, -1e300, 5.0]),
+    "cube": np.zeros((2, 2, 2)),
+    "nan in an array": np.array([math.nan]),
+    "empty": [],
+    "mixed": [1, 2, "a"],
+    "scalar array": np.array(3),
+    "date": np.datetime64("NaT"),
+}
+QUICK = ("text", "complex", "object", "cube", "mixed")
+ENDLESS = {  # it means what it says, and the run would not end
+    ("huge", name) for name in ("periods", "duration", "transient", "count", "period")
+}
+
+
+@pytest.fixture(scope="module")
+def calls(tmp_path_factory):
+    return valid_calls(Things(tmp_path_factory.mktemp("valid")))
+
+
+def test_every_public_callable_has_a_valid_call(calls):
+    public = {name: getattr(impactsig, name) for name in impactsig.__all__}
+    classes = {name for name, found in public.items() if inspect.isclass(found)}
+    of_results = {name for name in classes if "__post_init__" not in vars(public[name])}
+    callables = {name for name, found in public.items() if callable(found)}
+    assert callables - of_results == set(calls)
+
+
+def tried(name, calls, wrong):
+    """What happens to each argument: the name, what was given, and the error if it has no name."""
+    args, options = calls[name]
+    function = getattr(impactsig, name)
+    signature = inspect.signature(function)
+    given = dict(signature.bind(*args, **options).arguments)
+    more = given.pop("options", {})
+    free = {p.name for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD}
+    for argument in sorted((free | set(more)) - {"self"}):
+        for label in wrong:
+            if (label, argument) in ENDLESS:
+                continue
+            try:
+                found = function(**given | more | {argument: WRONG[label]})
+                if inspect.isgenerator(found):
+                    next(found, None)
+            except ImpactsigError as error:
+                named = argument in str(error) or isinstance(error, UnreadableFile)  # a file's
+                yield argument, label, None if named else error
+            except Exception as error:
+                yield argument, label, error
+            else:
+                yield argument, label, None
+
+
+def known():
+    """The names of `valid_calls`, read without making anything."""
+    text = (Path(__file__).parents[1] / "valid_calls.py").read_text(encoding="utf-8")
+    return re.findall(r'^    call\("(\w+)"', text, re.MULTILINE)
+
+
+def judge(name, calls, wrong):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        untyped = [
+            f"{argument} = {label}: {type(error).__name__}: {error}"
+            for argument, label, error in tried(name, calls, wrong)
+            if error is not None
+        ]
+    assert not untyped
+
+
+SLOW = {"write_report", "write_reports", "detect_many", "fit_oscillator", "find_flow_orbit"}
+
+
+@pytest.mark.parametrize("name", [name for name in known() if name not in SLOW])
+def test_what_an_argument_cannot_be_is_refused_by_its_name(name, calls):
+    judge(name, calls, QUICK)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", known())
+def test_so_is_everything_else(name, calls):
+    judge(name, calls, WRONG)
