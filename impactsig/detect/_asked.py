@@ -6,6 +6,8 @@ import math
 import re
 from typing import Any
 
+import numpy as np
+
 from ..errors import InvalidInput
 from ._judging import Level
 
@@ -90,7 +92,7 @@ def refuse_other_than_default(kind: str, *asked: tuple[str, Any, Any]) -> None:
         For the first that is not its default.
     """
     for name, value, default in asked:
-        if value != default:
+        if np.ndim(value) or value != default:
             other = "force" if kind == "sound" else "sound"
             raise InvalidInput(
                 name, value, f"its default for {kind}", f"It is of {other} records only"
