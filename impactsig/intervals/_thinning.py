@@ -39,10 +39,10 @@ def thinned(
     if clock is None:
         gaps = (gaps - impacts.time[0]) / best.unit
     random = float(expit(-pattern_odds(best.lock.fit, best.cycles, gaps)))
-    if locked * random <= max(usual[1], 0.5):
+    if locked * random <= usual[1]:
         return usual
     found = tuple(replace(one, probability=one.probability * random) for one in candidates)
-    return best, locked * random, found
+    return (best if locked * random > 0.5 else None), locked * random, found
 
 
 def pattern_odds(fit: SlotFit, cycles: np.ndarray, gaps: np.ndarray) -> float:
