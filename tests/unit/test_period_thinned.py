@@ -89,11 +89,11 @@ def test_a_gap_is_no_pattern():
 
 
 def test_a_faint_pattern_of_skips_is_shared_between_a_period_and_chaos():
-    """An eighth of the impacts that came in two periods in a row are taken out."""
+    """A third of the impacts that came in two periods in a row are taken out."""
     rng = np.random.default_rng(24)
     due = instants((1, 1), 500)
     came = rng.random(500) >= 0.5
-    came[np.flatnonzero(came[:-1] & came[1:])[::8] + 1] = False
+    came[np.flatnonzero(came[:-1] & came[1:])[::3] + 1] = False
     found = identify_period(train(due[came], rng), T)
     assert sum(found.probability.values()) == pytest.approx(1)
     assert 0.01 < found.probability["chaotic"] < 0.99
