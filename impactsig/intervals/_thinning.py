@@ -41,8 +41,10 @@ def thinned(
     random = float(expit(-pattern_odds(best.lock.fit, best.cycles, gaps)))
     if locked * random <= usual[1]:
         return usual
+    if locked * random <= 0.5:
+        return None, locked * random, usual[2]
     found = tuple(replace(one, probability=one.probability * random) for one in candidates)
-    return (best if locked * random > 0.5 else None), locked * random, found
+    return best, locked * random, found
 
 
 def pattern_odds(fit: SlotFit, cycles: np.ndarray, gaps: np.ndarray) -> float:
