@@ -107,9 +107,7 @@ def fitted(seed: int) -> dict[str, Any]:
         return row | {"outcome": "refused", "why": str(refusal)}
     except Exception as error:
         return row | {"outcome": "crash", "why": repr(error)}
-    wrong = [
-        name for name, tol in zip(NAMES, TOLERANCE, strict=True) if _off(found, truth, name, tol)
-    ]
+    wrong = [name for name in NAMES if _off(found, truth, name)]
     told = any("explain" in warning for warning in found.warnings)
     outcome = ("wrong, " if wrong else "right, ") + ("misfit" if told else "silent")
     return row | {

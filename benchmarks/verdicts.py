@@ -1,6 +1,6 @@
 """Confusion matrix of `identify_period`: motions given by construction against the answers.
 
-Seven kinds of trains (`verdict_trains`), 300 and 1000 impacts, under two levels of noise. A train
+Eight kinds of trains (`verdict_trains`), 300 and 1000 impacts, under two levels of noise. A train
 of an orbit is right only with the right (m, n); a band hidden by the jitter is right where the
 answer is "periodic" with `banded_below` at least as wide as the band. Counted as well: wrong
 answers at odds above 20:1. Answers are kept as they come, so a run that was ended goes on where it
@@ -9,6 +9,7 @@ stopped.
     python -m benchmarks.verdicts                        # seeds 1000:1040 of all cells
     python -m benchmarks.verdicts --kinds banded echo --counts 300 --noises worst --seeds 1000:1200
     python -m benchmarks.verdicts --figure verdicts.png  # and draw the matrices
+    python -m benchmarks.verdicts --along along.png      # the verdict along one drifting record
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ from pathlib import Path
 
 import numpy as np
 
-from impactsig import Periodicity, identify_period
+from impactsig import Impacts, Periodicity, identify_period, track_period
 
-from .verdict_trains import KINDS, PERIOD, Train, train
+from .verdict_trains import KINDS, PERIOD, Train, chaotic_beam, jittered, noise_of, spoilt, train
 
 RESULTS = Path(__file__).parent / "results" / "verdicts.jsonl"
 COUNTS, NOISES = (300, 1000), ("worst", "mild")
@@ -52,6 +53,8 @@ def right(kind: str, answer: str) -> bool:
     """Whether an answer is right; of echoes, any motion about the right orbit."""
     if kind == "echo":
         return answer in ("periodic", "drifting", "quasi-periodic", "banded")
+    if kind == "skipping":
+        return answer == "periodic"
     return answer == kind or (kind == "banded" and answer == "or hidden band")
 
 
@@ -136,6 +139,43 @@ def figure(results: list[dict], path: Path) -> None:
     fig.savefig(path, dpi=110)
 
 
+def drifting_record(seed: int = 19) -> Impacts:
+    """A record whose speed rises by 1 %: period(1,1), then period(2,2), then the chaotic beam."""
+    rng = np.random.default_rng(seed)
+    doubled = 200 + (2 * np.arange(100)[:, None] + np.array([0, 1.15])).ravel()
+    chaos = chaotic_beam()[:200]
+    cycles = np.concatenate((np.arange(200.0), doubled, 401 + chaos - chaos[0]))
+    noise = noise_of("mild", rng)
+    cycles = spoilt(jittered(cycles, noise, rng), noise, rng)
+    time = PERIOD * (cycles - 0.005 * cycles**2 / cycles[-1])
+    return Impacts.from_times(time - time[0])
+
+
+def along(path: Path) -> None:
+    """Draw the posterior and the speed along `drifting_record`, and print its stretches."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    found = track_period(drifting_record(), PERIOD)
+    print(found.describe())
+    fig, (kinds, speed) = plt.subplots(2, 1, figsize=(8, 5), sharex=True, layout="constrained")
+    found.plot(ax=kinds)
+    kinds.set_xlabel("")
+    for stretch in found.stretches:
+        drift = stretch.period.drift
+        if drift is not None:
+            period = stretch.period.forcing_period
+            speed.plot(drift.time, (1 + drift.speed) / period, label=stretch.period.name)
+    end = found.stretches[-1].stop
+    speed.plot([0, end], [1 / PERIOD, 1.01 / PERIOD], "k--", label="as made")
+    speed.set_xlabel("time [s]")
+    speed.set_ylabel("forcing frequency [Hz]")
+    speed.legend()
+    fig.savefig(path, dpi=110)
+
+
 def _order(cell: Cell) -> tuple[int, int, str]:
     return KINDS.index(cell[0]), cell[1], cell[2]
 
@@ -148,7 +188,11 @@ def main() -> None:
     parser.add_argument("--seeds", default="1000:1040", help="first and end (1000:1040)")
     parser.add_argument("--keep", type=Path, default=RESULTS, help="file of answers")
     parser.add_argument("--figure", type=Path, help="file for the matrices")
+    parser.add_argument("--along", type=Path, help="draw this file, and count nothing")
     chosen = parser.parse_args()
+    if chosen.along is not None:
+        along(chosen.along)
+        return
     seeds = range(*map(int, chosen.seeds.split(":")))
     cells = [
         (kind, count, noise)

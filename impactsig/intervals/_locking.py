@@ -11,8 +11,7 @@ from ._slots import SlotFit, fit_slots
 from ._tracking import steady_rate, tracked_phase, tracked_rate
 
 WIDEST = 0.08  # [cycles] standard deviation of slots that are looked for
-LEAST_HIT = 0.72  # of the impacts due that must come, and of those that come
-LEAST_SLOT_HIT = 0.65  # the same for each slot
+LEAST_DUE = 0.72  # of the impacts that come must be due
 MOST_JITTER = 0.075  # [cycles] beyond which a phase is no phase
 LEAST_CHANCE = 1e-4  # of the other impacts coming at random
 ROUNDS = 3  # of slots and drift in turn
@@ -20,8 +19,21 @@ MOST_FOLDS = 3  # for which that is done
 RATE_ERROR = 0.026  # relative, of the base period given and of its drift through the run
 EXPLAINED = 0.99  # probability of slots at a constant rate from which on no drift is looked for
 HOPELESS = 1e-3  # and below which no other folds are
-LEAST_WORTH = 0.5  # share of the impacts, and of those due, that slots must explain to go on
 WORSE = 10.0  # by which the score of slots may fall in a round
+
+
+class Attendance(NamedTuple):
+    """Shares of the instants due at which impacts must come."""
+
+    all: float  # over all slots
+    each: float  # at each of them
+    kept: float  # at one that is fitted at all
+    begun: float  # over all, and of the impacts, for slots and drift to be fitted in turn
+
+
+USUAL = Attendance(0.72, 0.65, 0.6, 0.5)
+THINNED = Attendance(0.3, 0.25, 0.2, 0.25)
+"""Where impacts may be left out at random."""
 
 
 class Lock(NamedTuple):
@@ -41,6 +53,7 @@ def lock(
     *,
     steady: bool = False,
     widest: float = WIDEST,
+    attendance: Attendance = USUAL,
 ) -> list[Lock]:
     """Slots and drift of every fold in which slots are found.
 
@@ -49,10 +62,10 @@ def lock(
     beforehand. `gaps` are in the cycles of the clock given; `steady` says that this is a tacho's.
     """
     constant = cycles if steady else steady_rate(cycles, RATE_ERROR)
-    first = _fits(cycles, constant, gaps, folds, floor, widest)
+    first = _fits(cycles, constant, gaps, folds, floor, widest, attendance)
     if steady:
-        return _settle(cycles, first, gaps, floor, widest, WANDERS[:0])
-    locks = _settle(cycles, first, gaps, floor, widest, WANDERS)
+        return _settle(cycles, first, gaps, floor, widest, WANDERS[:0], attendance)
+    locks = _settle(cycles, first, gaps, floor, widest, WANDERS, attendance)
     if locks:
         best = max(locks, key=lambda one: one.score)
         if best.probability > EXPLAINED and best.drift.log_odds < 0:
@@ -61,10 +74,11 @@ def lock(
     penalty = 0.5 * np.log(len(cycles)) * cycles[-1] / 60
     rate = tracked_rate(cycles, RATE_ERROR)
     for warp in (rate, tracked_phase(rate)):
-        for fold, fit in _fits(cycles, warp, gaps, folds, floor, widest).items():
+        tracked = _fits(cycles, warp, gaps, folds, floor, widest, attendance)
+        for fold, fit in tracked.items():
             if fold not in first or fit.score - penalty > first[fold].score:
                 first[fold] = fit._replace(score=fit.score - penalty)
-    locks = _settle(cycles, first, gaps, floor, widest, WANDERS)
+    locks = _settle(cycles, first, gaps, floor, widest, WANDERS, attendance)
     if len(folds) == 1 or not locks:
         return locks
     best = max(locks, key=lambda one: one.score)
@@ -73,8 +87,10 @@ def lock(
     # in the warp of the best, other folds may have slots that they had in none before
     warp = cycles - phase_at(best.drift, cycles)
     others = [fold for fold in folds if fold != best.fit.fold]
-    again = _fits(cycles, warp, gaps, others, floor, widest)
-    locks += [_settled(cycles, fit, gaps, floor, widest, WANDERS, 0) for fit in again.values()]
+    again = _fits(cycles, warp, gaps, others, floor, widest, attendance)
+    locks += [
+        _settled(cycles, fit, gaps, floor, widest, WANDERS, attendance, 0) for fit in again.values()
+    ]
     return list({one.fit.fold: one for one in sorted(locks, key=lambda one: one.score)}.values())
 
 
@@ -85,10 +101,11 @@ def _fits(
     folds: list[int],
     floor: float,
     widest: float,
+    attendance: Attendance,
 ) -> dict[int, SlotFit]:
     """The slots of each fold in a warped time, where there are any."""
     lost = np.interp(gaps, cycles, warp)
-    fits = {fold: fit_slots(warp, fold, lost, floor, widest) for fold in folds}
+    fits = {fold: fit_slots(warp, fold, lost, floor, widest, attendance.kept) for fold in folds}
     return {fold: fit for fold, fit in fits.items() if len(fit.centre)}
 
 
@@ -99,13 +116,14 @@ def _settle(
     floor: float,
     widest: float,
     wanders: np.ndarray,
+    attendance: Attendance,
 ) -> list[Lock]:
     """Locks of the fits, those of the best settled in rounds of slots and drift."""
-    ordered = sorted(fits.values(), key=lambda fit: -fit.score)
-    return [
-        _settled(cycles, fit, gaps, floor, widest, wanders, ROUNDS if rank < MOST_FOLDS else 0)
-        for rank, fit in enumerate(ordered)
-    ]
+    found = []
+    for rank, fit in enumerate(sorted(fits.values(), key=lambda fit: -fit.score)):
+        rounds = ROUNDS if rank < MOST_FOLDS else 0
+        found.append(_settled(cycles, fit, gaps, floor, widest, wanders, attendance, rounds))
+    return found
 
 
 def due(fit: SlotFit) -> np.ndarray:
@@ -123,7 +141,7 @@ def phase_at(drift: Drift, x: np.ndarray) -> np.ndarray:
     return phase
 
 
-def predictive(fit: SlotFit, widest: float = MOST_JITTER) -> float:
+def predictive(fit: SlotFit, attendance: Attendance, widest: float = MOST_JITTER) -> float:
     """Probability that the slots say when impacts come: see the limits at the top of this file."""
     from scipy.special import betaincc, ndtr
 
@@ -131,9 +149,9 @@ def predictive(fit: SlotFit, widest: float = MOST_JITTER) -> float:
     if not hits:
         return 0.0
     chance = (
-        betaincc(hits + 1, total - hits + 1, LEAST_HIT)
-        * betaincc(hits + 1, fit.impacts - hits + 1, LEAST_HIT)
-        * np.prod(betaincc(fit.hits + 1, fit.due - fit.hits + 1, LEAST_SLOT_HIT))
+        betaincc(hits + 1, total - hits + 1, attendance.all)
+        * betaincc(hits + 1, fit.impacts - hits + 1, LEAST_DUE)
+        * np.prod(betaincc(fit.hits + 1, fit.due - fit.hits + 1, attendance.each))
         * ndtr((widest / max(fit.jitter, 1e-12) - 1) * np.sqrt(2 * hits))
         * min(1.0, fit.chance / LEAST_CHANCE)
     )
@@ -147,16 +165,18 @@ def _settled(
     floor: float,
     widest: float,
     wanders: np.ndarray,
+    attendance: Attendance,
     rounds: int,
 ) -> Lock:
     """Slots and drift fitted in turn, from a fit in any warp; the last fit that has slots."""
     drift = _drift(cycles, fit, floor, wanders)
     hits = int(fit.hits.sum())
-    if hits < LEAST_WORTH * max(int(fit.due.sum()), fit.impacts):
+    if hits < attendance.begun * max(int(fit.due.sum()), fit.impacts):
         rounds = 0
     for _ in range(rounds):
         warp = cycles - phase_at(drift, cycles)
-        better = fit_slots(warp, fit.fold, gaps - phase_at(drift, gaps), floor, widest)
+        lost = gaps - phase_at(drift, gaps)
+        better = fit_slots(warp, fit.fold, lost, floor, widest, attendance.kept)
         if not len(better.centre) or better.score < fit.score - WORSE:
             break
         same = np.array_equal(better.hit, fit.hit) and np.array_equal(better.instant, fit.instant)
@@ -164,9 +184,8 @@ def _settled(
         if same:
             break
         drift = _drift(cycles, fit, floor, wanders)
-    return Lock(
-        fit, drift, _score(fit, drift, floor), predictive(fit, MOST_JITTER * widest / WIDEST)
-    )
+    probability = predictive(fit, attendance, MOST_JITTER * widest / WIDEST)
+    return Lock(fit, drift, _score(fit, drift, floor), probability)
 
 
 def _drift(cycles: np.ndarray, fit: SlotFit, floor: float, wanders: np.ndarray) -> Drift:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..impacts import Impacts
-from ._locking import RATE_ERROR, WIDEST, Lock, lock, predictive
+from ._locking import RATE_ERROR, USUAL, WIDEST, Attendance, Lock, lock, predictive
 from ._satellites import SAME, Satellites, satellites
 from ._slots import bunching_chance, poisson_score
 from ._structure import FEWEST, SLOWEST, residuals, strongest_line
@@ -42,24 +42,30 @@ class Clock(NamedTuple):
     steady: bool  # measured by a tacho, so that no drift is left
 
 
-def forced_readings(clock: Clock, max_periods: int, resolution: float) -> list[Reading]:
+def forced_readings(
+    clock: Clock, max_periods: int, resolution: float, attendance: Attendance = USUAL
+) -> list[Reading]:
     """Slots for repeats of 1, 2, ... forcing periods, with satellites and without."""
     folds = list(range(1, min(max_periods, int(clock.cycles[-1] / LEAST_REPEATS)) + 1))
-    found = _readings(clock, folds, resolution, None)
+    found = _readings(clock, folds, resolution, attendance, None)
     echoes = satellites(clock.cycles)
     if echoes is not None and (~echoes.which).sum() >= TOO_FEW:
-        found += _readings(clock, folds, resolution, echoes)
+        found += _readings(clock, folds, resolution, attendance, echoes)
     return found
 
 
 def _readings(
-    clock: Clock, folds: list[int], floor: float, echoes: Satellites | None
+    clock: Clock,
+    folds: list[int],
+    floor: float,
+    attendance: Attendance,
+    echoes: Satellites | None,
 ) -> list[Reading]:
     cycles = clock.cycles if echoes is None else clock.cycles[~echoes.which]
     bonus = 0.0 if echoes is None else echoes.score(floor)
-    locks = lock(cycles, clock.gaps, folds, floor, steady=clock.steady)
+    locks = lock(cycles, clock.gaps, folds, floor, steady=clock.steady, attendance=attendance)
     if echoes is not None:
-        locks = [_without_orphans(one, echoes) for one in locks]
+        locks = [_without_orphans(one, echoes, attendance) for one in locks]
     density = len(clock.cycles) * np.log(clock.unit)
     readings = [
         Reading(one, clock.unit, one.fit.fold, cycles, echoes, one.score + bonus - density)
@@ -68,7 +74,7 @@ def _readings(
     return _tones_for_slots(readings, clock.steady)
 
 
-def _without_orphans(one: Lock, echoes: Satellites) -> Lock:
+def _without_orphans(one: Lock, echoes: Satellites, attendance: Attendance) -> Lock:
     """With echoes of impacts that were missed not held against the slots for bunching."""
     fit = one.fit
     others = ~fit.hit & (np.abs(fit.offset - echoes.delay) > 2 * SAME)
@@ -77,7 +83,7 @@ def _without_orphans(one: Lock, echoes: Satellites) -> Lock:
         fit.cycles[others] % fit.fold, fit.offset[others], fit.fold, len(fit.centre), width
     )
     fit = fit._replace(chance=chance)
-    return one._replace(fit=fit, probability=predictive(fit))
+    return one._replace(fit=fit, probability=predictive(fit, attendance))
 
 
 def _tones_for_slots(readings: list[Reading], steady: bool) -> list[Reading]:
@@ -119,6 +125,7 @@ def free_readings(
     resolution: float,
     forcing_period: float | None,
     max_periods: int,
+    attendance: Attendance = USUAL,
 ) -> list[Reading]:
     """Slots of repeat periods of 1 to 8 impacts, found from the train alone.
 
@@ -133,7 +140,7 @@ def free_readings(
             break
         repeat = _mode(differences)
         # as often as that, the impacts there are would have to come, roughly
-        if not 0.6 < repeat * (len(time) - 1) / (m * span) < 1.6:
+        if not attendance.kept < repeat * (len(time) - 1) / (m * span) < 1.6:
             continue
         periods = None if forcing_period is None else _multiple(repeat / forcing_period)
         if periods is not None and periods <= max_periods:
@@ -148,7 +155,9 @@ def free_readings(
         density = len(time) * np.log(repeat)
         found += [
             Reading(one, repeat, periods, cycles, None, one.score - density)
-            for one in lock(cycles, gaps, [1], min(floor, widest / 2), widest=widest)
+            for one in lock(
+                cycles, gaps, [1], min(floor, widest / 2), widest=widest, attendance=attendance
+            )
         ]
     return found
 

@@ -9,7 +9,6 @@ import numpy as np
 REACH = 4.0  # a slot reaches this many standard deviations to either side
 LEAST_RECURRING = 3  # impacts near a later one, from which the noise is read
 ENOUGH = 10_000  # impacts to find the slots with
-LEAST_SHARE = 0.6  # of the instants it is due a slot must be hit
 
 
 class SlotFit(NamedTuple):
@@ -35,7 +34,7 @@ def poisson_score(impacts: int, span: float) -> float:
 
 
 def fit_slots(
-    cycles: np.ndarray, fold: int, gaps: np.ndarray, floor: float, widest: float
+    cycles: np.ndarray, fold: int, gaps: np.ndarray, floor: float, widest: float, least: float
 ) -> SlotFit:
     """The slots of a fold of `fold` cycles that most impacts fall in.
 
@@ -49,14 +48,15 @@ def fit_slots(
     p and s; the penalty is 2 ln N a centre and ln(N)/2 for the others. The Bayesian information
     criterion's ln(N)/2 a centre would find a doubled period by chance in one regular train in a
     hundred, since several folds compete. Slots apart by less than `floor` count as one: what they
-    could gain is taken away as well. Beyond `widest` the phase counts as lost.
+    could gain is taken away as well. Beyond `widest` the phase counts as lost. A slot is hit at
+    `least` that share of the instants when it is due.
     """
     n = len(cycles)
     span = float(cycles[-1] - cycles[0] - np.diff(gaps, axis=1).sum())
     phase = cycles % fold
     width = _recurrence_jitter(cycles, fold, floor, widest)
     thin = n // ENOUGH + 1  # every so many of the sorted phases have the heaps of all
-    centre = _peel(np.sort(phase)[::thin], fold, width, 0.3 * span / fold / thin)
+    centre = _peel(np.sort(phase)[::thin], fold, width, 0.5 * least * span / fold / thin)
     for turn in range(10):
         if not len(centre):
             none, empty = np.zeros(0, np.int64), np.zeros(n)
@@ -68,7 +68,7 @@ def fit_slots(
         slot = instant % len(centre)
         hits = np.bincount(slot[hit], minlength=len(centre))
         due = np.maximum(_due(centre, fold, cycles, gaps, REACH * width), hits)
-        strong = hits >= LEAST_SHARE * due
+        strong = hits >= least * due
         mean = np.bincount(slot[hit], offset[hit], len(centre)) / np.maximum(hits, 1)
         spread = offset[hit] - mean[slot[hit]]
         jitter = _rms(spread)

@@ -21,6 +21,7 @@ Kind = Literal[
 ]
 LEAST_IMPACTS = 8
 SURE = 0.95  # probability from which on an answer is given without "probably"
+MISSED_NAMED = 0.28  # share of the impacts due from which on it is named that they did not come
 BAND_NAMED = 0.01  # [forcing periods] from which on a band that may be hidden is named
 
 
@@ -238,7 +239,7 @@ class Periodicity:
         return words + self._besides()
 
     def _besides(self) -> str:
-        """What else is to be said of a period: bands, drift, satellites."""
+        """What else is to be said of a period: drift, missed impacts, bands, satellites."""
         words = ""
         if self.kind == "drifting":
             assert self.drift is not None
@@ -249,6 +250,8 @@ class Periodicity:
                     f", or the impacts are modulated at {self.drift.tone:.2g} per period "
                     "(a forcing channel would tell)"
                 )
+        if self.missed is not None and self.missed > MISSED_NAMED:
+            words += f"; {self.missed:.0%} of the impacts due are left out at random"
         unit = self.forcing_period or self.repeat_period
         if self.banded_below is not None and unit and self.banded_below >= BAND_NAMED * unit:
             words += f", or banded below {100 * self.banded_below / unit:.2g} % of the period"

@@ -311,7 +311,7 @@ def test_an_impact_that_often_stays_away_is_no_part_of_a_period():
 
 
 @pytest.mark.parametrize(
-    "spoilt", [{"missed": 0.4}, {"spurious": 0.5}, {"jitter": 0.1, "missed": 0, "spurious": 0}]
+    "spoilt", [{"missed": 0.8}, {"spurious": 0.5}, {"jitter": 0.1, "missed": 0, "spurious": 0}]
 )
 def test_what_is_spoilt_too_much_is_no_period(spoilt):
     rng = np.random.default_rng(6)
@@ -409,7 +409,7 @@ def test_hits_are_counted_as_the_slow_twin_counts_them(name):
     cycles = spoil(steady, rng, jitter=0.002)
     gaps = np.array([[40.6, 55.7]])
     cycles = cycles[(cycles < gaps[0, 0]) | (cycles > gaps[0, 1])]
-    fit = fit_slots(cycles, name[1], gaps, 1e-3, 0.03)
+    fit = fit_slots(cycles, name[1], gaps, 1e-3, 0.03, 0.6)
     width = max(fit.jitter, 1e-3)
     hits, due = naive.slot_hits(cycles, name[1], fit.centre, 4 * width, gaps)
     assert len(fit.centre) == name[0]
@@ -427,7 +427,7 @@ def test_the_score_is_the_likelihood_less_its_penalty(name, spurious):
     cycles = spoil(steady, rng, spurious=spurious)
     gaps = np.array([[40.6, 55.7]])
     cycles = cycles[(cycles < gaps[0, 0]) | (cycles > gaps[0, 1])]
-    fit = fit_slots(cycles, n, gaps, 1e-3, 0.03)
+    fit = fit_slots(cycles, n, gaps, 1e-3, 0.03, 0.6)
     span = cycles[-1] - cycles[0] - 15.1
     assert fit.score == pytest.approx(naive.slot_score(fit, span, 1e-3), abs=1e-6)
 
