@@ -37,10 +37,12 @@ def henon(n: int) -> np.ndarray:
     return found
 
 
-def turns(tools: dict[str, Callable[[], Any]], rounds: int = 7) -> dict[str, np.ndarray]:
-    """Processor times [s] of tools that take turns, after a turn that is not counted."""
+def turns(
+    tools: dict[str, Callable[[], Any]], rounds: int = 7, warm: bool = True
+) -> dict[str, np.ndarray]:
+    """Processor times [s] of tools that take turns, after a turn to warm up."""
     times: dict[str, list[float]] = {name: [] for name in tools}
-    for turn in range(rounds + 1):
+    for turn in range(0 if warm else 1, rounds + 1):
         for name, work in tools.items():
             start = time.process_time()
             work()
@@ -129,6 +131,47 @@ def counting_speed(n: int = 20_000) -> list[dict]:
                 ratio = took / float(np.median(first))
                 rows.append({"radii": name, "tool": tool, "s": took, "time / ours": ratio})
     return rows
+
+
+def beside_kdtree(sizes: tuple[int, ...] = (2_000, 20_000, 200_000)) -> list[dict]:
+    """Counts of dimension 2 and 3 beside cKDTree, each from the series on, in one thread."""
+    spans = {
+        "1e-3 sd": np.array([0.001]),
+        "1e-3 to 1e-2 sd": np.geomspace(0.001, 0.01, 10),
+        "0.5 sd": np.array([0.5]),
+        "0.1 to 0.5 sd": np.geomspace(0.1, 0.5, 10),
+    }
+    rows = []
+    for n in sizes:
+        x = henon(n)
+        for m in (2, 3):
+            for name, span in spans.items():
+                if n > 20_000 and span[-1] > 0.1:
+                    span = span[:1]  # cKDTree takes minutes for each further one
+                radii = span * np.std(x)
+                rows.append({"n": n, "m": m, "radii": f"{name} ({len(radii)})"})
+                rows[-1] |= _beside_kdtree(x, m, radii, 7 if n < 100_000 else 1)
+    return rows
+
+
+def _beside_kdtree(x: np.ndarray, m: int, radii: np.ndarray, rounds: int) -> dict:
+    """Median times and their ratio; the counts must be equal."""
+    found: dict[str, np.ndarray] = {}
+
+    def ours() -> None:
+        found["ours"] = correlation_sum(x, [m], theiler=0, radii=radii, workers=1).counts[0]
+
+    def theirs() -> None:
+        found["theirs"] = by_kdtree(x, m, radii)
+
+    ours()  # not the compiler's time
+    times = turns({"ours": ours, "theirs": theirs}, rounds, warm=False)
+    assert np.array_equal(found["ours"], found["theirs"])
+    return {
+        "s": float(np.median(times["ours"])),
+        "s of cKDTree": float(np.median(times["theirs"])),
+        "time / ours": float(np.median(times["theirs"] / times["ours"])),
+    }
 
 
 def all_dimensions_speed(n: int = 20_000) -> list[dict]:
@@ -256,6 +299,7 @@ def table(rows: list[dict]) -> str:
 def main() -> None:
     sections = {
         "counting": counting_speed(),
+        "beside cKDTree": beside_kdtree(),
         "all dimensions": all_dimensions_speed(),
         "dimensions": dimensions_found(),
         "recurrence": recurrence_speed(),

@@ -86,7 +86,7 @@ def candidates(strips, radius):
 
 
 @njit(nogil=True, inline="always")
-def _bin(d, cells, least, radii, shift, offset):
+def bin_of(d, cells, least, radii, shift, offset):
     cell = min(max((np.float64(d).view(np.int64) >> shift) - offset, 0), len(cells) - 1)
     k = np.int64(cells[cell])
     if k == CLOSER:
@@ -130,7 +130,7 @@ def count_near(strips, first, last, theiler, row_of, bins, counts):
                         break
                     if apart > d:
                         d = apart
-                        k = _bin(d, cells, least, radii, shift, offset)
+                        k = bin_of(d, cells, least, radii, shift, offset)
                     if row_of[m] >= 0:
                         counts[row_of[m], k] += 1
 

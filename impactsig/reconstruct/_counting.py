@@ -9,16 +9,21 @@ import numpy as np
 
 from .._arguments import thread_count
 from . import _boxes, _pairs
-from ._series import known
+from ._box_pairs import columns_of, count_pairs_of_boxes
+from ._neighbors import Tree, tree
+from ._series import known, unbroken
 from ._threads import in_threads
 
-Kernel = Literal["pairs", "boxes"]
+Kernel = Literal["pairs", "boxes", "trees"]
 
-# Nanoseconds a pair, measured: of all pairs (binning, and every dimension more), of those that the
-# sweep looks at, of those that are looked up in order to sort. Only the ratios matter.
-OF_ALL, PER_DIMENSION, OF_NEAR = 0.8, 0.25, 10.0
+# Nanoseconds, measured: a pair of all pairs (binning, and every dimension more), a pair that the
+# sweep looks at, a pair that two trees leave to be compared, a vector put into a tree. Only the
+# ratios matter.
+OF_ALL, PER_DIMENSION, OF_NEAR, OF_COMPARED, OF_TREE = 0.8, 0.25, 10.0, 8.0, 300.0
 PARTS = 64
-"""Parts of the sweep: many more than threads, as they take unequal times."""
+"""Parts of the sweep and of a tree: many more than threads, as they take unequal times."""
+SAMPLE = 8
+"""Leaves of a tree by which the pairs to be compared are estimated."""
 
 
 def count_pairs(
@@ -43,9 +48,9 @@ def count_pairs(
         Positive, ascending.
     workers : int, optional
         Threads; as many as there are cores unless given. The counts do not depend on it.
-    kernel : {"pairs", "boxes"}, optional
-        Whether to look at all pairs or at near ones; unless given, the one expected to be faster.
-        The counts do not depend on it.
+    kernel : {"pairs", "boxes", "trees"}, optional
+        Whether to look at all pairs, at near ones, or at pairs of boxes of k-d trees; unless given,
+        what is expected to be fastest. The counts do not depend on it.
 
     Returns
     -------
@@ -76,56 +81,111 @@ def _count(
     rest = tuple(dimensions[1:]) if sort else tuple(dimensions)
     if sort and not rest:
         return _sorted(x, theiler, radii, workers)
-    strips = _strips_if_faster(x, rest, delay, theiler, float(radii[-1]), kernel)
-    if strips is None:
-        return _full(x, dimensions, delay, theiler, radii, workers)
-    counts = _near(strips, rest, theiler, radii, workers)
+    ready = _fastest(x, rest, delay, theiler, radii, kernel)
+    if ready is None:
+        n = len(x) - (dimensions[0] - 1) * delay
+        return _along_diagonals(x, dimensions, delay, range(theiler + 1, n), radii, workers)
+    if isinstance(ready, _boxes.Strips):
+        counts = _near(ready, rest, theiler, radii, workers)
+    else:
+        counts = np.stack([_by_tree(each, radii, workers) for each in ready])
+        if theiler:
+            close = range(1, min(theiler + 1, len(x) - (rest[0] - 1) * delay))
+            counts -= _along_diagonals(x, rest, delay, close, radii, workers)
     if sort:
         counts = np.concatenate((_sorted(x, theiler, radii, workers), counts))
     return counts
 
 
-def _strips_if_faster(
+def _fastest(
     x: np.ndarray,
-    dimensions: Sequence[int],
-    delay: int,
-    theiler: int,
-    radius: float,
-    kernel: Kernel | None,
-) -> _boxes.Strips | None:
-    """The vectors made ready for the sweep, or None where to look at all pairs costs less."""
-    with np.errstate(over="ignore"):
-        span = float(np.ptp(known(x)))
-    if kernel == "pairs" or not np.isfinite(span) or (kernel is None and 4 * radius > span):
-        return None
-    strips = _boxes.strips_of(x, dimensions[0], dimensions[-1], delay, radius)
-    if kernel is None:
-        far = max(len(strips.order) - theiler - 1, 0)
-        cost = (OF_ALL + PER_DIMENSION * len(dimensions)) * far * (far + 1) / 2
-        if OF_NEAR * _boxes.candidates(strips, radius) > cost:
-            return None
-    return strips
-
-
-def _full(
-    x: np.ndarray,
-    dimensions: Sequence[int],
+    dimensions: tuple[int, ...],
     delay: int,
     theiler: int,
     radii: np.ndarray,
+    kernel: Kernel | None,
+) -> _boxes.Strips | list[Tree] | None:
+    """The vectors made ready for the sweep, or as trees; None where to look at all pairs is faster.
+
+    Of one dimension a tree is faster than the sweep, unless many pairs are within the Theiler
+    window: these it has to take off again.
+    """
+    with np.errstate(over="ignore"):
+        span = float(np.ptp(known(x)))
+    if kernel == "pairs" or not np.isfinite(span):
+        return None
+    n = len(x) - (dimensions[0] - 1) * delay
+    a_pair = OF_ALL + PER_DIMENSION * len(dimensions)
+    cost = a_pair * (n - theiler) * (n - theiler - 1) / 2
+    close = a_pair * n * theiler
+    strips = None
+    if kernel == "boxes" or (
+        kernel is None and radii[-1] <= span / 4 and (len(dimensions) > 1 or close > OF_TREE * n)
+    ):
+        strips = _boxes.strips_of(x, dimensions[0], dimensions[-1], delay, float(radii[-1]))
+        if kernel == "boxes":
+            return strips
+        near = OF_NEAR * _boxes.candidates(strips, float(radii[-1]))
+        cost, strips = (near, strips) if near < cost else (cost, None)
+    trees, of_trees = [], close
+    for m in dimensions:
+        if kernel is None and of_trees + OF_TREE * n > cost:
+            return strips
+        trees.append(_tree(x, m, delay))
+        of_trees += OF_TREE * n + OF_COMPARED * _left_to_compare(trees[-1], radii)
+    return trees if kernel == "trees" or of_trees < cost else strips
+
+
+def _tree(x: np.ndarray, m: int, delay: int) -> Tree:
+    places = np.flatnonzero(unbroken(x, (m - 1) * delay + 1))
+    return tree(np.column_stack([x[places + k * delay] for k in range(m)]))
+
+
+def _left_to_compare(one: Tree, radii: np.ndarray) -> float:
+    """About how many pairs of points have to be compared one by one."""
+    leaves = (len(one.begin) + 1) // 2
+    chosen = leaves - 1 + np.unique(np.linspace(0, leaves - 1, SAMPLE).astype(int))
+    boxes = np.column_stack([chosen, np.zeros_like(chosen)])
+    columns, bins = columns_of(one), _pairs.bins_of(radii)
+    unused = np.zeros(len(radii) + 1, np.int64)
+    compared = count_pairs_of_boxes(one, columns, boxes, bins, unused, False)
+    return compared / len(chosen) * leaves / 2
+
+
+def _by_tree(one: Tree, radii: np.ndarray, workers: int | None) -> np.ndarray:
+    """Counts of all pairs of a tree, shape (radii,)."""
+    columns, bins = columns_of(one), _pairs.bins_of(radii)
+    nodes = min((len(one.begin) + 1) // 2, PARTS) if thread_count(workers) > 1 else 1
+
+    def part(k: int) -> np.ndarray:
+        """Of one node of a level with itself and those that follow."""
+        counts = np.zeros(len(radii) + 1, np.int64)
+        boxes = nodes - 1 + np.column_stack([np.full(nodes - k, k), np.arange(k, nodes)])
+        count_pairs_of_boxes(one, columns, boxes, bins, counts, True)
+        return counts
+
+    return _within(in_threads(part, nodes, workers))
+
+
+def _along_diagonals(
+    x: np.ndarray,
+    dimensions: Sequence[int],
+    delay: int,
+    lags: range,
+    radii: np.ndarray,
     workers: int | None,
 ) -> np.ndarray:
-    bins = _pairs.bins_of(radii)
-    n = len(x) - (dimensions[0] - 1) * delay
-    row_of = _rows(dimensions)
+    """Counts of the pairs of vectors at these lags, shape (dimensions, radii)."""
+    bins, row_of = _pairs.bins_of(radii), _rows(dimensions)
     parts = 4 * thread_count(workers)
 
     def part(k: int) -> np.ndarray:
         counts = np.zeros((len(dimensions), len(radii) + 1), np.int64)
-        _pairs.count_diagonals(x, theiler + 1 + k, n, parts, delay, row_of, bins, counts)
+        some = lags[k::parts]
+        _pairs.count_diagonals(x, some.start, some.stop, some.step, delay, row_of, bins, counts)
         return counts
 
-    return _within(in_threads(part, parts, workers))
+    return _within(in_threads(part, min(parts, len(lags)), workers))
 
 
 def _near(
@@ -159,10 +219,11 @@ def _sorted(x: np.ndarray, theiler: int, radii: np.ndarray, workers: int | None)
     counts = np.empty(len(radii), np.int64)
     for k, within in enumerate(in_threads(part, parts, workers)):
         counts[k::parts] = within
-    close = np.zeros((1, len(radii) + 1), np.int64)
-    bins = _pairs.bins_of(radii)
-    _pairs.count_diagonals(x, 1, min(theiler + 1, len(x)), 1, 1, _rows((1,)), bins, close)
-    return (counts - np.cumsum(close[0])[:-1])[None]
+    counts = counts[None]
+    if theiler:
+        close = range(1, min(theiler + 1, len(x)))
+        counts = counts - _along_diagonals(x, (1,), 1, close, radii, workers)
+    return counts
 
 
 def _rows(dimensions: Sequence[int]) -> np.ndarray:

@@ -31,42 +31,69 @@ class Tree(NamedTuple):
 
 
 @njit(nogil=True)
-def _build(points):
+def _part(points, order, begin, end, middle, d):
+    """Put the points so that none before `middle` is greater in coordinate d than one after it."""
+    first, last = begin, end - 1
+    while first < last:
+        x, y, z = points[first, d], points[(first + last) // 2, d], points[last, d]
+        pivot = max(min(x, y), min(max(x, y), z))
+        i, j = first, last
+        while i <= j:
+            while points[i, d] < pivot:
+                i += 1
+            while points[j, d] > pivot:
+                j -= 1
+            if i <= j:
+                for k in range(points.shape[1]):
+                    points[i, k], points[j, k] = points[j, k], points[i, k]
+                order[i], order[j] = order[j], order[i]
+                i += 1
+                j -= 1
+        if middle <= j:
+            last = j
+        elif middle >= i:
+            first = i
+        else:
+            return
+
+
+@njit(nogil=True)
+def _build(points, order):
+    """The boxes of the points, which are put into the order of the tree, as is `order`."""
     n, m = points.shape
     levels = 0
     while n > (LEAF << levels):
         levels += 1
     nodes = (2 << levels) - 1
     inner = (1 << levels) - 1
-    order = np.arange(n)
     begin, end = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
     low, high = np.empty((nodes, m)), np.empty((nodes, m))
     end[0] = n
     for k in range(nodes):
         a, b = begin[k], end[k]
-        widest, width = 0, -1.0
         for d in range(m):
             least, most = np.inf, -np.inf
             for i in range(a, b):
-                value = points[order[i], d]
-                least, most = min(least, value), max(most, value)
+                least, most = min(least, points[i, d]), max(most, points[i, d])
             low[k, d], high[k, d] = least, most
-            if most - least > width:
-                widest, width = d, most - least
         if k < inner:
-            part = order[a:b].copy()
-            order[a:b] = part[np.argsort(points[part, widest], kind="mergesort")]
+            widest = 0
+            for d in range(1, m):
+                if high[k, d] - low[k, d] > high[k, widest] - low[k, widest]:
+                    widest = d
             half = (a + b) // 2
+            _part(points, order, a, b, half, widest)
             begin[2 * k + 1], end[2 * k + 1] = a, half
             begin[2 * k + 2], end[2 * k + 2] = half, b
-    return points[order], order, begin, end, low, high
+    return begin, end, low, high
 
 
 def tree(vectors: np.ndarray, usable: np.ndarray | None = None) -> Tree:
     """The tree of the vectors, shape (places, m), that are `usable`: all unless told."""
-    at = np.arange(len(vectors)) if usable is None else np.flatnonzero(usable)
-    points, order, begin, end, low, high = _build(np.ascontiguousarray(vectors[at]))
-    return Tree(points, at[order], begin, end, low, high, len(vectors))
+    order = np.arange(len(vectors)) if usable is None else np.flatnonzero(usable)
+    points = np.array(vectors[order], order="C")
+    begin, end, low, high = _build(points, order)
+    return Tree(points, order, begin, end, low, high, len(vectors))
 
 
 @njit(nogil=True)

@@ -115,10 +115,10 @@ def correlation_sum(
 
     with all n = N - (m - 1) d vectors of each dimension m (fewer where the run has gaps). A pair
     at exactly the distance r counts, pairs of equal vectors at every r. The comparison is that of
-    the float64 numbers: every count is what comparing pair by pair gives. What is fast is that all
-    dimensions are counted in one pass, that distances are binned by the bits of the number, and
-    that where the greatest radius is small, far pairs are not looked at (whichever is estimated to
-    cost less is done).
+    the float64 numbers: every count is what comparing pair by pair gives. What is fast is that
+    either all pairs are binned by the bits of their distances, in all dimensions at once, or near
+    pairs alone, or whole pairs of boxes of a k-d tree that no radius divides (whichever is
+    estimated to cost least).
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ import impactsig
 from impactsig.reconstruct import _counting
 from tests import naive_reconstruct
 
-KERNELS = ("pairs", "boxes", None)
+KERNELS = ("pairs", "boxes", "trees", None)
 few = settings(deadline=None, max_examples=60)
 
 smooth = st.lists(st.floats(-10, 10), min_size=12, max_size=70)

@@ -27,7 +27,7 @@ def henon(n):
     return found
 
 
-@pytest.mark.parametrize("kernel", ["pairs", "boxes"])
+@pytest.mark.parametrize("kernel", ["pairs", "boxes", "trees"])
 @pytest.mark.parametrize("m", [1, 2, 3])
 def test_points_on_a_line(kernel, m):
     # x_i = i: the distance of two vectors is the difference of their indices, in any dimension.
@@ -38,6 +38,16 @@ def test_points_on_a_line(kernel, m):
     expected = [np.sum(vectors - each) for each in lags]
     found = _counting.count_pairs(np.arange(n, dtype=float), (m,), 1, window, radii, 1, kernel)
     np.testing.assert_array_equal(found[0], expected)
+
+
+@pytest.mark.parametrize("n", [60, 3000])
+def test_boxes_that_no_radius_divides_are_counted_not_visited(n):
+    # Two heaps of diameter 1, 10 apart.
+    values = np.random.default_rng(n).permutation(np.concatenate([NOISE[:n], 10 + NOISE[:n]]))
+    radii = np.array([1.0, 2.0, 12.0])
+    found = _counting.count_pairs(values, (1,), 1, 0, radii, 1, "trees")
+    np.testing.assert_array_equal(found, [[n * (n - 1)] * 2 + [n * (2 * n - 1)]])
+    assert _counting._left_to_compare(_counting._tree(values, 1, 1), radii) == 0
 
 
 def test_two_vectors_are_one_pair_at_their_greatest_difference():
@@ -72,7 +82,7 @@ def test_slopes_of_a_power_law_are_its_exponent():
     np.testing.assert_allclose(result.slope_radii, [2**0.5, 4])
 
 
-@pytest.mark.parametrize("kernel", ["pairs", "boxes", None])
+@pytest.mark.parametrize("kernel", ["pairs", "boxes", "trees", None])
 def test_more_radii_than_a_byte_can_tell(kernel):
     x = henon(120)
     radii = np.sort(RNG.uniform(0.001, 0.5, 300))
@@ -87,7 +97,7 @@ def test_radii_however_close_or_far_apart_have_exact_counts(spread):
     x = henon(400)
     radii = np.unique(0.3 * (1 + spread * np.linspace(0, 1, 50)))
     expected = naive_reconstruct.correlation_counts(x, (2,), 1, 0, radii)
-    for kernel in ("pairs", "boxes"):
+    for kernel in ("pairs", "boxes", "trees"):
         found = _counting.count_pairs(x, (2,), 1, 0, radii, 1, kernel)
         np.testing.assert_array_equal(found, expected)
 
@@ -97,7 +107,7 @@ def test_a_long_series_counts_alike_by_both_kernels_and_any_threads():
     x, dimensions, radii = henon(9000), (1, 2, 5), np.geomspace(1e-3, 0.05, 20)
     case = (x, dimensions, 2, 4, radii)
     reference = _counting.count_pairs(*case, 1, "pairs")
-    for workers, kernel in ((2, "pairs"), (3, "boxes"), (None, None)):
+    for workers, kernel in ((2, "pairs"), (3, "boxes"), (3, "trees"), (None, None)):
         np.testing.assert_array_equal(_counting.count_pairs(*case, workers, kernel), reference)
 
 

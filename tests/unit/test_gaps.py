@@ -57,7 +57,7 @@ def test_delay_vectors(m, delay):
 
 @pytest.mark.parametrize(("m", "delay"), CASES)
 @pytest.mark.parametrize("theiler", [0, 4])
-@pytest.mark.parametrize("kernel", ["pairs", "boxes"])
+@pytest.mark.parametrize("kernel", ["pairs", "boxes", "trees"])
 def test_correlation_sums(m, delay, theiler, kernel):
     places, found = vectors(X, CUTS, m, delay)
     pair = np.triu(far_apart(places, theiler))
