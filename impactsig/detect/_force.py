@@ -299,8 +299,9 @@ class _Search:
         spans, span, grid = self.spans, self.spans.spans[k], self.grid
         events = events.copy()
         events[:, 1] = np.maximum(np.round(events[:, 1]), 1.0)
-        samples, origin = spans.clean(k)
-        place(samples, origin, self.total, events, grid.rungs, span.noise)
+        here = spans.stretch(k)
+        samples, origin = here.x, here.origin
+        place(here, events)
         others = group[:, 0]
         before = others[others < span.first].max(initial=-1.0)
         after = others[others >= span.last].min(initial=float(self.total))
