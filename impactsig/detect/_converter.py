@@ -13,10 +13,11 @@ def converter_step(samples: np.ndarray) -> float:
     """
     seen = np.sort(samples[:: max(1, len(samples) // 2048)])
     rounding = 64 * np.finfo(float).eps * max(abs(seen[0]), abs(seen[-1]))
-    differences = np.diff(seen)
-    differences = differences[differences > rounding]
-    if not 1 <= len(differences) < 0.7 * len(seen):
+    differences = seen[1:] - seen[:-1]
+    apart = differences > rounding
+    if not 1 <= np.count_nonzero(apart) < 0.7 * len(seen):
         return 0.0
+    differences = differences[apart]
     least = float(differences.min())
     least = float(np.median(differences[differences < 1.5 * least]))
     if len(differences) == 1 and least > 0.05 * float(samples.max() - samples.min()):

@@ -7,11 +7,13 @@ stands highest above its noise is taken first; what it explains of the others is
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from .._compiled import njit
 from ._ladder import HALF_SINE_GAIN, MATCH
+from ._order_kernels import select
 from ._pair_fit import PAIR
 from ._response_kernels import gated, noise_at, parts, running_sums
 from ._touching_kernels import NOT_TWO, TWO, crests_between_dips, two_pulses
@@ -53,18 +55,52 @@ def explained(apart, width, wide):
     return HALF_SINE_GAIN * (response - 0.5 * sides / (far - near))
 
 
+class Noise(NamedTuple):
+    """Noise of the responses: of the rungs, and of each width once that was asked for, else NaN."""
+
+    widths: np.ndarray
+    sigma: np.ndarray
+    known: np.ndarray
+
+
 @njit(nogil=True)
-def find_events(x, origin, total, first, last, crests, rungs, noise, widest, out):
-    """Events whose crests lie in samples [first, last), in the order of time.
+def _noise_of(here):
+    """Noise of the responses in a stretch."""
+    known = np.full(2 * here.rungs.width[-1], np.nan)
+    return Noise(here.rungs.width.astype(np.float64), here.noise, known)
+
+
+@njit(nogil=True)
+def _sigma_at(width, noise):
+    """Noise of the response to a whole number of samples."""
+    if width >= len(noise.known):
+        return noise_at(float(width), noise.widths, noise.sigma)
+    sigma = noise.known[width]
+    if np.isnan(sigma):
+        sigma = noise.known[width] = noise_at(float(width), noise.widths, noise.sigma)
+    return sigma
+
+
+def strongest_first(crests):
+    """Numbers of the crests from the most certain to the least, equal ones in their order."""
+    sure = -crests[:, 3]
+    order = np.argsort(sure)
+    ordered = sure[order]
+    # What keeps the order of equal values takes three times as long.
+    return np.argsort(sure, kind="stable") if (ordered[1:] == ordered[:-1]).any() else order
+
+
+@njit(nogil=True)
+def find_events(here, crests, order, widest, out):
+    """Events whose crests lie in a stretch, in the order of time.
 
     Parameters
     ----------
-    x : array
-        Samples, from sample `origin` on, of `total` in all.
-    crests : array (n, 4)
-        Of these seconds and of those beside them.
-    rungs : Ladder
-    noise : array (rungs,)
+    here : Stretch
+    crests : array (n, CREST)
+        Of the stretch and of those beside it.
+    order : array (n,)
+        The crests from the most certain to the least.
     widest : float
         Greatest width of a contact; a wider event is not parted.
     out : array (m, EVENT), filled
@@ -74,21 +110,22 @@ def find_events(x, origin, total, first, last, crests, rungs, noise, widest, out
     int
         How many there are.
     """
-    widths = rungs.width.astype(np.float64)
+    x, origin, total = here.x, here.origin, here.total
+    noise = _noise_of(here)
     chosen = np.empty(len(crests), np.int64)
-    kept = _leading(crests, np.argsort(-crests[:, 3], kind="mergesort"), widths, chosen)
+    kept = _leading(crests, order, noise.widths, chosen)
     events = np.empty((len(out), EVENT))
     found = 0
     event = np.empty(EVENT)
     for k in range(kept):
-        centre, width = crests[chosen[k], 0], widths[int(crests[chosen[k], 1])]
-        if not first <= centre < last:
+        centre, width = crests[chosen[k], 0], noise.widths[int(crests[chosen[k], 1])]
+        if not here.first <= centre < here.last:
             continue
         narrowest = 1.0 if width <= 2.0 else width / 1.6
-        good = _best(x, origin, total, centre, narrowest, 1.7 * width, widths, noise, event)
+        good = _best(x, origin, total, centre, narrowest, 1.7 * width, noise, event)
         if good and found < len(events):
             if event[1] <= widest and event[1] >= 4.0:
-                found += _parted(x, origin, total, event, widths, noise, events[found:])
+                found += _parted(x, origin, total, event, noise, events[found:])
             else:
                 events[found] = event
                 found += 1
@@ -134,7 +171,7 @@ def _among(x, origin, total, event):
         if count >= SEEN // 2:
             # Three quarters of Gaussian values lie below 0.6745 standard deviations; of a train of
             # impacts, which are positive for a short part of the time, below 0.
-            upper = np.sort(values[:count])[3 * count // 4]
+            upper = select(values, 0, count - 1, 3 * count // 4)
             local = max(local, HALF_SINE_GAIN * upper / 0.6745)
     if local * event[3] <= LOUDER * event[2]:
         return np.inf
@@ -159,38 +196,41 @@ def _leading(crests, order, widths, out):
         How many there are.
     """
     kept, widest = 0, 0.0
-    near = np.empty(len(crests), np.int64)  # those kept, in the order of centres
-    centres = np.empty(len(crests))
+    # Those kept, in the order of centres.
+    centres, wides, heights = np.empty(len(crests)), np.empty(len(crests)), np.empty(len(crests))
     for index in order:
         centre, width = crests[index, 0], widths[int(crests[index, 1])]
         height = crests[index, 2]
         rest, least = height, max(0.5 * height, LEAST * height / crests[index, 3])
         reach = 0.5 * (widest / MATCH + width)
-        k = np.searchsorted(centres[:kept], centre - reach)
-        while k < kept and centres[k] <= centre + reach and rest >= least:
-            other = crests[near[k]]
-            wide = widths[int(other[1])]
-            apart = abs(other[0] - centre)
-            k += 1
+        place_of = np.searchsorted(centres[:kept], centre)
+        before, after = place_of - 1, place_of
+        while rest >= least:  # the nearest first: mostly it explains enough
+            left = centre - centres[before] if before >= 0 else np.inf
+            right = centres[after] - centre if after < kept else np.inf
+            apart = min(left, right)
+            if apart > reach:
+                out[kept] = index
+                for k in range(kept, place_of, -1):
+                    centres[k], wides[k], heights[k] = centres[k - 1], wides[k - 1], heights[k - 1]
+                centres[place_of], wides[place_of], heights[place_of] = centre, width, height
+                widest = max(widest, width)
+                kept += 1
+                break
+            k = before if left <= right else after
+            before, after = before - (left <= right), after + (left > right)
+            wide, high = wides[k], heights[k]
             if apart > 0.5 * (wide / MATCH + width):
                 continue
             if width < wide and apart < 0.5 * wide / MATCH:
-                least = max(least, INSIDE * other[2] if width <= NARROW * wide else np.inf)
+                least = max(least, INSIDE * high if width <= NARROW * wide else np.inf)
             if rest >= least:
-                rest -= max(other[2] * explained(apart, width, wide), 0.0)
-        if rest >= least:
-            place_of = np.searchsorted(centres[:kept], centre)
-            for k in range(kept, place_of, -1):
-                centres[k], near[k] = centres[k - 1], near[k - 1]
-            centres[place_of], near[place_of] = centre, index
-            widest = max(widest, width)
-            out[kept] = index
-            kept += 1
+                rest -= max(high * explained(apart, width, wide), 0.0)
     return kept
 
 
 @njit(nogil=True)
-def _best(x, origin, total, centre, narrowest, widest, widths, noise, event, room=np.inf):
+def _best(x, origin, total, centre, narrowest, widest, noise, event, room=np.inf):
     """Fill `event` with the best of the widths in a range, near a centre; quarter octaves.
 
     The crest is looked for within 0.6 widths and `room` of the centre.
@@ -212,7 +252,7 @@ def _best(x, origin, total, centre, narrowest, widest, widths, noise, event, roo
         near = width + (width + 1) // 2 + 1
         far = near + 4 * width + 4
         gain = HALF_SINE_GAIN if width > 1 else 1.0
-        sigma = noise_at(float(width), widths, noise)
+        sigma = _sigma_at(width, noise)
         shift = 0.5 * (width - 1) - (width - 1) // 2
         stride = max(1, width // 16)
         reach = min(0.6 * width, room)
@@ -228,7 +268,7 @@ def _best(x, origin, total, centre, narrowest, widest, widths, noise, event, roo
 
 
 @njit(nogil=True)
-def _parted(x, origin, total, event, widths, noise, out):
+def _parted(x, origin, total, event, noise, out):
     """The events that one is made of.
 
     Two where two half-sines explain the samples and one pulse does not; or one for each crest where
@@ -236,7 +276,7 @@ def _parted(x, origin, total, event, widths, noise, out):
     """
     out[0] = event
     pair = np.empty(PAIR + 1)
-    sigma = noise[0] / RESPONSE
+    sigma = noise.sigma[0] / RESPONSE
     kind = two_pulses(x, origin, event[0], event[1], event[2], event[4], sigma, pair)
     if kind == NOT_TWO or len(out) < 2:
         return 1
@@ -246,7 +286,7 @@ def _parted(x, origin, total, event, widths, noise, out):
             length = math.exp(pair[3 * m + 2])
             width = max(1.0, round(MATCH * length))
             out[m, 0], out[m, 1], out[m, 2] = pair[3 * m + 1] + 0.5 * length, width, pair[3 * m]
-            out[m, 3], out[m, 4] = pair[3 * m] / noise_at(width, widths, noise), pair[PAIR]
+            out[m, 3], out[m, 4] = pair[3 * m] / _sigma_at(int(width), noise), pair[PAIR]
             least = min(least, out[m, 3])
         if least >= LEAST:
             return 2
@@ -259,7 +299,7 @@ def _parted(x, origin, total, event, widths, noise, out):
     count = hi - lo - mean + 1
     if count < 3:
         return 1
-    sure = SURE * noise_at(float(mean), widths, noise) / (HALF_SINE_GAIN if mean > 1 else 1.0)
+    sure = SURE * _sigma_at(mean, noise) / (HALF_SINE_GAIN if mean > 1 else 1.0)
     crests, dips = np.empty(8, np.int64), np.empty(8, np.int64)
     here = x[lo - origin : hi - origin]
     n = crests_between_dips(here, base, mean, 0.15 * event[2], sure, crests, dips)
@@ -273,7 +313,7 @@ def _parted(x, origin, total, event, widths, noise, out):
         widest = max(1.0, 0.9 * (right - left))
         narrowest = max(1.0, 0.35 * (right - left))
         centre = lo + crests[k] + 0.5 * (mean - 1)
-        if _best(x, origin, total, centre, narrowest, widest, widths, noise, part):
+        if _best(x, origin, total, centre, narrowest, widest, noise, part):
             out[found] = part
             found += 1
     if found == 0:
@@ -285,25 +325,25 @@ def _parted(x, origin, total, event, widths, noise, out):
 @njit(nogil=True)
 def _distinct(events, order, out):
     """Mark in `out` the events, in the order of `order`, that lie on none before them."""
-    for k in range(len(order)):
-        index = order[k]
+    taken = np.empty((len(order), 2))
+    count = 0
+    for index in order:
+        centre, width = events[index, 0], events[index, 1]
         out[index] = True
-        for m in range(k):
-            other = order[m]
-            if not out[other]:
-                continue
-            wide = max(events[index, 1], events[other, 1])
-            if abs(events[index, 0] - events[other, 0]) < 0.6 * wide and (
-                min(events[index, 1], events[other, 1]) > NARROW * wide
-            ):
+        for m in range(count):
+            wide = max(width, taken[m, 1])
+            if abs(centre - taken[m, 0]) < 0.6 * wide and min(width, taken[m, 1]) > NARROW * wide:
                 out[index] = False
                 break
+        if out[index]:
+            taken[count, 0], taken[count, 1] = centre, width
+            count += 1
 
 
 @njit(nogil=True)
-def place(x, origin, total, events, rungs, noise):
+def place(here, events):
     """Crest and flanks of events at the widths that they have been given, in place."""
-    widths = rungs.width.astype(np.float64)
+    noise = _noise_of(here)
     event = np.empty(EVENT)
     for k in range(len(events)):
         width, room = events[k, 1], np.inf
@@ -311,5 +351,5 @@ def place(x, origin, total, events, rungs, noise):
             if 0 <= m < len(events):
                 room = min(room, ROOM * abs(events[m, 0] - events[k, 0]))
         centre = events[k, 0]
-        if _best(x, origin, total, centre, width, width, widths, noise, event, room):
+        if _best(here.x, here.origin, here.total, centre, width, width, noise, event, room):
             events[k, 0], events[k, 4] = event[0], event[4]

@@ -31,7 +31,6 @@ from ._judging_kernels import (
     with_neighbors,
     worst,
 )
-from ._ladder import white_noise
 from ._pulse import measure_all
 from ._pulse_edges import ERRORS, FIT, mark_clipped
 from ._pulse_pairs import measure_pairs, with_partners
@@ -148,7 +147,8 @@ class _Found:
         self.steps.append(span.step)
         self.hum.append(span.hum)
         self.widths = widths
-        self.moves |= bool(np.ptp(span.medians) > SLOW * span.sigma) or bool(self.disturbances)
+        moved = span.medians.max() - span.medians.min()
+        self.moves |= bool(moved > SLOW * span.sigma) or bool(self.disturbances)
 
     def result(self, sign: float) -> ForceImpacts:
         rows = np.concatenate(self.rows)
@@ -299,14 +299,15 @@ class _Search:
         spans, span, grid = self.spans, self.spans.spans[k], self.grid
         events = events.copy()
         events[:, 1] = np.maximum(np.round(events[:, 1]), 1.0)
-        samples, origin = spans.clean(k)
-        place(samples, origin, self.total, events, grid.rungs, span.noise)
+        here = spans.stretch(k)
+        samples, origin = here.x, here.origin
+        place(here, events)
         others = group[:, 0]
         before = others[others < span.first].max(initial=-1.0)
         after = others[others >= span.last].min(initial=float(self.total))
         # Where nothing moves but impacts, the least noise that was assumed is none.
         sigma = float(span.noise[0]) / RESPONSE if span.sigma else 0.0
-        colour = span.noise / (span.noise[0] * white_noise(grid.rungs))
+        colour = span.noise / (span.noise[0] * grid.white)
         colour = np.interp(events[:, 1], grid.rungs.width, colour)
         places = np.column_stack((events[:, 0], events[:, 4], events[:, 1], colour))
         relative = self.wanted.relative

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ._ladder import FACTOR, Ladder, ladder
+import numpy as np
+
+from ._ladder import FACTOR, Ladder, ladder, white_noise
 
 
 @dataclass
@@ -14,6 +16,7 @@ class Grid:
     rate: float
     longest: float  # contact
     rungs: Ladder = field(init=False)
+    white: np.ndarray = field(init=False)  # noise of the rungs where it is white, over the first's
     span: int = field(init=False)
     chunk: int = field(init=False)  # of a median that the baseline follows
     margin: int = field(init=False)  # beside a span: what its search takes in
@@ -21,6 +24,7 @@ class Grid:
 
     def __post_init__(self) -> None:
         self.rungs = ladder(self.longest)
+        self.white = white_noise(self.rungs)
         unit = FACTOR ** int(self.rungs.level[-1])
         self.margin = -(-(14 * int(self.rungs.width[-1]) + 64) // unit) * unit
         self.span = -(-max(round(self.rate), 4096, self.margin) // unit) * unit

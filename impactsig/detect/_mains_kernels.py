@@ -33,19 +33,26 @@ def stand_out(waves, means, times, least, times_loud, loud, out):
     out : array (n,), filled
     """
     n = len(out)
-    parts = np.empty(6 * n)
-    for k in range(6 * n):
-        row, total = waves[k], 0.0
-        for i in range(len(means)):
-            total += row[i] * means[i]
-        parts[k] = total
     for k in range(n):
-        line = np.hypot(parts[k], parts[3 * n + k])
-        below = np.hypot(parts[n + 2 * k], parts[4 * n + 2 * k])
-        above = np.hypot(parts[n + 2 * k + 1], parts[4 * n + 2 * k + 1])
-        beside = max(below, above)
-        limit = min(max(times * beside, least), max(times_loud * beside, loud))
-        out[k] = line if line > limit else 0.0
+        line = _amplitude(waves, means, k)
+        out[k] = 0.0
+        if line > min(least, loud):  # the least that the limit can be
+            below = _amplitude(waves, means, n + 2 * k)
+            above = _amplitude(waves, means, n + 2 * k + 1)
+            beside = max(below, above)
+            if line > min(max(times * beside, least), max(times_loud * beside, loud)):
+                out[k] = line
+
+
+@njit(nogil=True, fastmath={"reassoc", "nsz"})
+def _amplitude(waves, means, k):
+    """Amplitude at the k-th frequency: the products of the means with two rows."""
+    first, second = waves[k], waves[len(waves) // 2 + k]
+    real = imaginary = 0.0
+    for i in range(len(means)):
+        real += first[i] * means[i]
+        imaginary += second[i] * means[i]
+    return np.hypot(real, imaginary)
 
 
 @njit(nogil=True, fastmath={"reassoc", "nsz"})
@@ -93,21 +100,23 @@ def take_off(x, block, count, turns, fit):
         Frequencies in cycles a sample.
     fit : array (lines, 2) of complex
     """
-    cosine, sine = np.empty(block), np.empty(block)
-    for line in range(len(turns)):
+    lines = len(turns)
+    cosine, sine = np.empty((lines, block)), np.empty((lines, block))
+    turn, phase = np.empty(lines, np.complex128), np.ones(lines, np.complex128)
+    for line in range(lines):
         omega = 2.0 * np.pi * turns[line]
         for i in range(block):
-            cosine[i], sine[i] = np.cos(omega * i), np.sin(omega * i)
-        turn = complex(np.cos(omega * block), np.sin(omega * block))
-        phase = complex(1.0, 0.0)
-        for k in range((len(x) + block - 1) // block):
+            cosine[line, i], sine[line, i] = np.cos(omega * i), np.sin(omega * i)
+        turn[line] = complex(np.cos(omega * block), np.sin(omega * block))
+    for k in range((len(x) + block - 1) // block):
+        part = x[k * block : min((k + 1) * block, len(x))]
+        u = 2.0 * (k + 0.5) / count - 1.0
+        for line in range(lines):
             if k % 64 == 0:  # or rounding would add up
-                angle = omega * block * k
-                phase = complex(np.cos(angle), np.sin(angle))
-            u = 2.0 * (k + 0.5) / count - 1.0
-            value = (fit[line, 0] + fit[line, 1] * u) * phase
+                angle = 2.0 * np.pi * turns[line] * block * k
+                phase[line] = complex(np.cos(angle), np.sin(angle))
+            value = (fit[line, 0] + fit[line, 1] * u) * phase[line]
             a, b = value.real, value.imag
-            part = x[k * block : min((k + 1) * block, len(x))]
             for i in range(len(part)):
-                part[i] -= a * cosine[i] - b * sine[i]
-            phase *= turn
+                part[i] -= a * cosine[line, i] - b * sine[line, i]
+            phase[line] *= turn[line]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from .._compiled import njit
-from ._ladder import FACTOR
+from ._ladder import FACTOR, Ladder
 
 GATE = 0.35
 """A crest must rise above the higher of its flanks by this much of its response."""
@@ -16,6 +17,22 @@ VALLEY = 0.7
 STRIDE = 1024  # values that share their sums
 STEP = 64  # of them, looked at together
 CREST = 4  # fields of a crest: centre, rung, response, response over its noise
+
+
+class Stretch(NamedTuple):
+    """Samples that are searched, with those beside them.
+
+    `x` holds the samples from sample `origin` on, of `total` in all, far enough to either side of
+    those searched: [first, last). `origin` and `first` are whole numbers of the widest blocks.
+    """
+
+    x: np.ndarray
+    origin: int
+    total: int
+    first: int
+    last: int
+    rungs: Ladder
+    noise: np.ndarray  # standard deviation of that of the responses, on each rung
 
 
 @njit(nogil=True)
@@ -32,26 +49,34 @@ def block_means(x, out):
 def running_sums(x, first, count, sums):
     """sums[k] = sum of the first k of `count` values from x[first], less x[first] each.
 
-    Four runs side by side, because a single chain of additions waits for each sum.
+    Four runs side by side, because a single chain of additions waits for each sum; each a view,
+    whose indices need no look at their signs.
     """
     reference = x[first]
     part = count // 4
+    middle, end = 2 * part, 4 * part
+    x0, x1 = x[first : first + part], x[first + part : first + middle]
+    x2, x3 = x[first + middle : first + middle + part], x[first + middle + part : first + end]
+    y0, y1 = sums[1 : part + 1], sums[part + 1 : middle + 1]
+    y2, y3 = sums[middle + 1 : middle + part + 1], sums[middle + part + 1 : end + 1]
     s0 = s1 = s2 = s3 = 0.0
     sums[0] = 0.0
     for k in range(part):
-        s0 += x[first + k] - reference
-        s1 += x[first + part + k] - reference
-        s2 += x[first + 2 * part + k] - reference
-        s3 += x[first + 3 * part + k] - reference
-        sums[k + 1] = s0
-        sums[part + k + 1] = s1
-        sums[2 * part + k + 1] = s2
-        sums[3 * part + k + 1] = s3
-    for run in range(1, 4):
-        carry = sums[run * part]
-        for k in range(run * part + 1, (run + 1) * part + 1):
-            sums[k] += carry
-    for k in range(4 * part, count):
+        s0 += x0[k] - reference
+        s1 += x1[k] - reference
+        s2 += x2[k] - reference
+        s3 += x3[k] - reference
+        y0[k], y1[k], y2[k], y3[k] = s0, s1, s2, s3
+    carry = s0
+    for k in range(part):
+        y1[k] += carry
+    carry += s1
+    for k in range(part):
+        y2[k] += carry
+    carry += s2
+    for k in range(part):
+        y3[k] += carry
+    for k in range(end, count):
         sums[k + 1] = sums[k] + (x[first + k] - reference)
 
 
@@ -122,32 +147,31 @@ def _respond_inside(sums, k, unit, near, far, gain, y):
 @njit(nogil=True)
 def _next_above(y, i, stop, least):
     """Number of the first of the values from i on that is at least `least`; `stop` if none is."""
-    while i + STEP <= stop:
-        # Values are counted, because the compiler runs that in lanes.
+    # Values are counted, because the compiler runs that in lanes; by numbers without a sign,
+    # because it looks at the sign of every other index.
+    at, step = np.uint64(i), np.uint64(STEP)
+    while at + step <= np.uint64(stop):
         count = 0
-        part = y[i : i + STEP]
-        for k in range(STEP):
-            count += part[k] >= least
+        for k in range(step):
+            count += y[at + k] >= least
         if count:
             break
-        i += STEP
+        at += step
+    i = np.int64(at)
     while i < stop and y[i] < least:
         i += 1
     return i
 
 
 @njit(nogil=True)
-def find_crests(x, origin, total, first, last, rungs, thresholds, noise, out):
-    """Crests of the responses of all widths within samples [first, last).
+def find_crests(here, thresholds, out):
+    """Crests of the responses of all widths.
 
     Parameters
     ----------
-    x : 1-D array
-        Samples, from sample `origin` on, of `total` in all; far enough to either side. `origin`
-        and `first` are whole numbers of the widest blocks.
-    rungs : Ladder
-    thresholds, noise : arrays
-        Least response, and standard deviation of its noise, on each rung.
+    here : Stretch
+    thresholds : array
+        Least response on each rung.
     out : array (n, CREST), filled
         Crests: centre, rung, response, response over noise.
 
@@ -156,8 +180,9 @@ def find_crests(x, origin, total, first, last, rungs, thresholds, noise, out):
     int
         Crests found, at most as many as there is room for.
     """
+    rungs = here.rungs
     found = 0
-    values = x
+    values = here.x
     for level in range(int(rungs.level[-1]) + 1):
         if level:
             means = np.empty(len(values) // FACTOR)
@@ -166,10 +191,10 @@ def find_crests(x, origin, total, first, last, rungs, thresholds, noise, out):
         block = FACTOR**level
         found = _find_on(
             values,
-            origin // block,
-            total // block,
-            first // block,
-            last // block,
+            here.origin // block,
+            here.total // block,
+            here.first // block,
+            here.last // block,
             level,
             rungs,
             thresholds,
@@ -177,7 +202,7 @@ def find_crests(x, origin, total, first, last, rungs, thresholds, noise, out):
             found,
         )
     for k in range(found):
-        out[k, 3] = out[k, 2] / noise[int(out[k, 1])]
+        out[k, 3] = out[k, 2] / here.noise[int(out[k, 1])]
     return found
 
 

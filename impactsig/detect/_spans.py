@@ -14,13 +14,14 @@ import numpy as np
 from ._background_kernels import chunk_medians, outlying, take
 from ._converter import converter_step
 from ._dropout_kernels import BORDER, MOST, fill, find_dropouts
-from ._event_kernels import EVENT, find_events
+from ._event_kernels import EVENT, find_events, strongest_first
 from ._grid import Grid
 from ._ladder import MATCH
+from ._line import Line
 from ._mains import find_lines, fit_lines
 from ._mains_kernels import take_off
 from ._noise_kernels import noise_around, read_noise
-from ._response_kernels import CREST, find_crests
+from ._response_kernels import CREST, Stretch, find_crests
 
 BESIDE = 2
 """Spans to either side whose noise counts."""
@@ -63,8 +64,8 @@ class Span:
     first: int
     last: int
     values: np.ndarray  # as they came
-    padded: np.ndarray  # without hum and glitches, with room for the margins
-    clean: np.ndarray  # the part of it without the margins
+    before: np.ndarray  # the last samples of the span before, as they came
+    clean: np.ndarray  # without hum and glitches
     dropouts: np.ndarray = field(default_factory=_no_runs)  # first sample, and that after the last
     medians: np.ndarray = field(default_factory=_nothing)
     moves: np.ndarray = field(default_factory=_nothing)  # from one to the next, up or down
@@ -112,7 +113,7 @@ class Spans:
         self.stages = (self._fill, self._cut, self._clean, self._search, self._choose)
         self.ahead = (1, 1, BESIDE, BESIDE, 1)
         self.done = [0] * (len(self.stages) + 1)
-        self._free: list[np.ndarray] = []
+        self._line = Line(grid, total)
         self._room = np.empty((0, CREST))
         self._sums, self._marked = np.empty(0), np.empty(0, np.int32)
         self._runs = np.empty((MOST, 2), np.int64)
@@ -125,18 +126,13 @@ class Spans:
         """
         k = self.done[0]
         first, last = self.grid.bounds(k, self.total)
-        margin, size = self.grid.margin, len(values)
-        # Fresh memory costs as much as the search.
-        fits = [i for i, one in enumerate(self._free) if len(one) == size + 2 * margin]
-        padded = self._free.pop(fits[0]) if fits else np.empty(size + 2 * margin)
-        clean = padded[margin : margin + size]
+        clean = self._line.samples(k)
         take(values, reference, factor, clean)
         self.zero = (0.0 - reference) * factor
         before = np.empty(BORDER if k > 0 else 0)
         if k > 0:
             take(self.spans[k - 1].values[-BORDER:], reference, factor, before)
-        padded[margin - len(before) : margin] = before
-        self.spans[k] = Span(first, last, values, padded, clean)
+        self.spans[k] = Span(first, last, values, before, clean)
         self.done[0] += 1
         moved = True
         while moved:
@@ -155,26 +151,27 @@ class Spans:
     def forget(self, before: int) -> None:
         """Let go of the spans before one."""
         for k in [k for k in self.spans if k < before]:
-            self._free.append(self.spans.pop(k).padded)
+            del self.spans[k]
 
-    def clean(self, k: int) -> tuple[np.ndarray, int]:
-        """Samples without hum of span k and of a margin to either side; the first's number."""
-        span, margin = self.spans[k], self.grid.margin
-        left, right = margin * (k > 0), margin * (k < self.count - 1)
-        return span.padded[margin - left : len(span.padded) - margin + right], span.first - left
+    def stretch(self, k: int) -> Stretch:
+        """Samples without hum of span k and of a margin to either side."""
+        span = self.spans[k]
+        samples, origin = self._line.around(k, self.grid.margin)
+        return Stretch(
+            samples, origin, self.total, span.first, span.last, self.grid.rungs, span.noise
+        )
 
     # -- stages --------------------------------------------------------------------------------
 
     def _fill(self, k: int) -> None:
         """Fill dropouts; the medians, the range and the converter's step of what is left."""
-        span, margin, chunk = self.spans[k], self.grid.margin, self.grid.chunk
-        n, left = len(span.clean), BORDER * (k > 0)
-        right = 0
-        if k < self.count - 1:
-            after = self.spans[k + 1].clean[:BORDER]
-            right = len(after)
-            span.padded[margin + n : margin + n + right] = after
-        seen = span.padded[margin - left : margin + n + right]
+        span, chunk = self.spans[k], self.grid.chunk
+        n, left = len(span.clean), len(span.before)
+        after = self.spans[k + 1].clean[:BORDER] if k < self.count - 1 else span.clean[:0]
+        seen, _ = self._line.around(k, BORDER)
+        # The spans beside may be further, and what is filled in across a border is theirs to fill.
+        beside = seen[:left].copy(), seen[left + n :].copy()
+        seen[:left], seen[left + n :] = span.before, after
         count = find_dropouts(seen, self.zero, self._held, self._runs)
         live, self._held = span.clean, np.nan
         if count:
@@ -191,6 +188,7 @@ class Spans:
             live = span.clean[rest]
         else:
             self._level = np.nan
+        seen[:left], seen[left + n :] = beside
         span.medians = np.empty(max(1, n // chunk))
         chunk_medians(span.clean, chunk, span.medians)
         span.moves = np.abs(span.medians[1:] - span.medians[:-1])
@@ -269,11 +267,8 @@ class Spans:
 
     def _search(self, k: int) -> None:
         """Find the crests of the responses."""
-        span, rungs, margin = self.spans[k], self.grid.rungs, self.grid.margin
-        if k > 0:
-            span.padded[:margin] = self.spans[k - 1].clean[-margin:]
-        if k < self.count - 1:
-            span.padded[-margin:] = self.spans[k + 1].clean[:margin]
+        span, rungs = self.spans[k], self.grid.rungs
+        self._line.join(k)
         beside = self.around(k, BESIDE)
         # Where nothing moves for seconds, anything but rounding is something.
         extent = max(one.range for one in beside)
@@ -293,18 +288,7 @@ class Spans:
             return
         if not len(self._room):
             self._room = np.empty((len(span.clean) + self.grid.span, CREST))
-        samples, origin = self.clean(k)
-        count = find_crests(
-            samples,
-            origin,
-            self.total,
-            span.first,
-            span.last,
-            rungs,
-            least,
-            span.noise,
-            self._room,
-        )
+        count = find_crests(self.stretch(k), least, self._room)
         span.crests = self._room[:count].copy()
 
     def _choose(self, k: int) -> None:
@@ -316,17 +300,8 @@ class Spans:
         margin = self.grid.margin
         near = (crests[:, 0] >= span.first - margin) & (crests[:, 0] < span.last + margin)
         room = np.empty((4 * len(span.crests) + 8, EVENT))
-        samples, origin = self.clean(k)
-        count = find_events(
-            samples,
-            origin,
-            self.total,
-            span.first,
-            span.last,
-            crests[near],
-            self.grid.rungs,
-            span.noise,
-            MATCH * self.grid.longest,
-            room,
-        )
+        crests = crests[near]
+        widest = MATCH * self.grid.longest
+        order = strongest_first(crests)
+        count = find_events(self.stretch(k), crests, order, widest, room)
         span.events = room[:count]

@@ -133,11 +133,12 @@ def two_pulses(x, origin, centre, width, height, base, sigma, pair):
     left_by_one = _left_by_one(points, means, seen, False)
     chance = 2.0 * math.sqrt(2.0 * n)
     otherwise = NOT_TWO if left_by_one < n + chance else MAYBE
+    least = GAIN + n * (SHAPE * relative) ** 2
     p = pair[:PAIR]
-    if not begin_pair(points, means, seen.left, seen.right, p):
+    # Two leave nothing at best.
+    if left_by_one < least or not begin_pair(points, means, seen.left, seen.right, p):
         return otherwise
     left_by_two = n * fit_pair(points, means, p)
-    least = GAIN + n * (SHAPE * relative) ** 2
     if left_by_one - left_by_two < least or not plausible(p):
         return otherwise
     left_by_one = min(left_by_one, _left_by_one(points, means, seen, True))

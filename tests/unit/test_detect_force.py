@@ -15,7 +15,7 @@ from impactsig.detect._mains_kernels import take_off
 from impactsig.detect._noise_kernels import read_noise
 from impactsig.detect._pulse_fit import fit_pulse
 from impactsig.detect._pulse_model import PARAMETERS, put_parameters, room_for
-from impactsig.detect._response_kernels import CREST, GATE, VALLEY, find_crests
+from impactsig.detect._response_kernels import CREST, GATE, VALLEY, Stretch, find_crests
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
 from tests import naive_force
@@ -296,7 +296,8 @@ def test_crests_are_their_definition():
     rungs = ladder(24.0)
     least = np.full(len(rungs.width), 1.2)
     out = np.empty((4096, CREST))
-    whole = find_crests(x, 0, len(x), 0, len(x), rungs, least, np.full(len(least), 0.5), out)
+    here = Stretch(x, 0, len(x), 0, len(x), rungs, np.full(len(least), 0.5))
+    whole = find_crests(here, least, out)
     found = out[:whole].copy()
     assert whole > 200
     for j, unit in enumerate(rungs.unit):

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from impactsig.detect._background_kernels import next_marked
-from impactsig.detect._event_kernels import _leading, explained
+from impactsig.detect._event_kernels import _leading, explained, strongest_first
+from impactsig.detect._grid import Grid
 from impactsig.detect._judging_kernels import with_neighbors
 from impactsig.detect._ladder import ladder
+from impactsig.detect._line import PLACES, Line
 from impactsig.detect._order_kernels import median_of, quantile, select
 from tests.naive_force import leading
 
@@ -69,3 +71,30 @@ def test_leading_crests_are_those_of_comparing_all_with_all(seed):
     expected = leading(crests, order, widths, explained)
     assert 10 < len(expected) < n - 10
     np.testing.assert_array_equal(out[:kept], expected)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_strongest_is_first_and_equal_ones_stay_in_order(kind):
+    crests = np.zeros((500, 4))
+    crests[:, 3] = KINDS[kind](np.random.default_rng(2), 500)
+    slow = sorted(range(500), key=lambda k: -crests[k, 3])  # which keeps the order of equal ones
+    np.testing.assert_array_equal(strongest_first(crests), slow)
+
+
+@pytest.mark.parametrize("spans", [1.3, 2.6, PLACES - 0.3, PLACES + 0.4, PLACES + 0.6, 40.2])
+def test_spans_side_by_side_are_the_record(spans):
+    grid = Grid(4096.0, 20.0)
+    record = np.random.default_rng(3).standard_normal(int(spans * grid.span))
+    count = grid.count(len(record))
+    line = Line(grid, len(record))
+    for k in range(count + 3):
+        if k < count:
+            first, last = grid.bounds(k, len(record))
+            line.samples(k)[:] = record[first:last]
+        if 0 <= k - 3 < count:  # a few are loaded ahead of the one that is looked at
+            line.join(k - 3)
+            seen, origin = line.around(k - 3, grid.margin)
+            np.testing.assert_array_equal(seen, record[origin : origin + len(seen)])
+            first, last = grid.bounds(k - 3, len(record))
+            assert origin == max(0, first - grid.margin)
+            assert origin + len(seen) == (last + grid.margin if k - 3 < count - 1 else last)
