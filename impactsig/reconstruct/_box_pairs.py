@@ -18,30 +18,22 @@ COMPARED = 24
 """Radii up to which comparing with each is faster than to look up the bin."""
 
 
-def columns_of(tree: Tree) -> np.ndarray:
-    """The coordinates of the points of a tree, one after the other, shape (m, n + LEAF)."""
-    n, m = tree.points.shape
-    columns = np.zeros((m, n + LEAF))
-    columns[:, :n] = tree.points.T
-    return columns
-
-
 @njit(nogil=True)
 def _distances(columns, first, size, other, many, distances):
     """Fill a row for each point of one leaf; what is no pair of two leaves is infinitely far."""
+    # No slices: each would count its references.
     for p in range(size):
-        row = distances[p]
         for q in range(LEAF):
-            row[q] = 0.0
+            distances[p, q] = 0.0
         for d in range(len(columns)):
-            value, partners = columns[d, first + p], columns[d, other : other + LEAF]
+            value = columns[d, first + p]
             for q in range(LEAF):
-                row[q] = max(row[q], abs(partners[q] - value))
+                distances[p, q] = max(distances[p, q], abs(columns[d, other + q] - value))
         for q in range(many, LEAF):
-            row[q] = np.inf
+            distances[p, q] = np.inf
         if first == other:
             for q in range(p + 1):
-                row[q] = np.inf
+                distances[p, q] = np.inf
 
 
 @njit(nogil=True)
@@ -54,7 +46,7 @@ def count_pairs_of_boxes(tree: Tree, columns, boxes, bins, counts, count):
     Parameters
     ----------
     columns : ndarray, shape (m, n + LEAF)
-        From `columns_of`: a loop over a leaf is of a constant length, for the compiler's sake.
+        `columns_of` the tree.
     boxes : ndarray of int, shape (k, 2)
         Pairs of nodes of the tree.
     """

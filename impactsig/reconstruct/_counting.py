@@ -9,8 +9,8 @@ import numpy as np
 
 from .._arguments import thread_count
 from . import _boxes, _pairs
-from ._box_pairs import columns_of, count_pairs_of_boxes
-from ._neighbors import Tree, tree
+from ._box_pairs import count_pairs_of_boxes
+from ._neighbors import Tree, columns_of, tree
 from ._series import known, unbroken
 from ._threads import in_threads
 

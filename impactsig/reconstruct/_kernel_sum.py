@@ -17,8 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._kernel_pairs import kernel_sums
-from ._neighbors import tree
+from ._kernel_pairs import forest, kernel_sums
 from ._series import unbroken
 from ._threads import in_threads
 
@@ -205,21 +204,12 @@ def _by_block(
     workers: int | None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sums and pairs by the blocks of both vectors, the earlier one first."""
-    block = places * BLOCKS // length
-    mine = [np.flatnonzero(block == b) for b in range(BLOCKS)]
-    trees = []
-    for at in mine:
-        one = tree(vectors[at]) if len(at) else None
-        trees.append(one and one._replace(order=places[at[one.order]]))
-    both = [(a, b) for a in range(BLOCKS) for b in range(a, BLOCKS) if trees[a] and trees[b]]
+    starts = np.searchsorted(places * BLOCKS // length, np.arange(BLOCKS + 1))
+    trees = forest(vectors, places, starts)
     sums = np.zeros((BLOCKS, BLOCKS, len(weights)))
-    pairs = np.zeros((BLOCKS, BLOCKS))
-
-    def add(k: int) -> None:
-        a, b = both[k]
-        sums[a, b] = kernel_sums(trees[a], trees[b], a == b, theiler, weights)
-        after = np.searchsorted(places[mine[b]], places[mine[a]] + theiler, side="right")
-        pairs[a, b] = (len(mine[b]) - after).sum()
-
-    in_threads(add, len(both), workers)
-    return sums, pairs
+    in_threads(lambda b: kernel_sums(trees, b, theiler, weights, sums[b]), BLOCKS, workers)
+    # What comes after each vector, by block.
+    after = np.searchsorted(places, places + theiler, side="right")
+    partners = starts[1:] - np.clip(after[:, None], starts[:-1], starts[1:])
+    before = np.concatenate([np.zeros((1, BLOCKS)), np.cumsum(partners, axis=0)])
+    return sums, np.diff(before[starts], axis=0)

@@ -97,6 +97,20 @@ def tree(vectors: np.ndarray, usable: np.ndarray | None = None) -> Tree:
 
 
 @njit(nogil=True)
+def columns_of(tree: Tree) -> np.ndarray:
+    """The coordinates of the points, one after the other, shape (m, n + LEAF).
+
+    A loop over a leaf may then be of the constant length LEAF, which the compiler makes use of.
+    """
+    n, m = tree.points.shape
+    columns = np.zeros((m, n + LEAF))
+    for i in range(n):
+        for d in range(m):
+            columns[d, i] = tree.points[i, d]
+    return columns
+
+
+@njit(nogil=True)
 def _apart(p, q, maximum):
     total = 0.0
     for d in range(len(p)):

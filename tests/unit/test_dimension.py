@@ -280,7 +280,7 @@ def test_kernel_sums_are_those_of_the_slow_twin():
     covariance = Noise(0.01, 0.005, "").covariance(3, 1)
     found = kernel_sum(x, 3, 1, 4, covariance, given=(0.03, 0.4))
     expected = naive_reconstruct.kernel_sums(x, 3, 1, 4, covariance, found.scales)
-    np.testing.assert_allclose(found.sums, expected, rtol=2e-4)
+    np.testing.assert_allclose(found.sums, expected, rtol=2e-6)
     assert found.pairs.sum(axis=(0, 1)) == pytest.approx(198 * 197 / 2 - 4 * 198 + 10)
 
 
@@ -289,7 +289,7 @@ def test_gaps_are_not_stepped_over_in_kernel_sums():
     x[[50, 120]] = np.nan
     found = kernel_sum(x, 2, 1, 4, np.zeros((2, 2)), given=(0.03, 0.4))
     expected = naive_reconstruct.kernel_sums(x, 2, 1, 4, np.zeros((2, 2)), found.scales)
-    np.testing.assert_allclose(found.sums, expected, rtol=2e-4)
+    np.testing.assert_allclose(found.sums, expected, rtol=2e-6)
 
 
 @pytest.mark.parametrize("given", ["impacts", "timing_error", "estimated"])
