@@ -170,7 +170,7 @@ def test_one_of_anything_serves_all():
         ("initial", BEAM, {"initial": [(0, 0), (2, 0)]}),
         ("initial, phase", BEAM, {"initial": [(0, 0), (1,)]}),
         ("oscillators", 3, {}),
-        ("oscillator", [BEAM, "beam"], {}),
+        ("oscillators", [BEAM, "beam"], {}),
         ("phase", BEAM, {"phase": [0, np.nan]}),
         ("workers", BEAM, {"workers": 0}),
         ("workers", BEAM, {"workers": 1.5}),
