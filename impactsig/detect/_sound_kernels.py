@@ -79,18 +79,20 @@ def octave_powers(x, octaves, even, odd, high, power):
 def both_sides(power, first, count, scale, after, before):
     """Mean powers over the `forward` frames from each frame on and over the `past` before it."""
     weights = 2.0 * np.arange(scale.forward, 0, -1) / (scale.forward * (scale.forward + 1.0))
+    after[:] = 0.0
+    before[:] = 0.0
     for b in range(power.shape[0]):
-        row = power[b]
+        # Frame by frame in the inner loop: it runs in vector lanes.
+        for k in range(scale.forward):
+            row = power[b, first + k : first + k + count]
+            for j in range(count):
+                after[b, j] += weights[k] * row[j]
+        for k in range(1, scale.past + 1):
+            row = power[b, first - k : first - k + count]
+            for j in range(count):
+                before[b, j] += row[j]
         for j in range(count):
-            at = first + j
-            total = 0.0
-            for k in range(scale.forward):
-                total += weights[k] * row[at + k]
-            after[b, j] = total
-            total = 0.0
-            for k in range(1, scale.past + 1):
-                total += row[at - k]
-            before[b, j] = total / scale.past
+            before[b, j] /= scale.past
 
 
 @njit(nogil=True)
