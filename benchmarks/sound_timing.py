@@ -39,7 +39,7 @@ MODES = {
         (7100.0, 1.5e-3, 0.4),
     ),
 }
-TIMES = {8000: 12, 11_025: 8, 16_000: 6, 22_050: 4}  # the rate at which sounds are made
+TIMES = {8000: 12, 11_025: 8, 16_000: 6, 22_050: 4, 44_100: 2}  # the rate at which sounds are made
 NOISES = 49.0, 20.0  # [dB] below the median peak
 
 

@@ -221,13 +221,17 @@ def log_probability(y, q, k, error, prior):
 
 def crossing(y, begin, end, level, fine):
     """Where |y|, by a sinc under a cosine, first reaches a level, in steps of 1 / fine samples."""
-    k = np.arange(len(y))
     for i in range(fine * (end - begin)):
-        away = begin + i / fine - k
-        window = np.where(np.abs(away) < 8, np.cos(np.pi * away / 16) ** 2, 0.0)
-        if abs(np.sum(y * np.sinc(away) * window)) >= level:
+        if modulus(y, begin + i / fine) >= level:
             return begin + i / fine
     return np.nan
+
+
+def modulus(y, at):
+    """|y| between samples, by a sinc under a cosine."""
+    away = at - np.arange(len(y))
+    window = np.where(np.abs(away) < 8, np.cos(np.pi * away / 16) ** 2, 0.0)
+    return abs(np.sum(y * np.sinc(away) * window))
 
 
 def peak(x, split, scale):

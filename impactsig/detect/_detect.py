@@ -135,7 +135,12 @@ def detect_impacts(
     do are timed by their waveform, to about a hundredth of a sample; others by their attack, to a
     sample. ``settings["alike"]`` is the share of the former. Behind the filter of a record of up to
     24 kHz, which rings before an impact, others are timed by the modes that they share, to a tenth
-    of a sample or two; where they share none, by the crossing of a share of their peak.
+    of a sample or two; where they share none, by the crossing of a share of their peak. Standard
+    errors of instants are those of the fit of the waveform (by what it leaves) or of the modes (by
+    the probability of all instants), of the crossing (by the time that the sound stays above it
+    and its noise), or of the attack (by the probability of all splits, and by how long a filter
+    rings before it). A delay common to all instants is no part of them. Impacts softer than twice
+    the noise are now and then off by many times their standard error.
 
     Examples
     --------
@@ -372,6 +377,7 @@ def _find_sound(source: Source, least_probability: float) -> tuple[Columns, dict
     columns: Columns = {
         "time": source.head.start + found.time,
         "peak": found.peak,
+        "time_error": found.time_error,
         "probability": found.probability,
         "flags": found.flags,
     }

@@ -42,6 +42,8 @@ LEARN = 256  # impacts that modes are learned from
 CHOOSE = 64  # of them that the filter is chosen by
 UNLIKE = 0.03  # share of the energy that shared modes leave in the median, noise apart
 STRANGE = 0.1  # and that they may leave of one impact
+HALF_WAVES = 1.05  # standard error of a crossing, over the time that the modulus stays above
+DEVIATION = 1.4826  # standard deviation of a Gaussian over its median deviation
 BEGINNING = 1.5e-3  # [s]
 ABRUPT = 0.1  # power of the first two samples over the greatest of two, if a sound begins at once
 
@@ -71,7 +73,7 @@ class SharedModes:
     learned: bool = False
     model: Model | None = None
     latency: float = 0.0  # of the crossing, in the median [samples]
-    spread: float = np.nan  # of the crossing about that
+    spread: float = np.nan  # of the crossing about that, or about the start where no model is
     crossing: bool = False  # whether crossings are used where no model is
     found: list[np.ndarray] = field(default_factory=list)
 
@@ -105,7 +107,10 @@ class SharedModes:
         known = np.isfinite(shift)
         if known.any():
             # Too near to an end of the record: as late as the others are in the median.
-            shift = np.where(known, shift, np.median(shift[known]))
+            usual = np.median(shift[known])
+            spread = DEVIATION * np.median(np.abs(shift[known] - usual))
+            shift = np.where(known, shift, usual)
+            error = np.where(known, error, max(spread, 12.0**-0.5))
         return Timing(shift, error)
 
     def _waves(self, window: Window, attacks: np.ndarray) -> np.ndarray:
@@ -126,10 +131,12 @@ class SharedModes:
             self._model(usable)
             if self.model is None and self.rate <= SLOW:
                 self.crossing = bool(np.median(self._abruptness(usable)) < ABRUPT)
+                self.spread = HALF_WAVES * float(np.nanmedian(self._heard(usable)[1][:, 1]))
         self.found.append(self._timed(waves))
 
     def _model(self, waves: np.ndarray) -> None:
-        sounds, guess = self._heard(waves)
+        sounds, crossed = self._heard(waves)
+        guess = crossed[:, 0].copy()
         quiet = sounds[:, : round(QUIET * self.rate)]
         noise = float(np.median(np.mean(quiet**2, axis=1)))
         few = np.linspace(0, len(sounds) - 1, min(CHOOSE, len(sounds))).astype(int)
@@ -142,33 +149,33 @@ class SharedModes:
             late = (guess - instant)[fitted]
             self.model = model
             self.latency = float(np.median(late))
-            self.spread = 1.4826 * float(np.median(np.abs(late - self.latency)))
+            self.spread = DEVIATION * float(np.median(np.abs(late - self.latency)))
 
     def _timed(self, waves: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave; NaN where they are not known."""
         timed = np.full((len(waves), 2), np.nan)
         if self.model is None and not self.crossing:
             return timed
-        sounds, guess = self._heard(waves)
+        sounds, crossed = self._heard(waves)
+        guess = crossed[:, 0].copy()
         attack = self.before - len(self.taps) // 2 - 0.5
         timed[:, 0] = guess - self.latency - attack
-        timed[:, 1] = self.spread
+        timed[:, 1] = np.hypot(self.spread, crossed[:, 2])
         if self.model is not None:
             instant, error, left = self.model.fit(sounds, guess).T
             alike = left <= STRANGE
             timed[alike, 0] = instant[alike] - attack
             timed[alike, 1] = error[alike]
-        timed[np.isnan(guess), 1] = np.nan
         return timed
 
     def _heard(self, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The filtered waves, and where the modulus of each crosses a share of its greatest."""
+        """The filtered waves, and of each what `crossings` finds."""
         sounds = np.empty((len(waves), self.length - len(self.taps) + 1))
         high_passed(waves, self.taps, sounds)
-        guess = np.empty(len(waves))
+        crossed = np.empty((len(waves), 3))
         quiet, begin, end = (round(t * self.rate) for t in (QUIET, *SEARCH))
-        crossings(sounds, quiet, begin, end, SHARES, guess)
-        return sounds, guess
+        crossings(sounds, quiet, begin, end, SHARES, crossed)
+        return sounds, crossed
 
     def _abruptness(self, waves: np.ndarray) -> np.ndarray:
         count = round(BEGINNING * self.rate)

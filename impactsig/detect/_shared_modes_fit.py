@@ -96,20 +96,20 @@ class Model:
         The share is that beyond noise.
         """
         fits = np.full((len(sounds), 3), np.nan)
-        origin = self._origins(sounds, guess)
+        origin, beyond = self._origins(sounds, guess)
         there = np.flatnonzero(origin >= 0)
         if len(there):
             energy, projections, gram = self._projections(sounds[there], origin[there])
             out = self._weighed(energy, projections, gram, self.error, self.prior)
             fits[there, 0] = origin[there] + out[:, 0]
-            fits[there, 1] = out[:, 1]
+            fits[there, 1] = np.sqrt(out[:, 1] ** 2 + beyond[there])
             fits[there, 2] = out[:, 2] - (self.size - self.columns) * self.noise / energy
         return fits
 
     def learn(self, sounds: np.ndarray, guess: np.ndarray, least: float) -> None:
         """Set the prior and the error, of at least so much, by which they are most probable."""
         self.evidence = -np.inf
-        origin = self._origins(sounds, guess)
+        origin, _ = self._origins(sounds, guess)
         there = np.flatnonzero(origin >= 0)
         if len(there) < LEAST:
             return
@@ -126,12 +126,16 @@ class Model:
             if evidence > self.evidence:
                 self.evidence, self.prior, self.error = evidence, prior, error
 
-    def _origins(self, sounds: np.ndarray, guess: np.ndarray) -> np.ndarray:
-        """The sample nearest to the most probable start of each sound; -1 if it is cut off."""
-        origin = np.empty(len(sounds), np.int64)
-        whole = self._part(len(self.basis) // 2, PARTS)
-        place(sounds, guess, self.lead, whole, (self.noise, self.error), self.prior, origin)
-        return origin
+    def _origins(self, sounds: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The sample nearest to the most probable start of each sound, -1 if it is cut off.
+
+        Beside it what starts that are not near to it add to the variance.
+        """
+        origin, beyond = np.empty(len(sounds), np.int64), np.empty(len(sounds))
+        whole, near = self._part(len(self.basis) // 2, PARTS), self.near // PARTS
+        floor = self.noise, self.error
+        place(sounds, guess, self.lead, whole, near, floor, self.prior, origin, beyond)
+        return origin, beyond
 
     def _projections(
         self, sounds: np.ndarray, origin: np.ndarray

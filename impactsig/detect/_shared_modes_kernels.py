@@ -36,11 +36,14 @@ def high_passed(waves, taps, out):
 
 @njit(nogil=True)
 def crossings(sounds, quiet, begin, end, shares, out):
-    """Where each sound's modulus first exceeds a share of its greatest; NaN if it is silent.
+    """Where each sound's modulus first exceeds a share of its greatest, and for how long.
 
-    Both are looked for from sample `begin` to `end`, between samples as well. The share is the
-    first of `shares`, or more where noise reaches it (the second is a multiple of the noise before
-    sample `quiet`), but no more than the third.
+    The crossing and the greatest are looked for from sample `begin` to `end`, between samples as
+    well. The share is the first of `shares`, or more where noise reaches it (the second is a
+    multiple of the noise before sample `quiet`), but no more than the third.
+
+    out : (n, 3), room for both and for the standard error that this noise gives the crossing; NaN
+        where a sound is silent
     """
     rows = np.empty((FINE, 2 * TAPS))
     for part in range(FINE):
@@ -54,15 +57,20 @@ def crossings(sounds, quiet, begin, end, shares, out):
         for k in range(len(sizes)):
             sizes[k] = abs(product(sounds[i], begin + k // FINE + 1 - TAPS, rows[k % FINE]))
             greatest = max(greatest, sizes[k])
-        out[i] = np.nan
+        out[i] = np.nan, np.nan, np.nan
         level = max(shares[0] * greatest, shares[1] * math.sqrt(noise / quiet))
         level = min(level, shares[2] * greatest)
         if greatest > 0.0:
             k = 0
             while sizes[k] < level:
                 k += 1
-            back = (sizes[k] - level) / (sizes[k] - sizes[k - 1]) if k else 0.0
-            out[i] = begin + (k - back) / FINE
+            rise = sizes[k] - sizes[k - 1] if k else np.inf
+            last = k + 1
+            while last < len(sizes) and sizes[last] >= level:
+                last += 1
+            out[i, 0] = begin + (k - (sizes[k] - level) / rise) / FINE
+            out[i, 1] = (last - k) / FINE
+            out[i, 2] = math.sqrt(noise / quiet) / (FINE * rise)
 
 
 @njit(nogil=True)
@@ -110,18 +118,19 @@ def log_probability(projection, gram, energy, error, prior):
 
 
 @njit(nogil=True)
-def place(sounds, guess, lead, grid, floor, prior, origin):
+def place(sounds, guess, lead, grid, near, floor, prior, origin, beyond):
     """origin[i]: the whole sample near the guess at which sound i most probably starts.
 
-    -1 where the sound does not hold all that a fit from there needs. `lead` is how many samples of
+    -1 where the sound does not hold all that a fit from there needs. beyond[i]: what starts more
+    than `near` samples away from there add to the variance. `lead` is how many samples of
     a fit lie before its origin, `grid` the basis and Gram elements at shifts of whole samples,
     `floor` the noise of a sample and the part of s that the model's errors make.
     """
     basis, gram = grid
     reach, size = len(basis) // 2, basis.shape[2]
-    projection = np.empty(3)
+    projection, value = np.empty(3), np.empty(len(basis))
     for i in range(len(sounds)):
-        origin[i] = -1
+        origin[i], beyond[i] = -1, 0.0
         if not np.isfinite(guess[i]):
             continue
         middle = math.floor(guess[i] + 0.5)
@@ -134,13 +143,20 @@ def place(sounds, guess, lead, grid, floor, prior, origin):
         if energy == 0.0:
             continue
         error = floor[0] / energy + floor[1]
-        best = -np.inf
+        best = 0
         for j in range(len(basis)):
             _project(sounds[i], first, basis[j], projection)
-            value, _ = log_probability(projection, gram[j], energy, error, prior)
-            if value > best:
-                best = value
-                origin[i] = middle + j - reach
+            value[j], _ = log_probability(projection, gram[j], energy, error, prior)
+            if value[j] > value[best]:
+                best = j
+        origin[i] = middle + best - reach
+        total = 0.0
+        for j in range(len(basis)):
+            weight = math.exp(value[j] - value[best])
+            total += weight
+            if abs(j - best) > near:
+                beyond[i] += weight * (j - best) ** 2
+        beyond[i] /= total
 
 
 @njit(nogil=True)

@@ -60,6 +60,7 @@ SLOPE = 0.25e-3  # [s], of the straight line they are taken from
 BESIDE = 40e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
 CORE = 32 * BLOCK  # frames of a window
+RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and share that errors have
 GATED = 0.05  # share of digital silence that a note is worth
 STRETCHES = 3  # of it
 
@@ -76,7 +77,7 @@ class SoundImpacts(NamedTuple):
     alike: float  # share of the impacts that are timed by their waveform
     reason: str  # why there are none
     notes: tuple[str, ...]  # what makes them doubtful
-    time_error: np.ndarray  # standard error of the instants [s]; NaN where it is not known
+    time_error: np.ndarray  # standard error of the instants [s]
 
 
 class Chosen(NamedTuple):
@@ -134,33 +135,40 @@ def detect_sound(
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, lambda: modes.timing().shift)
-    found, likely = [np.empty((0, 3))], [np.empty(0)]
-    beside = math.ceil(BESIDE * rate / scale.hop)
+    found, chances = [np.empty((0, 5))], [np.empty(0)]
+    more = math.ceil(BESIDE * rate / scale.hop)
     for window in windows(pieces() if chosen else [], CORE * scale.hop):
         if window.segment not in chosen:
             continue
         passage, first = chosen[window.segment], window.first // scale.hop
         here = slice(*np.searchsorted(passage.frame, (first, first + CORE)))
-        places = (beside + passage.frame[here] - first) * scale.hop
+        places = (more + passage.frame[here] - first) * scale.hop
         if not len(places):
             continue
-        x, valid = window.samples(beside * scale.hop, beside * scale.hop, scale.hop)
+        x, valid = window.samples(more * scale.hop, more * scale.hop, scale.hop)
         for k in np.flatnonzero(passage.coarse[here]):
             places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
-        out, sounds = np.empty((len(places), 3)), np.empty((len(places), lengths.length))
+        out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
-        out[:, 0] += window.first - beside * scale.hop
+        out[:, 0] += window.first - more * scale.hop
         modes.add(window, out[:, 0])
         overlay.add(sounds)
         out[:, 0] += window.segment
         found.append(out)
-        likely.append(passage.probability[here])
+        chances.append(passage.probability[here])
     columns = np.concatenate(found)
-    by_wave, by_modes = overlay.shifts(), modes.timing()
+    likely = np.concatenate(chances)
+    (by_wave, wave_error, left), by_modes = overlay.timing(), modes.timing()
     # An attack that is off by more than the waveform can be shifted is laid a period beside it.
-    off = np.abs(by_wave - by_modes.shift) > np.maximum(lengths.agree, 5.0 * by_modes.error)
-    alike = np.isfinite(by_wave) & ~off
-    columns[:, 0] = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
+    apart = np.abs(by_wave - np.nan_to_num(by_modes.shift))
+    beside = np.fmax(lengths.agree, 5.0 * by_modes.error)
+    alike = np.isfinite(by_wave) & (np.isnan(by_modes.shift) | (apart <= beside))
+    instant = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
+    attack_error = attack_errors(columns, likely, scale.reach)
+    # Far from where it was found, a sound that the waveform explains badly may lie elsewhere.
+    doubt = np.sqrt(left) * np.maximum(apart - beside, 0.0)
+    error = np.where(alike, np.hypot(wave_error, doubt), by_modes.error)
+    error = np.where(instant == columns[:, 0], attack_error, error)
     reason = ""
     if not len(columns):
         reason = (
@@ -168,16 +176,16 @@ def detect_sound(
             f"probability of {likeliest:.2g}"
         )
     return SoundImpacts(
-        columns[:, 0] / rate,
+        instant / rate,
         columns[:, 1],
-        np.concatenate(likely),
+        likely,
         (CLIPPED * columns[:, 2]).astype(np.uint8),
         math.sqrt(2.0) * noise,
         noise,
         float(alike.mean()) if len(alike) else 0.0,
         reason,
         gate_notes(survey, samples),
-        np.where(alike, np.nan, by_modes.error) / rate,
+        error / rate,
     )
 
 
@@ -193,6 +201,18 @@ def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
         if not len(crossed):
             return instant
         known[crossed] = known[crossed + 1] = False
+
+
+def attack_errors(columns: np.ndarray, probability: np.ndarray, reach: int) -> np.ndarray:
+    """Standard errors of attacks [samples], from what `measure` found of each.
+
+    Where a filter rings before impacts, it is heard earlier before some than before others, by
+    about as much as most of them begin before they are clear. What may be no impact may as well
+    begin anywhere within reach of where it was found.
+    """
+    late = RINGING[1] * np.quantile(columns[:, 4], RINGING[0]) if len(columns) else 0.0
+    anywhere = (1.0 - probability) ** 3 * reach**2 / 3.0
+    return np.sqrt(columns[:, 3] + late**2 + anywhere)
 
 
 def scale_at(rate: float) -> Scale:

@@ -40,6 +40,9 @@ ALIKE = 0.9  # correlation with the waveform
 CLEAR = 0.02  # share of its power left of a sound with so little noise that its attack is right
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 PASSES = 3  # over the impacts learned from
+FITTED = 2  # numbers fitted to a sound
+FINEST_SHIFT = 1e-3  # [samples], to which shifts are computed
+LEAST_COLOUR = 0.1  # variance of a shift, over that in white noise, that is believed
 
 
 class Lengths(NamedTuple):
@@ -94,6 +97,7 @@ class Waveform:
 
     shifts: np.ndarray  # (ROWS, size)
     latency: float  # shift that leaves their instants at the reference, in the median
+    gain: float  # variance of the shift of a sound of factor 1, over the power of its noise
 
 
 @dataclass
@@ -133,11 +137,14 @@ class Overlay:
         if self.count >= LEARN:
             self._learn()
 
-    def shifts(self) -> np.ndarray:
-        """The shift of every impact [samples]; NaN where its instant stays as it is."""
+    def timing(self) -> np.ndarray:
+        """Shift and standard error of every impact, and the share of its power that is left.
+
+        Shape (3, n), NaN where the instant stays as it is.
+        """
         if not self.learned:
             self._learn()
-        return np.concatenate(self.found)
+        return np.concatenate(self.found).T
 
     def _learn(self) -> None:
         sounds = np.concatenate([np.empty((0, self.lengths.length)), *self.held])
@@ -147,10 +154,17 @@ class Overlay:
         self.found.append(self._shifts(sounds))
 
     def _shifts(self, sounds: np.ndarray) -> np.ndarray:
-        if self.wave is None:
-            return np.full(len(sounds), np.nan)
-        laid = self._lay(sounds, self.wave.shifts, CLEAR)
-        return np.where(_alike(laid), laid[:, 0] - self.wave.latency, np.nan)
+        """Shift, its standard error and the share left; NaN where a sound is not like the wave."""
+        found = np.full((len(sounds), 3), np.nan)
+        if self.wave is not None:
+            laid = self._lay(sounds, self.wave.shifts, CLEAR)
+            alike = _alike(laid)
+            shift, factor, left, own, _ = laid[alike].T
+            power = left / max(self.weight.sum() - FITTED, 1.0)
+            found[alike, 0] = shift - self.wave.latency
+            found[alike, 1] = np.sqrt(self.wave.gain * power / factor**2 + FINEST_SHIFT**2)
+            found[alike, 2] = left / own
+        return found
 
     def _waveform(self, sounds: np.ndarray, reference: np.ndarray) -> Waveform | None:
         if len(sounds) < LEAST:
@@ -183,7 +197,30 @@ class Overlay:
             if turn < PASSES - 1:
                 # It is to begin where attacks do, not where that of its leader was taken to be.
                 mean_wave(sounds[alike], shift - latency, factor, part.start, wave)
-        return Waveform(shifts, latency)
+        return Waveform(shifts, latency, self._gain(shifts, sounds[alike]))
+
+    def _gain(self, shifts: np.ndarray, sounds: np.ndarray) -> float:
+        """Variance of the shift of a sound equal to the wave, in noise of power 1.
+
+        The noise is as coloured as what precedes the sounds.
+        """
+        middle = ROWS // 2
+        wave = shifts[middle]
+        slope = 0.5 * SHIFTS * (shifts[middle + 1] - shifts[middle - 1])
+        tt, ts, ss = (
+            float(np.sum(self.weight * a * b))
+            for a, b in ((wave, wave), (wave, slope), (slope, slope))
+        )
+        by_sample = self.weight * (tt * slope - ts * wave) / (tt * ss - ts * ts)
+        quiet = sounds[:, : self.lengths.first - self.lengths.far]
+        gain = 0.0
+        for lag in range(quiet.shape[1] // 2):
+            alike = np.mean(quiet[:, lag:] * quiet[:, : quiet.shape[1] - lag])
+            twice = 1.0 if lag == 0 else 2.0
+            gain += twice * float(alike * np.sum(by_sample[lag:] * by_sample[: len(wave) - lag]))
+        power = float(np.mean(quiet**2))
+        white = float(np.sum(by_sample**2))
+        return max(gain / power, LEAST_COLOUR * white) if power > 0.0 else white
 
     def _lay(self, sounds: np.ndarray, shifts: np.ndarray, clear: float) -> np.ndarray:
         laid = np.empty((len(sounds), 5))

@@ -37,6 +37,7 @@ APART = 25e-3  # [s], crests of B
 LEAST_BANDS = 0.33  # rise in the mean over narrow bands [neper of power]
 SIGMAS, SKEW = 1.9, 9.0  # a = s (SIGMAS + SKEW s), s the standard deviation of C in noise
 RATTLE = {0.75: 50.0, 0.9: 12.0}  # times these quantiles of C
+TOGETHER = 256  # blocks whose quantiles are taken at once
 RATTLE_WITHIN = 1.0  # [s]
 CERTAIN = 36.0  # likelihood of a rise in one narrow band that is evidence of 1
 LEAST_OCTAVES = 0.35  # times a: rise in octaves without which that counts little
@@ -142,12 +143,17 @@ def rattling(rise: np.ndarray, place: np.ndarray, seconds: float) -> np.ndarray:
     per = BLOCK // SAMPLED
     reach = round(RATTLE_WITHIN / (BLOCK * seconds))
     blocks, which = np.unique(place // BLOCK, return_inverse=True)
+    first = per * np.maximum(blocks - reach, 0)
+    length = np.minimum(per * (blocks + reach + 1), len(rise)) - first
     most = np.empty(len(blocks))
-    for k, block in enumerate(blocks):
-        part = rise[per * max(block - reach, 0) : per * (block + reach + 1)]
-        order = [int(share * len(part)) for share in RATTLE]
-        quantiles = np.partition(part, order)[order]
-        most[k] = max(times * q for times, q in zip(RATTLE.values(), quantiles, strict=True))
+    times = np.array(list(RATTLE.values()), rise.dtype)
+    for size in np.unique(length):  # one, but at both ends
+        order = [int(share * size) for share in RATTLE]
+        around = np.lib.stride_tricks.sliding_window_view(rise, size)
+        alike = np.flatnonzero(length == size)
+        for some in np.array_split(alike, -(-len(alike) // TOGETHER)):
+            quantiles = np.partition(around[first[some]], order, axis=1)[:, order]
+            most[some] = np.max(times * quantiles, axis=1)
     return most[which]
 
 

@@ -18,6 +18,8 @@ from .._compiled import njit
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
+ALIKE_SAMPLES = 1.2  # innovations over a lag of 1 that count as one, for what is not known
+CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
 EDGE = 4  # frames beside a stretch that its octave powers depend on
 
 
@@ -77,18 +79,20 @@ def octave_powers(x, octaves, even, odd, high, power):
 def both_sides(power, first, count, scale, after, before):
     """Mean powers over the `forward` frames from each frame on and over the `past` before it."""
     weights = 2.0 * np.arange(scale.forward, 0, -1) / (scale.forward * (scale.forward + 1.0))
+    after[:] = 0.0
+    before[:] = 0.0
     for b in range(power.shape[0]):
-        row = power[b]
+        # Frame by frame in the inner loop: it runs in vector lanes.
+        for k in range(scale.forward):
+            row = power[b, first + k : first + k + count]
+            for j in range(count):
+                after[b, j] += weights[k] * row[j]
+        for k in range(1, scale.past + 1):
+            row = power[b, first - k : first - k + count]
+            for j in range(count):
+                before[b, j] += row[j]
         for j in range(count):
-            at = first + j
-            total = 0.0
-            for k in range(scale.forward):
-                total += weights[k] * row[at + k]
-            after[b, j] = total
-            total = 0.0
-            for k in range(1, scale.past + 1):
-                total += row[at - k]
-            before[b, j] = total / scale.past
+            before[b, j] /= scale.past
 
 
 @njit(nogil=True)
@@ -137,13 +141,16 @@ def measure(x, places, valid, limits, scale, out, sounds):
     places : (n,) first samples of the frames that hold the crests, as indices of x
     valid : first and last (exclusive) index of x that is a sample of the record
     limits : least and greatest sample of the record
-    out : (n, 3), room for attack (index in x, between samples), peak, and whether it is clipped
+    out : (n, 5), room for attack (index in x, between samples), peak, whether it is clipped, the
+        variance of the attack and the samples from there until the sound is clear
     sounds : (n, m), room for what is heard about each attack; zeros where that is not all there
     """
+    gains = np.empty(2 * scale.reach + 1)
     for found in range(len(places)):
-        split = attack(x, places[found], valid, scale)
+        split, out[found, 3] = attack(x, places[found], valid, scale, gains)
         out[found, 0] = split - 0.5
         out[found, 1], out[found, 2] = crest(x, split, valid, limits, scale)
+        out[found, 4] = clear_after(x, split, valid, scale)
         begin_sound = split - scale.before
         earliest = valid[0] + scale.short_lag + scale.slope
         if begin_sound < earliest or begin_sound + sounds.shape[1] > valid[1]:
@@ -153,23 +160,72 @@ def measure(x, places, valid, limits, scale, out, sounds):
 
 
 @njit(nogil=True)
-def attack(x, at, valid, scale):
-    """First sample after the greatest change of variance near `at`.
+def attack(x, at, valid, scale, gains):
+    """First sample after the greatest change of variance near `at`, and the variance of that.
 
     Of the innovations over the short and the long lag, those whose change is the more likely
     count: room noise is weakest in the former, white noise in the latter. `at` itself where the
-    variance rises in neither.
+    variance rises in neither. `gains` is scratch of 2 reach + 1.
+
+    The variance is that of the probability of all splits within reach, and of the place between
+    two samples. The innovations of a sound are not independent: over a lag of l samples, so much
+    as ALIKE_SAMPLES sqrt(l) of them count as one.
     """
     first = max(at - scale.past * scale.hop, valid[0] + scale.long_lag + scale.slope)
     last = min(at + scale.forward * scale.hop, valid[1])
     squares = np.empty(max(last - first, 0))
-    innovations(x, first, scale.short_lag, scale.slope, squares)
-    square(squares)
-    short_split, short_gain = variance_change(squares, at - first, scale.reach)
     innovations(x, first, scale.long_lag, scale.slope, squares)
     square(squares)
-    long_split, long_gain = variance_change(squares, at - first, scale.reach)
-    return first + (short_split if short_gain >= long_gain else long_split)
+    long_split, long_gain = variance_change(squares, at - first, scale.reach, gains)
+    together = 2.0 * ALIKE_SAMPLES * np.sqrt(scale.short_lag)
+    long_spread = split_variance(gains, at - first - scale.reach, long_split, together)
+    innovations(x, first, scale.short_lag, scale.slope, squares)
+    square(squares)
+    split, gain = variance_change(squares, at - first, scale.reach, gains)
+    if gain >= long_gain:
+        return first + split, split_variance(gains, at - first - scale.reach, split, together)
+    return first + long_split, long_spread
+
+
+@njit(nogil=True)
+def split_variance(gains, first, split, together):
+    """Mean square of the distance from `split` of splits of probability exp(gain / together).
+
+    gains[i] is that of first + i, less than 0 where it is none. All are as likely if all are none.
+    """
+    greatest = gains.max()
+    if greatest < 0.0:
+        return (len(gains) // 2) ** 2 / 3.0
+    total = second = 0.0
+    for i in range(len(gains)):
+        if gains[i] >= 0.0:
+            weight = np.exp((gains[i] - greatest) / together)
+            away = first + i - split
+            total += weight
+            second += weight * away * away
+    return second / total + 1.0 / 12.0
+
+
+@njit(nogil=True)
+def clear_after(x, split, valid, scale):
+    """Samples after the attack at which two innovations have CLEAR of the greatest power of two.
+
+    It is 0 where a sound begins at once, and not where a filter rings before it.
+    """
+    first = max(split, valid[0] + scale.short_lag + scale.slope)
+    count = min(scale.reach, valid[1] - first)
+    if count < 2:
+        return 0
+    values = np.empty(count)
+    innovations(x, first, scale.short_lag, scale.slope, values)
+    square(values)
+    greatest = 0.0
+    for k in range(count - 1):
+        greatest = max(greatest, values[k] + values[k + 1])
+    k = 0
+    while values[k] + values[k + 1] < CLEAR * greatest:
+        k += 1
+    return k
 
 
 @njit(nogil=True)
@@ -192,13 +248,15 @@ def square(values):
 
 
 @njit(nogil=True)
-def variance_change(squares, at, reach):
+def variance_change(squares, at, reach, gains):
     """The split k of N squares at most `reach` from `at` after which they are greater [Maeda1985]_.
 
     That which makes AIC(k) = k ln mean(squares[:k]) + (N - k) ln mean(squares[k:]) least; and by
-    how much that is less than N ln mean(squares). (at, -1) where the mean rises nowhere.
+    how much that is less than N ln mean(squares). (at, -1) where the mean rises nowhere. That of
+    every split at - reach + i is left in gains[i], -1 where the mean does not rise.
     """
     count = len(squares)
+    gains[:] = -1.0
     total = 0.0
     for k in range(count):
         total += squares[k]
@@ -215,6 +273,7 @@ def variance_change(squares, at, reach):
         after = max((total - head) / (count - k), least)
         if after > before:
             gained = whole - k * np.log(before) - (count - k) * np.log(after)
+            gains[k - at + reach] = max(gained, 0.0)
             if gained > gain:
                 split, gain = k, gained
     return split, gain

@@ -73,6 +73,7 @@ def test_what_sounds_alike_is_timed_to_the_bound_of_a_known_waveform(rate, seed)
     # beside the attack, all after 3 ms) costs less than a factor of 3.
     scaled = strength * (off - np.median(off)) / bound(rate, phases)
     assert np.sqrt(np.mean(scaled**2)) < 3.0
+    assert 0.7 < np.std((off - np.median(off)) / found.time_error) < 1.3
     assert np.std(off) < 0.1 / rate
     assert abs(np.mean(off)) < 1.0 / rate
 
@@ -203,8 +204,8 @@ def test_the_wave_is_learned_from_the_first_impacts_however_they_come():
     whole.add(sounds)
     for part in np.split(sounds, [3, 3, 90, LEARN - 1, LEARN + 1]):
         parts.add(part)
-    np.testing.assert_array_equal(whole.shifts(), parts.shifts())
-    assert np.isfinite(whole.shifts()).all()
+    np.testing.assert_array_equal(whole.timing(), parts.timing())
+    assert np.isfinite(whole.timing()).all()
 
 
 def test_instants_are_never_put_out_of_order():

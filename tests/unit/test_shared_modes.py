@@ -66,8 +66,9 @@ def test_a_record_without_a_filter_keeps_its_attacks(rate):
     truth = band_limited(rate, "", 49.0, 202, modes=MODES["sample"], count=60)
     found, off = learned(truth)
     np.testing.assert_allclose(found.time * rate % 1, 0.5, atol=1e-6)
-    assert np.isnan(found.time_error).all()
     assert np.std(off) < 0.5 / rate
+    # Folded modes begin slowly, as behind a filter: their errors are stated too large.
+    assert 0.4 < np.std(off / found.time_error) < 1.3
 
 
 @pytest.mark.parametrize("rate", [8000, 11_025])
@@ -82,9 +83,10 @@ def test_of_modes_new_at_each_impact_the_crossing_is_taken(rate):
     begins = np.cumsum([0] + [len(part.samples) for part in parts[:-1]]) / rate
     time = np.concatenate([part.time + at for part, at in zip(parts, begins, strict=True)])
     found = detect(x, rate)
-    _, deviation, _ = score(found.time, time, 3e-3)
+    _, deviation, pairs = score(found.time, time, 3e-3)
     plain = np.concatenate([crossing(part, 0.3, False) - part.time for part in parts])
-    assert np.isnan(found.time_error).all()
+    off = found.time[pairs[:, 0]] - time[pairs[:, 1]]
+    assert 0.6 < np.std(off / found.time_error[pairs[:, 0]]) < 1.3
     assert deviation < 1.3 * np.std(plain)
     assert deviation < 150e-6
 
@@ -97,7 +99,7 @@ def test_impacts_of_one_waveform_are_timed_by_it(rate, decimator):
     )
     found, off = learned(truth)
     assert found.alike > 0.3  # the attacks of others are more than a millisecond early
-    alike = np.isnan(found.time_error)
+    alike = np.argsort(found.time_error)[: round(found.alike * len(off))]  # others are less exact
     assert np.std(off[alike]) < 2e-6
     assert np.std(off) < 3e-6
 
@@ -246,10 +248,10 @@ def test_twin_of_the_crossing():
     rng = np.random.default_rng(12)
     sounds = rng.standard_normal((5, 60)) * np.linspace(0, 1, 60) ** 2
     sounds[4] = 0.0
-    out = np.empty(5)
+    out = np.empty((5, 3))
     crossings(sounds, 10, 12, 45, (0.3, 0.0, 0.6), out)
-    assert np.isnan(out[4])
-    for y, found in zip(sounds[:4], out[:4], strict=True):
+    assert np.isnan(out[4]).all()
+    for y, (found, beyond, error) in zip(sounds[:4], out[:4], strict=True):
         greatest, above = 0.01, 3.0
         while above - greatest > 0.01:
             level = (greatest + above) / 2
@@ -257,3 +259,7 @@ def test_twin_of_the_crossing():
             greatest, above = (level, above) if reached else (greatest, level)
         slow = naive_sound.crossing(y, 12, 45, 0.3 * greatest, 8)
         assert 0.0 <= slow - found < 1 / 8
+        assert naive_sound.modulus(y, slow + beyond - 1 / 8) >= 0.3 * greatest - 1e-2
+        assert naive_sound.modulus(y, slow + beyond) < 0.3 * greatest + 1e-2
+        slope = 8 * (naive_sound.modulus(y, slow) - naive_sound.modulus(y, slow - 1 / 8))
+        assert error == pytest.approx(np.sqrt(np.mean(y[:10] ** 2)) / slope, rel=1e-6)

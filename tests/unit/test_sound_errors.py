@@ -1,0 +1,90 @@
+"""Standard errors of the instants of impacts in sound, against the errors that are made."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import impactsig
+from benchmarks.recordings import load_cell
+from benchmarks.sound_errors import errors, record
+from impactsig.detect._sound_kernels import split_variance, variance_change
+
+# Seeds that nothing was chosen on.
+
+
+def z_scores(kind, rate, level, seed, **options):
+    off, error = errors(record(kind, rate, level, seed, count=60, **options)).T
+    assert len(off) > 50
+    return off / error
+
+
+@pytest.mark.parametrize(
+    ("rate", "kind"),
+    [(8000, "shared"), (11_025, "own"), (11_025, "alike"), (22_050, "alike"), (44_100, "own")],
+)
+def test_errors_are_as_large_as_their_standard_errors(rate, kind):
+    # What a waveform leaves unexplained counts as noise, so that some are stated too large.
+    assert 0.4 < np.std(z_scores(kind, rate, 30.0, 401)) < 1.4
+
+
+def test_louder_noise_makes_errors_larger():
+    stated = {}
+    for level in (20.0, 40.0):
+        truth = record("own", 22_050, level, 402, decimator="", noise="white", count=60)
+        stated[level] = np.median(errors(truth)[:, 1])
+    assert stated[20.0] > 2.0 * stated[40.0]
+    # Between two samples nothing is known.
+    assert stated[40.0] > 1.0 / 22_050 / np.sqrt(12)
+
+
+def test_variance_of_a_split_is_that_of_its_probability():
+    gains = -np.ones(9)
+    gains[2:7] = np.log([1.0, 3.0, 6.0, 3.0, 1.0]) + 2.0
+    # Of 14 parts, six lie at the split, six one away and two two away.
+    assert split_variance(gains, 0, 4, 1.0) == pytest.approx((6 * 1 + 2 * 4) / 14 + 1 / 12)
+    assert split_variance(-np.ones(9), 0, 4, 1.0) == pytest.approx(4**2 / 3)
+
+
+def test_gains_are_those_of_every_split():
+    squares = np.random.default_rng(3).standard_normal(40) ** 2
+    squares[25:] *= 9.0
+    gains = np.empty(11)
+    split, gain = variance_change(squares, 23, 5, gains)
+    for i, found in enumerate(gains):
+        before, after = squares[: 18 + i], squares[18 + i :]
+        slow = 40 * np.log(squares.mean())
+        slow -= len(before) * np.log(before.mean()) + len(after) * np.log(after.mean())
+        assert found == pytest.approx(slow)
+    assert gain == gains.max()
+    assert split == 18 + np.argmax(gains)
+
+
+def test_intervals_of_a_sound_have_their_errors():
+    truth = record("own", 22_050, 30.0, 403, count=30)
+    rec = impactsig.Recording(truth.samples, truth.rate, sensor="sound")
+    found = impactsig.detect_impacts(rec)
+    assert np.isfinite(found.time_error).all()
+    intervals, covariance = found.intervals(errors=True)
+    assert len(intervals) == len(found) - 1
+    square = found.time_error**2
+    np.testing.assert_allclose(covariance.diagonal(), square[:-1] + square[1:])
+    merged = impactsig.detect_impacts(rec, merge_within=0.06)
+    assert len(merged) < len(found)
+    np.testing.assert_array_equal(
+        merged.time_error, found.time_error[np.searchsorted(found.time, merged.time)]
+    )
+    np.testing.assert_array_equal(found.to_frame()["time_error"], found.time_error)
+
+
+def test_of_load_cell_and_microphone_the_exact_one_counts():
+    truth = load_cell(duration=10.0, noise=0.02, drift=False, doubles=False, seed=404)
+    force = impactsig.detect_impacts(impactsig.Recording(truth.samples, truth.rate, sensor="force"))
+    heard = impactsig.synthesize(force, "sound", rate=22_050.0, seed=404)
+    sound = impactsig.detect_impacts(heard)
+    both = impactsig.combine_impacts([force, sound]).impacts
+    assert np.isfinite(both.time_error).all()
+    near = np.searchsorted(both.time, force.time - 1e-4)
+    matched = np.abs(both.time[near] - force.time) < 2e-6
+    assert matched.mean() > 0.95
+    assert (both.time_error[near[matched]] <= (1 + 1e-9) * force.time_error[matched]).all()
