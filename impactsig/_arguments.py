@@ -48,8 +48,10 @@ def number(
         If it is none. Text, truth values and arrays are no numbers.
     """
     try:
-        other = isinstance(value, (bool, str, bytes)) or getattr(value, "ndim", 0) != 0
-        given = math.nan if other else float(value)
+        array = getattr(value, "ndim", 0) != 0
+        # float() would read text, and drop an imaginary part.
+        other = isinstance(value, (bool, str, bytes)) or getattr(value, "imag", 0) != 0
+        given = math.nan if array or other else float(value)
     except (TypeError, ValueError, OverflowError):
         given = math.nan
     if math.isfinite(given) and given > above and least <= given <= most:
@@ -65,6 +67,38 @@ def number(
         elif most < math.inf:
             required += f", {most:g} or less"
     raise InvalidInput(name, value, required)
+
+
+def reals(name: str, value: Any, required: str) -> np.ndarray:
+    """Real numbers of any shape as float64; no dates, text or complex numbers.
+
+    Raises
+    ------
+    InvalidInput
+        If it holds anything else. NaN and infinities are for the caller to judge.
+    """
+    import numpy as np
+
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind in "biufO":
+            return np.asarray(given, np.float64)
+    except (TypeError, ValueError):
+        pass
+    raise InvalidInput(name, value, required)
+
+
+def text(name: str, value: Any) -> str:
+    """A text.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none.
+    """
+    if isinstance(value, str):
+        return value
+    raise InvalidInput(name, value, "a text")
 
 
 def whole(name: str, value: Any, least: int, most: int = GREATEST) -> int:

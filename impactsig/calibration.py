@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ._arguments import flag
+from ._arguments import flag, reals
 from ._straight_line import fit_line
 from .errors import InvalidInput
 from .recording import Recording
@@ -125,13 +124,11 @@ def fit_calibration(
 
 
 def _numbers(name: str, given: Any) -> np.ndarray:
-    try:
-        values = np.array(given, float)
-    except (TypeError, ValueError):
-        values = np.array(math.nan)
+    required = "finite numbers, shape (n,)"
+    values = reals(name, given, required)
     if values.ndim != 1 or not np.isfinite(values).all():
-        raise InvalidInput(name, given, "finite numbers, shape (n,)")
-    return values
+        raise InvalidInput(name, given, required)
+    return values.copy()
 
 
 def _errors(name: str, given: Any, count: int) -> np.ndarray:

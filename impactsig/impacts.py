@@ -15,7 +15,7 @@ import numpy as np
 
 from . import _impact_columns as table
 from . import _impact_tables as files
-from ._arguments import entries, instance, number, texts
+from ._arguments import entries, instance, number, text, texts
 from ._impact_flags import (
     CLIPPED,
     EDITED,
@@ -182,6 +182,14 @@ class Impacts:
         store["settings"] = MappingProxyType(dict(self.settings))
         notes = entries("notes", self.notes, "sentences")
         store["notes"] = texts("notes", notes, len(notes), "a note")
+        for name in ("unit", "sensor", "source", "reason"):
+            text(name, getattr(self, name))
+        for name in ("threshold", "noise", "contact_level"):
+            level = getattr(self, name)
+            if level is not None and not (name == "contact_level" and isinstance(level, str)):
+                number(name, level)
+        if self.recorded_at is not None:
+            instance("recorded_at", self.recorded_at, datetime)
         store["disturbances"] = _disturbances(self.disturbances)
         for name, value in store.items():
             object.__setattr__(self, name, value)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ._arguments import choice, number, texts
+from ._arguments import choice, flag, instance, number, text, texts
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -84,6 +84,10 @@ class Recording:
             raise InvalidInput("samples", f"shape {samples.shape}", "at least one channel")
         rate = number("rate", self.rate, "a positive number [Hz]", above=0)
         start = number("start", self.start, "a finite time [s]")
+        text("source", self.source)
+        flag("truncated", self.truncated)
+        if self.recorded_at is not None:
+            instance("recorded_at", self.recorded_at, datetime)
         choice("sensor", self.sensor, ("force", "sound"))
         units = self._texts("units", ("",) * count)
         numbered = ("",) if count == 1 else tuple(f"channel {i}" for i in range(count))

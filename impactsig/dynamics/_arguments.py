@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .._arguments import reals
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 
@@ -20,12 +21,10 @@ def parameter_values(name: str, given: Any) -> np.ndarray:
     InvalidInput
         If they are not.
     """
-    try:
-        found = np.asarray(given, float)
-    except (TypeError, ValueError):
-        found = np.array(np.nan)
+    required = "a sequence of finite numbers, at least one"
+    found = reals(name, given, required)
     if found.ndim != 1 or not found.size or not np.all(np.isfinite(found)):
-        raise InvalidInput(name, given, "a sequence of finite numbers, at least one")
+        raise InvalidInput(name, given, required)
     return found
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import Seed, number, streams, whole
+from .._arguments import Seed, number, reals, streams, whole
 from ..errors import InvalidInput
 from ..oscillators import KelvinVoigt
 
@@ -53,17 +53,16 @@ class ContactSamples:
         shape: Any = None
         for name in names:
             given = getattr(self, name)
-            try:
-                values = np.asarray(given, float)
-            except (TypeError, ValueError):
-                values = np.array(math.nan)
             kind = {"frequency": "positive", "velocity": "positive", "damping_ratio": ">= 0"}
             least = {"positive": 5e-324, ">= 0": 0.0}.get(kind.get(name, ""), -math.inf)
+            required = f"finite {kind.get(name, '')} numbers, one for each contact".replace(
+                "  ", " "
+            )
+            values = reals(name, given, required)
             shape = values.shape if shape is None else shape
             good = values.ndim == 1 and values.size and values.shape == shape
             if not (good and np.all(np.isfinite(values) & (values >= least))):
-                required = f"finite {kind.get(name, '')} numbers, one for each contact"
-                raise InvalidInput(name, given, required.replace("  ", " "))
+                raise InvalidInput(name, given, required)
             object.__setattr__(self, name, values)
         object.__setattr__(self, "gap", number("gap", self.gap, least=0.0))
 

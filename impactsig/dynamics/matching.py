@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import function, number, whole
+from .._arguments import function, number, reals, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import simulate_many
@@ -39,10 +39,7 @@ def strobe_distance(first: np.ndarray, second: np.ndarray) -> float:
     """
     sets = []
     for name, given in (("first", first), ("second", second)):
-        try:
-            points = np.asarray(given, float)
-        except (TypeError, ValueError):
-            points = np.zeros(0)
+        points = reals(name, given, "an array of shape (n, 2)")
         if points.ndim != 2 or points.shape[1] != 2 or not len(points):
             raise InvalidInput(name, given, "an array of shape (n, 2)")
         if not np.all(np.isfinite(points)):

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from .._arguments import reals
 from ..errors import InvalidInput
 from ..impacts import Impacts
 
@@ -45,10 +46,7 @@ def unbroken_pairs(impacts: Impacts, lag: int) -> np.ndarray:
 
 
 def _array(data: Iterable[float]) -> np.ndarray:
-    try:
-        values = np.asarray(data, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InvalidInput("intervals", data, "an array of real numbers, or Impacts") from None
+    values = reals("intervals", data, "an array of real numbers, or Impacts")
     if values.ndim != 1:
         raise InvalidInput("intervals", f"shape {values.shape}", "shape (n,)")
     wrong = ~(np.isfinite(values) & (values >= 0))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import whole
+from .._arguments import reals, whole
 from ..errors import InvalidInput
 from ._pairs import Intervals, as_intervals
 
@@ -102,12 +102,10 @@ def interval_histogram(
 
 
 def _given_edges(bins: Any) -> np.ndarray:
-    try:
-        edges = np.asarray(bins, dtype=np.float64)
-    except (TypeError, ValueError):
-        edges = np.zeros(0)
+    required = "a positive whole number, or ascending edges [s]"
+    edges = reals("bins", bins, required)
     if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
-        raise InvalidInput("bins", bins, "a positive whole number, or ascending edges [s]")
+        raise InvalidInput("bins", bins, required)
     return edges
 
 

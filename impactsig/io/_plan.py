@@ -11,7 +11,7 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from .._arguments import choice, number
+from .._arguments import choice, number, text
 from ..errors import ImpactsigWarning, InvalidInput, UnreadableFile
 from ..recording import Recording, Sensor, channel_index, check_calibration, sample_span
 from ._source import Signal, Source
@@ -58,6 +58,8 @@ def prepare(
     check_calibration(scale, offset)
     if rate is not None:
         rate = number("rate", rate, "a positive number [Hz]", above=0)
+    if unit is not None:
+        text("unit", unit)
     if sensor is not None:
         choice("sensor", sensor, ("force", "sound"))
     source = opened()

@@ -29,6 +29,7 @@ from importlib import import_module
 from os import PathLike
 from pathlib import Path
 
+from .._arguments import instance
 from ..errors import ImpactsigError, InvalidInput, MissingExtra, UnreadableFile
 from ._limits import DEFAULT_LIMITS, Limits
 from ._mat4 import is_mat4
@@ -220,6 +221,9 @@ def open_file(
         path = Path(path)
     except TypeError:
         raise InvalidInput("path", path, "a path as text or pathlib.Path") from None
+    instance("limits", limits, Limits)
+    if raw is not None:
+        instance("raw", raw, RawLayout)
     head = _first_bytes(path)
     found = _recognised(path, head) if raw is None else RAW
     if found.library:

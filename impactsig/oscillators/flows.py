@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .._arguments import entries, number
+from .._arguments import entries, number, text
 from ..errors import InvalidInput
 
 
@@ -59,11 +59,14 @@ class Flow:
         initial = _numbers("initial", self.initial)
         if not initial:
             raise InvalidInput("initial", self.initial, "a number for every coordinate")
+        text("name", self.name)
         names: Any = self.coordinates
         if isinstance(names, (str, tuple, list)) and not names:
             few = len(initial) <= 3
             names = "xyz"[: len(initial)] if few else [f"y{k}" for k in range(len(initial))]
         names = tuple(names) if isinstance(names, str) else entries("coordinates", names, "names")
+        if not all(isinstance(name, str) for name in names):
+            raise InvalidInput("coordinates", self.coordinates, "names")
         if len(names) != len(initial) or len(set(map(str, names))) != len(names):
             raise InvalidInput("coordinates", self.coordinates, f"{len(initial)} different names")
         object.__setattr__(self, "initial", initial)

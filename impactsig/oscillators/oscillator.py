@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
-from .._arguments import flag
+from .._arguments import flag, text
 from ..errors import InvalidInput
 from ._recurrence import Recurrence, recurrence, repeats
 from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Noise, Rigid, Stop, numbers
@@ -86,6 +86,7 @@ class Oscillator:
         numbers(self, "mass", "time_unit", "length_unit", "mass_unit", above=0.0)
         numbers(self, "damping", "stiffness", least=0.0)
         numbers(self, "load")
+        text("name", self.name)
         object.__setattr__(
             self, "in_seconds", flag("in_seconds", self.in_seconds) or self.time_unit != 1
         )

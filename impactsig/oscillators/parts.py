@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from .._arguments import choice
+from .._arguments import choice, flag
 from ..errors import InvalidInput
 from .equivalents import stop_damping
 
@@ -74,6 +74,8 @@ class BaseMotion:
     def __post_init__(self) -> None:
         numbers(self, "amplitude", "phase")
         numbers(self, "frequency", above=0.0)
+        for name in ("spring", "damper", "stops"):
+            flag(name, getattr(self, name))
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from .._arguments import READING, path_list
+from .._arguments import path as path_of
 from .._atomic import atomic_path
 from ..errors import ImpactsigError, InvalidInput, UnwritableFile
 from ..studies.each import each
@@ -135,7 +136,7 @@ def write_reports(
     UnwritableFile
         If the directory cannot be made, or the index not be written.
     """
-    paths, folder = _paths(files), Path(directory)
+    paths, folder = _paths(files), path_of("directory", directory)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

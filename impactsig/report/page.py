@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
+from .._arguments import path
 from .._atomic import atomic_path
 from ..errors import InvalidInput
 from .analysis import Analysis, analyse
@@ -71,8 +72,8 @@ def analyse_to_page(
     source_path: str | Path, output: str | Path | None = None, **options: Any
 ) -> tuple[Analysis, Path]:
     """As `write_report`, with the analysis that the page shows."""
-    name = Path(source_path).name
-    target = Path(f"impactsig-report-{name}.html") if output is None else Path(output)
+    name = path("source_path", source_path).name
+    target = Path(f"impactsig-report-{name}.html") if output is None else path("output", output)
     if target.suffix.lower() not in (".html", ".htm"):
         raise InvalidInput(
             "output",

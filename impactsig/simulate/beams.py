@@ -20,6 +20,7 @@ from ._beam_arguments import (
     regime_at,
 )
 from ._events import FULL, STATUS
+from ._run import LONGEST
 from .beam_motion import BeamMotion, Setting, assemble
 from .motion import TURN
 
@@ -123,8 +124,8 @@ def simulate_beam(
             "There is no forcing: give duration= in seconds",
         )  # fmt: skip
     name, length = ("periods", periods) if duration is None else ("duration", duration)
-    length = number(name, length, above=0)
-    transient = number("transient", transient, least=0.0)
+    length = number(name, length, above=0, most=LONGEST)
+    transient = number("transient", transient, least=0.0, most=LONGEST)
     phase = math.fmod(number("phase", phase), TURN) % TURN
 
     rates = TURN * beam.frequencies(modes)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import entries, instance, number, thread_count
+from .._arguments import entries, instance, number, reals, thread_count
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._run import Run
@@ -100,15 +100,8 @@ def simulate_many(
         If the numbers of oscillators, initial states and phases differ, or as `simulate` does.
     """
     threads = thread_count(workers)
-    try:
-        starts = np.asarray(initial, float)
-        phases = np.asarray(phase, float)
-    except (TypeError, ValueError):
-        raise InvalidInput(
-            "initial, phase",
-            (initial, phase),
-            "numbers; of each start a displacement and a velocity",
-        ) from None
+    starts = reals("initial", initial, "of each start a displacement and a velocity")
+    phases = reals("phase", phase, "an angle [rad], or one for each start")
     if starts.ndim not in (1, 2) or starts.shape[-1] != 2:
         raise InvalidInput("initial", f"shape {starts.shape}", "shape (2,) or (n, 2)")
     alone = isinstance(oscillators, Oscillator)

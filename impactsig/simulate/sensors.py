@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .._arguments import entries, number
+from .._arguments import entries, number, text
 from ..errors import InvalidInput
 
 Modes = tuple[tuple[float, float, float], ...]
@@ -57,6 +57,7 @@ class LoadCell:
     unit: str = ""
 
     def __post_init__(self) -> None:
+        text("unit", self.unit)
         for name in (
             "contact_time",
             "gain",
@@ -111,6 +112,7 @@ class Microphone:
     phases: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
+        text("unit", self.unit)
         for name in ("distance", "gain"):
             number(name, getattr(self, name), above=0)
         number("noise", self.noise, least=0)

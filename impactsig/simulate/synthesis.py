@@ -20,6 +20,8 @@ REACH = 14.0  # time constants after which a decay is left out: 1e-6 of where it
 PINK_FROM = 20.0  # [Hz]; below it the room noise is white
 SETTLING = 0.2  # [s] in which the filter of the room noise forgets how it was started
 
+LONGEST = 2**36  # samples; no memory holds more
+
 
 def synthesize(
     impacts: Impacts,
@@ -84,6 +86,10 @@ def synthesize(
     start = impacts.start if start is None else number("start", start)
     length = impacts.duration if duration is None else number("duration", duration, least=0)
     count = round(length * rate)
+    if count > LONGEST:
+        raise InvalidInput(
+            "rate, duration", f"{rate:g} Hz, {length:g} s", f"{LONGEST} samples at most"
+        )
     if count < 1:
         raise InvalidInput(
             "duration", length, f"a sample or more at {rate:g} Hz", "Give start and duration"

@@ -12,6 +12,7 @@ from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate._frame import first_place, reference_frequency
+from ..simulate._run import LONGEST
 from ._running import Method, check_method
 from ._scales import Survey, survey
 
@@ -89,11 +90,11 @@ def course(
                 "There is no forcing: give duration= in seconds",
             )  # fmt: skip
         unit = TURN / oscillator.forcing_frequency
-        span = number("periods", periods, above=0) * unit
+        span = number("periods", periods, above=0, most=LONGEST) * unit
     else:
         unit = 1 / oscillator.time_unit
-        span = number("duration", duration, above=0) * unit
-    before = number("transient", transient, least=0.0) * unit
+        span = number("duration", duration, above=0, most=LONGEST) * unit
+    before = number("transient", transient, least=0.0, most=LONGEST) * unit
     phase = number("phase", phase) % TURN
     q, v = starts(oscillator, paths, initial, phase)
     found = survey(oscillator, before + span, q, v, phase)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import function, number
+from .._arguments import function, number, reals
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from .averaging import Impact, averaged_density
@@ -172,12 +172,10 @@ def _change(
 
 
 def _rising(values: Any) -> np.ndarray:
-    try:
-        found = np.asarray(values, float)
-    except (TypeError, ValueError):
-        found = np.array(np.nan)
+    required = "a sequence of finite numbers, at least one"
+    found = reals("values", values, required)
     if found.ndim != 1 or not found.size or not np.all(np.isfinite(found)):
-        raise InvalidInput("values", values, "a sequence of finite numbers, at least one")
+        raise InvalidInput("values", values, required)
     if np.any(np.diff(found) <= 0):
         raise InvalidInput("values", values, "rising values")
     return found

@@ -168,7 +168,7 @@ def test_one_of_anything_serves_all():
         ("initial", BEAM, {"initial": np.zeros((2, 3))}),
         ("initial", BEAM, {"initial": 0.5}),
         ("initial", BEAM, {"initial": [(0, 0), (2, 0)]}),
-        ("initial, phase", BEAM, {"initial": [(0, 0), (1,)]}),
+        ("initial", BEAM, {"initial": [(0, 0), (1,)]}),
         ("oscillators", 3, {}),
         ("oscillators", [BEAM, "beam"], {}),
         ("phase", BEAM, {"phase": [0, np.nan]}),
