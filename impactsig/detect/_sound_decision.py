@@ -3,7 +3,9 @@
 C is the rise in octaves, B that in narrow bands, G the likelihood of a rise in one of them
 (`_sound.py`). With s the standard deviation of C in noise, a = s (1.9 + 9 s) is about the greatest
 C of an hour of noise, which is skewed the more the fewer coefficients it has. The rattle r is the
-greater of 50 times the 0.75-quantile and 12 times the 0.9-quantile of C within a second. The
+greater of 50 times the 0.75-quantile and 12 times the 0.9-quantile of C within a second, but no
+more than 4 a, or 50 times what the 80th highest crest of these two seconds is above 0.75 s, if that
+is more: dense impacts fill the quantiles as rattling does, but make no such number of crests. The
 evidence of a crest of C by octaves is
 
     min(C / (a + r) + G / 36, C / (0.35 a + r)),
@@ -39,6 +41,9 @@ SIGMAS, SKEW = 1.9, 9.0  # a = s (SIGMAS + SKEW s), s the standard deviation of 
 RATTLE = {0.75: 50.0, 0.9: 12.0}  # times these quantiles of C
 TOGETHER = 256  # blocks whose quantiles are taken at once
 RATTLE_WITHIN = 1.0  # [s]
+CRESTS = 40.0  # a second, that only rattling makes
+ABOVE, IN_NOISE = 50.0, 0.75  # times what such a crest is above so many s
+FEW = 4.0  # times a: rattle without a number of crests, as of a room that rings
 CERTAIN = 36.0  # likelihood of a rise in one narrow band that is evidence of 1
 LEAST_OCTAVES = 0.35  # times a: rise in octaves without which that counts little
 ALONE = 20e-3  # [s] within which C must be greatest for that to count
@@ -129,7 +134,12 @@ def octave_evidence(
     far = evidence < FAINT
     evidence[far] = 0.0
     near = ~far
-    rattle = rattling(np.concatenate(passage.octaves), place[near], seconds)
+    rattle = np.minimum(
+        rattling(np.concatenate(passage.octaves), place[near], seconds),
+        np.maximum(
+            ABOVE * (crowd(place, height, near, seconds) - IN_NOISE * spread), FEW * audible
+        ),
+    )
     calm = np.minimum(
         height[near] / (audible + rattle) + likelihood[near] / CERTAIN,
         height[near] / (LEAST_OCTAVES * audible + rattle),
@@ -155,6 +165,18 @@ def rattling(rise: np.ndarray, place: np.ndarray, seconds: float) -> np.ndarray:
             quantiles = np.partition(around[first[some]], order, axis=1)[:, order]
             most[some] = np.max(times * quantiles, axis=1)
     return most[which]
+
+
+def crowd(place: np.ndarray, height: np.ndarray, asked: np.ndarray, seconds: float) -> np.ndarray:
+    """Height that more than CRESTS crests a second reach around each crest that is asked for."""
+    reach = RATTLE_WITHIN / seconds
+    rank = round(2 * RATTLE_WITHIN * CRESTS)
+    first, last = np.searchsorted(place, (place[asked] - reach, place[asked] + reach))
+    found = np.zeros(len(first))
+    for k in np.flatnonzero(last - first >= rank):
+        around = height[first[k] : last[k]]
+        found[k] = np.partition(around, len(around) - rank)[len(around) - rank]
+    return found
 
 
 def greatest_of(place: np.ndarray, height: np.ndarray, reach: float) -> np.ndarray:
