@@ -222,8 +222,6 @@ def open_file(
     except TypeError:
         raise InvalidInput("path", path, "a path as text or pathlib.Path") from None
     instance("limits", limits, Limits)
-    if raw is not None:
-        instance("raw", raw, RawLayout)
     head = _first_bytes(path)
     found = _recognised(path, head) if raw is None else RAW
     if found.library:
