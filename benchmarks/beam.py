@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 from impactsig import (
     BaseMotion,
@@ -20,7 +21,7 @@ from impactsig import (
     Rigid,
     Stop,
     apparent_restitution,
-    simulate_beam,
+    simulate,
 )
 
 BEAM = Cantilever(0.2, 0.025, 1e-3, 210e9, 7850.0)
@@ -36,7 +37,7 @@ def speed(periods=200):
         spent = []
         for _ in range(3):
             start = time.thread_time()
-            motion = simulate_beam(BEAM, Stop(1e-3, Rigid(0.5)), **options)
+            motion = simulate(replace(BEAM, stop=Stop(1e-3, Rigid(0.5))), **options)
             spent.append(time.thread_time() - start)
         print(
             f"{modes:5}  {1e6 * min(spent) / periods:12.1f}  {len(motion.impacts) / periods:7.2f}"
@@ -51,10 +52,11 @@ def apparent(ratio):
     for modes in MODES:
         values = []
         for law in stops:
-            motion = simulate_beam(
-                BEAM, Stop(0.0, law), modes=modes, damping_ratio=ratio, duration=0.8 / FIRST,
+            motion = simulate(
+                replace(BEAM, stop=Stop(0.0, law), modes=modes, damping_ratio=ratio),
+                duration=0.8 / FIRST,
                 initial=(0.0, 1.0),
-            )  # fmt: skip
+            )
             values.append(apparent_restitution(motion).value)
         print(f"{modes:5}" + "".join(f"{value:11.4f}" for value in values))
 

@@ -31,14 +31,14 @@ from numba import njit
 
 from impactsig import (
     OGY,
+    Controlled,
     DelayedFeedback,
     RungeKutta,
-    control,
-    find_flow_orbit,
     find_periodic_orbit,
     flows,
     orbit_stability,
     scenes,
+    simulate,
 )
 from tests import naive_control
 
@@ -135,10 +135,14 @@ def beam() -> list[dict]:
         )
     rows = []
     for tolerance in (1e-6, 1e-8, 1e-10, 1e-12, 1e-14):
-        options = {"start": START, "initial": INITIAL, "method": RungeKutta(tolerance)}
-        motion = control(BEAM, FEEDBACK, periods=PERIODS, **options)
+        options = {"initial": INITIAL, "method": RungeKutta(tolerance)}
+        motion = simulate(Controlled(BEAM, FEEDBACK, start=START), periods=PERIODS, **options)
         found = np.stack(motion.sample(shares * BEAM.forcing_period), axis=1)
-        _, spent = timed(lambda options=options: control(BEAM, FEEDBACK, periods=LONG, **options))
+        _, spent = timed(
+            lambda options=options: simulate(
+                Controlled(BEAM, FEEDBACK, start=START), periods=LONG, **options
+            )
+        )
         rows.append(row(f"control, RungeKutta({tolerance:g})", found - exact, spent / LONG))
     for cubic in (False, True):
         for steps in (32, 320, 3200, 32_000):
@@ -189,7 +193,7 @@ def flow() -> list[dict]:
     initial = np.array(flows.rossler().initial)
     exact = roessler(32_768, turns, 0.2, initial)[-1]
     feedback = DelayedFeedback(0.2, DELAY, signal="y")
-    course, spent = timed(lambda: control(flows.rossler(), feedback, duration=end))
+    course, spent = timed(lambda: simulate(Controlled(flows.rossler(), feedback), duration=end))
     rows = [row("control", course.final - exact, spent / turns)]
     for steps in (256, 2048):
         found, spent = timed(lambda s=steps: roessler(s, turns, 0.2, initial))
@@ -236,9 +240,9 @@ def by_jitcdde(rtol: float, turns: int, initial: np.ndarray, exact: np.ndarray) 
 def others() -> list[dict]:
     orbit = find_periodic_orbit(BEAM, 1, impacts=1)
     how = OGY(orbit, 0.03)
-    _, nudged = timed(lambda: control(BEAM, how, periods=LONG))
+    _, nudged = timed(lambda: simulate(Controlled(BEAM, how), periods=LONG))
     _, linear = timed(lambda: orbit_stability(orbit, FEEDBACK))
-    cycle, search = timed(lambda: find_flow_orbit(flows.rossler(), DELAY))
+    cycle, search = timed(lambda: find_periodic_orbit(flows.rossler(), period=DELAY))
     own = DelayedFeedback(0.2, cycle.period, signal="y")
     _, multipliers = timed(lambda: orbit_stability(cycle, own))
     return [

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from .comparison import Comparison, compare
     from .control import (
         OGY,
+        Controlled,
+        ControlledFlowMotion,
         ControlledMotion,
         ControlledStability,
-        ControlledTrajectory,
         DelayedFeedback,
-        control,
         orbit_stability,
         stability_chart,
     )
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
         equivalence_error,
         fit_soft_stop,
     )
-    from .dynamics.flow_orbits import FlowOrbit, find_flow_orbit
+    from .dynamics.flow_orbits import FlowOrbit
     from .dynamics.lyapunov import LyapunovSpectrum, lyapunov_spectrum
     from .dynamics.matching import MatchRate, match_rate, strobe_distance
     from .dynamics.orbits import PeriodicOrbit, find_periodic_orbit, find_periodic_orbits
@@ -141,18 +141,18 @@ if TYPE_CHECKING:
         simulate_blocks,
         simulate_many,
     )
-    from .simulate.beams import BeamMotion, simulate_beam
+    from .simulate.beam_motion import BeamMotion
     from .simulate.firing import integrate_and_fire, threshold_crossings
+    from .simulate.flow_motion import FlowMotion
     from .simulate.measuring import Measured, measure
     from .simulate.restitution import ApparentRestitution, apparent_restitution
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
-    from .simulate.trajectories import Trajectory, trajectory
     from .stochastic.averaging import AveragedDensity, averaged_density
     from .stochastic.bifurcation import PBifurcation, p_bifurcation
     from .stochastic.density import Density, JointDensity
     from .stochastic.ensembles import Ensemble, simulate_ensemble
-    from .stochastic.sample_paths import SamplePath, sample_path
+    from .stochastic.noisy_motion import NoisyMotion
     from .stochastic.shapes import DensityShape
     from .studies.study import Study, open_study
     from .studies.sweeping import sweep
@@ -170,11 +170,11 @@ _HOME = {
     "impacts": ("Impacts",),
     "control": (
         "OGY",
+        "Controlled",
+        "ControlledFlowMotion",
         "ControlledMotion",
         "ControlledStability",
-        "ControlledTrajectory",
         "DelayedFeedback",
-        "control",
         "orbit_stability",
         "stability_chart",
     ),
@@ -184,7 +184,7 @@ _HOME = {
     "dynamics": (),
     "dynamics.branches": ("Branch",),
     "dynamics.continuation": ("continue_orbit",),
-    "dynamics.flow_orbits": ("FlowOrbit", "find_flow_orbit"),
+    "dynamics.flow_orbits": ("FlowOrbit",),
     "dynamics.lyapunov": ("LyapunovSpectrum", "lyapunov_spectrum"),
     "dynamics.orbits": ("PeriodicOrbit", "find_periodic_orbit", "find_periodic_orbits"),
     "dynamics.periodicity": ("OrbitPeriod", "orbit_period"),
@@ -254,7 +254,8 @@ _HOME = {
     "reconstruct.surrogate_testing": ("SurrogateTest", "surrogate_test"),
     "reconstruct.surrogates": ("Surrogates", "surrogates"),
     "report": ("Detected", "detect_many", "write_report", "write_reports"),
-    "simulate.beams": ("BeamMotion", "simulate_beam"),
+    "simulate.beam_motion": ("BeamMotion",),
+    "simulate.flow_motion": ("FlowMotion",),
     "simulate.restitution": ("ApparentRestitution", "apparent_restitution"),
     "simulate.firing": ("integrate_and_fire", "threshold_crossings"),
     "simulate": (
@@ -268,7 +269,6 @@ _HOME = {
     "simulate.measuring": ("Measured", "measure"),
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
-    "simulate.trajectories": ("Trajectory", "trajectory"),
     "dynamics.basins": ("Attractor", "Basins", "basins_of_attraction"),
     "dynamics.charts": ("PeriodicityChart", "periodicity_chart"),
     "dynamics.diagrams": ("BifurcationDiagram", "bifurcation_diagram"),
@@ -283,7 +283,7 @@ _HOME = {
     "dynamics.matching": ("MatchRate", "match_rate", "strobe_distance"),
     "stochastic.density": ("Density", "JointDensity"),
     "stochastic.ensembles": ("Ensemble", "simulate_ensemble"),
-    "stochastic.sample_paths": ("SamplePath", "sample_path"),
+    "stochastic.noisy_motion": ("NoisyMotion",),
     "stochastic.averaging": ("AveragedDensity", "averaged_density"),
     "stochastic.bifurcation": ("PBifurcation", "p_bifurcation"),
     "stochastic.shapes": ("DensityShape",),
@@ -319,9 +319,10 @@ __all__ = [
     "Combination",
     "Comparison",
     "ContactSamples",
+    "Controlled",
+    "ControlledFlowMotion",
     "ControlledMotion",
     "ControlledStability",
-    "ControlledTrajectory",
     "CorrelationDimension",
     "CorrelationSum",
     "DelayChoice",
@@ -334,6 +335,7 @@ __all__ = [
     "FalseNeighbors",
     "FixedStep",
     "Flow",
+    "FlowMotion",
     "FlowOrbit",
     "Force",
     "Friction",
@@ -357,6 +359,7 @@ __all__ = [
     "MissingExtra",
     "Motion",
     "Noise",
+    "NoisyMotion",
     "OrbitPeriod",
     "OrdinalPatterns",
     "Oscillator",
@@ -378,7 +381,6 @@ __all__ = [
     "ReturnMapDeterminism",
     "Rigid",
     "RungeKutta",
-    "SamplePath",
     "Section",
     "SoftStopFit",
     "SpeedDrift",
@@ -389,7 +391,6 @@ __all__ = [
     "SurrogateTest",
     "Surrogates",
     "TangentMap",
-    "Trajectory",
     "UnreadableFile",
     "UnwritableFile",
     "align_impacts",
@@ -403,7 +404,6 @@ __all__ = [
     "combine_impacts",
     "compare",
     "continue_orbit",
-    "control",
     "correlation_dimension",
     "correlation_sum",
     "cv2",
@@ -413,7 +413,6 @@ __all__ = [
     "displacement_section",
     "equivalence_error",
     "false_nearest_neighbors",
-    "find_flow_orbit",
     "find_periodic_orbit",
     "find_periodic_orbits",
     "fit_calibration",
@@ -452,11 +451,9 @@ __all__ = [
     "response_spectrum",
     "return_map",
     "return_map_determinism",
-    "sample_path",
     "scenes",
     "separate_stops",
     "simulate",
-    "simulate_beam",
     "simulate_blocks",
     "simulate_ensemble",
     "simulate_many",
@@ -473,7 +470,6 @@ __all__ = [
     "threshold_crossings",
     "time_reversal_asymmetry",
     "track_period",
-    "trajectory",
     "write_report",
     "write_reports",
 ]
@@ -490,11 +486,11 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted([*__all__, "__version__"])
 
 
 class _Package(ModuleType):
-    """A package in which `simulate` and `control` are functions, and never their packages."""
+    """A package in which `simulate` is the function, and never the package of that name."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         # The import of a package binds it to its name here, whenever that happens.

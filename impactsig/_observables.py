@@ -85,7 +85,7 @@ def _sticking_share(seen: Seen) -> float:
 
 def _energy_per_period(seen: Seen) -> float:
     motion = seen.motion
-    period = motion.oscillator.forcing_period
+    period = motion.system.forcing_period
     assert period is not None
     return motion.energy_lost / (motion.duration / period)
 
@@ -97,7 +97,7 @@ def _exponent(seen: Seen) -> float:
     motion = seen.motion
     x, v, phase = motion.final
     spectrum = lyapunov_spectrum(
-        motion.oscillator, duration=motion.duration, initial=(x, v), phase=phase
+        motion.system, duration=motion.duration, initial=(x, v), phase=phase
     )
     return float(spectrum.exponents[0])
 

@@ -19,7 +19,7 @@ from .oscillators import Oscillator, scenes
 
 if TYPE_CHECKING:
     from .simulate.motion import Motion
-    from .stochastic.sample_paths import SamplePath
+    from .stochastic.noisy_motion import NoisyMotion
 
 PERIODS = 1000
 """Forcing periods simulated unless told otherwise."""
@@ -47,16 +47,13 @@ def add_scenes(
         parser.set_defaults(make=scene, parameters=list(parameters))
 
 
-def simulated(chosen: argparse.Namespace) -> Motion | SamplePath:
+def simulated(chosen: argparse.Namespace) -> Motion | NoisyMotion:
     """The motion that the command line asks for; one path, where there is noise."""
     scene = chosen.make(**given(chosen, chosen.parameters))
-    if scene.noise is not None and scene.noise.intensity > 0:
-        from .stochastic.sample_paths import sample_path
-
-        return sample_path(scene, seed=chosen.seed, **run_of(chosen))
     from .simulate import simulate
 
-    return simulate(scene, **run_of(chosen))
+    noisy = scene.noise is not None and scene.noise.intensity > 0
+    return simulate(scene, **run_of(chosen), **({"seed": chosen.seed} if noisy else {}))
 
 
 def run_of(chosen: argparse.Namespace) -> dict[str, Any]:
@@ -72,12 +69,12 @@ def run_of(chosen: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def in_words(motion: Motion | SamplePath) -> str:
+def in_words(motion: Motion | NoisyMotion) -> str:
     """What the motion was: a paragraph."""
     from .intervals import identify_period
     from .simulate.motion import Motion
 
-    oscillator, impacts = motion.oscillator, motion.impacts
+    oscillator, impacts = motion.system, motion.impacts
     assert impacts is not None
     forcing, met = oscillator.forcing_period, _count(len(impacts), "impact")
     unit = " s" if oscillator.in_seconds else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -79,7 +80,7 @@ class Things:
     @cached_property
     def beam_motion(self) -> im.BeamMotion:
         stop, base = im.Stop(1e-3, im.Rigid(0.7)), im.BaseMotion(1e-3, 10.0)
-        return im.simulate_beam(self.beam, stop, modes=3, forcing=base, periods=30)
+        return im.simulate(replace(self.beam, stop=stop, modes=3, forcing=base), periods=30)
 
     @cached_property
     def recording(self) -> im.Recording:
@@ -128,6 +129,7 @@ def valid_calls(t: Things) -> dict[str, tuple[tuple[Any, ...], dict[str, Any]]]:
     call("BaseMotion", 1.0, 1.0)
     call("Cantilever", 0.2, 0.02, 0.001, 2e11, 7800.0)
     call("ContactSamples", ones, ones, ones, ones, 0.1 * ones)
+    call("Controlled", t.oscillator, im.DelayedFeedback(0.1))
     call("DelayedFeedback", 0.1)
     call("FixedStep")
     call("Flow", rates, (1.0, 0.0))
@@ -168,7 +170,6 @@ def valid_calls(t: Things) -> dict[str, tuple[tuple[Any, ...], dict[str, Any]]]:
     call("displacement_section", t.motion)
     call("equivalence_error", im.KelvinVoigt(1000.0, 1.0), 0.7)
     call("false_nearest_neighbors", t.x)
-    call("find_flow_orbit", rossler, 5.88)
     call("find_periodic_orbit", t.oscillator)
     call("find_periodic_orbits", t.oscillator, guesses=3)
     call("fit_calibration", np.arange(5.0), [0, 2.1, 3.9, 6, 8.1])
@@ -205,10 +206,8 @@ def valid_calls(t: Things) -> dict[str, tuple[tuple[Any, ...], dict[str, Any]]]:
     call("response_spectrum", driven, [1.0], periods=5, transient=5, workers=1)
     call("return_map", t.intervals)
     call("return_map_determinism", t.x, count=19, seed=1)
-    call("sample_path", noisy(0.1), duration=5.0, seed=1)
     call("separate_stops", t.sound, t.train)
     call("simulate", t.oscillator, periods=5)
-    call("simulate_beam", t.beam, None, modes=3, forcing=im.Force(1.0, 60.0), periods=2)
     call("simulate_blocks", t.oscillator, block=5, periods=10)
     call("simulate_ensemble", noisy(0.1), paths=4, duration=50.0, seed=1)
     call("simulate_many", [t.oscillator] * 2, periods=5, workers=1)
@@ -225,7 +224,6 @@ def valid_calls(t: Things) -> dict[str, tuple[tuple[Any, ...], dict[str, Any]]]:
     call("threshold_crossings", rossler, 0.0, count=5)
     call("time_reversal_asymmetry", t.x)
     call("track_period", t.train, 0.05)
-    call("trajectory", rossler, interval=0.1, count=5)
     call("write_report", t.file, t.folder / "page.html")
     call("write_reports", [t.file], t.folder / "pages", workers=1)
     return made

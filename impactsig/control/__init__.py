@@ -1,22 +1,19 @@
-"""Control of chaos: feedback that makes a chaotic motion follow one of its unstable orbits.
-
-``impactsig.control`` is the function `control`, whichever way this package was imported first.
-"""
+"""Control of chaos: feedback that makes a chaotic motion follow one of its unstable orbits."""
 
 from .controlled import ControlledMotion
-from .controlling import control
+from .controlling import Controlled
 from .feedback import DelayedFeedback
-from .flow import ControlledTrajectory
+from .flow import ControlledFlowMotion
 from .ogy import OGY
 from .stability import ControlledStability, orbit_stability, stability_chart
 
 __all__ = [
     "OGY",
+    "Controlled",
+    "ControlledFlowMotion",
     "ControlledMotion",
     "ControlledStability",
-    "ControlledTrajectory",
     "DelayedFeedback",
-    "control",
     "orbit_stability",
     "stability_chart",
 ]

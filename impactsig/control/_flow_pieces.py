@@ -20,7 +20,7 @@ def of_flow(orbit: FlowOrbit, feedback: DelayedFeedback) -> Variation:
         If the delay is no multiple of the period, or the signal no coordinate.
     """
     laps = laps_in(feedback, orbit.period, f"the orbit's period, {orbit.period!r}")
-    flow, k = orbit.flow, number_of(orbit.flow, feedback.signal)
+    flow, k = orbit.system, number_of(orbit.system, feedback.signal)
     pieces, rates = [], []
     for h, times, states, slopes in tangent_pieces(flow, orbit.state, orbit.period, orbit._parts):
         pieces.append(moving(h, slopes, k, k, feedback.gain))

@@ -38,14 +38,14 @@ def of_oscillator(orbit: PeriodicOrbit, feedback: DelayedFeedback) -> Variation:
     """
     laps = laps_in(feedback, orbit.periods, f"the orbit's {orbit.periods} periods")
     check_signal(feedback)
-    laws = [stop.law for stop in orbit.oscillator.stops]
+    laws = [stop.law for stop in orbit.system.stops]
     if any(isinstance(law, Hertz) and law.restitution is not None for law in laws):
         raise InvalidInput(
             "orbit", orbit, "an orbit without Lankarani-Nikravesh stops",
             "Their loss goes by the approach velocity; Hertz(stiffness, damping=...) will do",
         )  # fmt: skip
     motion = orbit.motion()
-    friction = orbit.oscillator.friction
+    friction = orbit.system.friction
     sticks = friction is not None and friction.static != friction.kinetic and motion.stick_count
     if sticks and feedback.signal == "velocity" and feedback.gain:
         raise InvalidInput(
@@ -55,7 +55,7 @@ def of_oscillator(orbit: PeriodicOrbit, feedback: DelayedFeedback) -> Variation:
             "one that comes sooner is not: there is no linear map",
         )  # fmt: skip
     pieces = Pieces(motion, feedback)
-    inertia = orbit.oscillator.mass * motion._engine.omega**2
+    inertia = orbit.system.mass * motion._engine.omega**2
     limit = np.inf if feedback.limit is None else feedback.limit / inertia
     return Variation(pieces.all(), laps, feedback.memory, pieces.gain, limit)
 
@@ -65,7 +65,7 @@ class Pieces:
 
     def __init__(self, motion: Any, feedback: DelayedFeedback) -> None:
         self.motion = motion
-        self.oscillator: Oscillator = motion.oscillator
+        self.oscillator: Oscillator = motion.system
         self.omega: float = motion._engine.omega
         self.of_velocity = feedback.signal == "velocity"
         mass = self.oscillator.mass

@@ -79,7 +79,7 @@ class ControlledMotion(Motion):
             If the windows are not positive, or longer than the motion.
         """
         periods = number("periods", periods, above=0)
-        period = self.oscillator.forcing_period
+        period = self.system.forcing_period
         assert period is not None
         count = math.floor(self.duration / (periods * period) * (1 + 1e-12))
         if count < 1:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, overload
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from .._arguments import number
 from ..errors import InvalidInput
@@ -13,60 +14,27 @@ from ..oscillators.flows import Flow
 from ..simulate import RungeKutta
 from ..simulate._run import LONGEST
 from ..simulate.motion import TURN
+from ..simulate.simulation import CHATTER
 from ._delayed import run_delayed
 from ._nudged import run_nudged
 from .controlled import ControlledMotion, under_control
-from .flow import ControlledTrajectory, control_flow
+from .feedback import DelayedFeedback
+from .flow import ControlledFlowMotion, control_flow
 from .ogy import OGY
 from .schedule import Controller, Phase, schedule
 
 TOLERANCE = 1e-12  # of delayed feedback, unless told otherwise
 
 
-@overload
-def control(
-    system: Oscillator,
-    controller: Controller | Sequence[Phase],
-    *,
-    periods: float,
-    start: float | None = None,
-    initial: Sequence[float] | None = None,
-    phase: float | None = None,
-    method: RungeKutta | None = None,
-    chatter: float = 1e-6,
-) -> ControlledMotion: ...
+@dataclass(frozen=True)
+class Controlled:
+    """A system with what controls it: a system again, which `simulate` moves.
 
-
-@overload
-def control(
-    system: Flow,
-    controller: Controller | Sequence[Phase],
-    *,
-    duration: float,
-    start: float | None = None,
-    initial: Sequence[float] | None = None,
-) -> ControlledTrajectory: ...
-
-
-def control(
-    system: Oscillator | Flow,
-    controller: Controller | Sequence[Phase],
-    *,
-    periods: float | None = None,
-    duration: float | None = None,
-    start: float | None = None,
-    initial: Sequence[float] | None = None,
-    phase: float | None = None,
-    method: RungeKutta | None = None,
-    chatter: float = 1e-6,
-) -> ControlledMotion | ControlledTrajectory:
-    """The motion of an oscillator, or the course of a flow, under control.
-
-    Delayed feedback makes the motion one with a delay and with impacts. It is stepped by Dormand
-    and Prince's method of order 8, what is fed back coming from its interpolant; steps end on the
-    impacts, where the force reaches its limit or comes back from it, and one delay after each of
-    these, again and again, so that the order holds throughout. Under `OGY` it is simulated period
-    by period, exactly where the oscillator is piecewise linear.
+    Delayed feedback makes the motion of an oscillator one with a delay and with impacts. It is
+    stepped by Dormand and Prince's method of order 8, what is fed back coming from its interpolant;
+    steps end on the impacts, where the force reaches its limit or comes back from it, and one delay
+    after each of these, again and again, so that the order holds throughout. Under `OGY` the motion
+    is simulated period by period, exactly where the oscillator is piecewise linear.
 
     Parameters
     ----------
@@ -77,53 +45,96 @@ def control(
         What controls it from `start` on; or several, each from its own start to that of the next,
         such as ``[(100, DelayedFeedback(0.15, 1, 0.1)), (300, DelayedFeedback(0.15, 2, 0.1)),
         (500, None)]`` to go from one orbit to another and let go.
-    periods : float
-        How long to look at an oscillator, from t = 0 [forcing periods].
-    duration : float
-        How long to look at a flow, in its unit of time.
     start : float, optional
         When control is switched on, in forcing periods or the flow's unit of time; by default as
         soon as there is something to feed back, one delay after t = 0.
-    initial : sequence of float, optional
-        State at t = 0: displacement and velocity, in the oscillator's units and against the ground,
-        (0, 0) unless given; or the coordinates of a flow.
-    phase : float, optional
-        Phase of the forcing at t = 0 [rad]; 0, or under OGY that of the orbit's section.
-    method : RungeKutta, optional
-        How to step; ``RungeKutta(1e-12)`` under delayed feedback, and as in `simulate` under OGY.
-    chatter : float
-        As in `simulate`.
-
-    Returns
-    -------
-    ControlledMotion or ControlledTrajectory
-        A `Motion` (or the states of the flow) with the control force, kept whole: about 10 kB a
-        forcing period under delayed feedback. The status is "diverged" where a gain has blown up:
-        what there was until then is kept.
 
     Raises
     ------
     InvalidInput
-        If an argument is out of its range, the oscillator is not forced, phases overlap, or the
-        orbit of an OGY is none of this oscillator.
+        If the system cannot be controlled so, an orbit of an OGY is none of it, or starts overlap.
+
+    Notes
+    -----
+    `simulate` gives a `ControlledMotion` or a `ControlledFlowMotion`: the motion with the control
+    force, kept whole from t = 0 on, about 10 kB a forcing period under delayed feedback. The status
+    is "diverged" where a gain has blown up. Under OGY the phase at t = 0 is that of the section of
+    the orbit.
 
     Examples
     --------
     >>> beam = scenes.karpodinis(20.3355)
-    >>> locked = control(beam, DelayedFeedback(0.15, 1, limit=0.1), periods=600, start=300)
+    >>> feedback = DelayedFeedback(0.15, 1, limit=0.1)
+    >>> locked = simulate(Controlled(beam, feedback, start=300), periods=600)
     >>> time, rms = locked.effort()
-    >>> control(flows.rossler(), DelayedFeedback(0.2, 5.881, signal="y"), duration=300, start=100)
+    >>> feedback = DelayedFeedback(0.2, 5.881, signal="y")
+    >>> simulate(Controlled(flows.rossler(), feedback, start=100), duration=300)
     """
+
+    system: Oscillator | Flow
+    controller: Controller | Sequence[Phase]
+    start: float | None = None
+
+    moved_by: ClassVar[str] = "impactsig.control.controlling"
+
+    def __post_init__(self) -> None:
+        system = self.system
+        if not isinstance(system, (Oscillator, Flow)):
+            raise InvalidInput(
+                "system", system, "an Oscillator or a Flow",
+                "A cantilever is controlled in its first mode: scenes.cantilever(...)",
+            )  # fmt: skip
+        if isinstance(system, Oscillator) and system.forcing_frequency is None:
+            raise InvalidInput(
+                "system", system, "an oscillator with forcing", "Control is counted in its periods"
+            )
+        if isinstance(system, Oscillator) and system.noise is not None:
+            raise InvalidInput(
+                "system", repr(system.noise), "an oscillator without noise",
+                "replace(oscillator, noise=None) can be controlled",
+            )  # fmt: skip
+        phases = schedule(self.controller, self.start, math.inf)
+        nudging = [own for _, own in phases if isinstance(own, OGY)]
+        if nudging and isinstance(system, Flow):
+            raise InvalidInput("controller", self.controller, "a DelayedFeedback for a flow")
+        for own in nudging:
+            assert isinstance(system, Oscillator)
+            own.check(system)
+        if not isinstance(self.controller, (DelayedFeedback, OGY)):
+            object.__setattr__(self, "controller", phases)
+
+    @property
+    def time_unit(self) -> float:
+        """Seconds in the unit of its time."""
+        return self.system.time_unit
+
+    @property
+    def in_seconds(self) -> bool:
+        """Whether its unit of time is known."""
+        return self.system.in_seconds
+
+    @property
+    def forcing_period(self) -> float | None:
+        """Period of the forcing [s], or None."""
+        return self.system.forcing_period
+
+
+def move(
+    controlled: Controlled,
+    *,
+    periods: float | None = None,
+    duration: float | None = None,
+    initial: Sequence[float] | None = None,
+    phase: float | None = None,
+    method: RungeKutta | None = None,
+    chatter: float = CHATTER,
+) -> ControlledMotion | ControlledFlowMotion:
+    """The motion of an oscillator, or the course of a flow, under control."""
+    system, controller, start = controlled.system, controlled.controller, controlled.start
     if isinstance(system, Flow):
         return _flow(system, controller, periods, duration, start, initial, phase, method)
-    if not isinstance(system, Oscillator):
-        raise InvalidInput("system", system, "an Oscillator, as impactsig.scenes makes, or a Flow")
-    if system.forcing_frequency is None:
-        raise InvalidInput(
-            "system", system, "an oscillator with forcing", "Control is counted in its periods"
-        )
     if duration is not None:
-        raise InvalidInput("duration", duration, "periods= for an oscillator")
+        raise InvalidInput("duration", duration, "periods= for an oscillator under control")
     chatter = number("chatter", chatter, above=0, most=1e-2)
     length = number("periods", periods, above=0, most=LONGEST)
     phases = schedule(controller, start, length)
@@ -134,7 +145,7 @@ def control(
     options: dict[str, Any] = {"initial": initial, "method": method, "chatter": chatter}
     nudging = [own for _, own in phases if isinstance(own, OGY)]
     if nudging:
-        options["phase"] = _section(system, nudging, phase)
+        options["phase"] = _section(nudging, phase)
         motion, engines = run_nudged(system, phases, length, **options)
         return under_control(motion, phases, engines)
     options["method"] = method or RungeKutta(TOLERANCE)
@@ -143,17 +154,16 @@ def control(
     return under_control(motion, phases, line)
 
 
-def _section(system: Oscillator, nudging: list[OGY], phase: float | None) -> float:
+def _section(nudging: list[OGY], phase: float | None) -> float:
     """The phase at which all of them nudge.
 
     Raises
     ------
     InvalidInput
-        If they differ, the run is to begin at another, or an orbit is none of the oscillator.
+        If they differ, or the run is to begin at another.
     """
     section = math.fmod(nudging[0].orbit.phase, TURN) % TURN
     for own in nudging:
-        own.check(system)
         if abs(math.remainder(own.orbit.phase - section, TURN)) > 1e-12:
             raise InvalidInput(
                 "controller", f"an orbit at phase {own.orbit.phase:g}",
@@ -167,13 +177,11 @@ def _section(system: Oscillator, nudging: list[OGY], phase: float | None) -> flo
 def _flow(
     flow: Flow, controller: Any, periods: Any, duration: Any, start: Any, initial: Any,
     phase: Any, method: Any,
-) -> ControlledTrajectory:  # fmt: skip
+) -> ControlledFlowMotion:  # fmt: skip
     given = {"periods": periods, "phase": phase, "method": method}
     for name, value in given.items():
         if value is not None:
-            raise InvalidInput(name, value, f"no {name} for a flow: it is told duration= alone")
+            raise InvalidInput(name, value, f"no {name} for a flow", "Give duration= alone")
     length = number("duration", duration, above=0)
     phases = schedule(controller, start, length)
-    if any(isinstance(own, OGY) for _, own in phases):
-        raise InvalidInput("controller", controller, "a DelayedFeedback for a flow")
     return control_flow(flow, phases, length, initial)

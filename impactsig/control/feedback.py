@@ -34,7 +34,7 @@ class DelayedFeedback:
     signal : str or int
         y: "velocity" or "displacement" of an oscillator, against what carries the stops; the name
         or number of a coordinate of a flow, whose rate the feedback is added to. Which of them
-        there are depends on the system: `control` and `orbit_stability` refuse others.
+        there are depends on the system: `Controlled` and `orbit_stability` refuse others.
     memory : float
         R, from 0 up to but without 1. The memory begins empty with the feedback: the first delay
         is fed back as it was.
@@ -46,7 +46,8 @@ class DelayedFeedback:
 
     Examples
     --------
-    >>> control(scenes.karpodinis(20.3355), DelayedFeedback(0.15, 1, limit=0.1), periods=600)
+    >>> feedback = DelayedFeedback(0.15, 1, limit=0.1)
+    >>> simulate(Controlled(scenes.karpodinis(20.3355), feedback), periods=600)
     """
 
     gain: float

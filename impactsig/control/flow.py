@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -27,12 +27,12 @@ AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControlledTrajectory:
+class ControlledFlowMotion:
     """What a flow did under control.
 
     Attributes
     ----------
-    flow : Flow
+    system : Flow
         What flows.
     duration : float
         How far it came, from t = 0.
@@ -45,12 +45,19 @@ class ControlledTrajectory:
         control, as under a gain that blows up; "work limit".
     """
 
-    flow: Flow
+    system: Flow
     duration: float
     schedule: tuple[tuple[float, DelayedFeedback | None], ...]
     final: np.ndarray
     status: str
     _line: Line = field(repr=False)
+
+    start: ClassVar[float] = 0.0
+
+    @property
+    def stop(self) -> float:
+        """End of the span."""
+        return self.duration
 
     def sample(self, time: Any) -> np.ndarray:
         """States at any times of the span, shape of `time` and (d,).
@@ -63,7 +70,7 @@ class ControlledTrajectory:
         from ._flow_run import COORDINATES
 
         return np.stack(
-            [self._course(COORDINATES + k, time) for k in range(self.flow.dimension)], axis=-1
+            [self._course(COORDINATES + k, time) for k in range(self.system.dimension)], axis=-1
         )
 
     def force(self, time: Any) -> np.ndarray:
@@ -102,7 +109,7 @@ class ControlledTrajectory:
 
     def __repr__(self) -> str:
         told = "" if self.status == "complete" else f"; {self.status}"
-        return f"ControlledTrajectory({self.flow!r}, t = 0 to {self.duration:g}{told})"
+        return f"ControlledFlowMotion({self.system!r}, t = 0 to {self.duration:g}{told})"
 
 
 def number_of(flow: Flow, signal: str | int) -> int:
@@ -125,7 +132,7 @@ def control_flow(
     phases: tuple[tuple[float, Any], ...],
     length: float,
     initial: Sequence[float] | None,
-) -> ControlledTrajectory:
+) -> ControlledFlowMotion:
     """The course of a flow under a schedule of feedbacks."""
     going = _Going(flow, initial)
     fed = [going.feedback(own) for _, own in phases]
@@ -145,7 +152,7 @@ class _Going(Running):
         from ._rows import COUNTS
 
         super().__init__(flow, None, initial)
-        self.flow = flow
+        self.system = flow
         self.clock, self.greatest = np.zeros(3), np.zeros(1)
         self.count = np.zeros(COUNTS, np.int64)
         self.line = new_line(ROWS, flow.dimension)
@@ -167,7 +174,7 @@ class _Going(Running):
             phase=own.delay - turns * TURN,
             delay=own.delay,
             limit=math.inf if own.limit is None else own.limit,
-            signal=COORDINATES + number_of(self.flow, own.signal),
+            signal=COORDINATES + number_of(self.system, own.signal),
             memory=own.memory,
         )
 
@@ -194,7 +201,7 @@ class _Going(Running):
             status = "" if found == LONG else STATUS[found]
             if found == LONG:
                 number, old = int(count[NUMBER]), self.line
-                self.line = new_line(2 * number, self.flow.dimension)
+                self.line = new_line(2 * number, self.system.dimension)
                 for own, new in zip(old, self.line, strict=True):
                     new[:number] = own[:number]
             elif status != "work limit":
@@ -202,16 +209,16 @@ class _Going(Running):
                 return
         self.status = "work limit"
 
-    def trajectory(self, phases: Any) -> ControlledTrajectory:
+    def trajectory(self, phases: Any) -> ControlledFlowMotion:
         """What there is."""
         from ._rows import ROWS as NUMBER
 
         number = int(self.count[NUMBER])
-        return ControlledTrajectory(
-            self.flow,
+        return ControlledFlowMotion(
+            self.system,
             float(self.clock[0] * TURN + self.clock[1]),
             phases,
-            self.course.state[: self.flow.dimension].copy(),
+            self.course.state[: self.system.dimension].copy(),
             self.status,
             type(self.line)(*(part[:number] for part in self.line)),
         )

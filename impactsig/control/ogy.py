@@ -59,7 +59,8 @@ class OGY:
     Examples
     --------
     >>> beam = scenes.karpodinis(20.3355)
-    >>> control(beam, OGY(find_periodic_orbit(beam, 1, impacts=1), limit=0.02), periods=2000)
+    >>> nudging = OGY(find_periodic_orbit(beam, 1, impacts=1), limit=0.02)
+    >>> simulate(Controlled(beam, nudging), periods=2000)
     """
 
     orbit: PeriodicOrbit
@@ -86,7 +87,7 @@ class OGY:
             )  # fmt: skip
         object.__setattr__(self, "limit", number("limit", self.limit, above=0))
         choice("parameter", self.parameter, ("amplitude", "load"))
-        if self.parameter == "amplitude" and not orbit.oscillator.forces:
+        if self.parameter == "amplitude" and not orbit.system.forces:
             raise InvalidInput(
                 "parameter", "amplitude", '"load", where it is the base that forces',
             )  # fmt: skip
@@ -109,7 +110,7 @@ class OGY:
         InvalidInput
             If the orbit does not return.
         """
-        if oscillator == self.orbit.oscillator:
+        if oscillator == self.orbit.system:
             return
         points = np.concatenate([self.points, self.points[:1]])
         for here, there in pairwise(points):
@@ -130,7 +131,7 @@ class OGY:
     def _linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Points, gains and the multipliers that these make."""
         orbit, n = self.orbit, self.orbit.periods
-        oscillator = orbit.oscillator
+        oscillator = orbit.system
         points, slopes, shifts = [orbit.state], [], []
         largest = max([abs(force.amplitude) for force in oscillator.forces], default=0.0)
         h = NUDGE * max(largest, self.limit)

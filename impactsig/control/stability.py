@@ -69,7 +69,7 @@ class ControlledStability:
             return -math.inf
         if isinstance(orbit, FlowOrbit):
             return math.log(self.growth) / orbit.period
-        frequency = orbit.oscillator.forcing_frequency
+        frequency = orbit.system.forcing_frequency
         assert frequency is not None
         return math.log(self.growth) * frequency / (orbit.periods * 2 * math.pi)
 
@@ -127,13 +127,13 @@ def orbit_stability(
     --------
     >>> orbit = find_periodic_orbit(scenes.karpodinis(20.3355), 1, impacts=1)
     >>> orbit_stability(orbit, DelayedFeedback(0.15, 1, limit=0.1)).growth
-    >>> orbit = find_flow_orbit(flows.rossler(), 5.88)
+    >>> orbit = find_periodic_orbit(flows.rossler(), period=5.88)
     >>> orbit_stability(orbit, DelayedFeedback(0.2, orbit.period, signal="y")).multipliers
     """
     if not isinstance(orbit, (PeriodicOrbit, FlowOrbit)):
         raise InvalidInput(
             "orbit", orbit, "a PeriodicOrbit or a FlowOrbit",
-            "find_periodic_orbit and find_flow_orbit find them",
+            "find_periodic_orbit finds them",
         )  # fmt: skip
     if not orbit.found:
         raise InvalidInput("orbit", orbit, "an orbit that was found")

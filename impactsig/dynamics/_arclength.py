@@ -53,7 +53,7 @@ class Continuation:
     ) -> None:
         self.scene, self.first, self.last, self.start = scene, first, last, start
         self.options = options
-        omega = start.oscillator.forcing_frequency or 1.0
+        omega = start.system.forcing_frequency or 1.0
         x, v = start.motion().sample(np.linspace(0, 0.99, 64) * start.periods * seconds_of(start))
         size = max(np.ptp(x), np.ptp(v) / omega, 1e-12)
         self.unit = np.array([size, size * omega, abs(last - first)])
@@ -204,7 +204,7 @@ class Continuation:
 
         It cannot where a law depends on time, which counts from the section.
         """
-        if orbit.oscillator.law_depends_on_time:
+        if orbit.system.law_depends_on_time:
             return False
         away, widest, _ = gaps(orbit)
         return away < CLOSE * widest / 2

@@ -14,7 +14,7 @@ LOOKS = 512  # at a period of the first force, for its turning points
 
 def seconds_of(orbit: PeriodicOrbit) -> float:
     """Its forcing period [s]."""
-    return float(orbit.oscillator.forcing_period)  # type: ignore[arg-type]
+    return float(orbit.system.forcing_period)  # type: ignore[arg-type]
 
 
 def gaps(orbit: PeriodicOrbit) -> tuple[float, float, float]:
@@ -33,7 +33,7 @@ def clearance(orbit: PeriodicOrbit) -> float:
     motion = orbit.motion()
     assert motion.impacts is not None
     hits = motion.impacts.time
-    looks = LOOKS * orbit.periods * round(swings(orbit.oscillator))
+    looks = LOOKS * orbit.periods * round(swings(orbit.system))
     grid = np.linspace(motion.start, motion.stop, looks + 1)
     time = np.sort(np.concatenate([grid, hits]))
     _, v = motion._from_stops(time)
@@ -48,7 +48,7 @@ def clearance(orbit: PeriodicOrbit) -> float:
             rises = side * motion._from_stops(middle)[1] > 0
             low, high = np.where(rises, middle, low), np.where(rises, high, middle)
         top, _ = motion._from_stops(low)
-        for stop in orbit.oscillator.stops_on("upper" if side > 0 else "lower"):
+        for stop in orbit.system.stops_on("upper" if side > 0 else "lower"):
             off = side * (stop.position - top)
             least = min(least, off[off > 0].min(initial=math.inf))
     return least

@@ -12,7 +12,6 @@ from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ..simulate._course import Running, state_of
-from ..simulate.trajectories import trajectory
 from ._flow_shooting import depends_on_time, rate_at, recurs, shoot
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ class FlowOrbit:
 
     Attributes
     ----------
-    flow : Flow
+    system : Flow
         What flows.
     state : ndarray, shape (d,)
         A state on it; where the rates depend on time, that at t = 0.
@@ -52,7 +51,7 @@ class FlowOrbit:
         an equilibrium.
     """
 
-    flow: Flow
+    system: Flow
     state: np.ndarray
     period: float
     multipliers: np.ndarray
@@ -85,13 +84,13 @@ class FlowOrbit:
         """
         time = np.asarray(time, float) % self.period
         flat, back = np.unique(time, return_inverse=True)
-        states, _ = Running(self.flow, None, self.state.tolist()).sample(flat)
+        states, _ = Running(self.system, None, self.state.tolist()).sample(flat)
         if len(states) < len(flat):
             raise InvalidInput(
                 "time", time, f"times before {flat[len(states)]:.6g}, where the flow is lost",
                 f"This is no orbit: {self.status}",
             )  # fmt: skip
-        return states[back.ravel()].reshape(*time.shape, self.flow.dimension)
+        return states[back.ravel()].reshape(*time.shape, self.system.dimension)
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw it in a plane of two coordinates; see `impactsig.plot.flow_orbit`."""
@@ -104,52 +103,15 @@ class FlowOrbit:
         kind = "stable" if self.stable else "unstable"
         told = f"{kind}; multipliers {told}" if self.found else self.status
         return (
-            f"FlowOrbit({self.flow!r}, period {self.period:.9g}; {told}; "
+            f"FlowOrbit({self.system!r}, period {self.period:.9g}; {told}; "
             f"residual {self.residual:.1g})"
         )
 
 
 def find_flow_orbit(
-    flow: Flow, period: float, *, guess: Sequence[float] | None = None, tolerance: float = 1e-10
+    flow: Flow, period: Any, guess: Sequence[float] | None, tolerance: Any
 ) -> FlowOrbit:
-    """A periodic orbit of a flow, stable or not.
-
-    Newton's method on ``y(T) - y(0)``, for the state and, where the rates do not depend on time,
-    the period T, the state being moved across the flow only ([Cvitanovic2020]_, on fixed points and
-    how to get them). The derivative comes from the
-    variational equation along the course, by collocation. A step that leads away is halved.
-
-    Parameters
-    ----------
-    flow : Flow
-        What flows.
-    period : float
-        Near which its period is. Where the rates depend on time, exactly the period: one after
-        which they recur.
-    guess : sequence of float, shape (d,), optional
-        A state near it. Without one, the close returns of a long course after about that time are
-        tried, the closest first: on a chaotic attractor they lie near its unstable orbits.
-    tolerance : float
-        What the return may be off by, relative to the size of the attractor.
-
-    Returns
-    -------
-    FlowOrbit
-        Whose `status` says whether it is one.
-
-    Raises
-    ------
-    InvalidInput
-        If an argument is out of its range, numba cannot compile the flow, or its rates depend on
-        time and do not recur after that period.
-
-    Examples
-    --------
-    >>> orbit = find_flow_orbit(flows.rossler(), 5.88)
-    >>> orbit.period, orbit.multipliers
-    """
-    if not isinstance(flow, Flow):
-        raise InvalidInput("flow", flow, "a Flow", "impactsig.flows has some")
+    """A periodic orbit of a flow; the arguments are those of `find_periodic_orbit`."""
     period = number("period", period, above=0)
     tolerance = number("tolerance", tolerance, above=0)
     Running(flow)  # what is wrong with the function is said here
@@ -247,10 +209,9 @@ def _close_returns(
     flow: Flow, period: float, forced: bool
 ) -> Iterator[tuple[np.ndarray, float, np.ndarray]]:
     """States after which a long course comes back near them, the time it takes, and its size."""
-    course = trajectory(
-        flow, interval=period / PER_TURN, count=TURNS * PER_TURN, transient=20 * period
-    )
-    states = course.state
+    count, start = TURNS * PER_TURN, 20 * period
+    instants = start + period / PER_TURN * np.arange(count)
+    states, _ = Running(flow).sample(instants)
     if len(states) < 4 * PER_TURN or not np.isfinite(states).all():
         return
     scale = np.maximum(states.std(axis=0), 1e-9 * np.maximum(np.abs(states).max(axis=0), 1e-9))

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
+from ..oscillators.flows import Flow
 from ..simulate import FixedStep, Motion, RungeKutta, simulate
 from ._shooting import Shooting, two_numbers
+from .flow_orbits import FlowOrbit, find_flow_orbit
 from .tangent import TangentMap
 
 if TYPE_CHECKING:
@@ -28,7 +30,7 @@ class PeriodicOrbit:
 
     Attributes
     ----------
-    oscillator : Oscillator
+    system : Oscillator
         What moves.
     state : ndarray, shape (2,)
         Displacement and velocity at `phase`, as `simulate` takes them.
@@ -52,7 +54,7 @@ class PeriodicOrbit:
         brought it nearer, as beside a grazing impact.
     """
 
-    oscillator: Oscillator
+    system: Oscillator
     state: np.ndarray
     phase: float
     periods: int
@@ -77,7 +79,7 @@ class PeriodicOrbit:
     @property
     def exponents(self) -> np.ndarray:
         """Lyapunov exponents per unit of the oscillator's time, ``ln |multiplier| / (n T)``."""
-        period = 2 * math.pi / self.oscillator.forcing_frequency  # type: ignore[operator]
+        period = 2 * math.pi / self.system.forcing_frequency  # type: ignore[operator]
         with np.errstate(divide="ignore"):
             return np.log(np.abs(self.multipliers)) / (self.periods * period)
 
@@ -85,9 +87,7 @@ class PeriodicOrbit:
         """The motion along it, so many times round; an unstable one is left in the end."""
         periods = cycles * self.periods
         start = (float(self.state[0]), float(self.state[1]))
-        return simulate(
-            self.oscillator, periods=periods, initial=start, phase=self.phase, **options
-        )
+        return simulate(self.system, periods=periods, initial=start, phase=self.phase, **options)
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw it in the phase plane; see `impactsig.plot.phase_portrait`."""
@@ -102,62 +102,94 @@ class PeriodicOrbit:
         )
 
 
-def find_periodic_orbit(
-    oscillator: Oscillator,
+@overload
+def find_periodic_orbit(system: Oscillator, periods: int = 1, **options: Any) -> PeriodicOrbit: ...
+@overload
+def find_periodic_orbit(system: Flow, periods: int = 1, **options: Any) -> FlowOrbit: ...
+
+
+def find_periodic_orbit(  # type: ignore[misc]
+    system: Any,
     periods: int = 1,
     *,
+    period: float | None = None,
     guess: Sequence[float] | None = None,
     impacts: int | None = None,
     phase: float = 0.0,
     method: RungeKutta | FixedStep | None = None,
-    tolerance: float = 1e-11,
-) -> PeriodicOrbit:
-    """A periodic orbit, stable or not.
+    tolerance: float | None = None,
+) -> Any:
+    """A periodic orbit, stable or not, by Newton's method; a step that leads away is halved.
 
-    Newton's method on ``P^n(s) - s``, P the stroboscopic map at `phase`, with its derivative from
-    `tangent_map`; a step that leads away is halved.
+    Of an oscillator on ``P^n(s) - s``, P the stroboscopic map at `phase`, with its derivative from
+    `tangent_map`. Of a flow on ``y(T) - y(0)``, for the state and, where the rates do not depend on
+    time, the period T, the state being moved across the flow only ([Cvitanovic2020]_, on fixed
+    points and how to get them); the derivative comes from the variational equation along the
+    course, by collocation.
 
     Parameters
     ----------
-    oscillator : Oscillator
-        What moves; it must be forced, and its forcing must recur (`Oscillator.forcing_recurs`).
+    system : Oscillator or Flow
+        What moves. An oscillator must be forced, and its forcing must recur
+        (`Oscillator.forcing_recurs`).
     periods : int
-        n, forcing periods in which the orbit closes. Under several frequencies the forcing
-        period is their common one: with 0.9 and 0.45 rad/s an orbit of n = 1 has the period of
-        the slower force.
-    guess : (float, float), optional
-        Displacement and velocity near it, at `phase`. Without one, the close returns of a long
-        motion are tried, the closest first: on a chaotic attractor they lie near its unstable
-        orbits. Then a square of starts about it.
+        Of an oscillator: n, forcing periods in which the orbit closes. Under several frequencies
+        the forcing period is their common one: with 0.9 and 0.45 rad/s an orbit of n = 1 has the
+        period of the slower force.
+    period : float, optional
+        Of a flow: near which its period is. Where the rates depend on time, exactly the period: one
+        after which they recur.
+    guess : sequence of float, shape (d,), optional
+        A state near it: of an oscillator displacement and velocity at `phase`. Without one, the
+        close returns of a long motion are tried, the closest first: on a chaotic attractor they lie
+        near its unstable orbits. Then, of an oscillator, a square of starts about it.
     impacts : int, optional
-        m, to be had by an orbit found without a guess.
+        Of an oscillator: m, to be had by an orbit found without a guess.
     phase : float
-        Phase of the forcing at the section [rad]; not one at which the orbit hits.
+        Of an oscillator: phase of the forcing at the section [rad]; not one at which the orbit
+        hits.
     method : RungeKutta, optional
-        How to step; as for `simulate`.
-    tolerance : float
-        What the return may be off by, relative to the size of the orbit; the iteration goes on
-        until rounding ends it.
+        Of an oscillator: how to step; as for `simulate`.
+    tolerance : float, optional
+        What the return may be off by, relative to the size of the orbit or attractor: 1e-11 of an
+        oscillator, 1e-10 of a flow, unless given. The iteration goes on until rounding ends it.
 
     Returns
     -------
-    PeriodicOrbit
+    PeriodicOrbit or FlowOrbit
         Whose `status` says whether it is one.
 
     Raises
     ------
     InvalidInput
-        If the oscillator is not forced, its forcing does not recur, or an argument is out of its
-        range.
+        If the system is not forced, its forcing does not recur, or an argument is out of its range
+        or none of this system.
 
     Examples
     --------
     >>> orbit = find_periodic_orbit(scenes.karpodinis(20.1), 1, impacts=1)
     >>> orbit.stable, orbit.approach_velocity
+    >>> orbit = find_periodic_orbit(flows.rossler(), period=5.88)
+    >>> orbit.period, orbit.multipliers
     """
+    if isinstance(system, Flow):
+        for name, value, default in (
+            ("periods", periods, 1), ("impacts", impacts, None), ("phase", phase, 0.0),
+            ("method", method, None),
+        ):  # fmt: skip
+            if value is not default and value != default:
+                raise InvalidInput(name, value, f"no {name} for a flow", "Give period= in its time")
+        return find_flow_orbit(system, period, guess, 1e-10 if tolerance is None else tolerance)
+    if not isinstance(system, Oscillator):
+        raise InvalidInput("system", system, "an Oscillator or a Flow")
+    if period is not None:
+        raise InvalidInput(
+            "period", period, "None for an oscillator", "Its orbits are counted by periods="
+        )
+    tolerance = 1e-11 if tolerance is None else tolerance
     if impacts is not None:
         impacts = whole("impacts", impacts, 0)
-    shooting = Shooting(oscillator, periods, phase, method, tolerance)
+    shooting = Shooting(system, periods, phase, method, tolerance)
     if guess is not None:
         return _settled(shooting, two_numbers("guess", guess))
     least: PeriodicOrbit | None = None

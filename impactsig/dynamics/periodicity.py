@@ -80,13 +80,13 @@ def orbit_period(
     phase = number("phase", phase)
     longest = whole("longest", longest, 1)
     tolerance = number("tolerance", tolerance, above=0)
-    omega = reference_frequency(recurring("motion", motion.oscillator))
+    omega = reference_frequency(recurring("motion", motion.system))
     x, v = motion.stroboscopic(phase)
     if len(x) < 2:
         raise InvalidInput("motion", repr(motion), "a motion of two forcing periods or more")
     points = np.stack([x, v / omega], axis=1)
     # A rest is compared with what the greatest displacement and the stops are.
-    places = [abs(stop.position) for stop in motion.oscillator.stops]
+    places = [abs(stop.position) for stop in motion.system.stops]
     size = max(np.hypot(*(points - points.mean(axis=0)).T).max(), np.abs(points).max())
     size = max(size, 1e-6 * max(places, default=0.0), 1e-300)
     best = math.inf
@@ -104,7 +104,7 @@ def _counts(motion: Motion, n: int) -> tuple[int, int]:
     """Impacts and sticks in the last n periods."""
     assert motion.impacts is not None
     assert motion.sticks is not None
-    period = motion.oscillator.forcing_period
+    period = motion.system.forcing_period
     assert period is not None
     # Half-open, with room for rounding: an impact at its very begin is also at its very end.
     end = motion.stop - 1e-9 * period

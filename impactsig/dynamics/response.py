@@ -140,7 +140,7 @@ def response_spectrum(
 
 def _extremes(motion: Motion) -> tuple[float, float]:
     """Greatest and least displacement: at turns, impacts, or the ends."""
-    own = motion.oscillator
+    own = motion.system
     period = 2 * math.pi / own.frequencies[0] * own.time_unit
     count = 1 + math.ceil(SAMPLES * motion.duration / period)
     time = np.linspace(motion.start, motion.stop, count)

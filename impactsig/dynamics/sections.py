@@ -81,8 +81,8 @@ def impact_map(motion: Motion, stop: int | None = None) -> Section:
         If only counts were kept, or there is no such stop.
     """
     motion = _motion(motion)
-    if stop is not None and whole("stop", stop, 0) >= len(motion.oscillator.stops):
-        raise InvalidInput("stop", stop, f"a stop of the {len(motion.oscillator.stops)} there are")
+    if stop is not None and whole("stop", stop, 0) >= len(motion.system.stops):
+        raise InvalidInput("stop", stop, f"a stop of the {len(motion.system.stops)} there are")
     rows = _rows(motion)
     which = (rows[:, 2] == IMPACT) | (rows[:, 2] == TOUCH)
     if stop is not None:
@@ -123,7 +123,7 @@ def displacement_section(
     level = number("displacement", displacement)
     choice("direction", direction, ("up", "down", "both"))
     find = _exact if isinstance(motion._engine, ExactEngine) else _looked
-    rigid = [s.position for s in motion.oscillator.stops if isinstance(s.law, Rigid)]
+    rigid = [s.position for s in motion.system.stops if isinstance(s.law, Rigid)]
     _rows(motion)
     # Rounding may put a hit beyond the stop.
     turns, phase, velocity = np.empty((3, 0)) if level in rigid else find(motion, level)
@@ -160,7 +160,7 @@ def _looked(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.nd
     begins = motion._begins
     (first, early), (last, late) = motion._first, motion._last
     start, stop = first * TURN + early, last * TURN + late
-    parts = PARTS * swings(motion.oscillator)
+    parts = PARTS * swings(motion.system)
     looks = np.linspace(start, stop, max(2, math.ceil((stop - start) / TURN * parts)))
     # An impact within a look would hide what is before it: rows are looks too.
     looks = np.unique(np.concatenate([looks, begins[(begins >= start) & (begins <= stop)]]))
@@ -201,5 +201,5 @@ def _rows(motion: Motion) -> np.ndarray:
 
 
 def _seconds(motion: Motion, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
-    unit = motion.oscillator.time_unit / motion._engine.omega
+    unit = motion.system.time_unit / motion._engine.omega
     return (turns * TURN + (phase - motion._phase)) * unit

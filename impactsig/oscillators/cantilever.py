@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from .._arguments import number, whole
 from ..errors import InvalidInput
-from .parts import numbers
+from .parts import BaseMotion, Force, KelvinVoigt, Rigid, Stop, numbers
 
 if TYPE_CHECKING:  # the command's help needs no arrays
+    from collections.abc import Sequence
+
     import numpy as np
     from matplotlib.axes import Axes
+
+MOST_MODES = 100
 
 
 @dataclass(frozen=True)
 class Cantilever:
     """A slender beam of rectangular section, clamped at x = 0 and free at its tip, x = length.
+
+    `simulate` follows it in its first `modes` modes, before a stop at its tip.
 
     Euler and Bernoulli's beam ``rho A w_tt + E I w_xxxx = 0`` [Rao2017]_, I = width thickness^3/12,
     has the modes
@@ -41,17 +47,32 @@ class Cantilever:
         Young's modulus [Pa].
     density : float
         Density [kg/m^3].
+    stop : Stop, optional
+        What stands at the tip: rigid with a number as restitution coefficient, or a Kelvin-Voigt
+        stop whose contact ends at the gap.
+    forcing : Force or BaseMotion, optional
+        A force at the tip [N], or a motion of the clamp [m], which with ``stops=True`` carries the
+        stop.
+    damping_ratio : float or sequence of float
+        Damping of all modes, or of each, as a share of the critical. The default is our choice, as
+        for `scenes.karpodinis`.
+    modes : int
+        How many modes, from the first, a simulation follows; with 1 it is `scenes.cantilever`.
 
     Raises
     ------
     InvalidInput
-        If a value is not positive, or the beam is thicker than a fifth of its length: shear and
-        rotary inertia, which are left out, would matter.
+        If a value is not positive, a part is none that a beam can be followed with, or the beam is
+        thicker than a fifth of its length: shear and rotary inertia, which are left out, would
+        matter.
 
     Examples
     --------
-    >>> Cantilever(0.2, 0.025, 0.001, 210e9, 7850).frequencies(2).round(2)
+    >>> ruler = Cantilever(0.2, 0.025, 0.001, 210e9, 7850)
+    >>> ruler.frequencies(2).round(2)
     array([ 20.89, 130.9 ])
+    >>> stopped = replace(ruler, stop=Stop(1e-3, Rigid(0.6)), forcing=BaseMotion(2e-4, 130.0))
+    >>> simulate(stopped, periods=100)
     """
 
     length: float
@@ -59,6 +80,14 @@ class Cantilever:
     thickness: float
     modulus: float
     density: float
+    stop: Stop | None = None
+    forcing: Force | BaseMotion | None = None
+    damping_ratio: float | Sequence[float] = 0.03
+    modes: int = 8
+
+    moved_by: ClassVar[str] = "impactsig.simulate.beams"
+    time_unit: ClassVar[float] = 1.0
+    in_seconds: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         numbers(self, "length", "width", "thickness", "modulus", "density", above=0.0)
@@ -69,6 +98,31 @@ class Cantilever:
                 f"at most a fifth of the length, {self.length / 5:g} m",
                 "A stouter beam shears; in metres, is each number what it should be?",
             )
+        object.__setattr__(self, "modes", whole("modes", self.modes, 1, MOST_MODES))
+        _check_stop(self.stop)
+        _check_forcing(self.forcing)
+        object.__setattr__(self, "damping_ratio", _ratios(self.damping_ratio, self.modes))
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates: displacement and velocity of every mode that is followed."""
+        return 2 * self.modes
+
+    @property
+    def forcing_frequency(self) -> float | None:
+        """Angular frequency of the forcing [rad/s], or None where there is no forcing."""
+        return None if self.forcing is None else self.forcing.frequency
+
+    @property
+    def forcing_period(self) -> float | None:
+        """Period of the forcing [s], or None where there is no forcing."""
+        return None if self.forcing is None else 2 * math.pi / self.forcing.frequency
+
+    @property
+    def damping_ratios(self) -> tuple[float, ...]:
+        """Damping of each mode that is followed, as a share of the critical."""
+        given = self.damping_ratio
+        return (given,) * self.modes if isinstance(given, float) else tuple(given)
 
     @property
     def mass(self) -> float:
@@ -173,3 +227,45 @@ class Cantilever:
         from .. import plot
 
         return plot.mode_shapes(self, ax, **options)
+
+
+def _check_stop(stop: Any) -> None:
+    """Refuse a stop that a beam cannot be followed to."""
+    if stop is None:
+        return
+    if not isinstance(stop, Stop):
+        raise InvalidInput("stop", stop, "a Stop(...) at the tip, or None")
+    law = stop.law
+    if isinstance(law, Rigid) and not callable(law.restitution):
+        return
+    if not (isinstance(law, KelvinVoigt) and law.ends == "gap"):
+        raise InvalidInput(
+            "stop.law", law, 'Rigid(a number), or KelvinVoigt(...) that ends at the "gap"',
+            "Other laws are for one mode: simulate(scenes.cantilever(...))",
+        )  # fmt: skip
+
+
+def _check_forcing(forcing: Any) -> None:
+    """Refuse a forcing that is none of a beam."""
+    if forcing is None or isinstance(forcing, Force):
+        return
+    if not isinstance(forcing, BaseMotion):
+        raise InvalidInput("forcing", forcing, "Force(...) at the tip, BaseMotion(...) or None")
+    if not (forcing.spring and forcing.damper):
+        raise InvalidInput("forcing", forcing, "a base that both spring and damper hang on")
+
+
+def _ratios(given: Any, modes: int) -> float | tuple[float, ...]:
+    """Damping of all modes, or of each."""
+    try:
+        several = None if isinstance(given, str) else tuple(given)
+    except TypeError:
+        several = None
+    ratios = (number("damping_ratio", given),) if several is None else tuple(
+        number("damping_ratio", one) for one in several
+    )  # fmt: skip
+    if several is not None and len(ratios) != modes:
+        raise InvalidInput("damping_ratio", given, f"a number, or one for each of {modes} modes")
+    if not all(0 <= ratio < 1 for ratio in ratios):
+        raise InvalidInput("damping_ratio", given, "shares of the critical, 0 or greater, below 1")
+    return ratios[0] if several is None else ratios

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from .._arguments import entries, number, text
 from ..errors import InvalidInput
@@ -50,6 +50,11 @@ class Flow:
     signal: Callable[[Any], float] | None = None
     coordinates: Sequence[str] = ()
     name: str = "flow"
+
+    moved_by: ClassVar[str] = "impactsig.simulate.flow_motion"
+    time_unit: ClassVar[float] = 1.0
+    in_seconds: ClassVar[bool] = False
+    forcing_period: ClassVar[None] = None
 
     def __post_init__(self) -> None:
         if not callable(self.function):

@@ -46,8 +46,8 @@ class Oscillator:
         since the start of the simulation and x, v against the ground; a function that numba can
         compile. Whether it depends on t, and with which period, is found by evaluating it.
     noise : Noise, optional
-        A random force on the mass, white or filtered. `simulate` knows none; `simulate_ensemble`
-        does.
+        A random force on the mass, white or filtered: `simulate` follows one path of it,
+        `simulate_ensemble` many.
     time_unit, length_unit, mass_unit : float
         Seconds, metres and kilograms in one of the units that the numbers above are in: 1 in SI
         units; 1/omega_n of the machine, its gap and its mass for a dimensionless oscillator. A
@@ -143,6 +143,17 @@ class Oscillator:
                     f"The mass cannot get past {near.position:g}. Where that stop is to keep it "
                     f'{way} {near.position:g}, give it side="{other}"',
                 )  # fmt: skip
+
+    @property
+    def moved_by(self) -> str:
+        """Module whose `move` follows it."""
+        noisy = self.noise is not None and self.noise.intensity > 0
+        return "impactsig.stochastic.noisy_motion" if noisy else "impactsig.simulate.simulation"
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates: displacement and velocity."""
+        return 2
 
     def stops_on(self, side: str) -> tuple[Stop, ...]:
         """The stops on that side ("upper" or "lower"), in the order they are reached."""

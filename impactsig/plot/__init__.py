@@ -24,7 +24,7 @@ from .correlation import correlation_sum
 from .diagrams import basins, bifurcation_diagram, periodicity_chart, response_spectrum
 from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
-from .ensembles import density, joint_density, sample_path
+from .ensembles import density, joint_density, noisy_motion
 from .equivalence import match_rate
 from .exponents import stretch_curve
 from .fitting import oscillator_fit
@@ -70,6 +70,7 @@ __all__ = [
     "lyapunov_convergence",
     "match_rate",
     "mode_shapes",
+    "noisy_motion",
     "oscillator_fit",
     "p_bifurcation",
     "parameter_study",
@@ -86,7 +87,6 @@ __all__ = [
     "restitution_over_modes",
     "return_map",
     "return_maps",
-    "sample_path",
     "section",
     "spike_train",
     "stability_chart",

@@ -1,4 +1,4 @@
-"""The phase portrait of a flow: one coordinate of its trajectory over another."""
+"""The phase portrait of a flow: one of its coordinates over another."""
 
 from __future__ import annotations
 
@@ -14,29 +14,31 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..oscillators.flows import Flow
-    from ..simulate.trajectories import Trajectory
+    from ..simulate.flow_motion import FlowMotion
+
+MOST = 20_000  # states that are drawn
 
 
 def flow_portrait(
-    trajectory: Trajectory,
+    motion: FlowMotion,
     ax: Axes | None,
     start: float | None,
     stop: float | None,
     coordinates: tuple[str | int, str | int] | None,
 ) -> Axes:
-    """Draw the line through the states of a trajectory, in two of its coordinates."""
-    across, up = _two(trajectory.flow, coordinates)
-    time = trajectory.time
-    first = -np.inf if start is None else number("start", start, "a time")
-    last = np.inf if stop is None else number("stop", stop, "a time")
-    shown = (time >= first) & (time <= last)
-    if shown.sum() < 2:
-        held = f"{time[0]:.6g} to {time[-1]:.6g}" if len(time) else "none, as it has no states"
-        raise InvalidInput("start, stop", f"{start}, {stop}", f"a span of two states of {held}")
+    """Draw the way of a flow in two of its coordinates."""
+    across, up = _two(motion.system, coordinates)
+    first = motion.start if start is None else number("start", start, "a time")
+    last = motion.stop if stop is None else number("stop", stop, "a time")
+    first, last = max(first, motion.start), min(last, motion.stop)
+    if not first < last:
+        held = f"{motion.start:.6g} to {motion.stop:.6g}"
+        raise InvalidInput("start, stop", f"{start}, {stop}", f"a span within {held}")
+    states = motion.sample(np.linspace(first, last, MOST))
     ax = axes(ax, width=4.8, height=4.4)
-    ax.plot(trajectory[across][shown], trajectory[up][shown], color=BLUE, linewidth=0.7)
+    ax.plot(states[:, across], states[:, up], color=BLUE, linewidth=0.7)
     ax.margins(0.06)
-    names = trajectory.flow.coordinates
+    names = motion.system.coordinates
     return frame(ax, called(names[across]), called(names[up]))
 
 

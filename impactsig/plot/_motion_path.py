@@ -110,15 +110,15 @@ def span_drawn(
 
 def swing(motion: Motion) -> float:
     """Time that the motion takes for about one swing [s]."""
-    own = motion.oscillator.natural_frequency
-    natural = 2 * math.pi / own * motion.oscillator.time_unit if own else motion.duration / 10
-    forced = motion.oscillator.frequencies
-    return 2 * math.pi / forced[0] * motion.oscillator.time_unit if forced else natural
+    own = motion.system.natural_frequency
+    natural = 2 * math.pi / own * motion.system.time_unit if own else motion.duration / 10
+    forced = motion.system.frequencies
+    return 2 * math.pi / forced[0] * motion.system.time_unit if forced else natural
 
 
 def stops_move(motion: Motion) -> bool:
     """Whether the base carries the stops."""
-    return bool(motion.oscillator.base and motion.oscillator.base.stops)
+    return bool(motion.system.base and motion.system.base.stops)
 
 
 def base_at(motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -128,7 +128,7 @@ def base_at(motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def strobe_times(motion: Motion, phase: float) -> np.ndarray:
     """Times of the motion at which the forcing has that phase."""
-    period = motion.oscillator.forcing_period
+    period = motion.system.forcing_period
     assert period is not None
     first = (phase - motion._phase) / math.tau * period
     count = np.arange(

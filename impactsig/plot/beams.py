@@ -94,8 +94,8 @@ def tip_history(
     slow = motion.modal(time)[0][:, 0]
     ax.plot(time, slow, color=GREY, linewidth=1.0, linestyle="--", label="first mode")
     mark_events(ax, motion, hits, np.clip(motion.sticks, first, last), "held")
-    if motion.stop is not None:
-        ax.axhline(motion.stop.position, color=GREY, linewidth=0.8)
+    if motion.system.stop is not None:
+        ax.axhline(motion.system.stop.position, color=GREY, linewidth=0.8)
     ax.margins(x=0)
     seconds(ax.xaxis, "time", [last])
     return frame(ax, None, "deflection [m]", "above", ncols=4)

@@ -14,7 +14,7 @@ from ._kinds import checked
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..control import ControlledMotion, ControlledTrajectory
+    from ..control import ControlledFlowMotion, ControlledMotion
     from ..dynamics.flow_orbits import FlowOrbit
     from ..studies.study import Study
 
@@ -28,18 +28,18 @@ def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: f
     Parameters
     ----------
     motion : ControlledMotion
-        Of `control`.
+        Of a `Controlled` system.
     phase : float
         Phase of the strobe [rad].
     """
     ax = axes(ax)
     x, _ = motion.stroboscopic(phase)
-    period = motion.oscillator.forcing_period
+    period = motion.system.forcing_period
     if not len(x) or period is None:
         return explain(ax, "no forcing period has passed")
     points(ax, motion.start + np.arange(len(x)) * period, x, markersize=2.5)
     _phases(ax, motion)
-    seconds(ax.xaxis, "time", [motion.stop], motion.oscillator.in_seconds)
+    seconds(ax.xaxis, "time", [motion.stop], motion.system.in_seconds)
     return frame(ax, None, "displacement, strobed")
 
 
@@ -50,7 +50,7 @@ def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     motion : ControlledMotion
-        Of `control`.
+        Of a `Controlled` system.
     """
     ax = axes(ax)
     impacts = motion.impacts
@@ -58,8 +58,8 @@ def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
         return explain(ax, "fewer than two impacts: no interval")
     points(ax, impacts.time[1:], np.diff(impacts.time), markersize=2.5)
     _phases(ax, motion)
-    seconds(ax.xaxis, "time", [motion.stop], motion.oscillator.in_seconds)
-    told = motion.oscillator.in_seconds
+    seconds(ax.xaxis, "time", [motion.stop], motion.system.in_seconds)
+    told = motion.system.in_seconds
     seconds(ax.yaxis, "interspike interval", np.diff(impacts.time), told)
     return ax
 
@@ -73,7 +73,7 @@ def control_effort(
     Parameters
     ----------
     motion : ControlledMotion
-        Of `control`.
+        Of a `Controlled` system.
     periods : float, optional
         Length of the windows in which it is taken [forcing periods]; by default the longest period
         of what is controlled, over which the force need not alternate.
@@ -81,20 +81,20 @@ def control_effort(
     ax = axes(ax)
     if periods is None:
         periods = max([1.0, *(_period_of(own) for _, own in motion.schedule)])
-        periods = min(periods, motion.duration / (motion.oscillator.forcing_period or math.inf))
+        periods = min(periods, motion.duration / (motion.system.forcing_period or math.inf))
     time, rms = motion.effort(periods)
     if not (rms > FLOOR).any():
         return explain(ax, "no control force")
     ax.plot(time, np.where(rms > FLOOR, rms, np.nan), color=BLUE, linewidth=0.9)
     ax.set_yscale("log")
     _phases(ax, motion)
-    seconds(ax.xaxis, "time", [motion.stop], motion.oscillator.in_seconds)
+    seconds(ax.xaxis, "time", [motion.stop], motion.system.in_seconds)
     return frame(ax, None, "RMS control force")
 
 
 @checked
 def control_force(
-    motion: ControlledMotion | ControlledTrajectory,
+    motion: ControlledMotion | ControlledFlowMotion,
     ax: Axes | None = None,
     *,
     span: tuple[float, float] | None = None,
@@ -103,15 +103,15 @@ def control_force(
 
     Parameters
     ----------
-    motion : ControlledMotion or ControlledTrajectory
-        Of `control`.
+    motion : ControlledMotion or ControlledFlowMotion
+        Of a `Controlled` system.
     span : (float, float), optional
         From when to when [s, or the flow's unit of time]; all of it by default.
     """
-    from ..control import ControlledTrajectory
+    from ..control import ControlledFlowMotion
 
     ax = axes(ax)
-    if isinstance(motion, ControlledTrajectory):
+    if isinstance(motion, ControlledFlowMotion):
         start, stop = 0.0, motion.duration
     else:
         start, stop = motion.start, motion.stop
@@ -119,33 +119,33 @@ def control_force(
     time = np.linspace(max(begin, start), min(end, stop), 20_000)
     ax.plot(time, motion.force(time), color=BLUE, linewidth=0.7)
     _phases(ax, motion, (begin, end))
-    if isinstance(motion, ControlledTrajectory):
+    if isinstance(motion, ControlledFlowMotion):
         return frame(ax, "time", "control force")
-    seconds(ax.xaxis, "time", [end], motion.oscillator.in_seconds)
+    seconds(ax.xaxis, "time", [end], motion.system.in_seconds)
     return frame(ax, None, "control force")
 
 
 @checked
 def controlled_flow(
-    course: ControlledTrajectory, ax: Axes | None = None, *, coordinate: str | int = 0
+    course: ControlledFlowMotion, ax: Axes | None = None, *, coordinate: str | int = 0
 ) -> Axes:
     """Draw a coordinate of a controlled flow over time, and when control was changed.
 
     Parameters
     ----------
-    course : ControlledTrajectory
-        Of `control`.
+    course : ControlledFlowMotion
+        Of a `Controlled` system.
     coordinate : str or int
         Which; by default the first.
     """
     from ..simulate._course import coordinate_of
 
-    k = coordinate_of(course.flow, coordinate)
+    k = coordinate_of(course.system, coordinate)
     ax = axes(ax)
     time = np.linspace(0.0, course.duration, 8000)
     ax.plot(time, course.sample(time)[:, k], color=BLUE, linewidth=0.7)
     _phases(ax, course, (0.0, course.duration))
-    return frame(ax, "time", course.flow.coordinates[k])
+    return frame(ax, "time", course.system.coordinates[k])
 
 
 @checked
@@ -157,18 +157,18 @@ def flow_orbit(
     Parameters
     ----------
     orbit : FlowOrbit
-        Of `find_flow_orbit`.
+        Of `find_periodic_orbit`.
     x, y : str or int
         Which coordinates; by default the first two.
     """
     from ..simulate._course import coordinate_of
 
-    i, j = coordinate_of(orbit.flow, x), coordinate_of(orbit.flow, y)
+    i, j = coordinate_of(orbit.system, x), coordinate_of(orbit.system, y)
     ax = axes(ax, width=4.2, height=3.8)
     states = orbit.sample(np.linspace(0.0, orbit.period, 2000, endpoint=False))
     states = np.concatenate([states, states[:1]])
     ax.plot(states[:, i], states[:, j], color=BLUE, linewidth=1.1)
-    return frame(ax, orbit.flow.coordinates[i], orbit.flow.coordinates[j])
+    return frame(ax, orbit.system.coordinates[i], orbit.system.coordinates[j])
 
 
 @checked
@@ -198,7 +198,7 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
 
 def _phases(ax: Axes, motion: Any, span: tuple[float, float] | None = None) -> None:
     """Mark when which control began."""
-    unit = 1.0 if hasattr(motion, "flow") else motion.oscillator.forcing_period
+    unit = 1.0 if hasattr(motion, "flow") else motion.system.forcing_period
     low, high = span or (motion.start, motion.stop)
     for start, own in motion.schedule:
         at = start * unit

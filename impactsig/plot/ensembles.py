@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..stochastic.density import Density, JointDensity
-    from ..stochastic.sample_paths import SamplePath
+    from ..stochastic.noisy_motion import NoisyMotion
 
 SYMBOLS = {"energy": "H", "displacement": "x", "velocity": "v"}
 
@@ -61,12 +61,12 @@ def joint_density(result: JointDensity, ax: Axes | None = None) -> Axes:
 
 
 @checked
-def sample_path(result: SamplePath, ax: Axes | None = None) -> Axes:
+def noisy_motion(result: NoisyMotion, ax: Axes | None = None) -> Axes:
     """Draw displacement over time, with a mark where the path hits a stop.
 
     Parameters
     ----------
-    result : SamplePath
+    result : NoisyMotion
         What moved.
     """
     ax = axes(ax)
@@ -74,11 +74,11 @@ def sample_path(result: SamplePath, ax: Axes | None = None) -> Axes:
     hits = result.impacts.time
     if len(hits) and len(result.time):
         at = np.interp(hits, result.time, result.x)
-        base = result.oscillator.base
+        base = result.system.base
         if base is None or not base.stops:  # where the stop is, not where the path was seen next
-            places = np.array([stop.position for stop in result.oscillator.stops])
+            places = np.array([stop.position for stop in result.system.stops])
             at = places[np.abs(at[:, None] - places).argmin(axis=1)]
         ax.plot(hits, at, "o", color=VERMILLION, markersize=3, label="impacts")
         legend(ax, "lower right", bbox_to_anchor=(1, 1))
-    seconds(ax.xaxis, "time", result.time, result.oscillator.in_seconds)
+    seconds(ax.xaxis, "time", result.time, result.system.in_seconds)
     return frame(ax, None, "displacement $x$")

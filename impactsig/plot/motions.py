@@ -9,7 +9,7 @@ import numpy as np
 from .._arguments import number
 from ..errors import InvalidInput
 from ..recording import sample_span
-from ._axes import BLUE, GREY, VERMILLION, axes, explain, frame, legend, points, seconds
+from ._axes import BLUE, GREY, VERMILLION, axes, called, explain, frame, legend, points, seconds
 from ._flow_portrait import flow_portrait
 from ._kinds import checked
 from ._motion_path import (
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..recorded import RecordedMotion
+    from ..simulate.flow_motion import FlowMotion
     from ..simulate.motion import Motion
     from ..simulate.spectrum import PowerSpectrum
-    from ..simulate.trajectories import Trajectory
 
 EDGE = "#A6A6A6"
 """A stop's colour: light, for what hits it is drawn along it."""
@@ -42,7 +42,7 @@ DECADES = 12
 
 @checked
 def phase_portrait(
-    motion: Motion | RecordedMotion | Trajectory,
+    motion: Motion | RecordedMotion | FlowMotion,
     ax: Axes | None = None,
     *,
     start: float | None = None,
@@ -52,7 +52,7 @@ def phase_portrait(
 ) -> Axes:
     """Draw velocity over displacement, with the stops and stroboscopic points.
 
-    Of the trajectory of a flow, draw one of two coordinates over the other.
+    Of a flow, draw one of two coordinates over the other.
 
     On a rigid stop, drawn by a full line with a shade behind, a dashed line spans what the velocity
     jumps over; a soft stop is itself drawn by a dashed line. Where the stops move, displacement and
@@ -60,11 +60,11 @@ def phase_portrait(
 
     Parameters
     ----------
-    motion : Motion, RecordedMotion or Trajectory
+    motion : Motion, RecordedMotion or FlowMotion
         What moved, with all kept.
     start, stop : float, optional
         Span to draw [s]; by default the last 50 forcing periods of the motion, or its last
-        5000 impacts where these are fewer, or the whole trajectory.
+        5000 impacts where these are fewer; all of it of a flow.
     phase : float or None
         Phase of the forcing at which the points are taken, over the whole motion [rad];
         None for no points. A flow has none.
@@ -77,9 +77,9 @@ def phase_portrait(
         If the span is not in the motion, only counts were kept, or there are no such coordinates.
     """
     from ..recorded import RecordedMotion
-    from ..simulate.trajectories import Trajectory
+    from ..simulate.flow_motion import FlowMotion
 
-    if isinstance(motion, Trajectory):
+    if isinstance(motion, FlowMotion):
         return flow_portrait(motion, ax, start, stop, coordinates)
     if coordinates is not None:
         raise InvalidInput("coordinates", coordinates, "None for the motion of an oscillator")
@@ -89,7 +89,7 @@ def phase_portrait(
     ax = axes(ax, width=4.8, height=4.4)
     ax.plot(path.x, path.v, color=BLUE, linewidth=0.7)
     ax.vlines(*spans_jumped(path), color=BLUE, linewidth=1.4, linestyle=(0, (3, 2)), zorder=2.5)
-    if phase is not None and motion.oscillator.forcing_frequency is not None:
+    if phase is not None and motion.system.forcing_frequency is not None:
         time = strobe_times(motion, number("phase", phase, "a finite angle [rad]"))
         x, v = motion._from_stops(time)
         label = "once a period" if phase == 0 else f"once a period, at phase {phase:.3g}"
@@ -151,7 +151,7 @@ def time_history(
     ax.set_ylim(low, high)
     if ax.get_legend_handles_labels()[0]:
         _legend_above(ax)
-    seconds(ax.xaxis, "time", [last], motion.oscillator.in_seconds)
+    seconds(ax.xaxis, "time", [last], motion.system.in_seconds)
     return frame(ax, None, "displacement $x$")
 
 
@@ -199,7 +199,8 @@ def power_spectrum(
         ax.axvline(forcing, color=GREY, linewidth=0.8, linestyle=":", label=label, zorder=1)
         legend(ax, "upper right", borderaxespad=0)
     ax.set_xlim(0, highest)
-    symbol = "$x$" if spectrum.quantity == "displacement" else "$x'$"
+    symbols = {"displacement": "$x$", "velocity": "$x'$"}
+    symbol = symbols.get(spectrum.quantity) or called(spectrum.quantity)
     if spectrum.in_seconds:
         return frame(ax, "frequency [Hz]", f"power density of {symbol} [unit$^2$/Hz]")
     return frame(ax, "frequency", f"power density of {symbol}")
@@ -238,7 +239,7 @@ def _in_sight(motion: Motion, x: np.ndarray) -> list[Any]:
     """The stops that the motion comes to, or near to."""
     low, high = float(np.nanmin(x)), float(np.nanmax(x))
     room = 0.5 * (high - low)
-    stops = motion.oscillator.stops
+    stops = motion.system.stops
     return [stop for stop in stops if low - room <= stop.position <= high + room]
 
 

@@ -1,4 +1,4 @@
-"""The arguments of `simulate_beam`, checked and worked out."""
+"""What moves a beam, in the terms of its modes."""
 
 from __future__ import annotations
 
@@ -7,50 +7,16 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidInput
-from ..oscillators import BaseMotion, Cantilever, Force, KelvinVoigt, Rigid, Stop
+from ..oscillators import Cantilever, Force, Rigid, Stop
 
 
-def check_stop(stop: Any) -> None:
-    """Refuse a stop that a beam cannot be followed to."""
-    if stop is None:
-        return
-    if not isinstance(stop, Stop):
-        raise InvalidInput("stop", stop, "a Stop(...) at the tip, or None")
-    law = stop.law
-    if isinstance(law, Rigid) and not callable(law.restitution):
-        return
-    if not (isinstance(law, KelvinVoigt) and law.ends == "gap"):
-        raise InvalidInput(
-            "stop.law", law, 'Rigid(a number), or KelvinVoigt(...) that ends at the "gap"',
-            "Other laws are for one mode: simulate(scenes.cantilever(...))",
-        )  # fmt: skip
-
-
-def ratios_of(given: Any, modes: int) -> np.ndarray:
-    """Damping ratios of all modes."""
-    try:
-        ratios = np.array(given, float)
-    except (TypeError, ValueError):
-        ratios = np.array(np.nan)
-    if ratios.ndim == 0:
-        ratios = np.full(modes, float(ratios))
-    if ratios.shape != (modes,):
-        raise InvalidInput("damping_ratio", given, f"a number, or one for each of {modes} modes")
-    if not ((ratios >= 0) & (ratios < 1)).all():
-        raise InvalidInput("damping_ratio", given, "shares of the critical, 0 or greater, below 1")
-    return ratios
-
-
-def forces_of(beam: Cantilever, modes: int, forcing: Any) -> tuple[np.ndarray, complex]:
+def forces_of(beam: Cantilever) -> tuple[np.ndarray, complex]:
     """Complex amplitudes of the modal forces [N], and of the base's own part of the tip [m]."""
+    forcing, modes = beam.forcing, beam.modes
     if forcing is None:
         return np.zeros(modes, complex), 0j
     if isinstance(forcing, Force):
         return np.full(modes, forcing.amplitude * np.exp(1j * forcing.phase)), 0j
-    if not isinstance(forcing, BaseMotion):
-        raise InvalidInput("forcing", forcing, "Force(...) at the tip, BaseMotion(...) or None")
-    if not (forcing.spring and forcing.damper):
-        raise InvalidInput("forcing", forcing, "a base that both spring and damper hang on")
     moves = forcing.amplitude * np.exp(1j * forcing.phase)
     push = beam.participation(modes) * beam.modal_mass * forcing.frequency**2 * moves
     return push, 0j if forcing.stops else complex(moves)

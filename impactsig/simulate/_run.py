@@ -40,12 +40,7 @@ class Run:
     ) -> None:
         if not isinstance(oscillator, Oscillator):
             raise InvalidInput("oscillator", oscillator, "an Oscillator, as impactsig.scenes makes")
-        if oscillator.noise is not None and oscillator.noise.intensity > 0:
-            raise InvalidInput(
-                "oscillator", repr(oscillator.noise), "an oscillator without noise",
-                "Under a random force, simulate_ensemble() gives densities and sample_path() a "
-                "path; replace(oscillator, noise=None) moves without it",
-            )  # fmt: skip
+        without_noise(oscillator)
         if (periods is None) == (duration is None):
             raise InvalidInput(
                 "periods, duration", f"{periods}, {duration}", "one of them, and only one"
@@ -104,6 +99,22 @@ class Run:
             parts.append(buffer[: count[5]].copy())
             if found != FULL:
                 return STATUS[found], np.concatenate(parts)
+
+
+def without_noise(oscillator: Oscillator) -> None:
+    """Refuse an oscillator that moves at random.
+
+    Raises
+    ------
+    InvalidInput
+        If it has noise.
+    """
+    if oscillator.noise is not None and oscillator.noise.intensity > 0:
+        raise InvalidInput(
+            "oscillator", repr(oscillator.noise), "an oscillator without noise",
+            "Under noise, simulate_ensemble() gives densities and simulate() a path; "
+            "replace(oscillator, noise=None) moves without it",
+        )  # fmt: skip
 
 
 def _engine(

@@ -89,7 +89,7 @@ def spikes(
         real[real] = np.diff(first[real], prepend=-1) > 0
         of_impact[own[first[real]]] = begin[real]
         spurious.append(begin[~real])
-        stop = motion.oscillator.stops.index(motion.oscillator.stops_on(side)[0])
+        stop = motion.system.stops.index(motion.system.stops_on(side)[0])
         stops.append(np.full(len(spurious[-1]), stop))
     instants = np.concatenate(spurious)
     order = np.argsort(instants, kind="stable")
@@ -97,7 +97,7 @@ def spikes(
 
 
 def _view(motion: Motion, rate: float | None, skip: bool) -> _View:
-    oscillator = motion.oscillator
+    oscillator = motion.system
     if not oscillator.stops:
         raise InvalidInput("noise", repr(motion), "a motion with a stop to measure from")
     pace = [oscillator.natural_frequency, oscillator.damping / oscillator.mass]
@@ -121,7 +121,7 @@ def _view(motion: Motion, rate: float | None, skip: bool) -> _View:
 
 def _sides(motion: Motion) -> Iterator[tuple[str, np.ndarray]]:
     """Each side that has a stop, with the indices of the impacts on it."""
-    impacts, oscillator = motion.impacts, motion.oscillator
+    impacts, oscillator = motion.impacts, motion.system
     assert impacts is not None
     upper, lower = oscillator.stops_on("upper"), oscillator.stops_on("lower")
     above = np.full(len(impacts), bool(upper))
@@ -136,7 +136,7 @@ def _sides(motion: Motion) -> Iterator[tuple[str, np.ndarray]]:
 
 def _level(view: _View, noise: float) -> _Level:
     """The levels, from the spread of the displacement and a bound of |x''| between stops."""
-    motion, oscillator, base = view.motion, view.motion.oscillator, view.motion.oscillator.base
+    motion, oscillator, base = view.motion, view.motion.system, view.motion.system.base
     total, squares, far, fast = 0.0, 0.0, 0.0, 0.0
     origin = None
     for coarse in _chunks(view):
@@ -235,7 +235,7 @@ def _distance(view: _View, index: np.ndarray, side: str) -> np.ndarray:
     """From the first stop of that side to the mass, negative on the free side of it."""
     time = view.time(index)
     at = view.motion._from_stops(time)[0]
-    position = view.motion.oscillator.stops_on(side)[0].position
+    position = view.motion.system.stops_on(side)[0].position
     return at - position if side == "upper" else position - at
 
 

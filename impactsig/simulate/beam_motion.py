@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,7 +12,7 @@ import numpy as np
 from .._arguments import number
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts, exact
-from ..oscillators import Cantilever, KelvinVoigt, Rigid, Stop
+from ..oscillators import Cantilever, KelvinVoigt, Rigid
 from ._events import IMPACT, PART, RELEASE, STICK, TOUCH
 from .motion import TURN
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ._beam_flow import Beam
+    from .spectrum import PowerSpectrum
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -31,16 +33,12 @@ class BeamMotion:
 
     Attributes
     ----------
-    beam : Cantilever
+    system : Cantilever
         What moved.
-    stop : Stop or None
-        What its tip hit.
     frequencies : ndarray, shape (m,)
         Natural frequencies of the modes that were followed [Hz].
     damping_ratios : ndarray, shape (m,)
         Their damping, as shares of the critical.
-    forcing_period : float or None
-        [s].
     start, duration : float
         The span after the transient [s].
     impacts : Impacts
@@ -53,16 +51,14 @@ class BeamMotion:
         Energy lost in the impacts on a rigid stop [J]; None for a soft one.
     final : tuple
         Modal displacements [m], modal velocities [m/s] and phase of the forcing at the end: what
-        `simulate_beam` takes as `initial` and `phase` to go on.
+        `simulate` takes as `initial` and `phase` to go on.
     status : str
         "complete", "work limit" or "diverged".
     """
 
-    beam: Cantilever
-    stop: Stop | None
+    system: Cantilever
     frequencies: np.ndarray
     damping_ratios: np.ndarray
-    forcing_period: float | None
     start: float
     duration: float
     impacts: Impacts
@@ -76,6 +72,11 @@ class BeamMotion:
     _base: complex = field(repr=False)
     _rows: np.ndarray = field(repr=False)
     _impact_rows: np.ndarray = field(repr=False)
+
+    @property
+    def stop(self) -> float:
+        """End of the span [s]."""
+        return self.start + self.duration
 
     def modal(self, time: Any) -> tuple[np.ndarray, np.ndarray]:
         """Modal displacements and velocities at any times of the span, in closed form.
@@ -97,8 +98,8 @@ class BeamMotion:
             If a time is outside the span.
         """
         time = np.asarray(time, float)
-        slack = 1e-12 * max(abs(self.start), abs(self.start + self.duration))
-        last = self.start + self.duration
+        last = self.stop
+        slack = 1e-12 * max(abs(self.start), abs(last))
         if not ((time >= self.start - slack) & (time <= last + slack)).all():
             raise InvalidInput("time", time, f"times in the span, {self.start:.9g} to {last:.9g} s")
         from ._beam_flow import sample
@@ -136,14 +137,14 @@ class BeamMotion:
             If the time is outside the span, or a place not on the beam.
         """
         q, _v = self.modal(number("time", time))
-        shapes = [self.beam.mode_shape(n + 1, x) for n in range(len(q))]
+        shapes = [self.system.mode_shape(n + 1, x) for n in range(len(q))]
         return np.tensordot(q, np.array(shapes), axes=1)
 
     def energy(self, time: Any) -> np.ndarray:
         """Kinetic and elastic energy of each mode [J], shape of `time` and (m,)."""
         q, v = self.modal(time)
         rates = TURN * self.frequencies
-        return self.beam.modal_mass / 2 * (v**2 + (rates * q) ** 2)
+        return self.system.modal_mass / 2 * (v**2 + (rates * q) ** 2)
 
     def modal_at_impacts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Modal displacements, and velocities before and after each impact, shape (n, m) each.
@@ -153,13 +154,46 @@ class BeamMotion:
         m = len(self.frequencies)
         states = self._rows[self._impact_rows, -2 * m :]
         q, after = states[:, :m], states[:, m:] * self._omega
-        law = self.stop.law if self.stop else None
+        law = self.system.stop.law if self.system.stop else None
         if not isinstance(law, Rigid):
             return q, after, after
         speed = self.impacts.approach_velocity
         assert speed is not None
         jump = self._regimes.side * (1 + self._regimes.restitution) * speed / m
         return q, after + jump[:, None], after
+
+    def stroboscopic(self, phase: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement and velocity of the tip once every forcing period.
+
+        Parameters
+        ----------
+        phase : float
+            Phase of the forcing [rad].
+
+        Returns
+        -------
+        x, v : ndarray, shape (n,)
+
+        Raises
+        ------
+        InvalidInput
+            If the phase is no finite number, or there is no forcing.
+        """
+        period = self.system.forcing_period
+        if period is None:
+            raise InvalidInput("motion", repr(self), "a forced motion: a section is taken by it")
+        angle = math.fmod(number("phase", phase, "a finite angle [rad]"), TURN) % TURN
+        since = angle - self._phase
+        first, last = ((at * self._omega - since) / TURN for at in (self.start, self.stop))
+        turns = np.arange(math.ceil(first - 1e-9), math.floor(last + 1e-9) + 1)
+        time = (turns * TURN + since) / self._omega
+        return self.sample(np.clip(time, self.start, self.stop))
+
+    def power_spectrum(self, quantity: str | None = None, **options: Any) -> PowerSpectrum:
+        """Power spectral density of the tip; see `impactsig.simulate.spectrum.power_spectrum`."""
+        from .spectrum import power_spectrum
+
+        return power_spectrum(self, quantity, **options)
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the way of the tip; see `impactsig.plot.tip_history`."""
@@ -193,10 +227,8 @@ class Setting(NamedTuple):
     """What was moved, and how it was put to the kernel."""
 
     beam: Cantilever
-    stop: Stop | None
     rates: np.ndarray  # angular frequencies of the modes [rad/s]
     ratios: np.ndarray
-    forced: bool
     base: complex  # amplitude of the base's part of the tip [m]
     omega: float  # angular frequency of the reference [rad/s]
     phase: float  # of the reference at t = 0
@@ -213,7 +245,8 @@ def assemble(
     status: str,
 ) -> BeamMotion:
     """A motion from what the kernel left."""
-    beam, stop, rates, ratios, forced, base, omega, phase, table = setting
+    beam, rates, ratios, base, omega, phase, table = setting
+    stop = beam.stop
 
     def seconds(turns: Any, at: Any) -> Any:
         return (turns * TURN + (at - phase)) / omega
@@ -244,8 +277,7 @@ def assemble(
     impacts = Impacts(start=start, duration=end - start, source=f"cantilever in {m} modes", **known)
     rows.flags.writeable = False
     return BeamMotion(
-        beam, stop, rates / TURN, ratios, TURN / omega if forced else None,
-        start, end - start, impacts, np.stack([begin, release], axis=1),
+        beam, rates / TURN, ratios, start, end - start, impacts, np.stack([begin, release], axis=1),
         float(lost * beam.modal_mass * omega**2) if isinstance(law, Rigid) else None,
         (state[:m].copy(), state[m:] * omega, float(clock[1])),
         status, table, omega, phase, base, rows, which,
@@ -258,7 +290,7 @@ def _peaks(
     """Greatest force of soft contacts [N], of 16 instants in the fastest period and finer ones."""
     from ._beam_flow import sample
 
-    stop, table, omega = setting.stop, setting.table, setting.omega
+    stop, table, omega = setting.beam.stop, setting.table, setting.omega
     assert stop is not None
     law = stop.law
     assert isinstance(law, KelvinVoigt)

@@ -12,7 +12,7 @@ import numpy as np
 from .._arguments import entries, instance, number, reals, thread_count
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ._run import Run
+from ._run import Run, without_noise
 from .motion import Motion
 from .simulation import simulate
 
@@ -108,6 +108,7 @@ def simulate_many(
     machines = [oscillators] if alone else list(entries("oscillators", oscillators, MACHINES))
     for machine in machines:
         instance("oscillators", machine, Oscillator, MACHINES)
+        without_noise(machine)
     counts = {len(machines), len(np.atleast_2d(starts)), phases.size} - {1}
     if len(counts) > 1 or phases.ndim > 1:
         raise InvalidInput(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,7 +34,7 @@ class Motion:
 
     Attributes
     ----------
-    oscillator : Oscillator
+    system : Oscillator
         What moved.
     start, duration : float
         The span after the transient [s].
@@ -55,7 +55,7 @@ class Motion:
         "complete", "work limit", "diverged" or "broken law"; see `simulate`.
     """
 
-    oscillator: Oscillator
+    system: Oscillator
     start: float
     duration: float
     impacts: Impacts | None
@@ -85,7 +85,7 @@ class Motion:
         InvalidInput
             If there is no forcing, or the span is empty.
         """
-        period = self.oscillator.forcing_period
+        period = self.system.forcing_period
         if period is None or self.duration <= 0:
             raise InvalidInput("motion", repr(self), "a forced motion of some duration")
         return self.impact_count / (self.duration / period)
@@ -139,7 +139,7 @@ class Motion:
 
     def _instants(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Turns and phases of the reference at times."""
-        passed = time * (self._engine.omega / self.oscillator.time_unit)
+        passed = time * (self._engine.omega / self.system.time_unit)
         turns = np.floor((passed + self._phase) / TURN)
         return turns, (passed - TURN * turns) + self._phase
 
@@ -168,13 +168,11 @@ class Motion:
         """Displacement and velocity of what the stops hang on, at such instants."""
         from ._flow import phases_of
 
-        own = phases_of(pace(self.oscillator), turns.ravel(), phase.ravel())
-        at, moving = base_motion(self.oscillator, own)
+        own = phases_of(pace(self.system), turns.ravel(), phase.ravel())
+        at, moving = base_motion(self.system, own)
         return at.reshape(turns.shape), moving.reshape(turns.shape)
 
-    def power_spectrum(
-        self, quantity: Literal["displacement", "velocity"] = "displacement", **options: Any
-    ) -> PowerSpectrum:
+    def power_spectrum(self, quantity: str | None = None, **options: Any) -> PowerSpectrum:
         """Power spectral density; see `impactsig.simulate.spectrum.power_spectrum`."""
         from .spectrum import power_spectrum
 
@@ -190,9 +188,9 @@ class Motion:
         parts = [f"{self.impact_count} impacts"]
         if self.stick_count:
             parts.append(f"{self.stick_count} sticks")
-        unit = " s" if self.oscillator.in_seconds else ""
+        unit = " s" if self.system.in_seconds else ""
         text = f"Motion({', '.join(parts)} in {self.duration:.6g}{unit}"
-        if self.oscillator.forcing_period and self.duration > 0:
+        if self.system.forcing_period and self.duration > 0:
             text += f"; {self.impacts_per_period:.4g} impacts per forcing period"
         return text + ("" if self.status == "complete" else f"; {self.status}") + ")"
 

@@ -88,7 +88,7 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
     Parameters
     ----------
     motion : BeamMotion
-        Of `simulate_beam`.
+        Of a `Cantilever`.
     within : float, optional
         Impacts belong to one contact where the tip is away for no longer than this [s]; by default
         a quarter of the first mode's period.
@@ -116,7 +116,7 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
     opens = np.flatnonzero(np.append(True, time[1:] - over[:-1] > within)) if len(time) else begins
     size = np.diff(np.append(opens, len(begins)))
     last = opens + size - 1
-    start, stop, time, over = motion.start, motion.start + motion.duration, time[opens], over[last]
+    start, stop, time, over = motion.start, motion.stop, time[opens], over[last]
 
     side, m = motion._regimes.side, len(motion.frequencies)
     before, after = rows[begins[opens]].copy(), rows[ends[last]]

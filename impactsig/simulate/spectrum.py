@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import choice, number
+from .._arguments import choice, number, whole
 from ..errors import InvalidInput
+from ..oscillators import Cantilever
+from ..oscillators.flows import Flow
+from ._course import coordinate_of
 from ._frame import swings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .motion import Motion
-
+QUANTITIES = ("displacement", "velocity")
 PER_PERIOD = 128
 """Samples in a period of the first force unless a rate is given."""
 
@@ -31,8 +33,8 @@ class PowerSpectrum:
         Frequencies [Hz], from 0 to half the rate.
     density : ndarray, shape (n,)
         Power spectral density [unit^2/Hz], of the unit of `quantity` in the oscillator's units.
-    quantity : {"displacement", "velocity"}
-        Whose it is.
+    quantity : str
+        Whose it is: "displacement", "velocity" or a coordinate of a flow.
     rate : float
         Samples per second [Hz].
     segments : int
@@ -47,7 +49,7 @@ class PowerSpectrum:
 
     frequency: np.ndarray
     density: np.ndarray
-    quantity: Literal["displacement", "velocity"]
+    quantity: str
     rate: float
     segments: int
     forcing_frequency: float | None
@@ -72,8 +74,8 @@ class PowerSpectrum:
 
 
 def power_spectrum(
-    motion: Motion,
-    quantity: Literal["displacement", "velocity"] = "displacement",
+    motion: Any,
+    quantity: str | int | None = None,
     *,
     rate: float | None = None,
     segments: int = 8,
@@ -88,15 +90,17 @@ def power_spectrum(
 
     Parameters
     ----------
-    motion : Motion
-        What moved, with all kept.
-    quantity : {"displacement", "velocity"}
-        Against the ground.
+    motion : Motion, BeamMotion, NoisyMotion or FlowMotion
+        What `simulate` returned, with all kept.
+    quantity : {"displacement", "velocity"}, optional
+        Of an oscillator or of a cantilever's tip, against the ground; the displacement unless
+        given. Of a flow the name or number of a coordinate, the first unless given.
     rate : float, optional
         Samples per second [Hz]; by default 128 in a period of the first force, or else of the
-        base, and in a natural period without forcing. There is no filter: power from above half
-        the rate is folded back. The power of a velocity that jumps falls with the square of the
-        frequency only.
+        base, and in a natural period without forcing, and of a cantilever at least 4 in a period of
+        its highest mode. Of a path under noise it is that at which it was looked at; a flow has no
+        default. There is no filter: power from above half the rate is folded back. The power of a
+        velocity that jumps falls with the square of the frequency only.
     segments : int
         Spans to average over, each overlapping half of the next: more make the density of a
         chaotic motion steadier, fewer resolve closer lines.
@@ -111,19 +115,26 @@ def power_spectrum(
         If the motion is too short for so many segments, or only counts were kept, or there is no
         period to choose a rate by.
     """
-    choice("quantity", quantity, ("displacement", "velocity"))
-    if isinstance(segments, bool) or not isinstance(segments, (int, np.integer)) or segments < 1:
-        raise InvalidInput("segments", segments, "a positive whole number")
-    forcing, period = motion.oscillator.forcing_period, _period(motion)
-    if rate is None:
-        if period is None:
-            raise InvalidInput("rate", rate, "samples per second: the motion has no period")
-        rate = PER_PERIOD * swings(motion.oscillator) / period
-    elif not number("rate", rate, "a positive number [Hz]") > 0:
-        raise InvalidInput("rate", rate, "a positive number [Hz]")
+    own = motion.system
+    segments = whole("segments", segments, 1)
+    name, column = _quantity(own, quantity)
+    forcing, period = own.forcing_period, _period(own)
+    start = motion.start
+    if rate is not None:
+        rate = number("rate", rate, "a positive number [Hz]", above=0)
+    elif hasattr(motion, "time"):
+        if len(motion.time) < 2:
+            raise InvalidInput("motion", repr(motion), "a path of two instants or more")
+        start, rate = motion.time[0], 1 / (motion.time[1] - motion.time[0])
+    elif period is None:
+        raise InvalidInput("rate", rate, "samples per second: the motion has no period")
+    elif isinstance(own, Cantilever):
+        rate = max(PER_PERIOD / period, 4 * motion.frequencies[-1])
+    else:
+        rate = PER_PERIOD * swings(own) / period
     period = period or 1 / rate
     # A run of whole periods ends a rounding before or after the last of them.
-    span = 2 * motion.duration / (segments + 1)
+    span = 2 * (motion.stop - start) / (segments + 1)
     size = 2 * int(math.floor(span / period * (1 + 1e-9)) * period * rate / 2 * (1 + 1e-9))
     if size < 8:
         raise InvalidInput(
@@ -133,18 +144,29 @@ def power_spectrum(
     from scipy.signal import welch
 
     count = size // 2 * (segments + 1)
-    time = motion.start + np.arange(count) / rate
-    values = motion.sample(time)[quantity == "velocity"]
+    states = motion.sample(start + np.arange(count) / rate)
+    values = states[column] if isinstance(states, tuple) else states[:, column]
     frequency, density = welch(values, rate, "hann", size, detrend="constant")
-    own = motion.oscillator
     return PowerSpectrum(
-        frequency, density, quantity, float(rate), segments, forcing and 1 / forcing, own.name,
-        own.in_seconds,
+        frequency, density, name, float(rate), segments, forcing and 1 / forcing,
+        getattr(own, "name", ""), own.in_seconds,
     )  # fmt: skip
 
 
-def _period(motion: Motion) -> float | None:
-    """The forcing's, or else the natural period [s]."""
-    own: Any = motion.oscillator.natural_frequency
-    natural = 2 * math.pi / own * motion.oscillator.time_unit if own else None
-    return motion.oscillator.forcing_period or natural
+def _quantity(system: Any, asked: str | int | None) -> tuple[str, int]:
+    """What is looked at: its name, and which of the coordinates it is."""
+    if isinstance(system, Flow):
+        column = 0 if asked is None else coordinate_of(system, asked)
+        return system.coordinates[column], column
+    name: Any = "displacement" if asked is None else asked
+    return name, QUANTITIES.index(choice("quantity", name, QUANTITIES))
+
+
+def _period(system: Any) -> float | None:
+    """The forcing's, or else the natural period [s]; None of a flow."""
+    if system.forcing_period is not None or isinstance(system, Flow):
+        return system.forcing_period
+    if isinstance(system, Cantilever):
+        return 1 / float(system.frequencies(1)[0])
+    own = system.natural_frequency
+    return 2 * math.pi / own * system.time_unit if own else None

@@ -63,7 +63,7 @@ def course(
     every: float | None,
     look: int,
 ) -> Course:
-    """The arguments of `simulate_ensemble` and `sample_path`, checked.
+    """The arguments of `simulate_ensemble` and of a path, checked.
 
     Raises
     ------

@@ -38,7 +38,7 @@ class Ensemble:
 
     Attributes
     ----------
-    oscillator : Oscillator
+    system : Oscillator
         What moved.
     method : str
         How it was moved.
@@ -76,7 +76,7 @@ class Ensemble:
         How many paths that were.
     """
 
-    oscillator: Oscillator
+    system: Oscillator
     method: Method
     step: float
     paths: int
@@ -104,7 +104,7 @@ class Ensemble:
 
     def __repr__(self) -> str:
         mean = f"{self.energy.mean:.4g} +- {self.energy.mean_error:.1g}"
-        unit = " s" if self.oscillator.in_seconds else ""
+        unit = " s" if self.system.in_seconds else ""
         return (
             f"Ensemble({self.paths} paths of {self.duration:g}{unit}, {self.method}, step "
             f"{self.step:.3g}{unit}; mean energy {mean}, effective size {self.effective_size:.0f}; "
@@ -324,7 +324,7 @@ def _gather(
     change = courses[:, middle:].mean(axis=1) - courses[:, :middle].mean(axis=1) if middle else None
     rate = impacts / (span + transient)
     return Ensemble(
-        oscillator=oscillator,
+        system=oscillator,
         method=method,
         step=found.step * unit,
         paths=paths,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,7 +19,6 @@ from impactsig import (
     apparent_restitution,
     scenes,
     simulate,
-    simulate_beam,
 )
 from tests import naive_beam
 
@@ -53,7 +53,7 @@ def test_one_mode_is_the_exact_oscillator(law, loading, frequency, amplitude):
         forcing = base(frequency, amplitude=amplitude, rides=loading == "base")
     at_clamp = (amplitude if loading == "clamp" else 0.0, 0.0)  # at rest in it
     one = simulate(scene, periods=60, initial=at_clamp)
-    motion = simulate_beam(BEAM, stop, modes=1, forcing=forcing, periods=60)
+    motion = simulate(replace(BEAM, stop=stop, modes=1, forcing=forcing), periods=60)
     assert len(motion.impacts) == one.impact_count > 20
     assert len(motion.sticks) == one.stick_count
     assert motion.impacts.time == pytest.approx(one.impacts.time, abs=1e-12)
@@ -72,8 +72,9 @@ def test_one_mode_is_the_exact_oscillator(law, loading, frequency, amplitude):
 
 
 def test_one_mode_appears_as_its_stop():
-    motion = simulate_beam(
-        BEAM, Stop(1e-3, Rigid(0.3)), modes=1, forcing=base(21, rides=True), periods=50
+    motion = simulate(
+        replace(BEAM, stop=Stop(1e-3, Rigid(0.3)), modes=1, forcing=base(21, rides=True)),
+        periods=50,
     )
     result = apparent_restitution(motion)
     assert result.each == pytest.approx(np.full(len(result.each), 0.3), abs=1e-12)
@@ -101,10 +102,11 @@ def test_slow_twin(stop, modes, forcing, duration, initial):
     time, speed, final, lost = naive_beam.simulate_beam(
         BEAM, stop, modes, forcing, 0.02, duration, initial
     )
-    motion = simulate_beam(
-        BEAM, stop, modes=modes, forcing=forcing, damping_ratio=0.02, duration=duration,
+    motion = simulate(
+        replace(BEAM, stop=stop, modes=modes, forcing=forcing, damping_ratio=0.02),
+        duration=duration,
         initial=initial,
-    )  # fmt: skip
+    )
     assert len(time) >= 2
     assert motion.impacts.time == pytest.approx(time, abs=1e-11)
     assert motion.impacts.approach_velocity == pytest.approx(speed, abs=1e-9)
@@ -116,10 +118,11 @@ def test_slow_twin(stop, modes, forcing, duration, initial):
 @pytest.mark.parametrize("modes", [1, 2, 5, 16])
 @pytest.mark.parametrize("restitution", [1.0, 0.7])
 def test_energy_is_kept_or_lost_in_impacts(modes, restitution):
-    motion = simulate_beam(
-        BEAM, Stop(1e-3, Rigid(restitution)), modes=modes, damping_ratio=0.0, duration=1.0,
+    motion = simulate(
+        replace(BEAM, stop=Stop(1e-3, Rigid(restitution)), modes=modes, damping_ratio=0.0),
+        duration=1.0,
         initial=(-3e-3, 0.2),
-    )  # fmt: skip
+    )
     before, after = motion.energy([0.0, 1.0]).sum(axis=1)
     assert len(motion.impacts) > 10
     # Each impact leaves a rounding; so does what a chatter's cut-off takes.
@@ -135,10 +138,17 @@ def test_forced_and_damped_energy_is_balanced(restitution):
     """
     modes, ratio = 4, 0.03
     forcing = Force(0.1, 2 * math.pi * 17, 0.3)
-    motion = simulate_beam(
-        BEAM, Stop(2e-4, Rigid(restitution)), modes=modes, forcing=forcing, damping_ratio=ratio,
-        periods=4, transient=3,
-    )  # fmt: skip
+    motion = simulate(
+        replace(
+            BEAM,
+            stop=Stop(2e-4, Rigid(restitution)),
+            modes=modes,
+            forcing=forcing,
+            damping_ratio=ratio,
+        ),
+        periods=4,
+        transient=3,
+    )
     assert len(motion.sticks) > 3
     cuts = np.unique(
         np.concatenate([
@@ -162,7 +172,9 @@ def test_forced_and_damped_energy_is_balanced(restitution):
 def test_the_stop_holds_the_tip_with_one_force_that_pushes():
     """While it does, every mode misses the same force, towards the beam, and the tip is still."""
     forcing = Force(0.1, 2 * math.pi * 17, 0.3)
-    motion = simulate_beam(BEAM, Stop(2e-4, Rigid(0.4)), modes=5, forcing=forcing, periods=6)
+    motion = simulate(
+        replace(BEAM, stop=Stop(2e-4, Rigid(0.4)), modes=5, forcing=forcing), periods=6
+    )
     begin, end = max(motion.sticks, key=np.ptp)
     time = np.linspace(begin, end, 42)[1:-1]
     h = 1e-7
@@ -184,10 +196,17 @@ def test_the_tip_never_gets_past_the_stop(seed):
     side, sign = ("upper", 1) if seed % 2 else ("lower", -1)
     position = sign * rng.choice([0.0, 3e-4, 1e-3])
     forcing = [None, Force(0.1, 300.0), base(15, 0.3), base(30, 0.3, rides=True)][seed % 4]
-    motion = simulate_beam(
-        BEAM, Stop(position, Rigid(rng.uniform(0, 0.9)), side), modes=int(rng.integers(2, 11)),
-        forcing=forcing, damping_ratio=0.01, duration=8 * PERIOD, initial=(-sign * 2e-3, 0.0),
-    )  # fmt: skip
+    motion = simulate(
+        replace(
+            BEAM,
+            stop=Stop(position, Rigid(rng.uniform(0, 0.9)), side),
+            modes=int(rng.integers(2, 11)),
+            forcing=forcing,
+            damping_ratio=0.01,
+        ),
+        duration=8 * PERIOD,
+        initial=(-sign * 2e-3, 0.0),
+    )
     assert motion.status == "complete"
     assert len(motion.impacts) > 3
     time = np.linspace(0, motion.duration, 20_001)
@@ -198,10 +217,16 @@ def test_the_motion_does_not_hang_on_where_chatter_is_cut_off():
     """The cut-off changes how many impacts are listed, the motion by the square of it."""
     final, counts = [], []
     for chatter in (1e-2, 1e-4, 1e-8):
-        motion = simulate_beam(
-            BEAM, Stop(2e-4, Rigid(0.6)), modes=4, forcing=Force(0.1, 2 * math.pi * 17, 0.3),
-            periods=5.3, chatter=chatter,
-        )  # fmt: skip
+        motion = simulate(
+            replace(
+                BEAM,
+                stop=Stop(2e-4, Rigid(0.6)),
+                modes=4,
+                forcing=Force(0.1, 2 * math.pi * 17, 0.3),
+            ),
+            periods=5.3,
+            chatter=chatter,
+        )
         final.append(np.concatenate(motion.final[:2]))
         counts.append(len(motion.impacts))
     assert counts[0] < counts[1] < counts[2]
@@ -210,23 +235,27 @@ def test_the_motion_does_not_hang_on_where_chatter_is_cut_off():
 
 
 def test_going_on_is_the_whole():
-    options = {"modes": 4, "forcing": base(21, 0.2), "damping_ratio": 0.02}
-    stop = Stop(1e-3, Rigid(0.5))
-    whole = simulate_beam(BEAM, stop, periods=6, **options)
-    first = simulate_beam(BEAM, stop, periods=3.3, **options)
+    beam = replace(
+        BEAM, stop=Stop(1e-3, Rigid(0.5)), modes=4, forcing=base(21, 0.2), damping_ratio=0.02
+    )
+    whole = simulate(beam, periods=6)
+    first = simulate(beam, periods=3.3)
     q, v, phase = first.final
-    rest = simulate_beam(BEAM, stop, periods=2.7, initial=(q, v), phase=phase, **options)
+    rest = simulate(beam, periods=2.7, initial=(q, v), phase=phase)
     assert np.concatenate(rest.final[:2]) == pytest.approx(
         np.concatenate(whole.final[:2]), abs=1e-11
     )
-    late = simulate_beam(BEAM, stop, periods=2.7, transient=3.3, **options)
+    late = simulate(beam, periods=2.7, transient=3.3)
     assert late.final[0] == pytest.approx(whole.final[0], abs=1e-13)
     assert late.impacts.time == pytest.approx(whole.impacts.between(late.start).time, abs=1e-13)
 
 
 def test_without_a_stop_each_mode_rings_by_itself():
-    motion = simulate_beam(BEAM, None, modes=3, damping_ratio=[0.0, 0.1, 0.5], duration=0.5,
-                           initial=((1e-3, 2e-3, -1e-3), 0.0))  # fmt: skip
+    motion = simulate(
+        replace(BEAM, modes=3, damping_ratio=[0.0, 0.1, 0.5]),
+        duration=0.5,
+        initial=((1e-3, 2e-3, -1e-3), 0.0),
+    )
     time = np.linspace(0, 0.5, 200)
     w, z = 2 * math.pi * BEAM.frequencies(3), np.array([0.0, 0.1, 0.5])
     damped = w * np.sqrt(1 - z**2)
@@ -240,7 +269,9 @@ def test_without_a_stop_each_mode_rings_by_itself():
 
 def test_peaks_of_soft_contacts():
     soft = KelvinVoigt(3e4, 0.4)
-    motion = simulate_beam(BEAM, Stop(-2e-4, soft, "lower"), modes=6, forcing=base(21), periods=6)
+    motion = simulate(
+        replace(BEAM, stop=Stop(-2e-4, soft, "lower"), modes=6, forcing=base(21)), periods=6
+    )
     impacts = motion.impacts
     assert len(impacts) > 5
     for begin, lasts, peak in zip(impacts.time, impacts.contact_time, impacts.peak, strict=True):
@@ -251,7 +282,9 @@ def test_peaks_of_soft_contacts():
 
 
 def test_velocities_before_and_after_impacts():
-    motion = simulate_beam(BEAM, Stop(1e-3, Rigid(0.6)), modes=3, forcing=base(21), periods=30)
+    motion = simulate(
+        replace(BEAM, stop=Stop(1e-3, Rigid(0.6)), modes=3, forcing=base(21)), periods=30
+    )
     q, before, after = motion.modal_at_impacts()
     assert q.shape == before.shape == after.shape == (len(motion.impacts), 3)
     # The same impulse on every mode.
@@ -266,10 +299,11 @@ def test_velocities_before_and_after_impacts():
 
 def thrown(restitution, modes, ratio=0.03, law=None):
     """The first mode meets a stop at its place of rest, nothing else moving or pushing."""
-    return simulate_beam(
-        BEAM, Stop(0.0, law or Rigid(restitution)), modes=modes, damping_ratio=ratio,
-        duration=0.8 * PERIOD, initial=(0.0, 1.0),
-    )  # fmt: skip
+    return simulate(
+        replace(BEAM, stop=Stop(0.0, law or Rigid(restitution)), modes=modes, damping_ratio=ratio),
+        duration=0.8 * PERIOD,
+        initial=(0.0, 1.0),
+    )
 
 
 def test_two_modes_in_closed_form():
@@ -310,10 +344,11 @@ def test_converges_with_the_number_of_modes():
 
 
 def test_apparent_restitution_tells_contacts_from_impacts():
-    motion = simulate_beam(
-        BEAM, Stop(1e-3, Rigid(0.8)), modes=6, forcing=base(21, rides=True), periods=60,
+    motion = simulate(
+        replace(BEAM, stop=Stop(1e-3, Rigid(0.8)), modes=6, forcing=base(21, rides=True)),
+        periods=60,
         transient=20,
-    )  # fmt: skip
+    )
     result = apparent_restitution(motion)
     first, _size = motion.impacts.bursts(result.within)
     assert result.impacts.sum() <= len(motion.impacts)
@@ -334,7 +369,6 @@ STOP = Stop(1e-3, Rigid(0.5))
 @pytest.mark.parametrize(
     ("change", "argument"),
     [
-        ({"beam": "steel"}, "beam"),
         ({"stop": 1e-3}, "stop"),
         ({"stop": Stop(1e-3, KelvinVoigt(1e4, 1.0, "force"))}, "stop.law"),
         ({"stop": Stop(1e-3, Rigid(lambda v: 0.5))}, "stop.law"),
@@ -360,15 +394,16 @@ STOP = Stop(1e-3, Rigid(0.5))
     ],
 )
 def test_what_cannot_be_is_refused_by_name(change, argument):
-    options = {"beam": BEAM, "stop": STOP, "duration": 0.1, "modes": 4} | change
-    beam, stop = options.pop("beam"), options.pop("stop")
+    parts = {"stop": STOP, "modes": 4, "forcing": None, "damping_ratio": 0.03}
+    run = {"duration": 0.1} | {name: own for name, own in change.items() if name not in parts}
+    own = {name: change.get(name, part) for name, part in parts.items()}
     with pytest.raises(InvalidInput) as caught:
-        simulate_beam(beam, stop, **options)
+        simulate(replace(BEAM, **own), **run)
     assert caught.value.argument == argument
 
 
 def test_motions_refuse_too():
-    motion = simulate_beam(BEAM, STOP, modes=2, duration=0.1, initial=(0.0, 0.01))
+    motion = simulate(replace(BEAM, stop=STOP, modes=2), duration=0.1, initial=(0.0, 0.01))
     with pytest.raises(InvalidInput, match="times in the span"):
         motion.sample(0.2)
     with pytest.raises(InvalidInput, match="a whole contact"):
@@ -381,19 +416,31 @@ def test_motions_refuse_too():
 
 
 def test_an_elastic_tip_that_is_pressed_bounces_without_end():
-    motion = simulate_beam(
-        BEAM, Stop(1e-4, Rigid(1.0)), modes=10, damping_ratio=0.3, forcing=Force(0.15, 60.0),
+    motion = simulate(
+        replace(
+            BEAM,
+            stop=Stop(1e-4, Rigid(1.0)),
+            modes=10,
+            damping_ratio=0.3,
+            forcing=Force(0.15, 60.0),
+        ),
         duration=PERIOD,
-    )  # fmt: skip
+    )
     assert motion.status == "work limit"
     assert repr(motion).endswith("; work limit)")
     assert 0 < motion.duration < PERIOD
     assert len(motion.impacts) > 1000
     assert motion.sample(motion.duration)[0] <= 1e-4 * (1 + 1e-12)
     # A tip with any loss comes to an end of it.
-    soon = simulate_beam(
-        BEAM, Stop(1e-4, Rigid(0.99)), modes=10, damping_ratio=0.3, forcing=Force(0.15, 60.0),
+    soon = simulate(
+        replace(
+            BEAM,
+            stop=Stop(1e-4, Rigid(0.99)),
+            modes=10,
+            damping_ratio=0.3,
+            forcing=Force(0.15, 60.0),
+        ),
         duration=PERIOD,
-    )  # fmt: skip
+    )
     assert soon.status == "complete"
     assert len(soon.sticks) > 0

@@ -12,17 +12,18 @@ import pytest
 
 from impactsig import (
     OGY,
+    Controlled,
     DelayedFeedback,
     Flow,
     Oscillator,
     RungeKutta,
     Stop,
-    control,
     find_periodic_orbit,
     flows,
     orbit_period,
     orbit_stability,
     scenes,
+    simulate,
     stability_chart,
 )
 from impactsig.control._delayed import DelayedRun
@@ -72,7 +73,9 @@ KINDS = {
 def test_motion_force_and_impacts_are_those_of_the_method_of_steps(kind):
     naive, given = KINDS[kind]
     pieces, hits, period = in_many_digits(5, **naive)
-    motion = control(BEAM, DelayedFeedback(0.15, 1, **given), periods=5, start=2, initial=START)
+    motion = simulate(
+        Controlled(BEAM, DelayedFeedback(0.15, 1, **given), start=2), periods=5, initial=START
+    )
     shares = np.linspace(0.013, 4.987, 61)
     exact = np.array(
         [[float(c) for c in naive_control.state(pieces, own * period)] for own in shares]
@@ -110,7 +113,9 @@ def test_the_order_is_that_of_the_method():
     [(0.15, 1, True), (0.01, 1, False), (0.15, 2, True), (0.015, 2, True)],
 )
 def test_the_cases_of_the_thesis(gain, periods, locks):
-    motion = control(BEAM, DelayedFeedback(gain, periods, LIMIT), periods=900, start=200)
+    motion = simulate(
+        Controlled(BEAM, DelayedFeedback(gain, periods, LIMIT), start=200), periods=900
+    )
     found = orbit_period(motion, tolerance=1e-6)
     _, rms = motion.effort()
     if locks:
@@ -123,7 +128,9 @@ def test_the_cases_of_the_thesis(gain, periods, locks):
 
 def test_migration_from_orbit_to_orbit_and_back(first, second):
     near, far = DelayedFeedback(0.15, 1, LIMIT), DelayedFeedback(0.15, 2, LIMIT)
-    motion = control(BEAM, [(100, near), (300, far), (600, near), (800, None)], periods=950)
+    motion = simulate(
+        Controlled(BEAM, [(100, near), (300, far), (600, near), (800, None)]), periods=950
+    )
     x, v = motion.stroboscopic()
     for at in (299, 799):
         assert math.hypot(x[at] - first.state[0], v[at] - first.state[1]) < 1e-6
@@ -141,10 +148,12 @@ def test_migration_from_orbit_to_orbit_and_back(first, second):
 
 def decay(orbit, feedback, offset):
     """Factor per period of the orbit by which a motion that starts beside it comes nearer."""
-    motion = control(
-        orbit.oscillator, feedback, periods=160 * orbit.periods,
-        initial=(orbit.state[0] + offset, orbit.state[1]), phase=orbit.phase,
-    )  # fmt: skip
+    motion = simulate(
+        Controlled(orbit.system, feedback),
+        periods=160 * orbit.periods,
+        initial=(orbit.state[0] + offset, orbit.state[1]),
+        phase=orbit.phase,
+    )
     x, v = (own[:: orbit.periods] for own in motion.stroboscopic(orbit.phase))
     off = np.hypot(x - orbit.state[0], v - orbit.state[1])
     laps = np.arange(len(off))
@@ -183,7 +192,7 @@ def test_growth_where_control_fails(first, feedback):
     told = orbit_stability(first, feedback)
     assert not told.stable
     start = (first.state[0] + 1e-8, first.state[1])
-    motion = control(BEAM, feedback, periods=110, initial=start)
+    motion = simulate(Controlled(BEAM, feedback), periods=110, initial=start)
     x, v = motion.stroboscopic()
     off = np.log(np.hypot(x - first.state[0], v - first.state[1]))
     end = int(np.argmax(off > math.log(1e-4)))
@@ -216,7 +225,9 @@ def test_multipliers_where_no_pulse_is_left(first, stop, gain, signal):
     assert told.growth == abs(told.multipliers[0])
     assert abs(told.multipliers[0]) > 1.5 * abs(told.multipliers[1])
     start = (orbit.state[0] + (1e-5 if told.stable else 1e-9), orbit.state[1])
-    motion = control(orbit.oscillator, feedback, periods=26, initial=start, phase=orbit.phase)
+    motion = simulate(
+        Controlled(orbit.system, feedback), periods=26, initial=start, phase=orbit.phase
+    )
     off = motion.stroboscopic(orbit.phase)[0] - orbit.state[0]
     ratios = (off[1:] / off[:-1])[(np.abs(off[:-1]) > 1e-8) & (np.abs(off[:-1]) < 5e-6)]
     assert len(ratios) >= 4
@@ -247,7 +258,7 @@ def test_chart_agrees_with_single_orbits_and_the_rule_of_odd_numbers(first):
 def test_ogy_stabilises_orbits_with_an_effort_that_decays(first, second, periods, parameter, limit):
     orbit = first if periods == 1 else second
     how = OGY(orbit, limit=limit, parameter=parameter)
-    motion = control(BEAM, how, periods=800, start=100, initial=START)
+    motion = simulate(Controlled(BEAM, how, start=100), periods=800, initial=START)
     assert str(orbit_period(motion, tolerance=1e-9)) == f"period(1, {periods})"
     _, rms = motion.effort()
     assert rms[:100].max() == 0
@@ -264,7 +275,7 @@ def test_ogy_leaves_the_stable_multiplier(first, second):
 
 def test_ogy_moves_between_orbits_and_its_motion_is_that_of_the_perturbed_oscillator(first, second):
     schedule = [(50, OGY(first, 0.03)), (300, OGY(second, 0.03)), (600, None)]
-    motion = control(BEAM, schedule, periods=700, initial=START)
+    motion = simulate(Controlled(BEAM, schedule), periods=700, initial=START)
     x, v = motion.stroboscopic()
     assert math.hypot(x[299] - first.state[0], v[299] - first.state[1]) < 1e-9
     off = np.hypot(x[598:600] - second.state[0], v[598:600] - second.state[1])
@@ -300,7 +311,7 @@ def test_a_flow_with_a_delay_in_closed_form():
     """y' = c, and from tau on y' = c + K (y(t - tau) - y): two laps of the method of steps."""
     c, gain, tau = 1.3, 0.7, 2.0
     flow = Flow(constant_rate, initial=(0.0,), parameters=(c,))
-    course = control(flow, DelayedFeedback(gain, tau, signal=0), duration=3 * tau)
+    course = simulate(Controlled(flow, DelayedFeedback(gain, tau, signal=0)), duration=3 * tau)
     s = np.linspace(0, tau, 50)
     first_lap = c * s + c * tau * np.exp(-gain * s)
     start = c * tau * (1 + np.exp(-gain * tau))
@@ -316,13 +327,15 @@ def test_a_limit_in_closed_form():
     """With a limit the first lap begins at -F0, until the distance has fallen to F0 / K."""
     c, gain, tau, limit = 1.0, 0.5, 2.0, 0.4
     flow = Flow(constant_rate, initial=(0.0,), parameters=(c,))
-    course = control(flow, DelayedFeedback(gain, tau, limit, signal=0), duration=2 * tau)
+    course = simulate(
+        Controlled(flow, DelayedFeedback(gain, tau, limit, signal=0)), duration=2 * tau
+    )
     # The distance y - y(t - tau) falls from c tau at the rate F0 (both sides gain c).
     s = np.linspace(0, tau, 80)
     until = (c * tau - limit / gain) / limit
     assert until > tau  # the limit lasts for the whole lap
     np.testing.assert_allclose(course.force(tau + s)[1:-1], -limit, atol=1e-13)
-    wide = control(flow, DelayedFeedback(gain, tau, 0.8, signal=0), duration=2 * tau)
+    wide = simulate(Controlled(flow, DelayedFeedback(gain, tau, 0.8, signal=0)), duration=2 * tau)
     until = (c * tau - 0.8 / gain) / 0.8
     distance = np.where(s < until, c * tau - 0.8 * s, 0.8 / gain * np.exp(-gain * (s - until)))
     np.testing.assert_allclose(wide.sample(tau + s)[:, 0], c * s + distance, atol=1e-12)
@@ -335,7 +348,7 @@ def test_roessler_is_controlled_as_pyragas_did(delay, turns):
     Without one the feedback of 17.5 also has another attractor, on which it does not vanish.
     """
     feedback = DelayedFeedback(0.2, delay, limit=0.1, signal="y")
-    course = control(flows.rossler(), feedback, duration=900, start=100)
+    course = simulate(Controlled(flows.rossler(), feedback, start=100), duration=900)
     time = np.linspace(800, 900, 4001)
     assert np.abs(course.force(time)).max() < 0.01
     before = np.abs(course.force(np.linspace(100, 120, 400))).max()
@@ -348,7 +361,7 @@ def test_roessler_is_controlled_as_pyragas_did(delay, turns):
 def test_a_single_force_on_a_linear_oscillator():
     """Without stops and with a delay of one period the steady motion feels no force at all."""
     oscillator = Oscillator(damping=0.1, forces=(Force(1.0, 0.8),))
-    motion = control(oscillator, DelayedFeedback(0.3, 1), periods=100)
+    motion = simulate(Controlled(oscillator, DelayedFeedback(0.3, 1)), periods=100)
     _, rms = motion.effort()
     assert rms[2] > 1e-3
     assert rms[-1] < 1e-9

@@ -11,6 +11,7 @@ import pytest
 from scipy.special import lambertw
 
 from impactsig import (
+    Controlled,
     DelayedFeedback,
     Flow,
     Friction,
@@ -18,8 +19,6 @@ from impactsig import (
     Oscillator,
     Rigid,
     Stop,
-    control,
-    find_flow_orbit,
     find_periodic_orbit,
     flows,
     orbit_stability,
@@ -36,7 +35,7 @@ ROSSLER = flows.rossler()
 
 @pytest.fixture(scope="module")
 def cycle():
-    return find_flow_orbit(ROSSLER, 5.88)
+    return find_periodic_orbit(ROSSLER, period=5.88)
 
 
 # -- orbits of flows -------------------------------------------------------------------------------
@@ -51,7 +50,7 @@ def cycle():
 )
 def test_cycles_of_roessler_are_those_of_the_tables(near, period, multiplier):
     """Periods and expanding multipliers of its shortest cycles, [Cvitanovic2020]_, extras."""
-    orbit = find_flow_orbit(ROSSLER, near)
+    orbit = find_periodic_orbit(ROSSLER, period=near)
     assert orbit.found
     assert not orbit.stable
     assert orbit.period == pytest.approx(period, abs=1e-9)
@@ -66,7 +65,7 @@ def test_an_orbit_and_its_multipliers_in_closed_form():
         grow = (1 - y[0] ** 2 - y[1] ** 2) / 2
         return y[0] * grow - y[1], y[1] * grow + y[0], -0.2 * y[2]
 
-    orbit = find_flow_orbit(Flow(rates, (0.5, 0.0, 0.3)), 6.0, guess=(1.1, 0.1, 0.1))
+    orbit = find_periodic_orbit(Flow(rates, (0.5, 0.0, 0.3)), period=6.0, guess=(1.1, 0.1, 0.1))
     turn = 2 * math.pi
     assert orbit.found
     assert orbit.stable
@@ -98,7 +97,7 @@ def driven(t, y, rate):
 def test_a_forced_flow_in_closed_form(laps):
     """x' = x / 5 + cos t under control: an equation with constant coefficients."""
     rate, gain, turn = 0.2, 0.7, 2 * math.pi
-    orbit = find_flow_orbit(Flow(driven, (0.0,), (rate,)), turn, guess=(0.0,))
+    orbit = find_periodic_orbit(Flow(driven, (0.0,), (rate,)), period=turn, guess=(0.0,))
     assert orbit.forced
     assert orbit.state[0] == pytest.approx(-rate / (1 + rate**2), abs=1e-11)
     assert orbit.multipliers[0].real == pytest.approx(math.exp(rate * turn), rel=1e-10)
@@ -119,7 +118,7 @@ def test_a_cycle_in_closed_form():
         grow = (1 - y[0] ** 2 - y[1] ** 2) / 2
         return y[0] * grow - y[1], y[1] * grow + y[0], 0.1 * y[2]
 
-    orbit = find_flow_orbit(Flow(rates, (1.0, 0.0, 0.0)), 6.3, guess=(1.0, 0.0, 0.0))
+    orbit = find_periodic_orbit(Flow(rates, (1.0, 0.0, 0.0)), period=6.3, guess=(1.0, 0.0, 0.0))
     told = orbit_stability(orbit, DelayedFeedback(0.5, orbit.period, signal="z"))
     known = by_lambert(0.1, 0.5, orbit.period, (0, 1, -1))
     assert not told.stable  # an odd number of them above 1 cannot be stabilised
@@ -158,7 +157,9 @@ def test_controlled_roessler_comes_to_its_orbit_as_fast_as_told(cycle, gain, mem
     told = orbit_stability(cycle, feedback)
     assert told.stable
     start = cycle.state + np.array([1e-4, 0, 0])
-    course = control(ROSSLER, feedback, duration=70 * cycle.period, initial=start.tolist())
+    course = simulate(
+        Controlled(ROSSLER, feedback), duration=70 * cycle.period, initial=start.tolist()
+    )
     force = course.force((np.arange(12, 70) + 0.3) * cycle.period)
     force = force[: int(np.argmax(np.abs(force) < 1e-11)) or None]
     rows = np.stack([force[1:-1], force[:-2]], axis=1)
@@ -218,10 +219,12 @@ def test_differences_from_orbits_that_rub_and_stick(machine, signal):
     for k in range(laps):
         state = (held if k else free).lap(state)
         told.append(state.now[0, 0])
-    motion = control(
-        oscillator, feedback, periods=laps + 0.01, phase=orbit.phase,
+    motion = simulate(
+        Controlled(oscillator, feedback),
+        periods=laps + 0.01,
+        phase=orbit.phase,
         initial=(orbit.state[0] + off, orbit.state[1]),
-    )  # fmt: skip
+    )
     seen = motion.stroboscopic(orbit.phase)[0] - orbit.state[0]
     np.testing.assert_allclose(seen, told, rtol=2e-3, atol=1e-4 * off)
     if held.linear:
@@ -255,10 +258,12 @@ def test_a_rest_at_a_stop_leaves_nothing_of_a_difference(signal):
         assert told.stable
         assert told.growth == memory
     assert orbit_stability(orbit, DelayedFeedback(0.5, 1, signal=signal)).exponent == -math.inf
-    motion = control(
-        oscillator, DelayedFeedback(0.5, 1, signal=signal), periods=4.01, phase=4.0,
+    motion = simulate(
+        Controlled(oscillator, DelayedFeedback(0.5, 1, signal=signal)),
+        periods=4.01,
+        phase=4.0,
         initial=(orbit.state[0] + 1e-5, orbit.state[1]),
-    )  # fmt: skip
+    )
     off = motion.stroboscopic(4.0)[0] - orbit.state[0]
     assert off[0] > 9e-6
     assert np.abs(off[2:]).max() < 1e-12

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from impactsig import flows, integrate_and_fire, threshold_crossings, trajectory
+from impactsig import flows, integrate_and_fire, simulate, threshold_crossings
 
 
 @pytest.fixture(scope="module")
@@ -51,9 +51,10 @@ def test_lorenz_spikes(exact_lorenz):
 
 def test_lorenz_states(exact_lorenz):
     with mpmath.workdps(30):
-        path = trajectory(flows.lorenz(), np.linspace(0, 3, 31))
-        exact = np.array([[float(v) for v in exact_lorenz(float(t))[:3]] for t in path.time])
-    np.testing.assert_allclose(path.state, exact, rtol=0, atol=1e-11)
+        time = np.linspace(0, 3, 31)
+        states = simulate(flows.lorenz(), duration=3.0).sample(time)
+        exact = np.array([[float(v) for v in exact_lorenz(float(t))[:3]] for t in time])
+    np.testing.assert_allclose(states, exact, rtol=0, atol=1e-11)
 
 
 def test_lorenz_is_symmetric_to_the_bit():
@@ -73,8 +74,9 @@ def test_the_mean_interval_is_the_threshold_by_the_mean_signal():
     assert train.intervals().mean() == pytest.approx(20 / (8 / 3 * 23.55 + 4), rel=0.005)
     # <x> = a <z> of Rössler's, from the averages of y' and x'.
     train = integrate_and_fire(flows.rossler(), 20, count=10_001, transient=200)
-    path = trajectory(flows.rossler(), interval=0.05, count=200_000, transient=200)
-    mean = 20 / (20 + 0.2 * path["z"].mean())
+    motion = simulate(flows.rossler(), duration=10_000, transient=200)
+    z = motion.sample(np.linspace(motion.start, motion.stop, 200_000))[:, 2]
+    mean = 20 / (20 + 0.2 * z.mean())
     assert train.intervals().mean() == pytest.approx(mean, rel=1e-3)
 
 
@@ -85,7 +87,7 @@ def test_rosslers_shortest_orbit():
     train = threshold_crossings(flows.rossler(), 0.0, count=3, initial=start)
     assert 5.8810884555537228 - 1e-12 < train.time[0] < 5.881088455554079 + 1e-12
     assert train.intervals() == pytest.approx([5.8810884555539] * 2, abs=1e-10)
-    back = trajectory(flows.rossler(), train.time[:1], initial=start).state[0]
+    back = simulate(flows.rossler(), duration=train.time[0], initial=start).final
     np.testing.assert_allclose(back, start, rtol=0, atol=2e-12)
 
 

@@ -11,6 +11,7 @@ import impactsig
 from impactsig import (
     OGY,
     BaseMotion,
+    Controlled,
     FixedStep,
     Flow,
     Force,
@@ -23,8 +24,6 @@ from impactsig import (
     basins_of_attraction,
     bifurcation_diagram,
     continue_orbit,
-    control,
-    find_flow_orbit,
     find_periodic_orbit,
     find_periodic_orbits,
     lyapunov_spectrum,
@@ -302,7 +301,7 @@ def test_the_force_of_ogy_has_the_frequency_of_the_force_that_it_moves():
     orbit = find_periodic_orbit(oscillator, 1, phase=2.0)
     assert orbit.multipliers[0] < -1
     start = orbit.state + np.array([1e-3, 0.0])
-    course = control(oscillator, OGY(orbit, 0.05), periods=3, initial=start.tolist())
+    course = simulate(Controlled(oscillator, OGY(orbit, 0.05)), periods=3, initial=start.tolist())
     h = 1e-3
     time = np.linspace(1.0, course.stop - 1.0, 400)
     clear = np.abs(time[:, None] - course.impacts.time).min(axis=1) > 3 * h
@@ -324,10 +323,10 @@ def pushed(t, y):
 
 def test_a_forced_flow_has_no_orbit_of_another_period():
     flow = Flow(pushed, (0.0,))
-    orbit = find_flow_orbit(flow, 4 * math.pi, guess=(0.0,))
+    orbit = find_periodic_orbit(flow, period=4 * math.pi, guess=(0.0,))
     assert orbit.state[0] == pytest.approx(0.5 / 1.25, abs=1e-10)
     with pytest.raises(InvalidInput, match="rates") as caught:
-        find_flow_orbit(flow, 5.0, guess=(0.0,))
+        find_periodic_orbit(flow, period=5.0, guess=(0.0,))
     assert caught.value.argument == "period"
 
 

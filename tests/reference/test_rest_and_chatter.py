@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 from impactsig import (
+    Controlled,
     DelayedFeedback,
     Force,
     Friction,
@@ -18,7 +19,6 @@ from impactsig import (
     Rigid,
     RungeKutta,
     Stop,
-    control,
     simulate,
 )
 from impactsig.simulate._events import DONE, MARK, START
@@ -204,9 +204,9 @@ def test_a_rubbing_bounce_ends_when_the_series_does(friction, chatter, sign, met
     assert motion.energy_lost == pytest.approx(height, rel=1e-9)
 
 
-def early_and_late(move, machine, **run):
+def early_and_late(machine, **run):
     """How far off the first stick is where its chatter is summed early, and how long that lasts."""
-    early, late = (move(machine, chatter=share, **run) for share in (1e-2, 1e-9))
+    early, late = (simulate(machine, chatter=share, **run) for share in (1e-2, 1e-9))
     if not (early.stick_count and late.stick_count):
         return 0.0, 0.0
     end = early.sticks[0, 0]
@@ -221,7 +221,7 @@ def test_a_chatter_is_summed_only_while_the_force_hardly_changes(frequency, meth
     machine = pressed([Force(0.28, frequency)], 0.3, stops=(Stop(0.0, Rigid(0.7)),))
     ends = np.array([
         early_and_late(
-            simulate, machine, duration=12.0, initial=(-0.5, 0.0), phase=phase, method=method
+            machine, duration=12.0, initial=(-0.5, 0.0), phase=phase, method=method
         )
         for phase in np.arange(12) * math.pi / 6
     ])  # fmt: skip
@@ -250,7 +250,7 @@ def test_a_chatter_under_control_is_summed_only_while_what_is_fed_back_is_smooth
     )
     ends = np.array([
         early_and_late(
-            control, machine, controller=DelayedFeedback(0.3, delay, signal="velocity"),
+            Controlled(machine, DelayedFeedback(0.3, delay, signal="velocity")),
             periods=6.5, initial=(-0.5, 0.0), phase=phase,
         )
         for delay in (0.01, 0.03, 0.1, 1)
@@ -268,12 +268,14 @@ def test_a_run_under_control_that_ends_within_a_chatter_ends_in_time():
     )
     feedback = DelayedFeedback(0.05, 0.1, signal="velocity")
     run = {"initial": (-0.5, 0.0), "phase": 2.1}
-    whole = control(machine, feedback, periods=4, chatter=1e-2, **run)
+    whole = simulate(Controlled(machine, feedback), periods=4, chatter=1e-2, **run)
     stick = whole.sticks[0, 0]
     before = whole.impacts.time[whole.impacts.time <= stick][-1]
     assert stick - before > 1e-3
     run["periods"] = (before + stick) / 2 / machine.forcing_period
-    cut, fine = (control(machine, feedback, chatter=share, **run) for share in (1e-2, 1e-9))
+    cut, fine = (
+        simulate(Controlled(machine, feedback), chatter=share, **run) for share in (1e-2, 1e-9)
+    )
     assert cut.stop == pytest.approx((before + stick) / 2, rel=1e-13)
     assert cut.stick_count == fine.stick_count == 0
     assert cut.impact_count == fine.impact_count

@@ -21,7 +21,6 @@ from impactsig import (
     Oscillator,
     Rigid,
     Stop,
-    sample_path,
     simulate,
     simulate_ensemble,
 )
@@ -193,7 +192,7 @@ def test_power_in_is_power_out(method):
     gain = []
     for path in range(24):
         options = {"duration": 1500.0, "seed": 6, "path": path, "method": method, "step": step}
-        seen = sample_path(machine, transient=20.0, **options)
+        seen = simulate(machine, transient=20.0, **options)
         lost = 0.5 * (1 - 0.36) * np.sum(seen.impacts.approach_velocity**2) / seen.impacts.duration
         gain.append(0.2 * np.mean(seen.v**2) + lost)
     agree(np.mean(gain), np.std(gain, ddof=1) / math.sqrt(len(gain)), 0.5, 0.003)

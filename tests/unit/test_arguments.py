@@ -99,7 +99,7 @@ def judge(name, calls, wrong):
     assert not untyped
 
 
-SLOW = {"write_report", "write_reports", "detect_many", "fit_oscillator", "find_flow_orbit"}
+SLOW = {"write_report", "write_reports", "detect_many", "fit_oscillator"}
 
 
 @pytest.mark.parametrize("name", [name for name in known() if name not in SLOW])

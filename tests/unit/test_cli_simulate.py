@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from impactsig import Impacts, Oscillator, cli, sample_path, scenes, simulate
+from impactsig import Impacts, Oscillator, cli, scenes, simulate
 from impactsig import _simulate_options as options
 from impactsig._options import with_negative_numbers
 
@@ -144,7 +144,7 @@ def test_under_noise_it_is_one_path(tmp_path, capsys):
     words += ["--initial", "0.5", "1"]
     assert run("simulate", *words, "--seed=7", "-o", path, "--figure", figure) == 0
     told = capsys.readouterr().err
-    wanted = sample_path(
+    wanted = simulate(
         scenes.van_der_pol_duffing(0.95), duration=60, transient=10, initial=(0.5, 1.0), seed=7
     )
     found = Impacts.read_csv(path)

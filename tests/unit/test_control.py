@@ -10,6 +10,7 @@ import pytest
 
 from impactsig import (
     OGY,
+    Controlled,
     ControlledMotion,
     DelayedFeedback,
     FixedStep,
@@ -22,8 +23,6 @@ from impactsig import (
     Rigid,
     RungeKutta,
     Stop,
-    control,
-    find_flow_orbit,
     find_periodic_orbit,
     flows,
     impact_map,
@@ -45,7 +44,7 @@ LOCK = DelayedFeedback(0.15, 1, limit=0.1)
 
 @pytest.fixture(scope="module")
 def locked():
-    return control(BEAM, LOCK, periods=120, start=60)
+    return simulate(Controlled(BEAM, LOCK, start=60), periods=120)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +72,7 @@ MACHINES = {
 def test_without_gain_it_is_the_simulation(machine):
     oscillator = MACHINES[machine]
     plain = simulate(oscillator, periods=12, method=RungeKutta(1e-12))
-    same = control(oscillator, DelayedFeedback(0.0), periods=12)
+    same = simulate(Controlled(oscillator, DelayedFeedback(0.0)), periods=12)
     time = np.linspace(0, plain.stop, 301)
     for a, b in zip(plain.sample(time), same.sample(time), strict=True):
         np.testing.assert_allclose(b, a, atol=1e-8)
@@ -93,7 +92,7 @@ def test_newtons_law_holds_under_control(machine, signal):
     oscillator = MACHINES[machine]
     size = float(np.abs(simulate(oscillator, periods=12).sample(np.linspace(0, 1, 9))[1]).max())
     feedback = DelayedFeedback(0.3, 1, limit=0.05 * size, signal=signal)
-    motion = control(oscillator, feedback, periods=12, start=3)
+    motion = simulate(Controlled(oscillator, feedback, start=3), periods=12)
     rows = motion._segments
     unit = oscillator.time_unit / motion._engine.omega
     line = motion._engine.line
@@ -174,8 +173,8 @@ def test_effort_is_the_mean_square_of_the_force(locked):
 
 
 def test_a_phase_cut_in_two_is_the_whole_and_the_line_may_grow():
-    whole = control(BEAM, [(20, LOCK)], periods=260)
-    pieces = control(BEAM, [(20, LOCK), (45.3, LOCK), (200, LOCK)], periods=260)
+    whole = simulate(Controlled(BEAM, [(20, LOCK)]), periods=260)
+    pieces = simulate(Controlled(BEAM, [(20, LOCK), (45.3, LOCK), (200, LOCK)]), periods=260)
     assert len(whole._engine.line.laps) > 4096  # of rows that there was room for
     time = np.linspace(0, 50, 400) * BEAM.forcing_period
     for a, b in zip(whole.sample(time), pieces.sample(time), strict=True):
@@ -184,7 +183,7 @@ def test_a_phase_cut_in_two_is_the_whole_and_the_line_may_grow():
 
 
 def test_a_delay_that_is_no_whole_number_of_periods():
-    motion = control(BEAM, DelayedFeedback(0.2, 0.37, limit=0.1), periods=10, start=2)
+    motion = simulate(Controlled(BEAM, DelayedFeedback(0.2, 0.37, limit=0.1), start=2), periods=10)
     period = BEAM.forcing_period
     time = np.linspace(3, 9.99, 200) * period
     now, then = motion.sample(time)[1], motion.sample(time - 0.37 * period)[1]
@@ -195,7 +194,7 @@ def test_a_delay_that_is_no_whole_number_of_periods():
 
 def test_a_memory_is_the_sum_over_all_delays():
     feedback = DelayedFeedback(0.1, 1, memory=0.4)
-    motion = control(BEAM, feedback, periods=9, start=1)
+    motion = simulate(Controlled(BEAM, feedback, start=1), periods=9)
     period = BEAM.forcing_period
     time = np.linspace(7.01, 7.99, 90) * period
     weights = 0.6 * 0.4 ** np.arange(7)
@@ -208,8 +207,10 @@ def test_a_memory_is_the_sum_over_all_delays():
 
 
 def test_a_run_that_goes_on_from_the_end_of_another():
-    first = control(BEAM, LOCK, periods=80, start=20)
-    again = control(BEAM, LOCK, periods=20, initial=first.final[:2], phase=first.final[2])
+    first = simulate(Controlled(BEAM, LOCK, start=20), periods=80)
+    again = simulate(
+        Controlled(BEAM, LOCK), periods=20, initial=first.final[:2], phase=first.final[2]
+    )
     assert again.effort()[1][-1] < 1e-6
     np.testing.assert_allclose(again.final[:2], first.final[:2], atol=1e-6)
 
@@ -218,14 +219,15 @@ def test_a_run_that_goes_on_from_the_end_of_another():
 
 
 def test_a_gain_that_blows_up_says_so_and_keeps_what_there_was():
-    motion = control(BEAM, DelayedFeedback(-3.0, 1), periods=200, start=20)
+    motion = simulate(Controlled(BEAM, DelayedFeedback(-3.0, 1), start=20), periods=200)
     assert motion.status == "diverged"
     assert 20 < motion.stop / BEAM.forcing_period < 200
     plain = simulate(BEAM, periods=19)
     time = np.linspace(0, plain.stop, 50)
     np.testing.assert_allclose(motion.sample(time)[0], plain.sample(time)[0], atol=1e-8)
-    course = control(
-        flows.rossler(), DelayedFeedback(-5.0, 5.88, signal="y"), duration=200, start=100
+    course = simulate(
+        Controlled(flows.rossler(), DelayedFeedback(-5.0, 5.88, signal="y"), start=100),
+        duration=200,
     )
     assert course.status == "diverged"
     assert "diverged" in repr(course)
@@ -238,7 +240,7 @@ def test_a_law_that_is_broken_ends_the_run():
         return math.nan if t > 30 else 0.0
 
     oscillator = Oscillator(damping=0.1, forces=(Force(1.0, 0.9),), law=law)
-    motion = control(oscillator, DelayedFeedback(0.1), periods=20)
+    motion = simulate(Controlled(oscillator, DelayedFeedback(0.1)), periods=20)
     assert motion.status == "broken law"
     assert 25 < motion.stop <= 30.1
 
@@ -250,15 +252,22 @@ def test_ogy_before_a_soft_stop_and_under_a_stepped_law(orbit):
     soft = replace(BEAM, stops=(Stop(1.0, KelvinVoigt.equivalent(0.2, 2000.0)),))
     own = find_periodic_orbit(soft, 1, guess=orbit.state)
     start = (float(own.state[0]) + 3e-3, float(own.state[1]))
-    motion = control(soft, OGY(own, 0.05), periods=60, initial=start)
+    motion = simulate(Controlled(soft, OGY(own, 0.05)), periods=60, initial=start)
     assert motion.effort()[1][-1] < 1e-12
     x, v = motion.stroboscopic()
     assert math.hypot(x[-2] - own.state[0], v[-2] - own.state[1]) < 1e-10
     assert (motion.impacts.peak > 0).all()
-    stepped = control(BEAM, OGY(orbit, 0.05), periods=40, method=RungeKutta(1e-12),
-                      initial=(float(orbit.state[0]) + 1e-3, float(orbit.state[1])))  # fmt: skip
-    exact = control(BEAM, OGY(orbit, 0.05), periods=40,
-                    initial=(float(orbit.state[0]) + 1e-3, float(orbit.state[1])))  # fmt: skip
+    stepped = simulate(
+        Controlled(BEAM, OGY(orbit, 0.05)),
+        periods=40,
+        method=RungeKutta(1e-12),
+        initial=(float(orbit.state[0]) + 1e-3, float(orbit.state[1])),
+    )
+    exact = simulate(
+        Controlled(BEAM, OGY(orbit, 0.05)),
+        periods=40,
+        initial=(float(orbit.state[0]) + 1e-3, float(orbit.state[1])),
+    )
     time = np.linspace(0, 5, 100) * BEAM.forcing_period
     np.testing.assert_allclose(stepped.sample(time), exact.sample(time), atol=1e-7)
     assert exact.effort()[1][-1] < 1e-12
@@ -282,34 +291,42 @@ FREE = Oscillator(damping=0.1, stops=(Stop(1.0, Rigid(0.5)),))
         (lambda: DelayedFeedback(0.1, 1, limit=-0.1), "limit"),
         (lambda: DelayedFeedback(0.1, memory=1.0), "memory"),
         (lambda: DelayedFeedback(0.1, memory=-0.1), "memory"),
-        (lambda: control("beam", LOCK, periods=10), "system"),
-        (lambda: control(FREE, LOCK, periods=10), "system"),
-        (lambda: control(BEAM, LOCK), "periods"),
-        (lambda: control(BEAM, LOCK, periods=0), "periods"),
-        (lambda: control(BEAM, LOCK, periods=10, duration=3), "duration"),
-        (lambda: control(BEAM, "pyragas", periods=10), "controller"),
-        (lambda: control(BEAM, [], periods=10), "controller"),
-        (lambda: control(BEAM, [(1, 0.15)], periods=10), "controller"),
-        (lambda: control(BEAM, LOCK, periods=10, start=0.5), "start"),
-        (lambda: control(BEAM, LOCK, periods=10, start=10), "start"),
-        (lambda: control(BEAM, LOCK, periods=10, start=-1), "start"),
-        (lambda: control(BEAM, [(2, LOCK)], periods=10, start=2), "start"),
-        (lambda: control(BEAM, [(5, LOCK), (5, None)], periods=10), "controller"),
-        (lambda: control(BEAM, [(5, LOCK), (3, None)], periods=10), "controller"),
-        (lambda: control(BEAM, [(1, DelayedFeedback(0.1, 2))], periods=10), "controller"),
-        (lambda: control(BEAM, DelayedFeedback(0.1, signal="x"), periods=10), "signal"),
-        (lambda: control(BEAM, LOCK, periods=10, initial=(2, 0)), "initial"),
-        (lambda: control(BEAM, LOCK, periods=10, initial=(0, math.nan)), "initial"),
-        (lambda: control(BEAM, LOCK, periods=10, method=FixedStep(300)), "method"),
-        (lambda: control(BEAM, LOCK, periods=10, chatter=0), "chatter"),
-        (lambda: control(BEAM, LOCK, periods=10, phase=math.inf), "phase"),
-        (lambda: control(flows.rossler(), LOCK, duration=10), "signal"),
-        (lambda: control(flows.rossler(), LOCK, periods=10), "periods"),
-        (lambda: control(flows.rossler(), LOCK), "duration"),
-        (lambda: control(flows.rossler(), LOCK, duration=10, phase=0), "phase"),
+        (lambda: simulate(Controlled("beam", LOCK), periods=10), "system"),
+        (lambda: simulate(Controlled(FREE, LOCK), periods=10), "system"),
+        (lambda: simulate(Controlled(BEAM, LOCK)), "periods"),
+        (lambda: simulate(Controlled(BEAM, LOCK), periods=0), "periods"),
+        (lambda: simulate(Controlled(BEAM, LOCK), periods=10, duration=3), "duration"),
+        (lambda: simulate(Controlled(BEAM, "pyragas"), periods=10), "controller"),
+        (lambda: simulate(Controlled(BEAM, []), periods=10), "controller"),
+        (lambda: simulate(Controlled(BEAM, [(1, 0.15)]), periods=10), "controller"),
+        (lambda: simulate(Controlled(BEAM, LOCK, start=0.5), periods=10), "start"),
+        (lambda: simulate(Controlled(BEAM, LOCK, start=10), periods=10), "start"),
+        (lambda: simulate(Controlled(BEAM, LOCK, start=-1), periods=10), "start"),
+        (lambda: simulate(Controlled(BEAM, [(2, LOCK)], start=2), periods=10), "start"),
+        (lambda: simulate(Controlled(BEAM, [(5, LOCK), (5, None)]), periods=10), "controller"),
+        (lambda: simulate(Controlled(BEAM, [(5, LOCK), (3, None)]), periods=10), "controller"),
         (
-            lambda: control(
-                flows.rossler(), DelayedFeedback(0.1, 2, signal="y"), duration=10, initial=(1, 2)
+            lambda: simulate(Controlled(BEAM, [(1, DelayedFeedback(0.1, 2))]), periods=10),
+            "controller",
+        ),
+        (
+            lambda: simulate(Controlled(BEAM, DelayedFeedback(0.1, signal="x")), periods=10),
+            "signal",
+        ),
+        (lambda: simulate(Controlled(BEAM, LOCK), periods=10, initial=(2, 0)), "initial"),
+        (lambda: simulate(Controlled(BEAM, LOCK), periods=10, initial=(0, math.nan)), "initial"),
+        (lambda: simulate(Controlled(BEAM, LOCK), periods=10, method=FixedStep(300)), "method"),
+        (lambda: simulate(Controlled(BEAM, LOCK), periods=10, chatter=0), "chatter"),
+        (lambda: simulate(Controlled(BEAM, LOCK), periods=10, phase=math.inf), "phase"),
+        (lambda: simulate(Controlled(flows.rossler(), LOCK), duration=10), "signal"),
+        (lambda: simulate(Controlled(flows.rossler(), LOCK), periods=10), "periods"),
+        (lambda: simulate(Controlled(flows.rossler(), LOCK)), "duration"),
+        (lambda: simulate(Controlled(flows.rossler(), LOCK), duration=10, phase=0), "phase"),
+        (
+            lambda: simulate(
+                Controlled(flows.rossler(), DelayedFeedback(0.1, 2, signal="y")),
+                duration=10,
+                initial=(1, 2),
             ),
             "initial",
         ),
@@ -334,7 +351,7 @@ def test_a_signal_that_is_none_is_refused_before_anything_moves(orbit, monkeypat
     other = DelayedFeedback(0.1, signal="interval")
     monkeypatch.delattr(_delayed.DelayedRun, "to")
     for make in (
-        lambda: control(BEAM, [(5, LOCK), (9, other)], periods=10),
+        lambda: simulate(Controlled(BEAM, [(5, LOCK), (9, other)]), periods=10),
         lambda: orbit_stability(orbit, other),
     ):
         with pytest.raises(InvalidInput, match='got interval; required: "velocity" or'):
@@ -353,16 +370,11 @@ def test_bad_orbits_for_ogy(orbit):
         (lambda: OGY(stable, 0.02), "orbit"),
         (lambda: OGY(orbit, 0.0), "limit"),
         (lambda: OGY(orbit, 0.02, "gap"), "parameter"),
-        (lambda: OGY(replace(orbit, oscillator=based), 0.02), "parameter"),
-        (lambda: control(scenes.karpodinis(20.4), OGY(orbit, 0.02), periods=9), "orbit"),
-        (lambda: control(BEAM, OGY(orbit, 0.02), periods=9, phase=1.0), "phase"),
-        (lambda: control(BEAM, [(1, OGY(orbit, 0.02)), (5, LOCK)], periods=9), "controller"),
-        (
-            lambda: control(
-                Flow(lambda t, y: (1.0,), (0.0,)), OGY(orbit, 0.02), duration=9
-            ),
-            "controller",
-        ),
+        (lambda: OGY(replace(orbit, system=based), 0.02), "parameter"),
+        (lambda: Controlled(scenes.karpodinis(20.4), OGY(orbit, 0.02)), "orbit"),
+        (lambda: simulate(Controlled(BEAM, OGY(orbit, 0.02)), periods=9, phase=1.0), "phase"),
+        (lambda: Controlled(BEAM, [(1, OGY(orbit, 0.02)), (5, LOCK)]), "controller"),
+        (lambda: Controlled(Flow(lambda t, y: (1.0,), (0.0,)), OGY(orbit, 0.02)), "controller"),
     ]  # fmt: skip
     for make, argument in cases:
         with pytest.raises(InvalidInput) as error:
@@ -376,7 +388,7 @@ def test_bad_input_to_stability(orbit):
     sticking = find_periodic_orbit(slips, 1, guess=(0.85, 0.0))
     assert sticking.found
     assert sticking.motion().stick_count
-    cycle = find_flow_orbit(flows.rossler(), 5.88, guess=(0.4, -8.4, 0.2))
+    cycle = find_periodic_orbit(flows.rossler(), period=5.88, guess=(0.4, -8.4, 0.2))
     assert cycle.found
     cases = [
         (lambda: orbit_stability("orbit", LOCK), "orbit"),
@@ -408,7 +420,7 @@ def test_times_outside_the_span(locked):
     for periods in (0, 500):
         with pytest.raises(InvalidInput, match="periods"):
             locked.effort(periods)
-    course = control(flows.rossler(), DelayedFeedback(0.1, 2, signal="y"), duration=5)
+    course = simulate(Controlled(flows.rossler(), DelayedFeedback(0.1, 2, signal="y")), duration=5)
     with pytest.raises(InvalidInput, match="time"):
         course.sample(5.1)
 
@@ -431,13 +443,13 @@ def test_figures(locked, orbit):
     chart = stability_chart(orbit, [0.0, 0.1], [1], limit=0.1, laps=100)
     ax = plot.stability_chart(chart)
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), chart["growth"][:, 0])
-    course = control(flows.rossler(), DelayedFeedback(0.1, 2, signal="y"), duration=5)
+    course = simulate(Controlled(flows.rossler(), DelayedFeedback(0.1, 2, signal="y")), duration=5)
     assert course.plot(coordinate="y").get_ylabel() == "y"
-    cycle = find_flow_orbit(flows.rossler(), 5.88, guess=(0.4, -8.4, 0.2))
+    cycle = find_periodic_orbit(flows.rossler(), period=5.88, guess=(0.4, -8.4, 0.2))
     ax = cycle.plot(x="x", y="z")
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("x", "z")
     np.testing.assert_allclose(ax.lines[0].get_xydata()[0], cycle.state[[0, 2]], atol=1e-12)
-    quiet = control(BEAM, DelayedFeedback(0.0), periods=5, initial=(0.0, 0.0))
+    quiet = simulate(Controlled(BEAM, DelayedFeedback(0.0)), periods=5, initial=(0.0, 0.0))
     assert "no control force" in plot.control_effort(quiet).texts[0].get_text()
 
 

@@ -20,7 +20,6 @@ from impactsig import (
     Oscillator,
     Rigid,
     Stop,
-    sample_path,
     scenes,
     simulate,
     simulate_ensemble,
@@ -64,7 +63,7 @@ def test_a_sample_path_is_that_of_the_ensemble(method):
         "initial": (1.0, 0.0),
     }  # fmt: skip
     ensemble = simulate_ensemble(LINEAR, paths=11, **options)
-    paths = [sample_path(LINEAR, path=k, **options) for k in range(11)]
+    paths = [simulate(LINEAR, path=k, **options) for k in range(11)]
     means = [path.x.mean() for path in paths]
     assert len(set(means)) == 11
     assert math.isclose(np.mean(means), ensemble.displacement.mean, rel_tol=1e-13)
@@ -76,10 +75,10 @@ def test_a_sample_path_is_that_of_the_ensemble(method):
     width = np.diff(ensemble.displacement.edges)
     np.testing.assert_allclose(ensemble.displacement.density * width * len(x), counts, atol=1.01)
     # Looked at as often, the path is the same; so it is looked at from the start on.
-    finer = sample_path(LINEAR, path=3, **options | {"every": 0.2, "step": paths[3].step})
+    finer = simulate(LINEAR, path=3, **options | {"every": 0.2, "step": paths[3].step})
     assert math.isclose(finer.step, paths[3].step)
     np.testing.assert_array_equal(finer.x[1::2], paths[3].x)
-    whole = sample_path(LINEAR, path=3, **options | {"transient": 0.0, "duration": 23.2})
+    whole = simulate(LINEAR, path=3, **options | {"transient": 0.0, "duration": 23.2})
     np.testing.assert_array_equal(whole.x[-50:], paths[3].x)
     later = whole.impacts.time > paths[3].impacts.start
     np.testing.assert_array_equal(whole.impacts.time[later], paths[3].impacts.time)
@@ -98,7 +97,7 @@ def test_the_splitting_is_its_twin(friction, restitution):
         noise=Noise(0.08),
     )
     h, steps = 0.05, 640
-    found = sample_path(machine, duration=steps * h, step=h, seed=2, path=9, initial=(0.3, -0.5))
+    found = simulate(machine, duration=steps * h, step=h, seed=2, path=9, initial=(0.3, -0.5))
     key = key_of(2)
     z = np.concatenate([naive_stochastic.normals(key, 9, block) for block in range(steps // 64)])
     tossed = [coin for k in range(steps // 64) for coin in naive_stochastic.coins(key, 9, k)]
@@ -114,7 +113,7 @@ def test_the_splitting_is_its_twin(friction, restitution):
 def test_cells_moments_and_bands_are_those_of_the_paths():
     options = {"duration": 40.0, "transient": 10.0, "seed": 3, "step": 0.1, "every": 0.2}
     found = simulate_ensemble(LINEAR, paths=24, bins=32, **options)
-    paths = [sample_path(LINEAR, path=k, **options) for k in range(24)]
+    paths = [simulate(LINEAR, path=k, **options) for k in range(24)]
     energy = np.array([(path.x**2 + path.v**2) / 2 for path in paths])
     share = np.array([np.histogram(each, found.energy.edges)[0] for each in energy]) / 200
     width = found.energy.edges[1]
@@ -138,7 +137,7 @@ def test_cells_moments_and_bands_are_those_of_the_paths():
     sizes = np.bincount(np.arange(200) * 32 // 200)
     first = slices[:, : sizes[0]].mean()
     assert math.isclose(found.mean_energy[0], first, rel_tol=1e-10)
-    counted = np.mean([len(sample_path(LINEAR, path=k, **options | {"transient": 0.0, "duration":
+    counted = np.mean([len(simulate(LINEAR, path=k, **options | {"transient": 0.0, "duration":
                        50.0}).impacts) for k in range(24)]) / 50  # fmt: skip
     assert math.isclose(found.impact_rate, counted, rel_tol=1e-9)
 
@@ -201,7 +200,7 @@ def test_without_noise_it_moves_as_simulate_does(method):
     assert truth.impact_count >= 3
     errors = []
     for step in (0.02, 0.01):
-        path = sample_path(replace(machine, noise=Noise(0.0)), method=method, step=step, **options)
+        path = move(replace(machine, noise=Noise(0.0)), method=method, step=step, **options)
         within = path.time < truth.start + truth.duration
         time, found = path.time[within], np.array([path.x, path.v])[:, within]
         # At an instant between an impact and its place in the path the velocity differs.
@@ -218,9 +217,9 @@ def test_friction_under_filtered_noise_holds_the_mass():
     machine = Oscillator(
         damping=0.1, friction=Friction(1.0, 1.5), noise=Noise(0.05, 2.0), stiffness=1.0
     )
-    path = sample_path(machine, duration=200.0, seed=1, initial=(0.5, 0.0))
+    path = simulate(machine, duration=200.0, seed=1, initial=(0.5, 0.0))
     assert np.all(path.x == 0.5)
-    path = sample_path(replace(machine, noise=Noise(4.0, 2.0)), duration=200.0, seed=1)
+    path = simulate(replace(machine, noise=Noise(4.0, 2.0)), duration=200.0, seed=1)
     held = np.mean(path.v == 0)
     assert 0.05 < held < 0.95
 
@@ -235,7 +234,7 @@ def test_a_law_that_feeds_energy_in_ends_diverged():
     assert 12 <= found.failed < 40
     assert found.paths + found.failed == 40
     assert np.isfinite(found.energy.mean)
-    path = sample_path(runaway, duration=3.0, initial=(0.9, 0.0), step=0.05, seed=4, path=2)
+    path = simulate(runaway, duration=3.0, initial=(0.9, 0.0), step=0.05, seed=4, path=2)
     assert path.status in ("complete", "diverged")
     with pytest.raises(InvalidInput, match="finite"):
         simulate_ensemble(runaway, paths=8, duration=5.0, initial=(3.0, 0.0))
@@ -328,15 +327,14 @@ def test_methods_refuse_what_they_cannot_move():
     with pytest.raises(InvalidInput, match="forcing"):
         simulate_ensemble(LINEAR, paths=2, periods=10.0)
     with pytest.raises(InvalidInput, match="Oscillator"):
-        sample_path("beam", duration=1.0)
+        simulate("beam", duration=1.0)
     with pytest.raises(InvalidInput, match="path"):
-        sample_path(LINEAR, path=-1, duration=1.0)
+        simulate(LINEAR, path=-1, duration=1.0)
 
 
 def test_what_is_not_random_refuses_noise_and_says_where_to_go():
     noisy = replace(scenes.karpodinis(), noise=Noise(1e-3))
     for function in (
-        lambda: simulate(noisy, periods=1),
         lambda: impactsig.simulate_many(noisy, periods=1),
         lambda: impactsig.simulate_blocks(noisy, periods=1),
         lambda: impactsig.lyapunov_spectrum(noisy, periods=10),
@@ -364,7 +362,7 @@ def test_figures_can_be_drawn():
         ax = result.plot()
         assert ax.get_xlabel()
         assert ax.get_ylabel()
-    ax = sample_path(LINEAR, duration=20.0, seed=1).plot()
+    ax = simulate(LINEAR, duration=20.0, seed=1).plot()
     assert "displacement" in ax.get_ylabel()
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from impactsig import Flow, InvalidInput, find_flow_orbit, flows
+from impactsig import Flow, InvalidInput, find_periodic_orbit, flows
 from impactsig.dynamics._flow_shooting import depends_on_time
 
 
@@ -32,7 +32,7 @@ def away(t, y):
 
 
 def test_a_forced_flow_is_found_without_a_guess_at_exactly_its_period():
-    orbit = find_flow_orbit(Flow(driven, (0.0,)), 2 * math.pi)
+    orbit = find_periodic_orbit(Flow(driven, (0.0,)), period=2 * math.pi)
     assert orbit.found
     assert orbit.stable
     assert orbit.forced
@@ -62,7 +62,7 @@ def test_a_flow_without_a_force_has_none():
 
 
 def test_an_orbit_of_a_fast_force_keeps_its_period():
-    orbit = find_flow_orbit(Flow(fast, (0.0,)), 0.01, guess=(1e-4,))
+    orbit = find_periodic_orbit(Flow(fast, (0.0,)), period=0.01, guess=(1e-4,))
     assert orbit.found
     assert orbit.period == 0.01
     omega = 2 * math.pi * 100
@@ -70,35 +70,35 @@ def test_an_orbit_of_a_fast_force_keeps_its_period():
 
 
 def test_an_orbit_gone_round_twice_is_not_taken_for_one_of_two_turns():
-    orbit = find_flow_orbit(flows.rossler(), 11.76)
+    orbit = find_periodic_orbit(flows.rossler(), period=11.76)
     assert orbit.found
     once, back = orbit.sample([0.0, orbit.period / 2])
     assert np.abs(once - back).max() > 0.1
 
 
 def test_what_is_not_found_says_so():
-    orbit = find_flow_orbit(flows.rossler(), 0.4, guess=(9.0, 0.0, 2.0))
+    orbit = find_periodic_orbit(flows.rossler(), period=0.4, guess=(9.0, 0.0, 2.0))
     assert orbit.status == "not converged"  # Rössler's flow has no orbit of so short a period
     assert "not converged" in repr(orbit)
     middle = math.sqrt(8 / 3 * 27)
-    orbit = find_flow_orbit(flows.lorenz(), 1.0, guess=(middle - 0.01, middle, 27.0))
+    orbit = find_periodic_orbit(flows.lorenz(), period=1.0, guess=(middle - 0.01, middle, 27.0))
     assert orbit.status == "at rest"
     assert not orbit.found
     np.testing.assert_allclose(orbit.state, (middle, middle, 27), rtol=1e-9)
     with pytest.raises(InvalidInput) as error:
-        find_flow_orbit(Flow(away, (0.0,)), 2.0)
+        find_periodic_orbit(Flow(away, (0.0,)), period=2.0)
     assert error.value.argument == "period"
 
 
 @pytest.mark.parametrize(
     ("make", "argument"),
     [
-        (lambda: find_flow_orbit("lorenz", 1.5), "flow"),
-        (lambda: find_flow_orbit(Flow(driven, (0.0, 1.0)), 1.5), "function"),
-        (lambda: find_flow_orbit(flows.lorenz(), 0), "period"),
-        (lambda: find_flow_orbit(flows.lorenz(), math.nan), "period"),
-        (lambda: find_flow_orbit(flows.lorenz(), 1.5, guess=(1, 2)), "initial"),
-        (lambda: find_flow_orbit(flows.lorenz(), 1.5, tolerance=0), "tolerance"),
+        (lambda: find_periodic_orbit("lorenz", period=1.5), "system"),
+        (lambda: find_periodic_orbit(Flow(driven, (0.0, 1.0)), period=1.5), "function"),
+        (lambda: find_periodic_orbit(flows.lorenz(), period=0), "period"),
+        (lambda: find_periodic_orbit(flows.lorenz(), period=math.nan), "period"),
+        (lambda: find_periodic_orbit(flows.lorenz(), period=1.5, guess=(1, 2)), "initial"),
+        (lambda: find_periodic_orbit(flows.lorenz(), period=1.5, tolerance=0), "tolerance"),
     ],
 )
 def test_bad_input_names_the_argument(make, argument):

@@ -16,8 +16,8 @@ from impactsig import (
     InvalidInput,
     flows,
     integrate_and_fire,
+    simulate,
     threshold_crossings,
-    trajectory,
 )
 
 
@@ -147,15 +147,41 @@ def test_flows_of_other_dimensions_and_kinds_of_rates():
 
 
 def test_states_on_a_circle():
-    path = trajectory(CIRCLE, interval=0.01, count=3000, transient=10.0)
-    assert path.time[0] == 10
-    np.testing.assert_allclose(path["x"], np.cos(path.time), rtol=0, atol=1e-11)
-    np.testing.assert_allclose(path["y"], -np.sin(path.time), rtol=0, atol=1e-11)
-    some = trajectory(CIRCLE, [0, 0, 1, 1, 20.5], initial=(0, 1))
-    np.testing.assert_array_equal(some.state[0], [0, 1])
-    np.testing.assert_allclose(some["x"], np.sin([0, 0, 1, 1, 20.5]), rtol=0, atol=1e-11)
-    assert len(trajectory(CIRCLE, [])) == 0
-    assert "5 states, t = 0 to 20.5" in repr(some)
+    motion = simulate(CIRCLE, duration=30.0, transient=10.0)
+    assert (motion.start, motion.stop, motion.status) == (10.0, 40.0, "complete")
+    time = np.linspace(10, 40, 3001)
+    exact = np.stack([np.cos(time), -np.sin(time)], axis=1)
+    np.testing.assert_allclose(motion.sample(time), exact, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(motion.final, exact[-1], rtol=0, atol=1e-11)
+    other = simulate(CIRCLE, duration=20.5, initial=(0, 1))
+    asked = np.array([[20.5, 1], [0, 1]])  # in any order and shape
+    np.testing.assert_allclose(other.sample(asked)[..., 0], np.sin(asked), rtol=0, atol=1e-11)
+    np.testing.assert_array_equal(other.sample(0.0), [0, 1])
+    assert other.sample([]).shape == (0, 2)
+    assert "t = 0 to 20.5" in repr(other)
+
+
+def test_states_do_not_depend_on_what_else_is_asked_for(monkeypatch):
+    from impactsig.simulate import flow_motion
+
+    motion = simulate(flows.lorenz(), duration=30.0, transient=5.0)
+    time = np.linspace(5, 35, 201)
+    whole = motion.sample(time)
+    np.testing.assert_array_equal(motion.sample(time[::-7]), whole[::-7])
+    np.testing.assert_array_equal(motion.sample(motion.stop), motion.final)
+    late = simulate(flows.lorenz(), duration=10.0, transient=25.0)
+    np.testing.assert_array_equal(late.sample(time[time >= 25]), whole[time >= 25])
+    monkeypatch.setattr(flow_motion, "STEPS", 7)
+    pieces = simulate(flows.lorenz(), duration=30.0, transient=5.0)
+    assert len(pieces._marks) > 20
+    np.testing.assert_array_equal(pieces.sample(time), whole)
+
+
+def test_a_flow_goes_on_from_where_it_ended():
+    first = simulate(flows.lorenz(), duration=3.0)
+    rest = simulate(flows.lorenz(), duration=2.0, initial=first.final)
+    whole = simulate(flows.lorenz(), duration=5.0)
+    np.testing.assert_allclose(rest.final, whole.final, rtol=1e-9)
 
 
 # -- runs --------------------------------------------------------------------------------------
@@ -174,7 +200,7 @@ def test_count_and_duration_find_the_same():
 
 
 def test_a_transient_is_a_later_start():
-    settled = trajectory(flows.lorenz(), [5.0]).state[0]
+    settled = simulate(flows.lorenz(), duration=5.0).final
     late = integrate_and_fire(flows.lorenz(), 20, count=20, transient=5.0)
     anew = integrate_and_fire(flows.lorenz(), 20, count=20, initial=settled)
     np.testing.assert_allclose(late.time - 5, anew.time, rtol=0, atol=1e-11)
@@ -186,7 +212,7 @@ def test_a_run_in_pieces_is_the_whole(monkeypatch):
     def run():
         fired = integrate_and_fire(flows.lorenz(), 20, count=30)
         crossed = threshold_crossings(flows.lorenz(), 20, signal="z", duration=20.0)
-        return fired.time, crossed.time, trajectory(flows.lorenz(), interval=0.1, count=60).state
+        return fired.time, crossed.time
 
     whole = run()
     monkeypatch.setattr(_course, "STEPS", 7)
@@ -202,9 +228,13 @@ def test_a_flow_that_leaves_for_infinity_says_so():
     assert train.time == pytest.approx([0.9], abs=1e-12)
     assert "left the finite numbers at t = 1" in train.reason
     assert train.stop == pytest.approx(1, abs=1e-6)
-    path = trajectory(bursting, [0.0, 0.5, 2.0])
-    np.testing.assert_allclose(path["x"], [1, 2], rtol=1e-12)
-    assert "t = 1" in path.reason
+    motion = simulate(bursting, duration=2.0)
+    np.testing.assert_allclose(motion.sample([0.0, 0.5])[:, 0], [1, 2], rtol=1e-12)
+    assert motion.status == "diverged"
+    assert motion.stop == pytest.approx(1, abs=1e-6)
+    assert "diverged" in repr(motion)
+    with pytest.raises(InvalidInput, match=r"time.*0 to 1, where the flow diverged"):
+        motion.sample(1.5)
     gone = threshold_crossings(bursting, 10.0, count=3, transient=4)
     assert len(gone) == 0
     assert "t = 1" in gone.reason
@@ -239,12 +269,12 @@ def test_a_flow_that_comes_to_rest_is_not_waited_for():
 
 def test_the_kernels_are_found_in_the_cache_whatever_the_flow():
     threshold_crossings(CIRCLE, 0.5, count=2)
-    trajectory(CIRCLE, [1.0])
+    simulate(CIRCLE, duration=1.0)
     probe = (
-        "from impactsig import Flow, threshold_crossings, trajectory\n"
+        "from impactsig import Flow, simulate, threshold_crossings\n"
         "flow = Flow(lambda t, y: (2 * y[1], -y[0]), (1, 0))\n"
         "threshold_crossings(flow, 0.5, signal=lambda y: y[0] + y[1], count=2)\n"
-        "trajectory(flow, [1.0])\n"
+        "simulate(flow, duration=1.0)\n"
         "from impactsig.simulate._flow_spikes import spikes\n"
         "from impactsig.simulate._flow_steps import states\n"
         "print(*[sum(kernel.stats.cache_misses.values()) for kernel in (spikes, states)])\n"
@@ -294,18 +324,18 @@ def test_other_refusals():
     for wrong in ("lorenz", None):
         with pytest.raises(InvalidInput, match=r"flow.*impactsig.flows"):
             integrate_and_fire(wrong, 1.0, signal="x", count=1)
-        with pytest.raises(InvalidInput, match=r"flow.*impactsig.flows"):
-            trajectory(wrong, [1.0])
+        with pytest.raises(InvalidInput, match=r"system.*a Flow"):
+            simulate(wrong, duration=1.0)
 
 
 def test_a_flow_that_numba_cannot_compile_says_what_numba_says():
     with pytest.raises(InvalidInput, match="numba says") as caught:
-        trajectory(Flow(lambda t, y: y.unheard_of, (1.0,)), [1.0])
+        simulate(Flow(lambda t, y: y.unheard_of, (1.0,)), duration=1.0)
     assert caught.value.argument == "function"
     with pytest.raises(InvalidInput, match="2 parameters"):
-        trajectory(Flow(turning, (1, 0), (1.0, 2.0)), [1.0])
+        simulate(Flow(turning, (1, 0), (1.0, 2.0)), duration=1.0)
     with pytest.raises(InvalidInput, match="3 rates"):
-        trajectory(Flow(turning, (1, 0, 0), (1.0,)), [1.0])
+        simulate(Flow(turning, (1, 0, 0), (1.0,)), duration=1.0)
 
 
 @pytest.mark.parametrize(
@@ -330,22 +360,29 @@ def test_a_flow_is_checked_when_made(argument, options):
 @pytest.mark.parametrize(
     ("argument", "options"),
     [
-        ("times", {}),
-        ("times", {"times": [1.0], "interval": 1.0, "count": 2}),
-        ("times", {"interval": 1.0}),
-        ("times", {"times": [2.0, 1.0]}),
-        ("times", {"times": [-1.0]}),
-        ("times", {"times": [[1.0]]}),
-        ("times", {"times": ["soon"]}),
-        ("interval", {"interval": 0, "count": 2}),
-        ("count", {"interval": 1, "count": 0}),
-        ("count", {"interval": 1, "count": 2.5}),
+        ("duration", {}),
+        ("duration", {"duration": 0}),
+        ("transient", {"duration": 1, "transient": -1}),
+        ("initial", {"duration": 1, "initial": (1, 2, 3)}),
+        ("periods", {"periods": 3}),
+        ("phase", {"duration": 1, "phase": 0.0}),
+        ("method", {"duration": 1, "method": "splitting"}),
+        ("chatter", {"duration": 1, "chatter": 1e-4}),
+        ("seed", {"duration": 1, "seed": 1}),
+        ("keep", {"duration": 1, "keep": "counts"}),
     ],
 )
-def test_times_are_checked(argument, options):
+def test_a_run_of_a_flow_is_checked(argument, options):
     with pytest.raises(InvalidInput) as caught:
-        trajectory(CIRCLE, **options)
+        simulate(CIRCLE, **options)
     assert caught.value.argument == argument
+
+
+@pytest.mark.parametrize("time", [-0.1, 1.1, math.nan, "soon", [[0.5], [2.0]]])
+def test_times_outside_the_span_are_refused(time):
+    with pytest.raises(InvalidInput) as caught:
+        simulate(CIRCLE, duration=1.0).sample(time)
+    assert caught.value.argument == "time"
 
 
 def test_what_is_shown():
@@ -355,4 +392,3 @@ def test_what_is_shown():
     assert train.source == "Rössler"
     assert train.threshold == 20
     assert train.settings["signal"] == "rossler_signal"
-    assert impactsig.trajectory(flows.rossler(), [0.0])[2] == flows.rossler().initial[2]

@@ -81,7 +81,7 @@ def test_what_is_skipped_could_not_have_mattered(scene, noise):
 @pytest.mark.parametrize("make", [beam, lambda: beam(20.1), moving])
 def test_next_to_no_noise_counts_every_impact_within_a_sample(make):
     motion = make()
-    rate = 2500 / motion.oscillator.forcing_period
+    rate = 2500 / motion.system.forcing_period
     seen = measure(motion, noise=1e-9, rate=rate, seed=1)
     assert len(seen.missed) == 0
     real = seen.source >= 0

@@ -13,7 +13,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot
 
 import impactsig
-from impactsig import Impacts, InvalidInput, Recording, flows, plot, sample_path, scenes
+from impactsig import Impacts, InvalidInput, Recording, flows, plot, scenes, simulate
 
 INTERVALS = 0.05 + 0.01 * np.random.default_rng(0).random(300)
 
@@ -28,8 +28,8 @@ def results():
         "counts": counted,
         "section": impactsig.impact_map(motion),
         "spectrum": motion.power_spectrum(),
-        "trajectory": impactsig.trajectory(flows.rossler(), interval=0.1, count=500),
-        "path": sample_path(scenes.van_der_pol_duffing(), duration=5.0, seed=0),
+        "flow": simulate(flows.rossler(), duration=50.0),
+        "path": simulate(scenes.van_der_pol_duffing(), duration=5.0, seed=0),
         "impacts": train,
         "intervals": INTERVALS,
         "histogram": impactsig.interval_histogram(train),
@@ -80,7 +80,7 @@ def test_a_section_is_of_a_motion(make, given):
             with pytest.raises(InvalidInput, match="a Motion"):
                 make(result)
     with pytest.raises(InvalidInput, match="threshold_crossings"):
-        impactsig.impact_map(given["trajectory"], stop=0)
+        impactsig.impact_map(given["flow"], stop=0)
 
 
 def test_it_is_said_what_draws_a_result_instead(given):
@@ -97,25 +97,26 @@ def test_a_study_that_is_no_chart_of_stability_is_drawn_by_another(given):
 
 
 def test_a_phase_portrait_of_a_flow_is_of_two_coordinates(given):
-    course = given["trajectory"]
+    course = given["flow"]
     for chosen, (across, up) in {None: "xy", ("z", "x"): "zx", (1, 2): "yz"}.items():
         ax = plot.phase_portrait(course, coordinates=chosen, start=10.0, stop=20.0)
-        shown = (course.time >= 10.0) & (course.time <= 20.0)
-        np.testing.assert_array_equal(ax.lines[0].get_xdata(), course[across][shown])
-        np.testing.assert_array_equal(ax.lines[0].get_ydata(), course[up][shown])
+        x, y = ax.lines[0].get_data()
+        states = course.sample(np.linspace(10.0, 20.0, len(x)))
+        np.testing.assert_array_equal(x, states[:, "xyz".index(across)])
+        np.testing.assert_array_equal(y, states[:, "xyz".index(up)])
         assert (ax.get_xlabel(), ax.get_ylabel()) == (across, up)
-    assert len(plot.phase_portrait(course).lines[0].get_xdata()) == len(course)
+    assert len(plot.phase_portrait(course).lines[0].get_xdata()) > 1000
     pyplot.close("all")
 
 
 @pytest.mark.parametrize(
     ("kind", "options", "argument"),
     [
-        ("trajectory", {"coordinates": ("x", "w")}, "coordinates"),
-        ("trajectory", {"coordinates": ("x",)}, "coordinates"),
-        ("trajectory", {"coordinates": 2}, "coordinates"),
-        ("trajectory", {"start": 1e6}, "start, stop"),
-        ("trajectory", {"stop": float("nan")}, "stop"),
+        ("flow", {"coordinates": ("x", "w")}, "coordinates"),
+        ("flow", {"coordinates": ("x",)}, "coordinates"),
+        ("flow", {"coordinates": 2}, "coordinates"),
+        ("flow", {"start": 1e6}, "start, stop"),
+        ("flow", {"stop": float("nan")}, "stop"),
         ("motion", {"coordinates": ("x", "y")}, "coordinates"),
     ],
 )

@@ -181,7 +181,7 @@ def test_the_restitution_coefficient_is_found(noise):
     x = x + noise * np.std(x) * rng.standard_normal(len(x))
     seen = Recording(x, 50_000.0, start=motion.start)
     found = recorded_motion(seen).restitution(motion.impacts, within=2e-3)
-    truth = motion.oscillator.stops[0].law.restitution
+    truth = motion.system.stops[0].law.restitution
     assert found.value == pytest.approx(truth, abs=max(4 * found.error, 2e-3))
     assert found.error < 0.05
     good = np.abs(found.approach) > 0.2 * np.abs(found.approach).max()

@@ -1,0 +1,207 @@
+"""One path of an oscillator under a random force."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arguments import Seed, number, reals, whole
+from ..errors import InvalidInput
+from ..impacts import Impacts, exact
+from ..oscillators import Oscillator
+from ._arguments import TURN, course
+from ._running import Method, Mover, key_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..simulate.spectrum import PowerSpectrum
+
+BATCH = 4096  # looks between two visits of the kernel
+ROOM = 1 << 16  # impacts that a visit has room for
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NoisyMotion:
+    """One path of an oscillator under noise, as it was seen at equal intervals.
+
+    Attributes
+    ----------
+    system : Oscillator
+        What moved.
+    start, duration : float
+        The span after the transient [s].
+    time : numpy.ndarray, shape (n,)
+        Instants at which it was looked at, since the start of the simulation [s].
+    x, v : numpy.ndarray, shape (n,)
+        Displacement and velocity there, against the ground, in the oscillator's units.
+    impacts : Impacts
+        Impacts and touches in the span, with their approach velocities.
+    step : float
+        Step [s].
+    final : tuple of float
+        Displacement, velocity and phase of the forcing at the end.
+    status : str
+        "complete" or "diverged"; what was computed until then is kept.
+    """
+
+    system: Oscillator
+    start: float
+    duration: float
+    time: np.ndarray = field(repr=False)
+    x: np.ndarray = field(repr=False)
+    v: np.ndarray = field(repr=False)
+    impacts: Impacts
+    step: float
+    final: tuple[float, float, float]
+    status: str
+    _phase: float = field(repr=False)
+
+    @property
+    def stop(self) -> float:
+        """End of the span [s]."""
+        return self.start + self.duration
+
+    def sample(self, time: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement and velocity at instants at which it was looked at.
+
+        Between them only a probability is known, so no others are given.
+
+        Parameters
+        ----------
+        time : array_like
+            Times [s].
+
+        Returns
+        -------
+        x, v : ndarray, shape of `time`
+
+        Raises
+        ------
+        InvalidInput
+            If it was not looked at then, to a millionth of the time between two looks.
+        """
+        asked = reals("time", time, "instants at which the path was looked at")
+        apart = self.time[1] - self.time[0] if len(self.time) > 1 else self.step
+        first = self.time[0] if len(self.time) else math.nan
+        with np.errstate(invalid="ignore"):
+            which = np.round((asked - first) / apart)
+            near = np.abs(first + which * apart - asked) <= 1e-6 * apart
+            inside = (which >= 0) & (which < len(self.time))
+        if not (near & inside).all():
+            raise InvalidInput(
+                "time", time, f"instants among {first:.9g} + n {apart:.9g} s, n below "
+                f"{len(self.time)}", "simulate(..., every=) chooses their distance",
+            )  # fmt: skip
+        return self.x[which.astype(int)], self.v[which.astype(int)]
+
+    def stroboscopic(self, phase: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement and velocity once every forcing period, at a phase of the forcing [rad].
+
+        Raises
+        ------
+        InvalidInput
+            If there is no forcing, or it was not looked at then: a period must be a whole number of
+            times `every` of `simulate`, and so must the time to that phase.
+        """
+        period = self.system.forcing_period
+        if period is None:
+            raise InvalidInput("motion", repr(self), "a forced motion: a section is taken by it")
+        phase = number("phase", phase, "a finite angle [rad]")
+        since = math.fmod(phase - self._phase, TURN) % TURN / TURN * period
+        if not len(self.time):
+            return self.x, self.v
+        slack = 1e-6 * self.step
+        first = math.ceil((self.time[0] - since - slack) / period)
+        last = math.floor((self.time[-1] - since + slack) / period)
+        return self.sample(since + np.arange(first, last + 1) * period)
+
+    def power_spectrum(self, quantity: str | None = None, *, segments: int = 8) -> PowerSpectrum:
+        """Power spectral density; see `impactsig.simulate.spectrum.power_spectrum`."""
+        from ..simulate.spectrum import power_spectrum
+
+        return power_spectrum(self, quantity, segments=segments)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw displacement over time with the impacts; see `impactsig.plot.noisy_motion`."""
+        from ..plot import noisy_motion
+
+        return noisy_motion(self, ax=ax)
+
+    def __repr__(self) -> str:
+        unit = " s" if self.system.in_seconds else ""
+        return (
+            f"NoisyMotion({len(self.time)} instants over {np.ptp(self.time):g}{unit}, step "
+            f"{self.step:.3g}{unit}, {len(self.impacts.time)} impacts; {self.status})"
+        )
+
+
+def move(
+    oscillator: Oscillator,
+    *,
+    path: int = 0,
+    periods: float | None = None,
+    duration: float | None = None,
+    transient: float = 0.0,
+    initial: tuple[float, float] = (0.0, 0.0),
+    phase: float = 0.0,
+    seed: Seed = None,
+    method: Method = "splitting",
+    step: float | None = None,
+    every: float | None = None,
+) -> NoisyMotion:
+    """One path of an oscillator under its noise, step by step."""
+    from ._equation import SPEED, WHICH
+
+    path = whole("path", path, 0)
+    found = course(
+        oscillator, 1, periods=periods, duration=duration, transient=transient, initial=initial,
+        phase=phase, method=method, step=step, every=every, look=1,
+    )  # fmt: skip
+    mover = Mover(oscillator, found.step, method, found.phase, key_of(seed))
+    group = mover.start(found.q, found.v, np.array([path]))
+    group.move(found.before)
+    seen, hits = [np.empty((1, 0, 2))], [np.empty((0, 3))]
+    done, batch = 0, max(BATCH // found.every, 1)
+    while done < found.looks:
+        some = min(batch, found.looks - done)
+        events = np.empty((ROOM, 3))
+        group.count[:] = 0
+        seen.append(group.move(some * found.every, found.every, some, events))
+        hits.append(events[: min(group.count[0], ROOM)])
+        done += some
+    x, v = np.concatenate(seen, axis=1)[0].T
+    finite = np.isfinite(x) & np.isfinite(v)
+    good = len(x) if finite.all() else int(np.argmin(finite))
+    unit = oscillator.time_unit
+    start = found.before * found.step * unit
+    span = good * found.every * found.step * unit
+    hit = np.concatenate(hits)
+    hit = hit[(hit[:, 0] * unit >= start) & (hit[:, 0] * unit <= start + span)]
+    hit = hit[np.argsort(hit[:, 0], kind="stable")]
+    last = found.phase + (start + span) / unit * (oscillator.forcing_frequency or 0.0)
+    end = (math.nan, math.nan) if not good else (float(x[good - 1]), float(v[good - 1]))
+    return NoisyMotion(
+        system=oscillator,
+        start=start,
+        duration=span,
+        time=start + unit * found.step * found.every * np.arange(1, good + 1),
+        x=x[:good].copy(),
+        v=v[:good].copy(),
+        impacts=Impacts(
+            hit[:, 0] * unit,
+            approach_velocity=hit[:, SPEED],
+            stop_index=hit[:, WHICH],
+            **exact(len(hit)),
+            start=start,
+            duration=span,
+            source=oscillator.name,
+        ),
+        step=found.step * unit,
+        final=(*end, last % TURN),
+        status="complete" if good == len(x) else "diverged",
+        _phase=found.phase,
+    )
