@@ -160,7 +160,6 @@ def valid_calls(t: Things) -> dict[str, tuple[tuple[Any, ...], dict[str, Any]]]:
     call("combine_impacts", [t.train, t.train])
     call("compare", t.train, t.train)
     call("continue_orbit", driven, [1.0, 1.02])
-    call("control", t.oscillator, im.DelayedFeedback(0.1), periods=5)
     call("correlation_dimension", t.irregular)
     call("correlation_sum", t.x)
     call("cv2", t.intervals)

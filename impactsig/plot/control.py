@@ -198,7 +198,7 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
 
 def _phases(ax: Axes, motion: Any, span: tuple[float, float] | None = None) -> None:
     """Mark when which control began."""
-    unit = 1.0 if hasattr(motion, "flow") else motion.system.forcing_period
+    unit = motion.system.forcing_period or 1.0
     low, high = span or (motion.start, motion.stop)
     for start, own in motion.schedule:
         at = start * unit

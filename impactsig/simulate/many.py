@@ -107,8 +107,7 @@ def simulate_many(
     alone = isinstance(oscillators, Oscillator)
     machines = [oscillators] if alone else list(entries("oscillators", oscillators, MACHINES))
     for machine in machines:
-        instance("oscillators", machine, Oscillator, MACHINES)
-        without_noise(machine)
+        without_noise(instance("oscillators", machine, Oscillator, MACHINES))
     counts = {len(machines), len(np.atleast_2d(starts)), phases.size} - {1}
     if len(counts) > 1 or phases.ndim > 1:
         raise InvalidInput(

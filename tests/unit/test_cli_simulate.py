@@ -150,7 +150,7 @@ def test_under_noise_it_is_one_path(tmp_path, capsys):
     found = Impacts.read_csv(path)
     assert len(found) > 10
     np.testing.assert_array_equal(found.time, wanted.impacts.time)
-    assert told.startswith(f"{wanted.oscillator.name}: {len(found)} impacts in 59.9")  # whole looks
+    assert told.startswith(f"{wanted.system.name}: {len(found)} impacts in 59.9")  # whole looks
     assert "one path under noise" in told
     assert figure.read_bytes().startswith(b"\x89PNG")
     tables = []

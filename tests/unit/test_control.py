@@ -393,7 +393,7 @@ def test_bad_input_to_stability(orbit):
     cases = [
         (lambda: orbit_stability("orbit", LOCK), "orbit"),
         (lambda: orbit_stability(replace(orbit, status="lost"), LOCK), "orbit"),
-        (lambda: orbit_stability(replace(orbit, oscillator=lossy), LOCK), "orbit"),
+        (lambda: orbit_stability(replace(orbit, system=lossy), LOCK), "orbit"),
         (lambda: orbit_stability(sticking, LOCK), "signal"),
         (lambda: orbit_stability(replace(cycle, status="not converged"), LOCK), "orbit"),
         (lambda: orbit_stability(cycle, DelayedFeedback(0.2, 5.88, signal="y")), "delay"),

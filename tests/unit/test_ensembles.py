@@ -25,6 +25,7 @@ from impactsig import (
     simulate_ensemble,
 )
 from impactsig.stochastic._running import Mover, key_of
+from impactsig.stochastic.noisy_motion import move
 from tests import naive_stochastic
 
 SCENE = scenes.van_der_pol_duffing()
