@@ -177,7 +177,7 @@ def run_nudged(
 
 def _nudge(how: OGY, state: np.ndarray) -> float:
     """How far to move the parameter for a state at the section."""
-    scale = np.array([1.0, 1 / how.orbit.system.forcing_frequency])  # type: ignore[operator]
+    scale = np.array([1.0, 1 / how.orbit.system.forcing_frequency])
     k = int(np.argmin(np.hypot(*((how.points - state) * scale).T)))
     by = -float(how.gain[k] @ (state - how.points[k]))
     return by if abs(by) <= how.limit else 0.0

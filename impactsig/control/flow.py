@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..simulate._delay import Feedback, Line
+    from ..simulate.spectrum import PowerSpectrum
 
 AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
 
@@ -100,6 +101,12 @@ class ControlledFlowMotion:
             which, out,
         )  # fmt: skip
         return out.reshape(time.shape)
+
+    def power_spectrum(self, quantity: str | int | None = None, **options: Any) -> PowerSpectrum:
+        """Power spectral density of a coordinate; see `simulate.spectrum.power_spectrum`."""
+        from ..simulate.spectrum import power_spectrum
+
+        return power_spectrum(self, quantity, **options)
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the fed-back coordinate over time; see `impactsig.plot.controlled_flow`."""

@@ -74,6 +74,8 @@ class OGY:
         orbit = self.orbit
         if not isinstance(orbit, PeriodicOrbit):
             raise InvalidInput("orbit", orbit, "a PeriodicOrbit, as find_periodic_orbit finds")
+        if not isinstance(orbit.system, Oscillator):
+            raise InvalidInput("orbit", orbit, "an orbit of an Oscillator")
         if not orbit.found:
             raise InvalidInput(
                 "orbit", orbit, "an orbit that was found",

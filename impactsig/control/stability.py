@@ -16,6 +16,7 @@ from ..dynamics._collocation import NODES
 from ..dynamics.flow_orbits import FlowOrbit
 from ..dynamics.orbits import PeriodicOrbit
 from ..errors import InvalidInput
+from ..oscillators import Cantilever
 from ._flow_pieces import of_flow
 from ._oscillator_pieces import of_oscillator
 from ._variation import State, Variation
@@ -130,11 +131,10 @@ def orbit_stability(
     >>> orbit = find_periodic_orbit(flows.rossler(), period=5.88)
     >>> orbit_stability(orbit, DelayedFeedback(0.2, orbit.period, signal="y")).multipliers
     """
-    if not isinstance(orbit, (PeriodicOrbit, FlowOrbit)):
+    if not isinstance(orbit, (PeriodicOrbit, FlowOrbit)) or isinstance(orbit.system, Cantilever):
         raise InvalidInput(
-            "orbit", orbit, "a PeriodicOrbit or a FlowOrbit",
-            "find_periodic_orbit finds them",
-        )  # fmt: skip
+            "orbit", orbit, "an orbit of an Oscillator or a Flow", "find_periodic_orbit finds them"
+        )
     if not orbit.found:
         raise InvalidInput("orbit", orbit, "an orbit that was found")
     if not isinstance(feedback, DelayedFeedback):

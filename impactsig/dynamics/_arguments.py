@@ -11,6 +11,7 @@ import numpy as np
 from .._arguments import reals
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
+from ..simulate._run import without_noise
 
 
 def parameter_values(name: str, given: Any) -> np.ndarray:
@@ -47,6 +48,7 @@ def recurring(name: str, oscillator: Any) -> Oscillator:
     """
     if not isinstance(oscillator, Oscillator) or oscillator.forcing_frequency is None:
         raise InvalidInput(name, oscillator, "an Oscillator with forcing, to count its periods")
+    without_noise(oscillator)
     if not oscillator.forcing_recurs:
         timed = " and a law that depends on time" if oscillator.law_depends_on_time else ""
         raise InvalidInput(

@@ -14,7 +14,7 @@ LOOKS = 512  # at a period of the first force, for its turning points
 
 def seconds_of(orbit: PeriodicOrbit) -> float:
     """Its forcing period [s]."""
-    return float(orbit.system.forcing_period)  # type: ignore[arg-type]
+    return float(orbit.system.forcing_period)
 
 
 def gaps(orbit: PeriodicOrbit) -> tuple[float, float, float]:

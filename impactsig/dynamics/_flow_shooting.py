@@ -14,6 +14,8 @@ from ._collocation import chebyshev, solve
 SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding
 GOLDEN = (math.sqrt(5) - 1) / 2
 SAME = 1e-9  # of the greatest rate: what rates one period apart may differ by
+PARTS, MOST_PARTS = 8, 256  # of a course, in which the tangent map is worked out
+ROUNDED = 1e-9  # of the tangent map, between so many parts and twice as many
 LOOKS, SPAN = 128, 32  # instants at which rates are compared, over so many periods
 
 
@@ -98,3 +100,21 @@ def shoot(
         tangent = by_start[-1] @ tangent
         end = states[-1]
     return end, tangent
+
+
+def converged(
+    flow: Flow, state: np.ndarray, period: float
+) -> tuple[np.ndarray, np.ndarray, int, bool]:
+    """Where a state comes to, the derivative of that, in how many parts, and if to rounding."""
+    parts, settled = PARTS, False
+    end, tangent = shoot(flow, state, period, parts)
+    while parts < MOST_PARTS and np.isfinite(end).all():
+        parts *= 2
+        end, finer = shoot(flow, state, period, parts)
+        if not np.isfinite(end).all():
+            break
+        change, tangent = float(np.abs(finer - tangent).max()), finer
+        settled = change <= ROUNDED * float(np.abs(finer).max())
+        if settled:
+            break
+    return end, tangent, parts, settled

@@ -14,7 +14,6 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import simulate
 from ..simulate._frame import reference_frequency
-from ..simulate._run import without_noise
 from ._arguments import recurring
 from .tangent import TangentMap, tangent_map
 
@@ -30,7 +29,6 @@ class Shooting:
         self, oscillator: Oscillator, periods: int, phase: float, method: Any, tolerance: float
     ) -> None:
         self.oscillator = recurring("oscillator", oscillator)
-        without_noise(oscillator)
         self.omega = reference_frequency(oscillator)
         self.periods = whole("periods", periods, 1)
         self.phase = number("phase", phase)

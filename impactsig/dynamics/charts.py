@@ -11,6 +11,7 @@ import numpy as np
 
 from .._arguments import flag, function, number, thread_count, whole
 from ..oscillators import Oscillator
+from ..simulate._run import without_noise
 from ._arguments import parameter_names, parameter_values
 from ._settling import settle_all
 
@@ -129,6 +130,9 @@ def periodicity_chart(
 
     def some(first: int) -> list[tuple[int, int, int, bool]]:
         machines = [scene(a, b) for a, b in pairs[first : first + together]]
+        for machine in machines:
+            if isinstance(machine, Oscillator):  # what is none is refused where it is posed
+                without_noise(machine)
         motions = settle_all(
             machines, periods, tolerance=closed, ends=skip, initial=initial, phase=phase
         )

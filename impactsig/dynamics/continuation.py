@@ -9,6 +9,7 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import FixedStep, RungeKutta
 from ._arclength import Continuation
+from ._arguments import recurring
 from .branches import Branch
 from .orbits import find_periodic_orbit
 
@@ -69,9 +70,10 @@ def continue_orbit(
     if first == last:
         raise InvalidInput("values", values, "two different numbers")
     whole("most", most, 2)
+    machine = recurring("scene_of_parameter", scene_of_parameter(first))
     start = find_periodic_orbit(
-        scene_of_parameter(first), periods, guess=guess, impacts=impacts, phase=phase,
-        method=method, tolerance=tolerance,
+        machine, periods, guess=guess, impacts=impacts, phase=phase, method=method,
+        tolerance=tolerance,
     )  # fmt: skip
     if not start.found:
         raise InvalidInput(

@@ -12,14 +12,12 @@ from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ..simulate._course import Running, state_of
-from ._flow_shooting import depends_on_time, rate_at, recurs, shoot
+from ._flow_shooting import PARTS, converged, depends_on_time, rate_at, recurs, shoot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ITERATIONS = 40
-PARTS, MOST_PARTS = 8, 256  # of the orbit, in which the tangent map is worked out
-ROUNDED = 1e-9  # of the tangent map, between so many parts and twice as many
 RETURNS, TURNS, PER_TURN = 12, 400, 100  # close returns that are tried; where they are looked for
 WIDTH = 0.2  # of the period: how far from the one asked for a close return may be
 AT_REST = 1e-6  # of the size of the attractor, in a period
@@ -175,15 +173,9 @@ def _settled(
             break  # to rounding, or not any nearer
         iterations += 1
         state, period, end, tangent, residual = then, after, came, moved, off(came, then)
-    while parts < MOST_PARTS and np.isfinite(residual):
-        parts *= 2
-        end, finer = shoot(flow, state, period, parts)
-        if not np.isfinite(end).all():
-            residual = np.inf
-            break
-        change, tangent = float(np.abs(finer - tangent).max()), finer
-        if change <= ROUNDED * float(np.abs(finer).max()):
-            break
+    if np.isfinite(residual):
+        end, tangent, parts, _ = converged(flow, state, period)
+        residual = residual if np.isfinite(end).all() else np.inf
     status = "found" if residual <= tolerance else "not converged"
     values = np.full(d, np.nan + 0j)
     if np.isfinite(residual):

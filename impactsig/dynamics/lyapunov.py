@@ -11,17 +11,20 @@ import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ..oscillators import Oscillator
+from ..oscillators import Cantilever, Oscillator
 from ..oscillators.flows import Flow
-from ..simulate import FixedStep, RungeKutta
+from ..simulate import FixedStep, RungeKutta, simulate
 from ..simulate._course import Running
 from ._batch import batch_error
 from ._follow import Follower
+from .tangent import SYSTEMS, why_not
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BATCHES = 64
+TURN = 2 * math.pi
+GONE = 1e-13  # share of the greatest growth below which a direction of a collapse has vanished
 STEPS = 50_000  # of a flow, in a call of a kernel, so that a run can be interrupted
 
 
@@ -30,11 +33,11 @@ class LyapunovSpectrum:
     """The Lyapunov exponents of a motion, with the evidence for them.
 
     An oscillator has two, those of its stroboscopic map: the third, along the forcing's phase, is
-    0 and left out. A flow has as many as coordinates.
+    0 and left out. A cantilever has two for each mode, a flow as many as coordinates.
 
     Attributes
     ----------
-    system : Oscillator or Flow
+    system : Oscillator, Cantilever or Flow
         What moved.
     exponents : ndarray, shape (d,)
         Descending, per unit of the system's own time; `per_second` has them in SI units. -inf for
@@ -67,7 +70,7 @@ class LyapunovSpectrum:
         "complete"; else why the motion ended early, see `simulate`.
     """
 
-    system: Oscillator | Flow
+    system: Oscillator | Cantilever | Flow
     exponents: np.ndarray
     error: np.ndarray
     between_collapses: np.ndarray
@@ -107,7 +110,8 @@ class LyapunovSpectrum:
 
     def describe(self) -> str:
         """What was found, in words."""
-        parts = [f"{self.between_collapses[k]:.6g} ± {e:.2g}" for k, e in enumerate(self.error)]
+        pairs = zip(self.between_collapses, self.error, strict=True)
+        parts = [f"{value:.6g} ± {error:.2g}" for value, error in pairs if not math.isnan(value)]
         told = f"Lyapunov exponents {', '.join(parts)} per unit of time"
         if self.collapses:
             lost = int(np.isinf(self.exponents).sum())
@@ -128,7 +132,7 @@ class LyapunovSpectrum:
 
 
 def lyapunov_spectrum(
-    system: Oscillator | Flow,
+    system: Oscillator | Cantilever | Flow,
     *,
     periods: float | None = None,
     duration: float | None = None,
@@ -151,7 +155,7 @@ def lyapunov_spectrum(
 
     Parameters
     ----------
-    system : Oscillator or Flow
+    system : Oscillator, Cantilever or Flow
         What moves.
     periods, duration : float
         How long to look: in forcing periods, or in seconds (of a flow: in its own time). Give one.
@@ -159,9 +163,9 @@ def lyapunov_spectrum(
         How long to let it run before, in the same unit; a tenth of that unless given. Meanwhile the
         neighbours turn the way they grow.
     initial : sequence of float, optional
-        State at t = 0; (0, 0), or that of the flow, unless given.
+        State at t = 0, as for `simulate`.
     phase, method, chatter
-        As for `simulate`; for oscillators only. `FixedStep` has no tangent map.
+        As for `simulate`. `FixedStep` has no tangent map.
 
     Returns
     -------
@@ -184,8 +188,15 @@ def lyapunov_spectrum(
         if initial is not None:
             options["initial"] = initial
         return _of_oscillator(system, transient, options)
+    if isinstance(system, Cantilever):
+        if method is not None:
+            raise InvalidInput("method", method, "no method for a Cantilever, which moves exactly")
+        options = {"periods": periods, "duration": duration, "phase": phase, "chatter": chatter}
+        if initial is not None:
+            options["initial"] = initial
+        return _of_beam(system, transient, options)
     if not isinstance(system, Flow):
-        raise InvalidInput("system", system, "an Oscillator or a Flow")
+        raise InvalidInput("system", system, SYSTEMS, why_not(system))
     for name, value, default in (("periods", periods, None), ("method", method, None)):
         if value is not default:
             raise InvalidInput(name, value, "no such option of a flow", "Give duration=")
@@ -273,8 +284,62 @@ def _of_flow(
     )
 
 
+def _of_beam(beam: Cantilever, before: float | None, options: dict[str, Any]) -> LyapunovSpectrum:
+    from ._beam_tangent import steps
+
+    whole = "periods" if options["periods"] is not None else "duration"
+    length = number(whole, options[whole], above=0)
+    transient = number("transient", length / 10 if before is None else before, least=0.0)
+    motion = simulate(beam, **(options | {whole: transient + length}))
+    unit = beam.forcing_period if whole == "periods" else 1.0
+    assert unit is not None
+    start = transient * unit
+    edges = start + (motion.stop - start) * np.arange(BATCHES + 1) / BATCHES
+    d = beam.dimension
+    columns, grown, determinant = np.eye(d), np.zeros(d), 0.0
+    taken, when, grazings, passed, lost = [], [], 0, 0, 0
+    for n, step in steps(motion, edges if start < motion.stop else edges[:0]):
+        columns, triangle = np.linalg.qr(step.matrix @ columns)
+        sizes = np.abs(np.diag(triangle))
+        gone = sizes < GONE * max(sizes.max(), 1e-300)
+        if step.collapsed:  # displacement and velocity of the tip
+            gone[np.argsort(sizes)[:2]] = True
+        if n == 0:  # still before the span
+            grown[:], determinant = 0.0, 0.0
+        with np.errstate(divide="ignore"):
+            grown += np.where(gone, 0.0, np.log(sizes))
+            determinant += float(np.log(sizes).sum())
+        if step.collapsed and n:
+            lost = max(lost, int(gone.sum()))
+            when.append((motion._phase, step.turns * TURN + step.phase))
+        grazings += step.grazed and n > 0
+        if n > passed:
+            passed = n
+            if n > 1:
+                taken.append(grown.copy())
+            else:
+                grown[:], determinant = 0.0, 0.0
+    grown_of = np.array(taken).reshape(-1, d)
+    grown_of[:, d - lost :] = math.nan  # after each collapse they begin anew, from nothing
+    reached = edges[1 : 1 + len(taken)] - start
+    ended = np.array([(angle - phase) / motion._omega for phase, angle in when])
+    return _spectrum(
+        beam,
+        reached,
+        grown_of,
+        lost,
+        determinant / reached[-1] if len(reached) else math.nan,
+        collapses=len(when),
+        collapse_time=ended,
+        collapse_dimensions=np.full(len(when), d - lost),
+        impacts=len(motion.impacts.between(start)),
+        grazings=grazings,
+        status=motion.status,
+    )
+
+
 def _spectrum(
-    system: Oscillator | Flow,
+    system: Oscillator | Cantilever | Flow,
     time: np.ndarray,
     grown: np.ndarray,
     lost: int,

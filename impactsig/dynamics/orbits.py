@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from .._arguments import whole
 from ..errors import InvalidInput
-from ..oscillators import Oscillator
+from ..oscillators import Cantilever, Oscillator
 from ..oscillators.flows import Flow
-from ..simulate import FixedStep, Motion, RungeKutta, simulate
+from ..simulate import FixedStep, RungeKutta, simulate
+from ..simulate.simulation import what_it_is
+from ._beam_orbits import BeamShooting
 from ._shooting import Shooting, two_numbers
 from .flow_orbits import FlowOrbit, find_flow_orbit
-from .tangent import TangentMap
+from .tangent import TangentMap, why_not
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,10 +32,11 @@ class PeriodicOrbit:
 
     Attributes
     ----------
-    system : Oscillator
+    system : Oscillator or Cantilever
         What moves.
-    state : ndarray, shape (2,)
-        Displacement and velocity at `phase`, as `simulate` takes them.
+    state : ndarray, shape (d,)
+        Displacement and velocity at `phase`; of a cantilever those of its modes, displacements [m]
+        first.
     phase : float
         Phase of the forcing there [rad].
     periods, impacts : int
@@ -42,7 +45,7 @@ class PeriodicOrbit:
         Of each impact, relative to the stop.
     impact_phase : ndarray, shape (m,)
         Phase of the forcing at each [rad].
-    multipliers : ndarray, shape (2,)
+    multipliers : ndarray, shape (d,)
         Floquet multipliers over n periods, the greater in modulus first; 0 where a stick or an
         impact without rebound ends what neighbours differ by.
     residual : float
@@ -54,7 +57,7 @@ class PeriodicOrbit:
         brought it nearer, as beside a grazing impact.
     """
 
-    system: Oscillator
+    system: Any
     state: np.ndarray
     phase: float
     periods: int
@@ -65,6 +68,13 @@ class PeriodicOrbit:
     residual: float
     iterations: int
     status: str
+
+    @property
+    def initial(self) -> tuple[Any, Any]:
+        """The state as `simulate` takes it: displacement and velocity, or those of all modes."""
+        if isinstance(self.system, Cantilever):
+            return self.state[: self.system.modes], self.state[self.system.modes :]
+        return float(self.state[0]), float(self.state[1])
 
     @property
     def found(self) -> bool:
@@ -79,15 +89,16 @@ class PeriodicOrbit:
     @property
     def exponents(self) -> np.ndarray:
         """Lyapunov exponents per unit of the oscillator's time, ``ln |multiplier| / (n T)``."""
-        period = 2 * math.pi / self.system.forcing_frequency  # type: ignore[operator]
+        period = 2 * math.pi / self.system.forcing_frequency
         with np.errstate(divide="ignore"):
             return np.log(np.abs(self.multipliers)) / (self.periods * period)
 
-    def motion(self, cycles: float = 1, **options: Any) -> Motion:
+    def motion(self, cycles: float = 1, **options: Any) -> Any:
         """The motion along it, so many times round; an unstable one is left in the end."""
         periods = cycles * self.periods
-        start = (float(self.state[0]), float(self.state[1]))
-        return simulate(self.system, periods=periods, initial=start, phase=self.phase, **options)
+        return simulate(
+            self.system, periods=periods, initial=self.initial, phase=self.phase, **options
+        )
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw it in the phase plane; see `impactsig.plot.phase_portrait`."""
@@ -95,15 +106,20 @@ class PeriodicOrbit:
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
+        at = f"x = {self.state[0]:.9g}, v = {self.state[1]:.9g}"
+        if len(self.state) > 2:
+            at = f"{self.state[: len(self.state) // 2]} in its modes"
         told = f"{kind}; multipliers {_told(self.multipliers)}" if self.found else self.status
         return (
-            f"PeriodicOrbit(period({self.impacts}, {self.periods}) at x = {self.state[0]:.9g}, "
-            f"v = {self.state[1]:.9g}; {told}; residual {self.residual:.1g})"
+            f"PeriodicOrbit(period({self.impacts}, {self.periods}) at {at}; {told}; "
+            f"residual {self.residual:.1g})"
         )
 
 
 @overload
-def find_periodic_orbit(system: Oscillator, periods: int = 1, **options: Any) -> PeriodicOrbit: ...
+def find_periodic_orbit(
+    system: Oscillator | Cantilever, periods: int = 1, **options: Any
+) -> PeriodicOrbit: ...
 @overload
 def find_periodic_orbit(system: Flow, periods: int = 1, **options: Any) -> FlowOrbit: ...
 
@@ -122,15 +138,15 @@ def find_periodic_orbit(  # type: ignore[misc]
     """A periodic orbit, stable or not, by Newton's method; a step that leads away is halved.
 
     Of an oscillator on ``P^n(s) - s``, P the stroboscopic map at `phase`, with its derivative from
-    `tangent_map`. Of a flow on ``y(T) - y(0)``, for the state and, where the rates do not depend on
-    time, the period T, the state being moved across the flow only ([Cvitanovic2020]_, on fixed
-    points and how to get them); the derivative comes from the variational equation along the
-    course, by collocation.
+    `tangent_map`; of a cantilever in all its modes. Of a flow on ``y(T) - y(0)``, for the state
+    and, where the rates do not depend on time, the period T, the state being moved across the flow
+    only ([Cvitanovic2020]_, on fixed points and how to get them); the derivative comes from the
+    variational equation along the course, by collocation.
 
     Parameters
     ----------
-    system : Oscillator or Flow
-        What moves. An oscillator must be forced, and its forcing must recur
+    system : Oscillator, Cantilever or Flow
+        What moves. An oscillator or a cantilever must be forced, and its forcing must recur
         (`Oscillator.forcing_recurs`).
     periods : int
         Of an oscillator: n, forcing periods in which the orbit closes. Under several frequencies
@@ -140,13 +156,14 @@ def find_periodic_orbit(  # type: ignore[misc]
         Of a flow: near which its period is. Where the rates depend on time, exactly the period: one
         after which they recur.
     guess : sequence of float, shape (d,), optional
-        A state near it: of an oscillator displacement and velocity at `phase`. Without one, the
+        A state near it: of an oscillator displacement and velocity at `phase`, of a cantilever
+        those of its modes. Without one, the
         close returns of a long motion are tried, the closest first: on a chaotic attractor they lie
         near its unstable orbits. Then, of an oscillator, a square of starts about it.
     impacts : int, optional
-        Of an oscillator: m, to be had by an orbit found without a guess.
+        Of an oscillator or a cantilever: m, to be had by an orbit found without a guess.
     phase : float
-        Of an oscillator: phase of the forcing at the section [rad]; not one at which the orbit
+        Phase of the forcing at the section [rad]; not one at which the orbit
         hits.
     method : RungeKutta, optional
         Of an oscillator: how to step; as for `simulate`.
@@ -180,13 +197,17 @@ def find_periodic_orbit(  # type: ignore[misc]
             if value is not default and value != default:
                 raise InvalidInput(name, value, f"no {name} for a flow", "Give period= in its time")
         return find_flow_orbit(system, period, guess, 1e-10 if tolerance is None else tolerance)
-    if not isinstance(system, Oscillator):
-        raise InvalidInput("system", system, "an Oscillator or a Flow")
+    if not isinstance(system, (Oscillator, Cantilever)):
+        raise InvalidInput(
+            "system", system, "an Oscillator, a Cantilever or a Flow", why_not(system)
+        )
     if period is not None:
         raise InvalidInput(
-            "period", period, "None for an oscillator", "Its orbits are counted by periods="
+            "period", period, f"no period for {what_it_is(system)}", "Count its orbits by periods="
         )
     tolerance = 1e-11 if tolerance is None else tolerance
+    if isinstance(system, Cantilever):
+        return _of_beam(BeamShooting(system, periods, phase, method, tolerance), guess, impacts)
     if impacts is not None:
         impacts = whole("impacts", impacts, 0)
     shooting = Shooting(system, periods, phase, method, tolerance)
@@ -255,6 +276,35 @@ def find_periodic_orbits(
     return tuple(sorted(found, key=lambda orbit: float(np.abs(orbit.multipliers[0]))))
 
 
+def _of_beam(shooting: BeamShooting, guess: Any, impacts: int | None) -> PeriodicOrbit:
+    """The orbit of a cantilever that a guess, or some close return, leads to."""
+    starts = shooting.close_returns() if guess is None else [shooting.given(guess)]
+    least: PeriodicOrbit | None = None
+    for start in starts:
+        state, residual, iterations, status, here = shooting.newton(start)
+        orbit = PeriodicOrbit(
+            shooting.beam, state, shooting.phase, shooting.periods, 0, np.empty(0), np.empty(0),
+            np.full(len(state), math.nan) if here is None else here.multipliers, residual,
+            iterations, status,
+        )  # fmt: skip
+        hits = orbit.motion().impacts
+        angle = shooting.phase + hits.time * shooting.beam.forcing_frequency
+        orbit = replace(
+            orbit, impacts=len(hits), approach_velocity=hits.approach_velocity,
+            impact_phase=angle % (2 * math.pi),
+        )  # fmt: skip
+        if guess is not None or (orbit.found and impacts in (None, orbit.impacts)):
+            return orbit
+        if not orbit.found and (least is None or orbit.residual < least.residual):
+            least = orbit
+    if least is None:
+        raise InvalidInput(
+            "periods, impacts", f"{shooting.periods}, {impacts}",
+            "an orbit that some start leads to", "None of those tried does; give guess=",
+        )  # fmt: skip
+    return least
+
+
 def _settled(shooting: Shooting, start: np.ndarray) -> PeriodicOrbit:
     """The orbit that Newton's method comes to from a start."""
     return orbit_of(shooting, *shooting.newton(start))
@@ -303,6 +353,8 @@ def _primitive(shooting: Shooting, orbit: PeriodicOrbit) -> bool:
 
 
 def _told(multipliers: np.ndarray) -> str:
-    if np.iscomplex(multipliers).any():
-        return f"{multipliers[0].real:.4g} ± {abs(multipliers[0].imag):.4g}i"
-    return ", ".join(f"{value:.4g}" for value in multipliers.real)
+    """The greatest two."""
+    first = complex(multipliers[0])
+    if first.imag:
+        return f"{first.real:.4g} ± {abs(first.imag):.4g}i"
+    return ", ".join(f"{value.real:.4g}" for value in multipliers[:2])

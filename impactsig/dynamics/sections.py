@@ -22,6 +22,8 @@ from ..simulate._frame import swings
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..simulate.beam_motion import BeamMotion
+
 TURN = 2 * math.pi
 PARTS = 512  # of a period of the first force, in which crossings of a stepped motion are looked for
 MOST = 1_000_000  # steps on one leg
@@ -65,12 +67,12 @@ class Section:
         return f"Section({self.kind}: {len(self)} points)"
 
 
-def impact_map(motion: Motion, stop: int | None = None) -> Section:
+def impact_map(motion: Motion | BeamMotion | Any, stop: int | None = None) -> Section:
     """Phase and velocity at every impact: the impact map, one point to the next.
 
     Parameters
     ----------
-    motion : Motion
+    motion : Motion, BeamMotion or NoisyMotion
         Of `simulate`, with its events kept.
     stop : int, optional
         Only of that stop, its place in `Oscillator.stops`.
@@ -80,6 +82,8 @@ def impact_map(motion: Motion, stop: int | None = None) -> Section:
     InvalidInput
         If only counts were kept, or there is no such stop.
     """
+    if hasattr(motion, "impacts") and not isinstance(motion, Motion):
+        return _of_impacts(motion, stop)
     motion = _motion(motion)
     if stop is not None and whole("stop", stop, 0) >= len(motion.system.stops):
         raise InvalidInput("stop", stop, f"a stop of the {len(motion.system.stops)} there are")
@@ -92,6 +96,23 @@ def impact_map(motion: Motion, stop: int | None = None) -> Section:
     return Section(
         "impacts", _seconds(motion, rows[:, 0], rows[:, 1]), rows[:, 1], velocity,
         rows[:, 3].astype(int),
+    )  # fmt: skip
+
+
+def _of_impacts(motion: Any, stop: int | None) -> Section:
+    """The impact map of a motion whose impacts have all that there is to it."""
+    period = motion.system.forcing_period
+    if period is None:
+        raise InvalidInput("motion", repr(motion), "a forced motion, to tell phases of the forcing")
+    known = getattr(motion.system, "stops", (getattr(motion.system, "stop", None),))
+    if stop is not None and whole("stop", stop, 0) >= len(known):
+        raise InvalidInput("stop", stop, f"a stop of the {len(known)} there are")
+    hits = motion.impacts
+    which = np.full(len(hits), True) if stop is None else hits.stop_index == stop
+    phase = (motion._phase + hits.time * (TURN / period)) % TURN
+    return Section(
+        "impacts", hits.time[which], phase[which], hits.approach_velocity[which],
+        hits.stop_index[which].astype(int),
     )  # fmt: skip
 
 
@@ -188,8 +209,8 @@ def _motion(given: Any) -> Motion:
     if not isinstance(given, Motion):
         raise InvalidInput(
             "motion", given, "a Motion, as simulate makes",
-            "The states between those of a path under noise, or of a trajectory, are not kept; "
-            "threshold_crossings cuts a flow",
+            "Between the instants of a path under noise no state is known; threshold_crossings "
+            "cuts a flow",
         )  # fmt: skip
     return given
 

@@ -8,19 +8,27 @@ from typing import Any
 
 import numpy as np
 
-from ..oscillators import Oscillator
+from ..errors import InvalidInput
+from ..oscillators import Cantilever, Oscillator
+from ..oscillators.flows import Flow
+from ..simulate import simulate
+from ..simulate._course import state_of
 from ._follow import Follower
+
+SYSTEMS = "an Oscillator without noise, a Cantilever or a Flow"
 
 
 @dataclass(frozen=True, eq=False)
 class TangentMap:
-    """The derivative of the final by the initial displacement and velocity.
+    """The derivative of the final by the initial state.
 
     Attributes
     ----------
-    matrix : ndarray, shape (2, 2)
-        In the oscillator's units; ``matrix @ (dx, dv)`` is what a start that far off ends off. Its
-        entries are those of ``exp(log_scale)`` times `scaled`, and may overflow.
+    matrix : ndarray, shape (d, d)
+        ``matrix @ dy`` is what a start off by dy ends off: of an oscillator displacement and
+        velocity, in its units; of a cantilever modal displacements [m], then velocities [m/s]; of a
+        flow its coordinates. Its entries are those of ``exp(log_scale)`` times `scaled`, and may
+        overflow.
     scaled, log_scale : ndarray, float
         The same, for motions so long that the matrix is no number.
     log_determinant : float
@@ -33,8 +41,8 @@ class TangentMap:
         How often a stick, or an impact without rebound, has made neighbours one.
     grazings : int
         Events without a derivative, whose saltation is left out.
-    final : tuple of float
-        Displacement, velocity and phase of the forcing at the end, as of `Motion`.
+    final : tuple of float, or ndarray
+        State at the end (and phase of the forcing), as of the motion.
     status : str
         As of `simulate`.
     """
@@ -46,18 +54,20 @@ class TangentMap:
     impacts: int
     collapses: int
     grazings: int
-    final: tuple[float, float, float]
+    final: Any
     status: str
 
     @property
     def multipliers(self) -> np.ndarray:
-        """Eigenvalues, shape (2,), the greater in modulus first.
+        """Eigenvalues, shape (d,), the greatest in modulus first.
 
-        Of a periodic orbit, its Floquet multipliers over the span. The smaller one keeps its digits
-        however small it is.
+        Of a periodic orbit, its Floquet multipliers over the span. The smaller one of two keeps its
+        digits however small it is.
         """
-        half = np.trace(self.scaled) / 2
-        square = half**2 - math.exp(self.log_determinant - 2 * self.log_scale)
+        square = math.nan
+        if len(self.scaled) == 2:
+            half = np.trace(self.scaled) / 2
+            square = half**2 - math.exp(self.log_determinant - 2 * self.log_scale)
         if math.isnan(square):
             values = np.linalg.eigvals(self.scaled).astype(complex)
         elif square < 0:
@@ -71,17 +81,18 @@ class TangentMap:
         return values if np.iscomplex(values).any() else values.real
 
 
-def tangent_map(oscillator: Oscillator, **options: Any) -> TangentMap:
+def tangent_map(system: Any, **options: Any) -> TangentMap:
     """The derivative of a motion's end by its start, in closed form where the motion is linear.
 
     Between events the tangent flow is the homogeneous flow of the mode; at impacts, touches, where
     contact ends, where friction turns, holds or lets go, it jumps by the saltation matrix
-    [Muller1995]_, with the acceleration of a moving base in it. Hertz stops and a force of the
-    user's are stepped, with the variational equation beside them.
+    [Muller1995]_, with the acceleration of a moving base in it; of a cantilever in all its modes.
+    Hertz stops, a force of the user's and flows are stepped, with the variational equation beside
+    them.
 
     Parameters
     ----------
-    oscillator : Oscillator
+    system : Oscillator, Cantilever or Flow
         What moves.
     **options
         `periods` or `duration`, `initial`, `phase`, `method`, `chatter` as for `simulate`.
@@ -93,7 +104,8 @@ def tangent_map(oscillator: Oscillator, **options: Any) -> TangentMap:
     Raises
     ------
     InvalidInput
-        As `simulate` does.
+        As `simulate` does; and where neighbours are no finite number of directions, as under
+        delayed feedback, or move at random.
 
     Examples
     --------
@@ -101,6 +113,26 @@ def tangent_map(oscillator: Oscillator, **options: Any) -> TangentMap:
     >>> motion = simulate(beam, periods=1, transient=2000)
     >>> tangent_map(beam, periods=1, initial=motion.final[:2]).multipliers
     """
+    if isinstance(system, Oscillator):
+        return _of_oscillator(system, options)
+    if isinstance(system, Cantilever):
+        return _of_beam(system, options)
+    if isinstance(system, Flow):
+        return _of_flow(system, options)
+    raise InvalidInput("system", system, SYSTEMS, why_not(system))
+
+
+def why_not(system: Any) -> str:
+    """Why a system has no tangent map here."""
+    if hasattr(system, "controller"):
+        return (
+            "Under delayed feedback the state is all that was within a delay: orbit_stability() "
+            "has its multipliers"
+        )
+    return ""
+
+
+def _of_oscillator(oscillator: Oscillator, options: dict[str, Any]) -> TangentMap:
     from ._columns import DETERMINANT, FIRST, IMPACTS, LINES, POINTS, SINGULAR
 
     follower = Follower(oscillator, False, **options)
@@ -124,3 +156,54 @@ def tangent_map(oscillator: Oscillator, **options: Any) -> TangentMap:
         final=motion.final,
         status=status,
     )
+
+
+def _of_beam(beam: Cantilever, options: dict[str, Any]) -> TangentMap:
+    from ._beam_tangent import steps
+
+    if options.get("transient"):
+        raise InvalidInput("transient", options["transient"], "no transient", "Give initial=")
+    motion = simulate(beam, **options)
+    m = beam.modes
+    scaled, scale, determinant = np.eye(2 * m), 0.0, 0.0
+    collapses = grazings = 0
+    for _, step in steps(motion, np.array([motion.stop])):
+        scaled = step.matrix @ scaled
+        size = float(np.abs(scaled).max()) or 1.0
+        scaled, scale = scaled / size, scale + math.log(size)
+        lost = step.collapsed
+        determinant += -math.inf if lost else float(np.linalg.slogdet(step.matrix)[1])
+        collapses, grazings = collapses + lost, grazings + step.grazed
+    unit = np.repeat([1.0, motion._omega], m)
+    scaled = scaled * unit[:, None] / unit
+    return _result(scaled, scale, determinant, motion, len(motion.impacts), collapses, grazings)
+
+
+def _of_flow(flow: Flow, options: dict[str, Any]) -> TangentMap:
+    from ._flow_shooting import converged
+
+    if options.get("transient"):
+        raise InvalidInput("transient", options["transient"], "no transient", "Give initial=")
+    motion = simulate(flow, **options)
+    start = state_of(flow, options.get("initial"))
+    _, matrix, _, settled = converged(flow, start, motion.duration)
+    if motion.status == "complete" and not settled:
+        raise InvalidInput(
+            "duration", motion.duration, "a span in which differences grow by no more than digits",
+            "lyapunov_spectrum() follows them for as long as wanted",
+        )  # fmt: skip
+    size = float(np.abs(matrix).max()) or 1.0
+    determinant = float(np.linalg.slogdet(matrix)[1])
+    return _result(matrix / size, math.log(size), determinant, motion, 0, 0, 0)
+
+
+def _result(
+    scaled: np.ndarray, scale: float, determinant: float, motion: Any, impacts: int,
+    collapses: int, grazings: int,
+) -> TangentMap:  # fmt: skip
+    with np.errstate(over="ignore", under="ignore"):
+        matrix = scaled * np.exp(scale)
+    return TangentMap(
+        matrix, scaled, scale, determinant, impacts, int(collapses), int(grazings), motion.final,
+        motion.status,
+    )  # fmt: skip

@@ -13,6 +13,7 @@ from ._axes import BLUE, axes, called, frame
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..control.flow import ControlledFlowMotion
     from ..oscillators.flows import Flow
     from ..simulate.flow_motion import FlowMotion
 
@@ -20,7 +21,7 @@ MOST = 20_000  # states that are drawn
 
 
 def flow_portrait(
-    motion: FlowMotion,
+    motion: FlowMotion | ControlledFlowMotion,
     ax: Axes | None,
     start: float | None,
     stop: float | None,

@@ -28,10 +28,13 @@ from ._motion_path import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..control.flow import ControlledFlowMotion
     from ..recorded import RecordedMotion
+    from ..simulate.beam_motion import BeamMotion
     from ..simulate.flow_motion import FlowMotion
     from ..simulate.motion import Motion
     from ..simulate.spectrum import PowerSpectrum
+    from ..stochastic.noisy_motion import NoisyMotion
 
 EDGE = "#A6A6A6"
 """A stop's colour: light, for what hits it is drawn along it."""
@@ -42,7 +45,7 @@ DECADES = 12
 
 @checked
 def phase_portrait(
-    motion: Motion | RecordedMotion | FlowMotion,
+    motion: Motion | BeamMotion | NoisyMotion | RecordedMotion | FlowMotion | ControlledFlowMotion,
     ax: Axes | None = None,
     *,
     start: float | None = None,
@@ -60,8 +63,8 @@ def phase_portrait(
 
     Parameters
     ----------
-    motion : Motion, RecordedMotion or FlowMotion
-        What moved, with all kept.
+    motion : Motion, BeamMotion, NoisyMotion, RecordedMotion, FlowMotion, ControlledFlowMotion
+        What moved, with all kept; of a cantilever its tip.
     start, stop : float, optional
         Span to draw [s]; by default the last 50 forcing periods of the motion, or its last
         5000 impacts where these are fewer; all of it of a flow.
@@ -76,15 +79,20 @@ def phase_portrait(
     InvalidInput
         If the span is not in the motion, only counts were kept, or there are no such coordinates.
     """
+    from ..control.flow import ControlledFlowMotion
     from ..recorded import RecordedMotion
+    from ..simulate.beam_motion import BeamMotion
     from ..simulate.flow_motion import FlowMotion
+    from ..stochastic.noisy_motion import NoisyMotion
 
-    if isinstance(motion, FlowMotion):
+    if isinstance(motion, (FlowMotion, ControlledFlowMotion)):
         return flow_portrait(motion, ax, start, stop, coordinates)
     if coordinates is not None:
         raise InvalidInput("coordinates", coordinates, "None for the motion of an oscillator")
     if isinstance(motion, RecordedMotion):
         return _recorded_portrait(motion, axes(ax, width=4.8, height=4.4), start, stop, phase)
+    if isinstance(motion, (BeamMotion, NoisyMotion)):
+        return _sampled_portrait(motion, axes(ax, width=4.8, height=4.4), start, stop)
     path = path_of(motion, *span_drawn(motion, start, stop, periods=50), relative=True)
     ax = axes(ax, width=4.8, height=4.4)
     ax.plot(path.x, path.v, color=BLUE, linewidth=0.7)
@@ -204,6 +212,39 @@ def power_spectrum(
     if spectrum.in_seconds:
         return frame(ax, "frequency [Hz]", f"power density of {symbol} [unit$^2$/Hz]")
     return frame(ax, "frequency", f"power density of {symbol}")
+
+
+def _sampled_portrait(
+    motion: BeamMotion | NoisyMotion, ax: Axes, start: float | None, stop: float | None
+) -> Axes:
+    """Of a cantilever's tip over the last 50 forcing periods, or of a path as it was looked at."""
+    from ..oscillators import Cantilever
+    from ..stochastic.noisy_motion import NoisyMotion
+
+    period = motion.system.forcing_period or motion.duration / 50
+    last = motion.stop if stop is None else number("stop", stop, "a time", most=motion.stop)
+    first = max(motion.start, last - 50 * period)
+    first = first if start is None else number("start", start, "a time", least=motion.start)
+    if not first < last:
+        raise InvalidInput("start, stop", f"{start}, {stop}", "a span inside the motion")
+    stops: tuple[Any, ...]
+    if isinstance(motion.system, Cantilever):
+        hits = motion.impacts.time
+        fine = np.linspace(first, last, 40_000)
+        time = np.union1d(fine, hits[(hits >= first) & (hits <= last)])
+        x, v = motion.sample(time)
+        stops = () if motion.system.stop is None else (motion.system.stop,)
+    else:
+        assert isinstance(motion, NoisyMotion)
+        within = (motion.time >= first) & (motion.time <= last)
+        x, v, stops = motion.x[within], motion.v[within], motion.system.stops
+    ax.plot(x, v, color=BLUE, linewidth=0.7)
+    ax.margins(0.06)
+    ax.autoscale_view()
+    for one in stops:
+        if x.min() - np.ptp(x) <= one.position <= x.max() + np.ptp(x):
+            _stop_line(ax, one)
+    return frame(ax, "displacement $x$", "velocity $x'$")
 
 
 def _recorded_portrait(

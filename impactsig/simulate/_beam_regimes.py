@@ -59,7 +59,7 @@ def regimes(
     stop : Stop, optional
         The stop at the tip.
     chatter : float
-        As for `simulate_beam`.
+        As for `simulate`.
     """
     from ._beam_flow import Beam
 

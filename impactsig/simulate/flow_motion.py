@@ -93,6 +93,19 @@ class FlowMotion:
             )  # fmt: skip
         return out[:-1]
 
+    def stroboscopic(self, phase: float = 0.0) -> Any:
+        """Not of a flow, whose forcing is not known.
+
+        Raises
+        ------
+        InvalidInput
+            Always.
+        """
+        raise InvalidInput(
+            "motion", self, "a motion whose forcing is known",
+            "sample(start + n * period) strobes a flow; threshold_crossings cuts it at a level",
+        )  # fmt: skip
+
     def power_spectrum(self, quantity: str | int | None = None, **options: Any) -> PowerSpectrum:
         """Power spectral density of a coordinate; see `simulate.spectrum.power_spectrum`."""
         from .spectrum import power_spectrum
