@@ -39,13 +39,13 @@ def test_lorenz_spikes(exact_lorenz):
     with mpmath.workdps(30):
         train = integrate_and_fire(flows.lorenz(), 20, duration=2.0)
         assert len(train) >= 4
-        for n, time in list(enumerate(train.time, start=1))[-2:]:
+        for n, time in enumerate(train.time, start=1):
             assert _error(lambda t, n=n: exact_lorenz(t)[3] - 20 * n, time) < 2e-13
         train = threshold_crossings(
             flows.lorenz(), 24.5, signal="z", direction="both", duration=2.0
         )
         assert len(train) >= 4
-        for time in train.time[-2:]:
+        for time in train.time:
             assert _error(lambda t: exact_lorenz(t)[2] - 24.5, time) < 2e-13
 
 
