@@ -138,7 +138,7 @@ def slopes(y):
     return np.array([[0, -1, -1], [1, 0.2, 0], [y[2], 0, y[0] - 5.7]])
 
 
-@pytest.mark.parametrize("gain", [0.2, 1.0])
+@pytest.mark.parametrize("gain", [pytest.param(0.2, marks=pytest.mark.slow), 1.0])
 def test_multipliers_of_controlled_roessler_are_the_naive_ones(cycle, gain):
     rough, fine = (
         naive_control.flow_multipliers(roessler, slopes, cycle.state, cycle.period, 1, gain, steps)

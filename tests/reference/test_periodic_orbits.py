@@ -66,7 +66,7 @@ def test_unstable_orbits_within_the_chaos_return():
     beam = scenes.karpodinis(20.1)
     seen = set()
     for n in (1, 2, 4, 5):
-        for orbit in impactsig.find_periodic_orbits(beam, n, guesses=60):
+        for orbit in impactsig.find_periodic_orbits(beam, n, guesses=40):
             assert orbit.found
             assert not orbit.stable
             x, v = orbit.motion().stroboscopic()

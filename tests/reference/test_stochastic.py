@@ -255,9 +255,9 @@ def test_the_splitting_has_no_error_where_the_stop_is_at_the_rest_position():
 def test_the_splitting_is_of_weak_order_two_under_lossy_impacts():
     lossy = replace(AT_REST, load=-0.5, stops=(Stop(0.0, Rigid(0.8), "lower"),))
     truth = simulate_ensemble(
-        lossy, paths=1000, duration=2000.0, transient=20.0, seed=1, method="gaussian", step=0.5
+        lossy, paths=500, duration=2000.0, transient=20.0, seed=1, method="gaussian", step=0.5
     ).energy
-    (small, large), (error, _) = biases(lossy, truth.mean, "splitting", (0.45, 0.9), paths=1600)
+    (small, large), (error, _) = biases(lossy, truth.mean, "splitting", (0.45, 0.9), paths=800)
     error = math.hypot(error, truth.mean_error / truth.mean)
     assert abs(large) > 15 * error
     order = math.log2(large / small)

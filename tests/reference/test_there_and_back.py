@@ -25,9 +25,18 @@ def beam(frequency, initial=(0.0, 0.0), seconds=60.0):
     ).impacts
 
 
-@pytest.mark.parametrize("rate", [50_000.0, 60_000.0, 100_000.0])
+MOTIONS = ((22.1, (0, 0)), (24.0, (0, 0)), (20.1, (0, 0)), (20.1, (0.3, 0.1)))
+RATES = (50_000.0, 60_000.0, 100_000.0)
+
+
 @pytest.mark.parametrize(
-    ("frequency", "initial"), [(22.1, (0, 0)), (24.0, (0, 0)), (20.1, (0, 0)), (20.1, (0.3, 0.1))]
+    ("frequency", "initial", "rate"),
+    [
+        # Each motion at one rate, each rate with one motion at least; the others are slow.
+        pytest.param(*one, rate, marks=() if k % 3 == place else pytest.mark.slow)
+        for k, one in enumerate(MOTIONS)
+        for place, rate in enumerate(RATES)
+    ],
 )
 def test_a_load_cell_finds_the_impacts_of_the_beam(frequency, initial, rate):
     truth = beam(frequency, initial)

@@ -73,7 +73,10 @@ def fold(r, impact):
 
 
 @pytest.mark.parametrize("impact", LOSS)
-@pytest.mark.parametrize(("r", "f", "d"), [(0.99, 1, 1), (0.95, 1, 1), (0.99, 0, 1), (0.8, 2, 0.3)])
+@pytest.mark.parametrize(
+    ("r", "f", "d"),
+    [(0.99, 1, 1), pytest.param(0.95, 1, 1, marks=pytest.mark.slow), (0.99, 0, 1), (0.8, 2, 0.3)],
+)
 def test_mean_and_deviation_of_the_energy(r, f, d, impact):
     density = averaged_density(scenes.van_der_pol_duffing(r, f, d), impact=impact)
     assert (density.mean, density.sd) == pytest.approx(mean_and_sd(r, f, d, impact), rel=1e-12)

@@ -104,12 +104,12 @@ KINDS = [
 @pytest.mark.parametrize(("rubs", "ends"), KINDS)
 def test_no_random_machine_breaks_an_invariant(rubs, ends):
     tally = Counter()
-    for seed in range(80):
+    for seed in range(50):
         run(seed, tally, rubs, ends)
-    assert tally["complete"] > 65
-    assert tally["impacts"] > 1000
-    assert tally["sticks"] > 10
-    assert tally["spans"] > 500
+    assert tally["complete"] > 40
+    assert tally["impacts"] > 600
+    assert tally["sticks"] > 6
+    assert tally["spans"] > 300
 
 
 @pytest.mark.slow

@@ -97,11 +97,11 @@ def battery(seeds):
 
 
 def test_no_random_machine_breaks_an_invariant():
-    tally = battery(range(80))
-    assert tally["work limit"] < 10
-    assert tally["spans"] > 6000
-    assert tally["impacts"] > 13_000
-    assert tally["sticks"] > 2000
+    tally = battery(range(40))
+    assert tally["work limit"] < 6
+    assert tally["spans"] > 3000
+    assert tally["impacts"] > 6000
+    assert tally["sticks"] > 500
 
 
 @pytest.mark.slow

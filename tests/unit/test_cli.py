@@ -122,6 +122,7 @@ def test_an_unknown_option_names_the_command_that_lacks_it(words, command, capsy
     assert told == f"error: unrecognized arguments: {unknown} (usage: {command} --help)\n"
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_report_says_what_was_found_and_where_it_stands(recording, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run("report", recording, "--sensor=force", "--forcing-frequency=20") == 0

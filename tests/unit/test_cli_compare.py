@@ -97,7 +97,14 @@ def test_files_of_one_name_are_told_apart_by_their_folders(table, tmp_path, caps
 
 
 @pytest.mark.parametrize(
-    ("ending", "magic"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")]
+    ("ending", "magic"),
+    [
+        (".pdf", b"%PDF"),
+        *(
+            pytest.param(*one, marks=pytest.mark.slow)
+            for one in ((".png", b"\x89PNG"), (".svg", b"<?xml"))
+        ),
+    ],
 )
 def test_the_figure_is_written(ending, magic, recording, table, tmp_path, capsys):
     path = tmp_path / f"both{ending}"

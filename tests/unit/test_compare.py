@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations_with_replacement
+
 import matplotlib
 import numpy as np
 import pytest
@@ -120,8 +122,10 @@ def test_strengths_are_compared_in_one_unit_only():
 TINY = [[], [1.0], [1.0, 1.0], [1.0, 2.0], [1.0, 2.0, 4.0]]
 
 
-@pytest.mark.parametrize("first", TINY)
-@pytest.mark.parametrize("second", [*TINY, None])
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [*combinations_with_replacement(TINY, 2), *((one, None) for one in TINY), (TINY[3], [])],
+)
 def test_tiny_trains_have_a_result_that_says_so(first, second):
     a = Impacts(first)
     b = at_random(0) if second is None else Impacts(second)

@@ -44,7 +44,9 @@ def half_sines(times, contact=300e-6, amplitude=1.0, duration=0.2, offset=0.0, n
 # -- the numbers promised ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 109])
+@pytest.mark.parametrize(
+    "seed", [0, 109, *(pytest.param(s, marks=pytest.mark.slow) for s in (1, 2))]
+)
 def test_load_cell_with_defaults(seed):
     truth = load_cell(seed=seed)
     found = impactsig.detect_impacts(recording(truth.samples))
@@ -375,7 +377,7 @@ def test_pulse_fit_finds_the_posterior_minimum():
     rng = np.random.default_rng(10)
     t = np.arange(30.0)
     worse = 0
-    for _ in range(120):
+    for _ in range(60):
         amplitude, start = np.exp(rng.normal(2.5, 0.5)), rng.uniform(6, 9)
         x = naive_force.pulse_shape(t, amplitude, start, 7.0, 1.0, 6.0, 1.0) + rng.standard_normal(
             30
@@ -388,7 +390,7 @@ def test_pulse_fit_finds_the_posterior_minimum():
         worse += cost > naive_force.fit_pulse(t, x, np.log(6.0), first)[1] + 0.05
     # The cost has kinks where a sample enters the pulse: now and then either stops at another
     # of its minima.
-    assert worse <= 12
+    assert worse <= 6
 
 
 def test_discovery_level_of_noise_and_of_impacts():

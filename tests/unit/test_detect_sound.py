@@ -41,7 +41,7 @@ def add_knocks(x, rate, time, *, peak=1.0, tone=2500.0, decay=3e-3):
 # The numbers of the issue: F1 at 1 ms, default settings.
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(s, marks=pytest.mark.slow) for s in (1, 2))])
 def test_rings_in_pink_noise(seed):
     truth = microphone(seed=seed)
     f1, rms, _ = score(detect(truth.samples).time, truth.time)
@@ -49,7 +49,14 @@ def test_rings_in_pink_noise(seed):
     assert rms <= 60e-6
 
 
-@pytest.mark.parametrize("rate", [8000, 22_050, 44_100, 48_000])
+@pytest.mark.parametrize(
+    "rate",
+    [
+        8000,
+        *(pytest.param(rate, marks=pytest.mark.slow) for rate in (22_050, 44_100)),
+        48_000,
+    ],
+)
 @pytest.mark.parametrize(("noise_db", "least"), [(-25, 0.97), (-15, 0.90)])
 def test_other_rates_and_noise_levels(rate, noise_db, least):
     truth = microphone(rate=rate, noise_db=noise_db, duration=30.0, seed=3)
@@ -71,6 +78,15 @@ def onsets(path):
             if not kept or time - kept[-1] >= 0.03:
                 kept.append(time)
     return np.array(kept)
+
+
+def ringing(since, tone, decay, phase):
+    """exp(-t / decay) sin(2 pi tone t + phase) at even times, as a product of two short rows."""
+    turn = complex(-1 / decay, 2 * np.pi * tone)
+    start, step, count = since[0], since[2] - since[1], len(since)
+    coarse = np.exp(turn * (start + 256 * step * np.arange(-(-count // 256))) + 1j * phase)
+    fine = np.exp(turn * step * np.arange(256))
+    return np.outer(coarse, fine).ravel()[:count].imag
 
 
 def merged(path, within, **settings):
@@ -191,27 +207,28 @@ def test_knocks_in_loud_hum():
 
 T = np.arange(30 * 22_050) / RATE
 QUIET = {
-    "silence": np.zeros(len(T)),
-    "constant": np.full(len(T), 0.1),
-    "white noise": noise(RATE, 30.0, 0.1),
-    "brown noise": np.cumsum(noise(RATE, 30.0, 0.1)),
-    "16-bit noise": np.round(noise(RATE, 30.0, 1.5)) / 32768,
-    "hum": np.sin(2 * np.pi * 50 * T) + 0.3 * np.sin(2 * np.pi * 150 * T + 1),
-    "16-bit hum": np.round(8000 * np.sin(2 * np.pi * 50 * T)) / 32768,
-    "hum and noise": np.sin(2 * np.pi * 50 * T) + noise(RATE, 30.0, 1e-3),
-    "tone": np.sin(2 * np.pi * 3000.3 * T),
-    "beating tones": np.sin(2 * np.pi * 3000.3 * T) + np.sin(2 * np.pi * 3020 * T),
-    "noise that swells 25 times a second": noise(RATE, 30.0, 0.1)
-    * (1 + 0.5 * np.sin(2 * np.pi * 25 * T)),
-    "ramp": T,
-    "one sample": np.ones(1),
-    "shorter than the past": noise(RATE, 0.002, 1.0),
+    "silence": lambda: np.zeros(len(T)),
+    "constant": lambda: np.full(len(T), 0.1),
+    "white noise": lambda: noise(RATE, 30.0, 0.1),
+    "brown noise": lambda: np.cumsum(noise(RATE, 30.0, 0.1)),
+    "16-bit noise": lambda: np.round(noise(RATE, 30.0, 1.5)) / 32768,
+    "hum": lambda: np.sin(2 * np.pi * 50 * T) + 0.3 * np.sin(2 * np.pi * 150 * T + 1),
+    "16-bit hum": lambda: np.round(8000 * np.sin(2 * np.pi * 50 * T)) / 32768,
+    "hum and noise": lambda: np.sin(2 * np.pi * 50 * T) + noise(RATE, 30.0, 1e-3),
+    "tone": lambda: np.sin(2 * np.pi * 3000.3 * T),
+    "beating tones": lambda: np.sin(2 * np.pi * 3000.3 * T) + np.sin(2 * np.pi * 3020 * T),
+    "noise that swells 25 times a second": lambda: (
+        noise(RATE, 30.0, 0.1) * (1 + 0.5 * np.sin(2 * np.pi * 25 * T))
+    ),
+    "ramp": lambda: T,
+    "one sample": lambda: np.ones(1),
+    "shorter than the past": lambda: noise(RATE, 0.002, 1.0),
 }
 
 
 @pytest.mark.parametrize("name", QUIET)
 def test_nothing_is_found_where_nothing_hits(name):
-    found = detect(QUIET[name])
+    found = detect(QUIET[name]())
     assert len(found.time) == len(found.peak) == len(found.flags) == 0
     assert found.reason
 
@@ -227,8 +244,15 @@ def test_a_rate_without_an_octave_above_1_khz_is_refused():
         detect(np.zeros(100), 3999.0)
 
 
-@pytest.mark.parametrize("rate", [8000, 22_050, 44_100])
-@pytest.mark.parametrize("exponent", [0, 1, 2])
+@pytest.mark.parametrize(
+    ("rate", "exponent"),
+    [
+        # Each rate and each exponent once; the other pairs are slow.
+        pytest.param(rate, exponent, marks=() if k == exponent else pytest.mark.slow)
+        for k, rate in enumerate((8000, 22_050, 44_100))
+        for exponent in (0, 1, 2)
+    ],
+)
 def test_nothing_is_found_in_a_minute_of_noise(rate, exponent):
     x = noise(rate, 60.0, 1.0, seed=exponent)
     spectrum = np.fft.rfft(x)
@@ -296,12 +320,11 @@ def test_strokes_in_ringing_and_rattling_sound_are_found():
     x = noise(rate, seconds, 1e-4)
     t = np.arange(len(x)) / rate
     for start in time:
-        since = np.maximum(t - start, 0)[round(start * rate) : round((start + 1.2) * rate)]
-        place = slice(round(start * rate), round(start * rate) + len(since))
+        since = t[int(np.ceil(start * rate)) : round((start + 1.2) * rate)] - start
+        place = slice(int(np.ceil(start * rate)), int(np.ceil(start * rate)) + len(since))
         # A cymbal that rings for half a second, wires that rattle for a tenth, a low drum.
         for tone in rng.uniform(300, 12_000, 25):
-            phase = rng.uniform(0, 6)
-            x[place] += 0.02 * np.exp(-since / 0.5) * np.sin(2 * np.pi * tone * since + phase)
+            x[place] += 0.02 * ringing(since, tone, 0.5, rng.uniform(0, 6))
         x[place] += 0.1 * rng.standard_normal(len(since)) * np.exp(-since / 0.03)
         x[place] += 0.3 * np.exp(-since / 0.1) * np.sin(2 * np.pi * 120 * since)
     # Nine strokes a second, each ringing into the next ten.
@@ -417,20 +440,20 @@ def test_octave_powers_are_those_of_the_filters():
 
 
 def test_a_lower_probability_finds_the_same_impacts_and_more():
-    truth = microphone(noise_db=-6, duration=20.0, seed=9)
+    truth = microphone(noise_db=-6, duration=10.0, seed=9)
     counts = []
     known = np.empty(0)
-    for least in (0.99, 0.9, 0.7, 0.5, 0.3, 0.1, 0.02):
+    for least in (0.99, 0.9, 0.5, 0.1, 0.02):
         found = detect(truth.samples, least_probability=least)
         assert np.all(found.probability >= least)
         assert np.isin(known, found.time).all()
         known = found.time
         counts.append(len(known))
     assert counts == sorted(counts)
-    assert counts[0] < counts[3] < counts[-1]
+    assert counts[0] < counts[2] < counts[-1]
 
 
-@pytest.mark.parametrize("noise_db", [-20, -10, -6])
+@pytest.mark.parametrize("noise_db", [-20, pytest.param(-10, marks=pytest.mark.slow), -6])
 def test_stated_probabilities_hold(noise_db):
     stated, right = [], []
     for seed, rate in enumerate((8000, 22_050, 22_050)):  # seeds that nothing was chosen on

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -30,6 +32,17 @@ SHAPES = {
 }
 
 
+def half(*choices):
+    """Their product; every other one is slow, which leaves all pairs of choices."""
+    return [
+        pytest.param(
+            *(options[k] for options, k in zip(choices, places, strict=True)),
+            marks=pytest.mark.slow if sum(places) % 2 else (),
+        )
+        for places in product(*(range(len(options)) for options in choices))
+    ]
+
+
 def record(starts, contact, height, noise, shape=SHAPES["half-sine"], seed=0):
     x = noise * np.random.default_rng(seed).standard_normal(round(4 * RATE))
     count = len(starts)
@@ -37,10 +50,10 @@ def record(starts, contact, height, noise, shape=SHAPES["half-sine"], seed=0):
     return impactsig.Recording(x, RATE, units="N", sensor="force")
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.02, 0.05])
-@pytest.mark.parametrize("apart", [0.7, 0.75, 1.0])
-@pytest.mark.parametrize("part", [0.6, 1.0])
-@pytest.mark.parametrize("contact", [2e-3, 3e-3])
+@pytest.mark.parametrize(
+    ("noise", "apart", "part", "contact"),
+    half((0.0, 0.02, 0.05), (0.7, 0.75, 1.0), (0.6, 1.0), (2e-3, 3e-3)),
+)
 def test_two_pulses_that_overlap_are_measured_as_what_they_are(noise, apart, part, contact):
     starts = np.column_stack((PLACES, PLACES + apart * contact)).ravel()
     heights = np.tile([1.0, part], len(PLACES))
@@ -71,16 +84,17 @@ def test_contact_times_of_a_pair_at_a_level():
     )
 
 
-@pytest.mark.parametrize("noise", [0.05, 0.02, 0.005, 0.0])
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(("noise", "shape"), half((0.05, 0.02, 0.005, 0.0), tuple(SHAPES)))
 def test_one_pulse_of_any_shape_is_one(shape, noise):
     found = impactsig.detect_impacts(record(PLACES, 2e-3, 1.0, noise, SHAPES[shape]))
     assert len(found) == len(PLACES)
 
 
-@pytest.mark.parametrize("noise", [0.05, 0.02, 0.005, 0.0])
-@pytest.mark.parametrize(("period", "damping"), [(0.2, 0.1), (0.35, 0.3), (0.5, 0.3)])
-def test_a_sensor_that_rings_makes_no_second_pulse(period, damping, noise):
+@pytest.mark.parametrize(
+    ("noise", "sensor"), half((0.05, 0.02, 0.005, 0.0), ((0.2, 0.1), (0.35, 0.3), (0.5, 0.3)))
+)
+def test_a_sensor_that_rings_makes_no_second_pulse(noise, sensor):
+    period, damping = sensor
     # The sensor's period in contacts; its overshoot after the pulse is weak.
     contact, steps = 2e-3, 20
     omega, dt = 2 * np.pi / (period * contact), 1 / (steps * RATE)

@@ -119,8 +119,8 @@ def train(cycle, count, jitter, seed=0):
 
 @pytest.mark.parametrize("cycle", [[0.045], [0.02, 0.03], [0.02, 0.02, 0.03], np.arange(2, 9) / 99])
 def test_a_train_that_recurs_but_for_the_timing_is_periodic(cycle):
-    found = [correlation_dimension(train(cycle, 300, 1e-5, seed)) for seed in range(10)]
-    assert sum(one.verdict == "periodic" and one.period == len(cycle) for one in found) >= 9
+    found = [correlation_dimension(train(cycle, 300, 1e-5, seed)) for seed in range(5)]
+    assert sum(one.verdict == "periodic" and one.period == len(cycle) for one in found) >= 4
     likely = next(one for one in found if one.verdict == "periodic")
     assert likely.dimension == 0.0
     assert likely.noise == pytest.approx(np.sqrt(2) * 1e-5, rel=0.2)
@@ -276,17 +276,17 @@ def test_the_corrected_sum_has_the_mean_of_the_noise_free_one(m, delay):
 
 
 def test_kernel_sums_are_those_of_the_slow_twin():
-    x = jittered(200, 0.01)[1]
+    x = jittered(120, 0.01)[1]
     covariance = Noise(0.01, 0.005, "").covariance(3, 1)
     found = kernel_sum(x, 3, 1, 4, covariance, given=(0.03, 0.4))
     expected = naive_reconstruct.kernel_sums(x, 3, 1, 4, covariance, found.scales)
     np.testing.assert_allclose(found.sums, expected, rtol=2e-6)
-    assert found.pairs.sum(axis=(0, 1)) == pytest.approx(198 * 197 / 2 - 4 * 198 + 10)
+    assert found.pairs.sum(axis=(0, 1)) == pytest.approx(118 * 117 / 2 - 4 * 118 + 10)
 
 
 def test_gaps_are_not_stepped_over_in_kernel_sums():
-    x = jittered(200, 0.0)[0]
-    x[[50, 120]] = np.nan
+    x = jittered(120, 0.0)[0]
+    x[[50, 80]] = np.nan
     found = kernel_sum(x, 2, 1, 4, np.zeros((2, 2)), given=(0.03, 0.4))
     expected = naive_reconstruct.kernel_sums(x, 2, 1, 4, np.zeros((2, 2)), found.scales)
     np.testing.assert_allclose(found.sums, expected, rtol=2e-6)

@@ -1,6 +1,7 @@
 """identify_period: right under jitter, missed and spurious spikes, and silent about chaos."""
 
 import time as clock
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -73,8 +74,16 @@ def found(periodicity):
     return periodicity.impacts, periodicity.periods
 
 
-@pytest.mark.parametrize("name", PERIODS)
-@pytest.mark.parametrize("count", [200, 1000])
+LONG = ((2, 1), (3, 2), (4, 4))
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [(name, 200) for name in PERIODS]
+    + [
+        pytest.param(name, 1000, marks=() if name in LONG else pytest.mark.slow) for name in PERIODS
+    ],
+)
 def test_spoilt_periodic_trains(name, count):
     rng = np.random.default_rng([count, *name])
     jitters, unlike = [], 0
@@ -97,7 +106,7 @@ def test_spoilt_periodic_trains(name, count):
 @pytest.mark.parametrize("name", [name for name in PERIODS if name[0] < 4])
 def test_without_the_forcing_period_the_repeat_period_is_found(name):
     rng = np.random.default_rng([7, *name])
-    for _ in range(3):
+    for _ in range(2):
         result = impactsig.identify_period(train(name, 200, rng))
         assert found(result) == (name[0], None)
         assert result.forcing_period is None
@@ -125,7 +134,7 @@ def test_clean_trains_give_the_phases_back(name):
 @pytest.mark.parametrize("forcing_period", [T, None])
 def test_a_period_doubled_by_4_percent_is_seen_under_1_percent_of_jitter(forcing_period):
     rng = np.random.default_rng(11)
-    for _ in range(8):
+    for _ in range(4):
         cycles = (2 * np.arange(150)[:, None] + np.array([0, 1.04])).ravel()
         impacts = Impacts.from_times(T * spoil(cycles, rng))
         result = impactsig.identify_period(impacts, forcing_period)
@@ -133,10 +142,18 @@ def test_a_period_doubled_by_4_percent_is_seen_under_1_percent_of_jitter(forcing
         assert result.repeat_period == pytest.approx(2 * T, rel=3e-3)
 
 
-@pytest.mark.parametrize("frequency", [20.1, 20.3355])
-@pytest.mark.parametrize("spoilt", [False, True])
-@pytest.mark.parametrize("count", [200, 1000])
-@pytest.mark.parametrize("told", [True, False])
+def half(*choices):
+    """Their product; what is slow leaves one half, which has all threes together."""
+    for places in product(range(2), repeat=len(choices)):
+        marks = pytest.mark.slow if sum(places) % 2 else ()
+        values = (two[place] for two, place in zip(choices, places, strict=True))
+        yield pytest.param(*values, marks=marks)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "spoilt", "count", "told"),
+    list(half((20.1, 20.3355), (False, True), (200, 1000), (True, False))),
+)
 def test_chaotic_runs_are_chaotic(chaos, frequency, spoilt, count, told):
     rng = np.random.default_rng([count, spoilt])
     cycles = chaos[frequency]
@@ -156,9 +173,10 @@ def test_chaotic_runs_are_chaotic(chaos, frequency, spoilt, count, told):
 
 @pytest.mark.parametrize("rate", [0.3, 1.0, 4.0])
 @pytest.mark.parametrize("forcing_period", [T, None])
-def test_poisson_trains_are_irregular(rate, forcing_period):
+@pytest.mark.parametrize("long", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_poisson_trains_are_irregular(rate, forcing_period, long):
     rng = np.random.default_rng(5)
-    for count in (60, 200, 1000):
+    for count in (1000,) if long else (60, 200):
         impacts = Impacts.from_times(np.cumsum(rng.exponential(T / rate, count)))
         result = impactsig.identify_period(impacts, forcing_period)
         assert result.kind == "irregular"
@@ -249,7 +267,9 @@ def test_repeats_are_counted_in_the_forcing_period_given(factor):
     assert found(result) == (1, factor)
 
 
-@pytest.mark.parametrize(("swing", "more"), [(1e-4, 0.05), (5e-4, 0.1)])
+@pytest.mark.parametrize(
+    ("swing", "more"), [pytest.param(1e-4, 0.05, marks=pytest.mark.slow), (5e-4, 0.1)]
+)
 def test_a_drifting_clock_does_not_smear_the_period(swing, more):
     """The rate swings within 200 s: by up to 0.07 and 0.35 periods against a steady clock."""
     rng = np.random.default_rng(4)
@@ -331,7 +351,7 @@ def test_the_same_jitter_is_allowed_to_long_repeats(periods):
 
 def test_a_second_impact_2_ms_after_the_first_is_one_of_two():
     rng = np.random.default_rng(14)
-    for _ in range(5):
+    for _ in range(2):
         cycles = (np.arange(150)[:, None] + np.array([0, 0.044])).ravel()
         result = impactsig.identify_period(Impacts.from_times(T * spoil(cycles, rng)), T)
         assert found(result) == (2, 1)

@@ -349,7 +349,9 @@ def test_pyarrow_and_pandas_read_alike(tmp_path, style, monkeypatch):
 
 
 @pytest.mark.parametrize("style", STYLES)
-@pytest.mark.parametrize("size", [100, 1000, 3000])
+@pytest.mark.parametrize(
+    "size", [250, 1000, *(pytest.param(n, marks=pytest.mark.slow) for n in (100, 3000))]
+)
 def test_in_pieces_as_whole(tmp_path, style, size, monkeypatch):
     path = write(tmp_path, STYLES[style])
     whole = everything(path)

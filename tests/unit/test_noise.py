@@ -66,7 +66,7 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("noise", [1e-8, 0.003, 0.03])
+@pytest.mark.parametrize("noise", [1e-8, pytest.param(0.003, marks=pytest.mark.slow), 0.03])
 @pytest.mark.parametrize("scene", SCENES)
 def test_what_is_skipped_could_not_have_mattered(scene, noise):
     motion = SCENES[scene]()

@@ -366,7 +366,7 @@ def test_zero_impacts_make_a_page_that_says_why(tmp_path):
     assert f"No impacts in 1 s: {result.impacts.reason}" in " ".join(text.split("\u00a0"))
 
 
-@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow), 3])
 def test_few_impacts_make_a_page_without_a_period(count, tmp_path):
     path = pulses(tmp_path / "few.wav", touches=TOUCH[:count])
     result = analyse(path, sensor="force")

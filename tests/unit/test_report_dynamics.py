@@ -56,6 +56,16 @@ def page(chaotic, tmp_path_factory):
     return path.read_text(encoding="utf-8")
 
 
+@pytest.fixture(scope="module")
+def unasked(chaotic):
+    return of(chaotic, chaotic.impacts, asked=False)
+
+
+@pytest.fixture(scope="module")
+def noise(chaotic):
+    return of(chaotic, train(np.random.default_rng(0).uniform(size=300)))
+
+
 def of(analysis, impacts, asked=True, frequency=None):
     """That analysis, had these impacts been found in it."""
     period = identify_period(impacts, None if frequency is None else 1 / frequency)
@@ -100,10 +110,10 @@ def test_the_logistic_map_has_dimension_1_exponent_ln_2_and_is_called_chaos():
     assert float(seconds) == pytest.approx(0.05 / np.log(2), abs=0.005)
 
 
-def test_noise_is_not_called_chaos():
-    found = read(train(np.random.default_rng(0).uniform(size=400)))
+def test_noise_is_not_called_chaos(noise):
+    found = noise.dynamics
     assert not found.chaotic
-    assert found.describe().startswith("nothing tells these 400 intervals from linear noise; trust")
+    assert found.describe().startswith("nothing tells these 300 intervals from linear noise; trust")
 
 
 def test_a_quasi_periodic_train_is_not_called_chaos():
@@ -170,6 +180,7 @@ def test_one_failing_part_takes_no_other_with_it(monkeypatch, chaotic, tmp_path)
     assert "No exponent: it failed with ZeroDivisionError: at the worst moment." in written
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_long_trains_are_read_from_their_first_intervals_and_say_so(monkeypatch, chaotic):
     from impactsig.report import findings as findings_module
     from impactsig.report import fitted
@@ -179,8 +190,8 @@ def test_long_trains_are_read_from_their_first_intervals_and_say_so(monkeypatch,
     for module in (dynamics_module, findings_module, fitted):
         monkeypatch.setattr(module, "TESTED", 100)
     values = logistic(400)
-    result, start = of(chaotic, train(values)), read(train(values[:200]))
-    assert result.dynamics.dimension.slope == start.dimension.slope
+    result, start = of(chaotic, train(values)), train(values[:200])
+    assert result.dynamics.dimension.slope == impactsig.correlation_dimension(start).slope
     assert result.dynamics.surrogates.count <= 100
     words = told(result)
     assert "of the first 200 of 400 intervals" in words["Dimension"]
@@ -213,6 +224,7 @@ def test_missed_impacts_do_not_hide_the_exponent():
 # -- how it is said --------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_a_chaotic_recording_in_words(chaotic):
     words = told(chaotic)
     assert list(words) == ["Delay plot", "Dimension", "Lyapunov exponent", "More than noise?"]
@@ -225,9 +237,8 @@ def test_a_chaotic_recording_in_words(chaotic):
     assert "No impact is clearly missed or spurious" in care(chaotic)[0]
 
 
-def test_every_sentence_ends(chaotic, periodic):
-    noise = of(chaotic, train(np.random.default_rng(0).uniform(size=120)))
-    for result in (chaotic, periodic, noise, of(chaotic, chaotic.impacts, asked=False)):
+def test_every_sentence_ends(chaotic, periodic, noise, unasked):
+    for result in (chaotic, periodic, noise, unasked):
         sentences = [text for one in findings(result) for text in one.words]
         for text in (*sentences, *care(result), verdict(result) or "."):
             assert text.endswith(".")
@@ -247,6 +258,7 @@ def test_a_periodic_recording_in_words(periodic):
     assert ("dimension", "0", "the intervals recur") in tiles(periodic)
 
 
+@pytest.mark.usefixtures("without_figures")
 @pytest.mark.parametrize("second", [0.0, 0.015])
 def test_a_narrow_band_of_chaos_about_a_period_is_told_from_jitter(second, periodic):
     due = 0.05 * np.arange(800) + np.where(np.arange(800) % 2, second, 0.0)
@@ -260,6 +272,7 @@ def test_a_narrow_band_of_chaos_about_a_period_is_told_from_jitter(second, perio
     assert "is timing noise: how late an impact is hardly tells" in told(noisy)["Dimension"]
 
 
+@pytest.mark.usefixtures("without_figures")
 @pytest.mark.parametrize(
     ("samples", "nothing"), [(0.3, True), (0.7, True), (1.5, False), (4.0, False)]
 )
@@ -274,9 +287,10 @@ def test_a_jitter_below_the_time_between_two_samples_tells_nothing(samples, noth
     assert ("timing noise, or a small motion" in words) != nothing
 
 
-@pytest.mark.parametrize(("noise", "part"), [(0.0, ""), (0.1, " in part")])
-def test_an_interval_foretells_the_next_wholly_or_in_part(noise, part, chaotic):
-    values = logistic(600) + noise * np.random.default_rng(0).standard_normal(600)
+@pytest.mark.usefixtures("without_figures")
+@pytest.mark.parametrize(("spread", "part"), [(0.0, ""), (0.1, " in part")])
+def test_an_interval_foretells_the_next_wholly_or_in_part(spread, part, chaotic):
+    values = logistic(600) + spread * np.random.default_rng(0).standard_normal(600)
     result = of(chaotic, train(values), asked=False)
     determinism = impactsig.return_map_determinism(result.impacts, seed=1)
     result = replace(result, dynamics=replace(result.dynamics, determinism=determinism))
@@ -296,8 +310,9 @@ def test_deviations_are_those_that_were_put_in():
     np.testing.assert_allclose(dynamics_module.deviations(due, 3), 0, atol=1e-12)
 
 
-def test_noise_in_words(chaotic):
-    words = told(of(chaotic, train(np.random.default_rng(0).uniform(size=300))))
+@pytest.mark.usefixtures("without_figures")
+def test_noise_in_words(noise):
+    words = told(noise)
     assert words["Dimension"] == "No dimension: nothing tells the series from linear noise."
     assert words["More than noise?"].startswith("No sign of it: ")
     assert words["Delay plot"] == (
@@ -305,8 +320,9 @@ def test_noise_in_words(chaotic):
     )
 
 
-def test_what_was_left_out_says_how_to_ask_for_it(chaotic):
-    words = told(of(chaotic, chaotic.impacts, asked=False))
+@pytest.mark.usefixtures("without_figures")
+def test_what_was_left_out_says_how_to_ask_for_it(unasked):
+    words = told(unasked)
     assert list(words) == ["Delay plot", "Left out"]
     assert "--dynamics" in words["Left out"]
     assert "there are 115" in words["Left out"]
@@ -322,7 +338,9 @@ def test_missed_impacts_are_spoken_of_where_the_forcing_is_known(periodic):
 
 
 def test_without_a_forcing_frequency_no_impact_is_checked(chaotic):
-    assert "takes the forcing frequency" in care(of(chaotic, chaotic.impacts))[0]
+    unknown = replace(chaotic.dynamics, repair=None)
+    asked = replace(chaotic, forcing_frequency=None, dynamics=unknown)
+    assert "takes the forcing frequency" in care(asked)[0]
 
 
 # -- the page and the command ----------------------------------------------------------------

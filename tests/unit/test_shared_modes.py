@@ -48,9 +48,20 @@ def learned(truth):
 # The numbers that are wanted, on modes and seeds that nothing was chosen on.
 
 
-@pytest.mark.parametrize("decimator", ["resample", "resample_poly", "decimate", "sox"])
-@pytest.mark.parametrize("rate", [8000, 11_025, 16_000])
-@pytest.mark.parametrize(("noise", "most", "modes"), [(49.0, 60, "five"), (20.0, 75, "three")])
+DECIMATORS = ("resample", "resample_poly", "decimate", "sox")
+SCATTERS = ((49.0, 60, "five"), (20.0, 75, "three"))
+
+
+@pytest.mark.parametrize(
+    ("rate", "decimator", "noise", "most", "modes"),
+    [
+        # Every two of rate, decimator and noise but a few; the others are slow.
+        pytest.param(rate, decimator, *one, marks=() if (i + j + k) % 3 == 0 else pytest.mark.slow)
+        for i, rate in enumerate((8000, 11_025, 16_000))
+        for j, decimator in enumerate(DECIMATORS)
+        for k, one in enumerate(SCATTERS)
+    ],
+)
 def test_scatter_behind_common_decimators(rate, decimator, noise, most, modes):
     truth = band_limited(rate, decimator, noise, 201, modes=MODES[modes], count=120)
     found, off = learned(truth)

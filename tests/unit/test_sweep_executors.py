@@ -77,7 +77,7 @@ def test_threads_give_the_same_bits(workers):
         assert same(study, sweep(logistic, axes, vectorized=True))
 
 
-@pytest.mark.parametrize("workers", [1, 3])
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 3])
 def test_processes_give_the_same_bits(workers):
     run = {"executor": "processes", "workers": workers}
     assert same(sweep(waves, AXES, tile=3, **run), sweep(waves, AXES))

@@ -304,7 +304,7 @@ def test_a_quiet_load_cell_measures_what_was_put_in(rate):
     assert np.median(np.abs(impulse)) < 1e-2
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(s, marks=pytest.mark.slow) for s in (1, 2))])
 def test_sound_at_20_db_is_found(seed):
     truth = train(seed, rate=12.0, floor=0.03, after=0.008)
     made = synthesize(truth, Microphone(noise=0.1), seed=seed)
