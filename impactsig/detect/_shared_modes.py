@@ -87,7 +87,7 @@ class SharedModes:
 
         They lie halfway between two samples.
         """
-        if self.rate > FASTEST:
+        if self.rate > FASTEST or (self.learned and not self._applies):
             self.found.append(np.full((len(attacks), 2), np.nan))
         elif len(attacks):
             waves = self._waves(window, attacks)
@@ -98,6 +98,10 @@ class SharedModes:
             self.count += len(waves)
             if self.count >= LEARN:
                 self._learn()
+
+    @property
+    def _applies(self) -> bool:
+        return self.model is not None or self.crossing
 
     def timing(self) -> Timing:
         """The shift of every impact and its standard error [samples]."""
@@ -154,7 +158,7 @@ class SharedModes:
     def _timed(self, waves: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave; NaN where they are not known."""
         timed = np.full((len(waves), 2), np.nan)
-        if self.model is None and not self.crossing:
+        if not self._applies:
             return timed
         sounds, crossed = self._heard(waves)
         guess = crossed[:, 0].copy()
