@@ -41,6 +41,8 @@ def shared_exponents(
     returned. The weak modes come in a choice after the strong. A mode near half the rate may
     be one above it, folded by the sampler. There is no choice if modes are too many to be shared.
     """
+    from scipy import linalg
+
     skip, size = (round(t * rate) for t in RING)
     width = size // 2
     rows = size - width + 1
@@ -53,7 +55,8 @@ def shared_exponents(
             if energy > 0.0:
                 add_lagged_products(ring, rows, 1.0 / energy, total)
                 floor += rows * noise / energy
-    value, vectors = np.linalg.eigh(total, UPLO="U")
+    # This driver keeps to one thread: those of numpy's spin for longer than it takes.
+    value, vectors = linalg.eigh(total, lower=False, driver="evr")
     choices: dict[int, np.ndarray] = {}
     for share in WEAKEST:
         count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))
