@@ -120,10 +120,10 @@ def detect_sound(
     samples, lowest, highest = 0, math.inf, -math.inf
     for window in windows(pieces(), CORE * scale.hop):
         samples += len(window.core)
-        lowest = min(lowest, float(window.core.min()))
-        highest = max(highest, float(window.core.max()))
+        low, high = float(window.core.min()), float(window.core.max())
+        lowest, highest = min(lowest, low), max(highest, high)
         refuse_huge(lowest, highest)
-        survey.add(window)
+        survey.add(window, max(-low, high))
     survey.finish()
     if not samples or lowest == highest:
         reason = "the record is constant" if samples else "the record has no valid sample"

@@ -8,6 +8,7 @@ from .._compiled import njit
 
 TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
+ALMOST = 1.0 - 1e-9  # times the greatest so far: less cannot exceed it, rounding included
 TILE = 8  # frames of a spectrum that are read side by side
 
 
@@ -53,7 +54,7 @@ def gather(spectrum, scale, first, width, weights, at, square, power):
             power[b, at + f] = scale * total[f]
 
 
-@njit(nogil=True)
+@njit(nogil=True, error_model="numpy")
 def band_rise(power, lag, begin, background, freedom, per, out):
     """Rise of frame begin + i over `lag` frames before it, in the narrow bands.
 
@@ -65,29 +66,35 @@ def band_rise(power, lag, begin, background, freedom, per, out):
 
     `background` has a column for `per` frames.
     """
-    bands = power.shape[0]
+    bands, count = power.shape[0], out.shape[1]
+    total, greatest = out
     out[:] = 0.0
-    for group in range(background.shape[1]):
-        frames = range(group * per, min((group + 1) * per, out.shape[1]))
-        for b in range(bands):
-            noise, half = background[b, group], 0.5 * freedom[b]
-            least = TIMES_BACKGROUND * noise
-            for i in frames:
-                now, then = power[b, begin + i], power[b, begin + i - lag]
-                base = max(0.5 * then, noise)
-                if base > 0.0 and half * (now - base) > out[1, i] * base:
-                    ratio = now / base
-                    out[1, i] = max(out[1, i], half * (ratio - 1.0 - np.log(ratio)))
-                if now <= least:
-                    continue
-                before = max(then, least)
-                if b > 0:
-                    before = max(before, power[b - 1, begin + i - lag])
-                if b < bands - 1:
-                    before = max(before, power[b + 1, begin + i - lag])
-                if now > before > 0.0:
-                    out[0, i] += np.log(now / before)
-    out[0] /= bands
+    ratio, bound, least = np.empty(count), np.empty(count), np.empty(count)
+    level = np.empty(count)
+    for b in range(bands):
+        now, then = power[b, begin : begin + count], power[b, begin - lag : begin - lag + count]
+        lower = power[max(b - 1, 0), begin - lag : begin - lag + count]
+        upper = power[min(b + 1, bands - 1), begin - lag : begin - lag + count]
+        half = 0.5 * freedom[b]
+        for group in range(background.shape[1]):
+            level[group * per : (group + 1) * per] = background[b, group]
+        # What needs no logarithm runs in vector lanes: ln x >= 2 (x - 1) / (x + 1).
+        for i in range(count):
+            noise, before = level[i], then[i]
+            base = 0.5 * before if 0.5 * before > noise else noise
+            x = now[i] / base if now[i] > base else 1.0
+            ratio[i] = x
+            bound[i] = half * (x - 1.0) * (x - 1.0) / (x + 1.0)
+            noise *= TIMES_BACKGROUND
+            before = before if before > noise else noise
+            before = before if before > lower[i] else lower[i]
+            least[i] = before if before > upper[i] else upper[i]
+        for i in range(count):
+            if bound[i] > ALMOST * greatest[i]:
+                greatest[i] = max(greatest[i], half * (ratio[i] - 1.0 - np.log(ratio[i])))
+            if now[i] > least[i] > 0.0:
+                total[i] += np.log(now[i] / least[i])
+    total /= bands
 
 
 @njit(nogil=True)

@@ -369,7 +369,7 @@ def surveyed(x, rate):
     scale = scale_at(rate)
     survey = Survey(scale, rate)
     for window in windows([Piece(0, x)], CORE * scale.hop):
-        survey.add(window)
+        survey.add(window, float(np.abs(window.core).max()))
     survey.finish()
     return survey
 
