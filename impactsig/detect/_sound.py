@@ -150,10 +150,9 @@ def detect_sound(
             places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
         out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
-        out[:, 0] += window.first - more * scale.hop
-        modes.add(window, out[:, 0])
+        modes.add(x, valid, out[:, 0])
         overlay.add(sounds)
-        out[:, 0] += window.segment
+        out[:, 0] += window.segment + window.first - more * scale.hop
         found.append(out)
         chances.append(passage.probability[here])
     columns = np.concatenate(found)

@@ -137,7 +137,7 @@ def crests(rise, spacing, least, first, last, out):
 
 @njit(nogil=True)
 def greatest_between(values, first, last, out):
-    """out[k]: where values[first[k] : last[k]] are greatest, the first of equal ones; -1 if none."""
+    """out[k]: where values[first[k] : last[k]] are greatest, first of equal ones; -1 if none."""
     for k in range(len(out)):
         out[k] = -1
         for i in range(first[k], last[k]):

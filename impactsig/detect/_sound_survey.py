@@ -20,7 +20,7 @@ from ._sound_bands import (
     bands_at,
     degrees_of_freedom,
 )
-from ._sound_floor import NEARBY, WITHIN, noise_power
+from ._sound_floor import NEARBY, WITHIN, noise_power, quantile_bias
 from ._sound_kernels import (
     BLOCK,
     EDGE,
@@ -114,8 +114,8 @@ class Survey:
         self.margin = beside + EDGE, beside + max(scale.forward, GROUP) + EDGE
         block = BLOCK * scale.hop / self.rate
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
-        self.part_freedom = PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
-        self.mean_freedom = degrees_of_freedom(self.bands, PER)
+        self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
+        self.mean_bias = quantile_bias(degrees_of_freedom(self.bands, PER))
         self.frame_freedom = degrees_of_freedom(self.bands, 1)
         self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
 
@@ -152,7 +152,7 @@ class Survey:
             parts = parts[:, :, ::2] + parts[:, :, 1::2]
         parts = parts[:, :, 0] / PART
         whole = (begin >= real[0]) & (begin + PART <= real[1])
-        silent = (whole & ~parts.any(axis=0)).reshape(-1, GROUP // PART).all(axis=1)
+        silent = (whole & (parts == 0.0).all(axis=0)).reshape(-1, GROUP // PART).all(axis=1)
         touched = silent.copy()
         touched[1:] |= silent[:-1]
         touched[:-1] |= silent[1:]
@@ -248,13 +248,13 @@ class Survey:
         parts = np.concatenate([slab.parts for slab in beside], axis=1)
         sound = np.concatenate([slab.parts_sound for slab in beside])
         octaves = np.concatenate([slab.levels for slab in beside], axis=1)
-        noise = noise_power(parts[:, near], sound[near], self.part_freedom)
+        noise = noise_power(parts[:, near], sound[near], self.part_bias)
         self.noise.append(noise)
         rounding = np.full(len(noise), max(slab.resolution for slab in beside) * greatest) ** 2
         found.append((np.maximum(noise, rounding), octaves))
         bands = np.concatenate([slab.means for slab in beside], axis=1)
         sound = np.concatenate([slab.means_sound for slab in beside])
-        noise = noise_power(bands[:, begin:end], sound[begin:end], self.mean_freedom)
+        noise = noise_power(bands[:, begin:end], sound[begin:end], self.mean_bias)
         rounding = (ROUNDING * greatest) ** 2 * self.bands.gain
         found.append((np.maximum(noise, rounding), bands))
         out = []
