@@ -27,12 +27,14 @@ def timed(find: Callable, samples: np.ndarray, rate: float):
     return found, float(np.median(times))
 
 
-def tuned(make: Callable, grid: dict, truth, tolerance=1e-3) -> tuple[Callable, dict]:
+def tuned(
+    make: Callable, grid: dict, truth, tolerance=1e-3, delays=(0.0,)
+) -> tuple[Callable, dict]:
     """The member of a family of detectors with the best F1 on the truth itself."""
     best = max(
         (dict(zip(grid, values, strict=True)) for values in product(*grid.values())),
         key=lambda options: score(
-            make(**options)(truth.samples, truth.rate)[0], truth.time, tolerance
+            make(**options)(truth.samples, truth.rate)[0], truth.time, tolerance, delays
         )[0],
     )
     return make(**best), best

@@ -73,7 +73,9 @@ def load_cell(
     return Truth(samples.astype(dtype), rate, time, contacts, amplitude)
 
 
-def microphone(*, duration=60.0, rate=22_050.0, mean_rate=12.0, noise_db=-20.0, seed=0):
+def microphone(
+    *, duration=60.0, rate=22_050.0, mean_rate=12.0, noise_db=-20.0, tones=(2000, 6000), seed=0
+):
     """The sound recording: ringing bursts of 2-6 kHz, doubles at 8 ms, pink noise 20 dB below.
 
     Bursts start at once and decay with a time constant of 2-6 ms; amplitudes are log-normal
@@ -98,7 +100,7 @@ def microphone(*, duration=60.0, rate=22_050.0, mean_rate=12.0, noise_db=-20.0, 
     samples = pink / pink.std() * 10 ** (noise_db / 20)
     for start, peak in zip(time, amplitude, strict=True):
         tone, phase, decay = (
-            rng.uniform(2000, 6000),
+            rng.uniform(*tones),
             rng.uniform(0, 2 * np.pi),
             rng.uniform(2e-3, 6e-3),
         )
@@ -108,16 +110,20 @@ def microphone(*, duration=60.0, rate=22_050.0, mean_rate=12.0, noise_db=-20.0, 
     return Truth(samples, rate, time, np.full(len(time), np.nan), amplitude)
 
 
-def score(found, truth, tolerance=1e-3):
+def score(found, truth, tolerance=1e-3, delays=(0.0,)):
     """F1, timing RMS after a constant latency, and the pairs (found index, truth index).
 
     A pair is one to one, nearest first, at most `tolerance` apart after the median latency has
-    been removed.
+    been removed. That is looked for about each of `delays`; the one with the best F1 counts.
     """
     found, truth = np.asarray(found), np.asarray(truth)
     if not len(found) or not len(truth):
         return 0.0, np.nan, np.empty((0, 2), int)
-    latency = 0.0
+    return max((paired(found, truth, tolerance, delay) for delay in delays), key=lambda of: of[0])
+
+
+def paired(found, truth, tolerance, latency):
+    """The score with a latency near to the one given."""
     for _ in range(3):
         moved = found - latency
         nearest = np.clip(np.searchsorted(truth, moved), 1, len(truth) - 1)

@@ -1,13 +1,15 @@
-"""Force detection under disturbances, beside the filters a user would put before find_peaks.
+"""Detection under disturbances: force beside filters before find_peaks, sound beside onset pickers.
 
-Every record of `disturbances.py` is searched by impactsig and by the peers, each with its defaults
-and tuned on the truth of that very record. Where a record has no impacts, the false ones are
-counted. Writes results/robustness.json, robustness.md and robustness.png.
+Every record of `disturbances.py`, or of `sound_disturbances.py`, is searched by impactsig and by
+the peers, each with its defaults and tuned on the truth of that very record. Where a record has no
+impacts, the false ones are counted. Peers that are not installed are left out. Writes
+results/robustness.json, robustness.md and robustness.png, or those of robustness_sound.
 
     python -m benchmarks.robustness                                  # needs obspy for STA/LTA
     python -m benchmarks.robustness --only hum "ADC gain" --seeds 3:5 --ours
 
     python -m benchmarks.robustness --untuned --figure robustness.png
+    python -m benchmarks.robustness --sound --seeds 601:602     # needs librosa for its methods
 
 `--only` takes beginnings of names; `--ours` leaves out all but impactsig with its defaults, and
 writes nothing; `--figure` draws, and writes nothing else.
@@ -35,6 +37,8 @@ from .detectors import by_impactsig, find_peaks_passed, sta_lta, timed, tuned
 from .disturbances import DURATION, Case, records, stationary
 from .recordings import Truth
 from .robustness_figures import heat_map, three_records
+from .sound_disturbances import clear, sound_records
+from .sound_passage import methods as sound_methods
 
 RESULTS = Path(__file__).parent / "results"
 TOLERANCE = 1e-3
@@ -48,9 +52,11 @@ class Score(NamedTuple):
     contact: float
 
 
-def score(found_starts, found_contacts, truth: Truth) -> Score:
+def score(
+    found_starts, found_contacts, truth: Truth, tolerance: float = TOLERANCE, delays=(0.0,)
+) -> Score:
     """How well impacts are found and measured, a constant latency apart."""
-    f1, timing, pairs = recordings.score(found_starts, truth.time, TOLERANCE)
+    f1, timing, pairs = recordings.score(found_starts, truth.time, tolerance, delays)
     if found_contacts is None or not len(pairs):
         return Score(f1, timing, np.nan)
     error = np.asarray(found_contacts)[pairs[:, 0]] - truth.contact_time[pairs[:, 1]]
@@ -70,14 +76,40 @@ class Method:
     aims: float = 0.0
 
     def target(self, truth: Truth) -> Truth:
+        if not self.aims:
+            return truth
         return replace(truth, time=truth.time + self.aims * truth.contact_time)
 
 
 OURS = "impactsig"
+LATE = tuple(np.arange(-40, 41, 10) * 1e-3)
+"""Onset pickers centre frames of 23 to 93 ms each in its own way [s]."""
 
 
-def methods() -> list[Method]:
-    """The detectors, in the order of the columns."""
+@dataclass(frozen=True)
+class Part:
+    """What is compared: records of a sensor, the detectors in the order of the columns."""
+
+    sensor: str
+    results: str  # name of the files
+    tolerance: float  # [s], of a pair
+    delays: tuple[float, ...]  # [s], about which a detector's latency is looked for
+    records: Callable[[float], list[Case]]
+    methods: Callable[[], list[Method]]
+    stationary: Callable[[int, float], Truth]  # by which speed is measured
+
+
+def of_sound() -> list[Method]:
+    """Those of `sound_passage.py`, and librosa at its default threshold and frames of 128."""
+    every = [Method(name, make, grid) for name, (make, grid) in sound_methods().items()]
+    at = [method.name for method in every].index("librosa") + 1 if find_spec("librosa") else None
+    if at is not None:
+        every.insert(at, Method("librosa, hop 128", partial(every[at - 1].make, hop=128)))
+    return every
+
+
+def of_force() -> list[Method]:
+    """Filters before find_peaks, and STA/LTA."""
 
     def impacts(**options) -> Callable:
         def find(x, rate):
@@ -116,20 +148,32 @@ def methods() -> list[Method]:
     return every
 
 
-def searched(case: Case, seed: int, truth: Truth, method: Method, tune: bool) -> dict:
+PARTS = {
+    False: Part("force", "robustness", TOLERANCE, (0.0,), records, of_force, stationary),
+    True: Part("sound", "robustness_sound", 10e-3, LATE, sound_records, of_sound, clear),
+}
+"""By whether sound is asked for."""
+
+
+def searched(part: Part, case: Case, seed: int, truth: Truth, method: Method, tune: bool) -> dict:
     """One detector on one record."""
     target = method.target(truth)
     row = {"record": case.name, "seed": seed, "method": method.name + ", tuned" * tune}
     row["impacts"] = len(truth.time)
     if method.name == OURS and not tune:
-        rec = impactsig.Recording(truth.samples, truth.rate, sensor="force")
+        rec = impactsig.Recording(truth.samples, truth.rate, sensor=part.sensor)
         impacts = impactsig.detect_impacts(rec)
         found, contacts = impacts.time, impacts.contact_time
         row["notes"] = len(getattr(impacts, "notes", ()))
     else:
-        find = tuned(method.make, method.grid, target, TOLERANCE)[0] if tune else method.make()
-        found, contacts = find(truth.samples, truth.rate)
-    return row | {"found": len(found)} | score(found, contacts, target)._asdict()
+        best = (
+            tuned(method.make, method.grid, target, part.tolerance, part.delays)[0]
+            if tune
+            else None
+        )
+        found, contacts = (best or method.make())(truth.samples, truth.rate)
+    measured = score(found, contacts, target, part.tolerance, part.delays)
+    return row | {"found": len(found)} | measured._asdict()
 
 
 def together(case: Case, rows: list[dict]) -> dict:
@@ -146,14 +190,17 @@ def cell(mean: dict | None) -> str:
         return "–"
     if "false" in mean:
         return str(mean["false"])
-    return f"{mean['f1']:.3f} {mean['timing'] * 1e6:5.1f} {mean['contact'] * 1e6:+6.1f}"
+    contact = f" {mean['contact'] * 1e6:+6.1f}" if np.isfinite(mean["contact"]) else ""
+    return f"{mean['f1']:.3f} {mean['timing'] * 1e6:5.1f}{contact}"
 
 
-def compare(cases: list[Case], seeds, every: list[Method], tune: bool) -> tuple[list, dict]:
+def compare(
+    part: Part, cases: list[Case], seeds, every: list[Method], tune: bool
+) -> tuple[list, dict]:
     """All rows, and their means by record and method; prints each record when it is done."""
     rows: list[dict] = []
     table: dict[str, dict[str, dict]] = {}
-    columns = [(m, t) for m in every for t in ((False, True) if tune else (False,))]
+    columns = [(m, t) for m in every for t in ((False, True) if tune and m.grid else (False,))]
     print(" " * 34 + "".join(f"{m.name + ', tuned' * t:>24}" for m, t in columns))
     for case in cases:
         here = []
@@ -161,7 +208,7 @@ def compare(cases: list[Case], seeds, every: list[Method], tune: bool) -> tuple[
             truth = case.make(seed)
             for method, tune_it in columns:
                 if not (tune_it and case.allowed is not None):  # no truth to tune on
-                    here.append(searched(case, seed, truth, method, tune_it))
+                    here.append(searched(part, case, seed, truth, method, tune_it))
         names = dict.fromkeys(row["method"] for row in here)
         table[case.name] = {
             name: together(case, [row for row in here if row["method"] == name]) for name in names
@@ -183,9 +230,9 @@ def noted(rows: list[dict]) -> list[dict]:
     return lines
 
 
-def speeds(every: list[Method]) -> list[dict]:
+def speeds(part: Part, every: list[Method]) -> list[dict]:
     """Each detector with its defaults on a minute of the stationary record."""
-    truth = stationary(0, 60.0)
+    truth = part.stationary(0, 60.0)
     lines = []
     for method in every:
         _, seconds = timed(method.make(), truth.samples, truth.rate)
@@ -197,12 +244,15 @@ def speeds(every: list[Method]) -> list[dict]:
 
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sound", action="store_true", help="sound instead of force")
     parser.add_argument("--only", nargs="+", default=[""], help="beginnings of records' names")
     parser.add_argument("--seeds", default="101:104", help="one, or first:last")
     parser.add_argument("--duration", type=float, default=DURATION, help="of a record [s]")
     parser.add_argument("--ours", action="store_true", help="impactsig with its defaults only")
     parser.add_argument("--untuned", action="store_true", help="defaults only")
-    parser.add_argument("--figure", type=Path, help="PNG of F1; beside it FILE_records of three")
+    parser.add_argument(
+        "--figure", type=Path, help="PNG of F1; of force, beside it FILE_records of three"
+    )
     return parser.parse_args()
 
 
@@ -211,18 +261,22 @@ def main() -> None:
     first, _, last = asked.seeds.partition(":")
     first_seed = int(first)
     seeds = range(first_seed, int(last or first) + 1)
-    cases = [case for case in records(asked.duration) if case.name.startswith(tuple(asked.only))]
-    every = methods()[: 1 if asked.ours else None]
-    rows, table = compare(cases, seeds, every, not (asked.ours or asked.untuned))
+    part = PARTS[asked.sound]
+    every = part.methods()[: 1 if asked.ours else None]
+    cases = [
+        case for case in part.records(asked.duration) if case.name.startswith(tuple(asked.only))
+    ]
+    rows, table = compare(part, cases, seeds, every, not (asked.ours or asked.untuned))
     tables = {"notes": noted(rows)}
     if not asked.ours:
-        tables["speed"] = speeds(every)
+        tables["speed"] = speeds(part, every)
     text = "".join(f"\n## {name}\n\n{markdown(lines)}" for name, lines in tables.items())
     print(text)
     if asked.figure:
-        heat_map(cases, table, asked.figure)
-        beside = asked.figure.with_name(f"{asked.figure.stem}_records{asked.figure.suffix}")
-        three_records(every, first_seed, beside)
+        heat_map(cases, table, asked.figure, part.tolerance)
+        if not asked.sound:
+            beside = asked.figure.with_name(f"{asked.figure.stem}_records{asked.figure.suffix}")
+            three_records(every, first_seed, beside)
     if asked.ours or asked.figure:
         return
     lines = [
@@ -230,10 +284,12 @@ def main() -> None:
         for name, line in table.items()
     ]
     RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "robustness.json").write_text(json.dumps({"rows": rows, **tables}, indent=1))
-    head = "F1 at ±1 ms, timing RMS [µs], contact time bias [µs]; or false impacts\n\n"
-    (RESULTS / "robustness.md").write_text(head + markdown(lines) + text)
-    heat_map(cases, table, RESULTS / "robustness.png")
+    path = RESULTS / part.results
+    path.with_suffix(".json").write_text(json.dumps({"rows": rows, **tables}, indent=1))
+    head = f"F1 at ±{part.tolerance * 1e3:g} ms, timing RMS [µs], contact time bias [µs] of force; "
+    head += "or false impacts\n\n"
+    path.with_suffix(".md").write_text(head + markdown(lines) + text)
+    heat_map(cases, table, path.with_suffix(".png"), part.tolerance)
 
 
 if __name__ == "__main__":

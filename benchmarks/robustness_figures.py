@@ -36,7 +36,7 @@ def strengths(of: list[str]) -> str:
     return ", ".join(of)
 
 
-def heat_map(cases: list[Case], table: dict, path: Path) -> None:
+def heat_map(cases: list[Case], table: dict, path: Path, tolerance: float) -> None:
     """F1 of each method by disturbance (rows) and strength (columns)."""
     rows = families(cases)
     names = list(dict.fromkeys(name for line in table.values() for name in line))
@@ -63,7 +63,9 @@ def heat_map(cases: list[Case], table: dict, path: Path) -> None:
     ]
     panels[0].set_yticks(range(len(rows)), labels, fontsize=7)
     picture.supxlabel("strength, in the order of the label on the left", fontsize=8)
-    picture.colorbar(image, ax=panels, label="F1 at ±1 ms", extend="min", shrink=0.6, pad=0.01)
+    picture.colorbar(
+        image, ax=panels, label=f"F1 at ±{tolerance * 1e3:g} ms", extend="min", shrink=0.6, pad=0.01
+    )
     picture.savefig(path, dpi=120)
 
 

@@ -30,7 +30,6 @@ import numpy as np
 from ._shared_modes_fit import LEAST, Model, chosen_model
 from ._shared_modes_kernels import abruptness, crossings, high_passed
 from ._sound_edge import high_pass
-from ._windows import Window
 
 FASTEST = 24_000.0  # [Hz]: above, the attack is timed to less than 20 us by itself
 SLOW = 16_000.0  # [Hz]: up to it, ringing before an impact is worse than a crossing
@@ -82,15 +81,15 @@ class SharedModes:
         self.before = round(BEFORE * self.rate)
         self.length = self.before + round(AFTER * self.rate)
 
-    def add(self, window: Window, attacks: np.ndarray) -> None:
-        """Take the attacks in the next window, in samples from the first of its segment.
+    def add(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> None:
+        """Take the next attacks, halfway between two of the samples x.
 
-        They lie halfway between two samples.
+        Those from valid[0] to valid[1] are real: all that the record has within `length` of them.
         """
-        if self.rate > FASTEST:
+        if self.rate > FASTEST or (self.learned and not self._applies):
             self.found.append(np.full((len(attacks), 2), np.nan))
         elif len(attacks):
-            waves = self._waves(window, attacks)
+            waves = self._waves(x, valid, attacks)
             if self.learned:
                 self.found.append(self._timed(waves))
                 return
@@ -98,6 +97,10 @@ class SharedModes:
             self.count += len(waves)
             if self.count >= LEARN:
                 self._learn()
+
+    @property
+    def _applies(self) -> bool:
+        return self.model is not None or self.crossing
 
     def timing(self) -> Timing:
         """The shift of every impact and its standard error [samples]."""
@@ -113,14 +116,13 @@ class SharedModes:
             error = np.where(known, error, max(spread, 12.0**-0.5))
         return Timing(shift, error)
 
-    def _waves(self, window: Window, attacks: np.ndarray) -> np.ndarray:
+    def _waves(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> np.ndarray:
         """What is heard about each attack; zeros where that is not all there."""
-        wide, (begin, end) = window.samples(self.length, self.length, 1)
-        split = np.rint(attacks + 0.5).astype(int) - window.first + self.length
-        first = split - self.before
-        there = (first >= begin) & (first + self.length <= end)
+        first = np.rint(attacks + 0.5).astype(int) - self.before
+        there = (first >= valid[0]) & (first + self.length <= valid[1])
         waves = np.zeros((len(attacks), self.length))
-        waves[there] = wide[first[there, None] + np.arange(self.length)]
+        if there.any():
+            waves[there] = np.lib.stride_tricks.sliding_window_view(x, self.length)[first[there]]
         return waves
 
     def _learn(self) -> None:
@@ -154,7 +156,7 @@ class SharedModes:
     def _timed(self, waves: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave; NaN where they are not known."""
         timed = np.full((len(waves), 2), np.nan)
-        if self.model is None and not self.crossing:
+        if not self._applies:
             return timed
         sounds, crossed = self._heard(waves)
         guess = crossed[:, 0].copy()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._shared_modes_kernels import leave, place, project, weigh
+from ._shared_modes_kernels import add_lagged_products, leave, place, project, weigh
 from ._sound_edge import PARTS, responses, step_modes
 
 RING = (0.6e-3, 5e-3)  # [s] after the guess: where modes are learned from, and how long
@@ -41,20 +41,22 @@ def shared_exponents(
     returned. The weak modes come in a choice after the strong. A mode near half the rate may
     be one above it, folded by the sampler. There is no choice if modes are too many to be shared.
     """
+    from scipy import linalg
+
     skip, size = (round(t * rate) for t in RING)
     width = size // 2
-    places = np.arange(size - width + 1)[:, None] + np.arange(width)
-    total = np.zeros((width, width))
+    rows = size - width + 1
+    total = np.zeros((width, width))  # its upper half
     floor = 0.0
     for sound, start in zip(sounds, guess, strict=True):
         if np.isfinite(start) and int(start) + skip + size <= len(sound):
             ring = sound[int(start) + skip :]
             energy = float(np.sum(ring[:size] ** 2))
             if energy > 0.0:
-                hankel = ring[places]
-                total += hankel.T @ hankel / energy
-                floor += len(hankel) * noise / energy
-    value, vectors = np.linalg.eigh(total)
+                add_lagged_products(ring, rows, 1.0 / energy, total)
+                floor += rows * noise / energy
+    # This driver keeps to one thread: those of numpy's spin for longer than it takes.
+    value, vectors = linalg.eigh(total, lower=False, driver="evr")
     choices: dict[int, np.ndarray] = {}
     for share in WEAKEST:
         count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))

@@ -35,6 +35,23 @@ def high_passed(waves, taps, out):
 
 
 @njit(nogil=True)
+def add_lagged_products(ring, rows, factor, total):
+    """Add to total[i, j], i <= j, the factor times H'H, H[k, i] = ring[k + i] with so many rows.
+
+    Along a diagonal one product comes and one goes: from the last column on, for sounds decay, and
+    sums lose no digits as terms are added that are greater.
+    """
+    width = len(total)
+    for i in range(width):
+        value = product(ring, i, ring[width - 1 : width - 1 + rows])
+        for back in range(i + 1):
+            a, b = i - back, width - 1 - back
+            if back > 0:
+                value += ring[a] * ring[b] - ring[a + rows] * ring[b + rows]
+            total[a, b] += factor * value
+
+
+@njit(nogil=True)
 def crossings(sounds, quiet, begin, end, shares, out):
     """Where each sound's modulus first exceeds a share of its greatest, and for how long.
 

@@ -120,10 +120,10 @@ def detect_sound(
     samples, lowest, highest = 0, math.inf, -math.inf
     for window in windows(pieces(), CORE * scale.hop):
         samples += len(window.core)
-        lowest = min(lowest, float(window.core.min()))
-        highest = max(highest, float(window.core.max()))
+        low, high = float(window.core.min()), float(window.core.max())
+        lowest, highest = min(lowest, low), max(highest, high)
         refuse_huge(lowest, highest)
-        survey.add(window)
+        survey.add(window, max(-low, high))
     survey.finish()
     if not samples or lowest == highest:
         reason = "the record is constant" if samples else "the record has no valid sample"
@@ -150,10 +150,9 @@ def detect_sound(
             places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
         out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
-        out[:, 0] += window.first - more * scale.hop
-        modes.add(window, out[:, 0])
+        modes.add(x, valid, out[:, 0])
         overlay.add(sounds)
-        out[:, 0] += window.segment
+        out[:, 0] += window.segment + window.first - more * scale.hop
         found.append(out)
         chances.append(passage.probability[here])
     columns = np.concatenate(found)

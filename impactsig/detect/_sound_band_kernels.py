@@ -8,33 +8,53 @@ from .._compiled import njit
 
 TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
+ALMOST = 1.0 - 1e-9  # times the greatest so far: less cannot exceed it, rounding included
+TILE = 8  # frames of a spectrum that are read side by side
 
 
 @njit(nogil=True)
-def gather(spectrum, scale, first, width, weights, at, power):
+def shape(single, hop, window, at, out):
+    """out[f]: the samples of frame at + f, windowed; the frames begin `hop` samples apart."""
+    for f in range(out.shape[0]):
+        frame, shaped = single[(at + f) * hop :][: len(window)], out[f]
+        for k in range(len(window)):
+            shaped[k] = frame[k] * window[k]
+
+
+@njit(nogil=True)
+def gather(spectrum, scale, first, width, weights, at, square, power):
     """Powers of the bands of a batch of frames, the first of which is frame `at`.
 
-    `spectrum` holds real and imaginary parts by turns.
+    `spectrum` holds real and imaginary parts by turns; `square` is scratch with a row for each
+    coefficient and a column for each frame, so that sums over coefficients run in vector lanes.
     """
-    size = spectrum.shape[1] // 2
-    square = np.empty(size, np.float32)
-    for f in range(min(spectrum.shape[0], power.shape[1] - at)):
+    used = first[-1] + width[-1]
+    frames = spectrum.shape[0]
+    for f in range(frames):
         row = spectrum[f]
         # Less the weighted mean: a Hann window spreads it over two coefficients.
         row[2] += np.float32(0.5) * row[0]
         row[0] = 0.0
-        for k in range(size):
-            square[k] = row[2 * k] * row[2 * k] + row[2 * k + 1] * row[2 * k + 1]
-        begin = 0
-        for b in range(len(first)):
-            total = np.float32(0.0)
-            for k in range(width[b]):
-                total += weights[begin + k] * square[first[b] + k]
-            begin += width[b]
-            power[b, at + f] = scale * total
+    for begin in range(0, frames, TILE):
+        for k in range(used):
+            for f in range(begin, min(begin + TILE, frames)):
+                real, imaginary = spectrum[f, 2 * k], spectrum[f, 2 * k + 1]
+                square[k, f] = real * real + imaginary * imaginary
+    total = np.empty(frames, np.float32)
+    count = min(frames, power.shape[1] - at)
+    begin = 0
+    for b in range(len(first)):
+        total[:] = 0.0
+        for k in range(width[b]):
+            weight, row = weights[begin + k], square[first[b] + k]
+            for f in range(frames):
+                total[f] += weight * row[f]
+        begin += width[b]
+        for f in range(count):
+            power[b, at + f] = scale * total[f]
 
 
-@njit(nogil=True)
+@njit(nogil=True, error_model="numpy")
 def band_rise(power, lag, begin, background, freedom, per, out):
     """Rise of frame begin + i over `lag` frames before it, in the narrow bands.
 
@@ -46,40 +66,51 @@ def band_rise(power, lag, begin, background, freedom, per, out):
 
     `background` has a column for `per` frames.
     """
-    bands = power.shape[0]
-    for i in range(out.shape[1]):
-        total = greatest = 0.0
-        for b in range(bands):
-            noise = background[b, i // per]
-            least = TIMES_BACKGROUND * noise
-            now, then = power[b, begin + i], power[b, begin + i - lag]
-            base = max(0.5 * then, noise)
-            half = 0.5 * freedom[b]
-            if base > 0.0 and half * (now - base) > greatest * base:
-                ratio = now / base
-                greatest = max(greatest, half * (ratio - 1.0 - np.log(ratio)))
-            if now <= least:
-                continue
-            before = max(then, least)
-            if b > 0:
-                before = max(before, power[b - 1, begin + i - lag])
-            if b < bands - 1:
-                before = max(before, power[b + 1, begin + i - lag])
-            if now > before > 0.0:
-                total += np.log(now / before)
-        out[0, i] = total / bands
-        out[1, i] = greatest
+    bands, count = power.shape[0], out.shape[1]
+    total, greatest = out
+    out[:] = 0.0
+    ratio, bound, least = np.empty(count), np.empty(count), np.empty(count)
+    level = np.empty(count)
+    for b in range(bands):
+        now, then = power[b, begin : begin + count], power[b, begin - lag : begin - lag + count]
+        lower = power[max(b - 1, 0), begin - lag : begin - lag + count]
+        upper = power[min(b + 1, bands - 1), begin - lag : begin - lag + count]
+        half = 0.5 * freedom[b]
+        for group in range(background.shape[1]):
+            level[group * per : (group + 1) * per] = background[b, group]
+        # What needs no logarithm runs in vector lanes: ln x >= 2 (x - 1) / (x + 1).
+        for i in range(count):
+            noise, before = level[i], then[i]
+            base = 0.5 * before if 0.5 * before > noise else noise
+            x = now[i] / base if now[i] > base else 1.0
+            ratio[i] = x
+            bound[i] = half * (x - 1.0) * (x - 1.0) / (x + 1.0)
+            noise *= TIMES_BACKGROUND
+            before = before if before > noise else noise
+            before = before if before > lower[i] else lower[i]
+            least[i] = before if before > upper[i] else upper[i]
+        for i in range(count):
+            if bound[i] > ALMOST * greatest[i]:
+                greatest[i] = max(greatest[i], half * (ratio[i] - 1.0 - np.log(ratio[i])))
+            if now[i] > least[i] > 0.0:
+                total[i] += np.log(now[i] / least[i])
+    total /= bands
 
 
 @njit(nogil=True)
 def background(noise, means, first, nearby, out):
     """out[b, g]: L of the band b in group first + g, from the means of it and those beside."""
     for b in range(out.shape[0]):
+        at, strongest, seen = -1, 0.0, 0
         for g in range(out.shape[1]):
-            strongest = 0.0
-            begin, end = first + g - nearby, first + g + nearby + 1
-            for k in range(max(begin, 0), min(end, means.shape[1])):
-                strongest = max(strongest, means[b, k])
+            begin = max(first + g - nearby, 0)
+            end = min(first + g + nearby + 1, means.shape[1])
+            if at < begin:  # the strongest is no longer near: look for it anew
+                strongest, seen = 0.0, begin
+            for k in range(seen, end):
+                if means[b, k] >= strongest:
+                    at, strongest = k, means[b, k]
+            seen = end
             out[b, g] = max(noise[b], RANGE * strongest)
 
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._sound_band_kernels import gather
+from ._sound_band_kernels import gather, shape
 
 WINDOW = 23.2e-3  # [s]
 PER_OCTAVE = 24
@@ -55,13 +55,13 @@ def bands_at(rate: float, hop: int) -> Bands:
             break
         centre.append(upper)
     frequency = step * np.arange(size // 2 + 1)
-    rows = []
-    for low, middle, high in zip(centre, centre[1:], centre[2:], strict=False):
-        rising, falling = (frequency - low) / (middle - low), (high - frequency) / (high - middle)
-        rows.append(np.maximum(np.minimum(rising, falling), 0.0))
-    first = np.array([np.flatnonzero(row)[0] for row in rows])
-    width = np.array([np.count_nonzero(row) for row in rows])
-    weights = np.concatenate([row[row > 0] for row in rows]).astype(np.float32)
+    middle = np.array(centre)[:, None]
+    rising = (frequency - middle[:-2]) / (middle[1:-1] - middle[:-2])
+    falling = (middle[2:] - frequency) / (middle[2:] - middle[1:-1])
+    rows = np.maximum(np.minimum(rising, falling), 0.0)
+    first = np.argmax(rows > 0.0, axis=1)
+    width = np.count_nonzero(rows, axis=1)
+    weights = rows[rows > 0.0].astype(np.float32)
     gain = np.sum(rows, axis=1) * np.sum(window**2)
     return Bands(hop, window.astype(np.float32), first, width, weights, gain)
 
@@ -83,11 +83,12 @@ def degrees_of_freedom(bands: Bands, frames: int) -> np.ndarray:
         overlap[: size - s] = window[: size - s] * window[s:]
         share = (1 if lag == 0 else 2) * (frames - lag) / frames**2
         together += share * np.abs(np.fft.fft(overlap)[:widest]) ** 2
+    index = np.arange(widest)
+    covariance = together[np.abs(np.subtract.outer(index, index))]
     variance = []
     for weights in np.split(bands.weights.astype(float), np.cumsum(bands.width)[:-1]):
-        index = np.arange(len(weights))
-        apart = np.abs(np.subtract.outer(index, index))
-        variance.append(weights @ together[apart] @ weights)
+        among = np.ascontiguousarray(covariance[: len(weights), : len(weights)])
+        variance.append(weights @ among @ weights)
     return 2.0 * bands.gain**2 / np.array(variance)
 
 
@@ -105,11 +106,11 @@ def band_powers(x: np.ndarray, left: int, frames: int, bands: Bands) -> np.ndarr
     single = np.zeros((whole - 1) * bands.hop + size, np.float32)
     if scale:
         np.multiply(used, 1.0 / scale, out=single[: len(used)], casting="same_kind")
-    overlapping = np.lib.stride_tricks.sliding_window_view(single, size)[:: bands.hop]
     shaped = np.empty((BATCH, size), np.float32)
+    square = np.empty((size // 2 + 1, BATCH), np.float32)
     power = np.empty((len(bands.first), frames))
     for at in range(0, frames, BATCH):
-        np.multiply(overlapping[at : at + BATCH], bands.window, out=shaped)
+        shape(single, bands.hop, bands.window, at, shaped)
         spectrum = fft.rfft(shaped, axis=1).view(np.float32)
-        gather(spectrum, scale**2, bands.first, bands.width, bands.weights, at, power)
+        gather(spectrum, scale**2, bands.first, bands.width, bands.weights, at, square, power)
     return power

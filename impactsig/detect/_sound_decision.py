@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._sound_kernels import BLOCK, GROUP, Scale
+from ._sound_kernels import BLOCK, GROUP, Scale, greatest_between
 from ._sound_survey import SAMPLED, Passage
 
 APART = 25e-3  # [s], crests of B
@@ -91,15 +91,12 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     by_octaves = octave_evidence(passage, b, place, height, spread, seconds)
     by_bands = height / max(CLEAR, CLEAR_SIGMAS * spread)
     crest = separate_crests(b, round(APART / (GROUP * seconds)))
-    alone = np.zeros(len(crest), np.bool_)
     middle = GROUP * crest
     first, last = np.searchsorted(place, (middle - SOONER / seconds, middle + LATER / seconds))
-    for k, (low, high) in enumerate(zip(first, last, strict=True)):
-        if low == high:
-            alone[k] = True
-        else:
-            best = low + int(np.argmax(height[low:high]))
-            by_bands[best] = max(by_bands[best], b[crest[k]] / LEAST_BANDS)
+    best = np.empty(len(crest), np.int64)
+    greatest_between(height, first, last, best)
+    alone = best < 0
+    np.maximum.at(by_bands, best[~alone], b[crest[~alone]] / LEAST_BANDS)
     frame = np.concatenate((place, GROUP * crest[alone]))
     by_octaves = np.concatenate((by_octaves, np.zeros(int(alone.sum()))))
     by_bands = np.concatenate((by_bands, b[crest[alone]] / LEAST_BANDS))
@@ -203,8 +200,11 @@ def greatest_within(values: np.ndarray, reach: int) -> np.ndarray:
 
 def separate_crests(values: np.ndarray, reach: int) -> np.ndarray:
     """Indices of positive values that none within `reach` exceeds; the first of equal ones."""
+    crests = np.flatnonzero((values > 0) & (values == greatest_within(values, reach)))
+    if (np.diff(crests) > reach).all():  # no two are equal
+        return crests
     kept: list[int] = []
-    for k in np.flatnonzero((values > 0) & (values == greatest_within(values, reach))):
+    for k in crests.tolist():
         if not kept or k - kept[-1] > reach:
-            kept.append(int(k))
+            kept.append(k)
     return np.array(kept, np.intp)

@@ -25,10 +25,10 @@ def quantile_bias(freedom: np.ndarray) -> np.ndarray:
     return (1.0 - spread + NORMAL_QUANTILE * np.sqrt(spread)) ** 3
 
 
-def noise_power(means: np.ndarray, sounding: np.ndarray, freedom: np.ndarray) -> np.ndarray:
-    """N of each band from means (bands, groups); 0 where no group is `sounding`."""
+def noise_power(means: np.ndarray, sounding: np.ndarray, bias: np.ndarray) -> np.ndarray:
+    """N of each band from means (bands, groups) and their bias; 0 if no group is `sounding`."""
     kept = means if sounding.all() else means[:, sounding]
     if not kept.shape[1]:
         return np.zeros(len(means))
     place = int(QUANTILE * kept.shape[1])
-    return np.partition(kept, place, axis=1)[:, place] / quantile_bias(freedom)
+    return np.partition(kept, place, axis=1)[:, place] / bias

@@ -41,7 +41,7 @@ class Scale(NamedTuple):
     before: int
 
 
-@njit(nogil=True)
+@njit(nogil=True, error_model="numpy")
 def octave_powers(x, octaves, even, odd, high, power):
     """power[b, j]: mean square of the details of octave b (0: the highest) in frame j of x.
 
@@ -50,12 +50,7 @@ def octave_powers(x, octaves, even, odd, high, power):
     """
     frames = power.shape[1]
     count = len(x) // 2
-    for i in range(count - 1):
-        high[i] = x[2 * i + 1] - 0.5 * (x[2 * i] + x[2 * i + 2])
-    high[count - 1] = 0.0
-    even[0] = x[0]
-    for i in range(1, count):
-        even[i] = x[2 * i] + 0.25 * (high[i - 1] + high[i])
+    halve(x, high[:count], even[:count])
     for b in range(octaves):
         per = count // frames
         for j in range(frames):
@@ -66,13 +61,22 @@ def octave_powers(x, octaves, even, odd, high, power):
         if b == octaves - 1:
             break
         count //= 2
-        for i in range(count - 1):
-            high[i] = even[2 * i + 1] - 0.5 * (even[2 * i] + even[2 * i + 2])
-        high[count - 1] = 0.0
-        odd[0] = even[0]
-        for i in range(1, count):
-            odd[i] = even[2 * i] + 0.25 * (high[i - 1] + high[i])
+        halve(even, high[:count], odd[:count])
         even, odd = odd, even
+
+
+@njit(nogil=True)
+def halve(x, high, low):
+    """Details and sums of the pairs of samples; the last detail and the first sum lack one side."""
+    count = len(high)
+    pairs = x[: 2 * count].reshape(count, 2)
+    for i in range(count - 1):
+        high[i] = pairs[i, 1] - 0.5 * (pairs[i, 0] + pairs[i + 1, 0])
+    high[count - 1] = 0.0
+    low[0] = pairs[0, 0]
+    pairs, after, low = pairs[1:], high[1:], low[1:]
+    for i in range(count - 1):
+        low[i] = pairs[i, 0] + 0.25 * (high[i] + after[i])
 
 
 @njit(nogil=True)
@@ -129,6 +133,16 @@ def crests(rise, spacing, least, first, last, out):
             out[found] = j
             found += 1
     return found
+
+
+@njit(nogil=True)
+def greatest_between(values, first, last, out):
+    """out[k]: where values[first[k] : last[k]] are greatest, first of equal ones; -1 if none."""
+    for k in range(len(out)):
+        out[k] = -1
+        for i in range(first[k], last[k]):
+            if out[k] < 0 or values[i] > values[out[k]]:
+                out[k] = i
 
 
 @njit(nogil=True)

@@ -20,7 +20,7 @@ from ._sound_bands import (
     bands_at,
     degrees_of_freedom,
 )
-from ._sound_floor import NEARBY, WITHIN, noise_power
+from ._sound_floor import NEARBY, WITHIN, noise_power, quantile_bias
 from ._sound_kernels import (
     BLOCK,
     EDGE,
@@ -67,6 +67,7 @@ class Slab:
     before: np.ndarray
     parts: np.ndarray  # (octaves, PARTs in whole BLOCKs), mean powers
     parts_sound: np.ndarray  # those that digital silence does not touch
+    levels: np.ndarray  # (octaves, BLOCKs), mean powers
     power: np.ndarray  # (bands, GROUPs)
     known: np.ndarray  # those whose windows lie in the segment
     means: np.ndarray  # (bands, BLOCKs)
@@ -113,14 +114,14 @@ class Survey:
         self.margin = beside + EDGE, beside + max(scale.forward, GROUP) + EDGE
         block = BLOCK * scale.hop / self.rate
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
-        self.part_freedom = PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
-        self.mean_freedom = degrees_of_freedom(self.bands, PER)
+        self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
+        self.mean_bias = quantile_bias(degrees_of_freedom(self.bands, PER))
         self.frame_freedom = degrees_of_freedom(self.bands, 1)
         self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
 
-    def add(self, window: Window) -> None:
-        """Take the next window of the record."""
-        self.slabs.append(self._slab(window))
+    def add(self, window: Window, greatest: float) -> None:
+        """Take the next window of the record, and the greatest magnitude in its core."""
+        self.slabs.append(self._slab(window, greatest))
         while sum(slab.blocks for slab in self.slabs[self.done + 1 :]) >= self.within:
             self._settle()
 
@@ -129,7 +130,7 @@ class Survey:
         while self.done < len(self.slabs):
             self._settle()
 
-    def _slab(self, window: Window) -> Slab:
+    def _slab(self, window: Window, greatest: float) -> Slab:
         scale, (left, right) = self.scale, self.margin
         hop = scale.hop
         core = window.core
@@ -146,9 +147,12 @@ class Survey:
         # From two GROUPs before the first of the core to two after its last.
         begin = left - 2 * GROUP + PART * np.arange(GROUP // PART * (groups + 4))
         reach = slice(begin[0], begin[-1] + PART)
-        parts = power[:, reach].reshape(scale.octaves, -1, PART).mean(axis=2)
+        parts = power[:, reach].reshape(scale.octaves, -1, PART)
+        while parts.shape[2] > 1:  # faster than a mean of so few
+            parts = parts[:, :, ::2] + parts[:, :, 1::2]
+        parts = parts[:, :, 0] / PART
         whole = (begin >= real[0]) & (begin + PART <= real[1])
-        silent = (whole & (parts.sum(axis=0) == 0.0)).reshape(-1, GROUP // PART).all(axis=1)
+        silent = (whole & (parts == 0.0).all(axis=0)).reshape(-1, GROUP // PART).all(axis=1)
         touched = silent.copy()
         touched[1:] |= silent[:-1]
         touched[:-1] |= silent[1:]
@@ -165,6 +169,9 @@ class Survey:
         means = np.empty((len(fine), -(-groups // PER)))
         group_means(fine, heard, PER, means)
         sounding = whole_blocks(heard[None], PER)[0].reshape(-1, PER).any(axis=1)
+        parts = whole_blocks(parts[:, core_parts], BLOCK // PART)
+        levels = np.empty((len(parts), means.shape[1]))
+        group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
         resolution = 0.0
         if np.issubdtype(core.dtype, np.floating):
             resolution = float(np.finfo(core.dtype).eps)
@@ -177,14 +184,15 @@ class Survey:
             (scale.past - first, last),
             after,
             before,
-            whole_blocks(parts[:, core_parts], BLOCK // PART),
+            parts,
             whole_blocks(counted[None, core_parts], BLOCK // PART)[0],
+            levels,
             fine,
             known,
             means,
             sounding,
             silent[inner],
-            max(-float(core.min()), float(core.max())),
+            greatest,
             resolution,
         )
 
@@ -239,15 +247,14 @@ class Survey:
         found = []
         parts = np.concatenate([slab.parts for slab in beside], axis=1)
         sound = np.concatenate([slab.parts_sound for slab in beside])
-        octaves = np.empty((len(parts), parts.shape[1] // per))
-        group_means(parts, np.ones(parts.shape[1], np.bool_), per, octaves)
-        noise = noise_power(parts[:, near], sound[near], self.part_freedom)
+        octaves = np.concatenate([slab.levels for slab in beside], axis=1)
+        noise = noise_power(parts[:, near], sound[near], self.part_bias)
         self.noise.append(noise)
         rounding = np.full(len(noise), max(slab.resolution for slab in beside) * greatest) ** 2
         found.append((np.maximum(noise, rounding), octaves))
         bands = np.concatenate([slab.means for slab in beside], axis=1)
         sound = np.concatenate([slab.means_sound for slab in beside])
-        noise = noise_power(bands[:, begin:end], sound[begin:end], self.mean_freedom)
+        noise = noise_power(bands[:, begin:end], sound[begin:end], self.mean_bias)
         rounding = (ROUNDING * greatest) ** 2 * self.bands.gain
         found.append((np.maximum(noise, rounding), bands))
         out = []

@@ -11,8 +11,9 @@ from scipy import signal
 from benchmarks.recordings import microphone, score
 from impactsig.detect._merge import group_starts
 from impactsig.detect._sound import CORE, detect_sound, scale_at
+from impactsig.detect._sound_bands import degrees_of_freedom
 from impactsig.detect._sound_kernels import EDGE, octave_powers
-from impactsig.detect._sound_survey import SAMPLED, Survey
+from impactsig.detect._sound_survey import PER, SAMPLED, Survey
 from impactsig.detect._stream import Piece
 from impactsig.detect._windows import windows
 from impactsig.errors import InvalidInput
@@ -392,7 +393,7 @@ def surveyed(x, rate):
     scale = scale_at(rate)
     survey = Survey(scale, rate)
     for window in windows([Piece(0, x)], CORE * scale.hop):
-        survey.add(window)
+        survey.add(window, float(np.abs(window.core).max()))
     survey.finish()
     return survey
 
@@ -406,7 +407,7 @@ def test_twin(rate):
     (passage,) = survey.passages
     c = naive_sound.octave_rise(x, scale, rate, CORE)
     np.testing.assert_allclose(np.concatenate(passage.octaves), c[::SAMPLED], atol=1e-6)
-    freedom = survey.mean_freedom, survey.frame_freedom
+    freedom = degrees_of_freedom(survey.bands, PER), survey.frame_freedom
     b, likelihood, known = naive_sound.band_rise(
         x, rate, survey.bands.hop, survey.bands, freedom, survey.lag, CORE // 16
     )

@@ -12,7 +12,7 @@ from benchmarks.recordings import score
 from benchmarks.sound_timing import MODES, band_limited, crossing
 from impactsig.detect._shared_modes import LEARN, SharedModes
 from impactsig.detect._shared_modes_fit import modes_behind, shared_exponents
-from impactsig.detect._shared_modes_kernels import crossings, log_probability
+from impactsig.detect._shared_modes_kernels import add_lagged_products, crossings, log_probability
 from impactsig.detect._sound import detect_sound
 from impactsig.detect._sound_edge import (
     PARTS,
@@ -24,7 +24,6 @@ from impactsig.detect._sound_edge import (
     step_modes,
 )
 from impactsig.detect._stream import Piece
-from impactsig.detect._windows import windows
 from tests import naive_sound
 
 RATE = 8000.0
@@ -133,16 +132,27 @@ def test_neither_division_into_blocks_nor_unit_matters():
 def test_no_more_than_the_sounds_learned_from_are_kept():
     truth = band_limited(8000, "sox", 30.0, 206, modes=MODES["three"], count=60)
     modes = SharedModes(8000.0, 1, 2)
-    window = next(iter(windows([Piece(0, truth.samples)], len(truth.samples))))
     attacks = np.rint(truth.time * 8000) - 0.5
     for _ in range(10):
-        modes.add(window, attacks)
+        modes.add(truth.samples, (0, len(truth.samples)), attacks)
         assert sum(len(waves) for waves in modes.held) < LEARN
     assert modes.learned
     assert len(modes.timing().shift) == 10 * len(attacks)
 
 
 # The parts.
+
+
+@pytest.mark.parametrize("size", [40, 111])
+def test_lagged_products_are_those_of_the_hankel_matrix(size):
+    ring = np.exp(-np.arange(200) / 30) * np.cos(0.9 * np.arange(200))
+    width = size // 2
+    hankel = ring[np.arange(size - width + 1)[:, None] + np.arange(width)]
+    total = np.ones((width, width))
+    add_lagged_products(ring, len(hankel), 0.5, total)
+    np.testing.assert_allclose(
+        np.triu(total), np.triu(1.0 + 0.5 * hankel.T @ hankel), rtol=0.0, atol=1e-14
+    )
 
 
 @pytest.mark.parametrize("response", [cliff(1.0), cliff(0.9), slope()])
