@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from ._faults import with_faults
+from ._fits import Fit, least_squares
 from ._kernel_sum import FLOOR, LARGEST, LEAST_PAIRS, KernelSum, kernel_sum
 from ._noise import Noise
 from ._slope import Slope, slope
@@ -54,6 +55,7 @@ class Setting(NamedTuple):
     unit: float
     resolution: float
     workers: int | None
+    fit: Fit = least_squares
 
     def sums(
         self,
@@ -159,7 +161,7 @@ def _read(given: Setting, noise: Noise, embedding: int | None) -> _Read | None:
         sums = given.sums(noise, m, given.scales, largest)
         if sums is None or len(sums.scales) < 3:
             return read
-        read = _Read(m, sums, slope(sums))
+        read = _Read(m, sums, slope(sums, given.fit))
         wanted = min(math.floor(2 * read.slope.value) + 1, MOST_EMBEDDING)
         if embedding is not None or wanted <= m:
             wanted = m
@@ -174,7 +176,7 @@ def _again(
 ) -> float | None:
     """The slope over the same scales of another embedding, noise or series."""
     sums = given.sums(noise, m, read.slope.scales, values=values)
-    return None if sums is None or len(sums.scales) < 3 else slope(sums).value
+    return None if sums is None or len(sums.scales) < 3 else slope(sums, given.fit).value
 
 
 def _moved_by_noise(given: Setting, noise: Noise, read: _Read) -> float:
@@ -190,7 +192,7 @@ def _moved_by_noise(given: Setting, noise: Noise, read: _Read) -> float:
         sums = given.sums(one, read.embedding, (floor, top))
         if sums is None or len(sums.scales) < 3:
             return 0.5
-        moved.append(slope(sums).value)
+        moved.append(slope(sums, given.fit).value)
     return abs(moved[1] - moved[0])
 
 
@@ -211,7 +213,7 @@ def _rise(given: Setting, noise: Noise, read: _Read) -> float:
     if sums is None or len(sums.scales) < 3:
         return math.inf
     same = read.sums.largest(len(sums.scales))
-    return slope(sums).value - slope(same).value
+    return slope(sums, given.fit).value - slope(same, given.fit).value
 
 
 def _why_not(given: Setting, noise: Noise, read: _Read, value: float) -> tuple[str, str]:

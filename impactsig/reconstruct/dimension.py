@@ -12,6 +12,7 @@ from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ._arguments import finite_range
+from ._fits import Fit, FitName, fit_of
 from ._kinds import Kind
 from ._series import series, stretches, unbroken
 from ._theiler import theiler_window
@@ -235,6 +236,7 @@ def correlation_dimension(
     spurious: float | None = None,
     resolution: float | None = None,
     contraction: float | None = None,
+    fit: FitName | Fit = "least squares",
     workers: int | None = None,
 ) -> CorrelationDimension:
     r"""The slope of the correlation sum between two scales, and the dimension where it is one.
@@ -248,7 +250,7 @@ def correlation_dimension(
     whose mean is exactly that without noise. It grows as H^D2. The slope of ln K against ln H is
     read by least squares from H1 to H2: H1 is the greatest of 1.5 standard deviations of the noise,
     twice the resolution and the scale whose kernel sums to 60 pairs; at H2 is K = 0.03 (0.01 where
-    the slope is above 1.5).
+    the slope is above 1.5). `fit` reads it otherwise.
 
     The slope is the primary result. Its interval is for the noise-free slope between the same two
     scales; it covers chance (a jackknife of 16 blocks of time) and, where they are, the doubt about
@@ -290,6 +292,9 @@ def correlation_dimension(
     contraction : float, optional
         By how many e-folds areas shrink from impact to impact; adds D1 by Kaplan and Yorke. Of an
         oscillator with one stop, 2 ln(1 / r) plus twice the damping rate times the mean interval.
+    fit : {"least squares", "theil-sen"} or callable
+        How the slope is read: the line through all scales, the median of the slopes between any
+        two, or a function fit(x, y) of ln H and ln K that returns the slope.
     workers : int, optional
         Threads of the counting; the result does not depend on it.
 
@@ -307,6 +312,7 @@ def correlation_dimension(
     m = None if dimension is None else whole("dimension", dimension, 1)
     delay = whole("delay", delay, 1)
     workers = workers if workers is None else whole("workers", workers, 1)
+    rule = fit_of(fit)
     step = None if resolution is None else number("resolution", resolution, above=0)
     chosen = None if scales is None else _scales(scales)
     timing_error, value_error = _stated(timing_error, value_error)
@@ -354,6 +360,7 @@ def correlation_dimension(
         unit,
         step,
         workers,
+        rule,
     )
     noise = _noise(impacts, timing_error, value_error, step, setting)
     found = _dimension.estimate(setting, noise, m)
