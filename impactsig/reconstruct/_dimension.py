@@ -26,8 +26,12 @@ FIRST_EMBEDDING, MOST_EMBEDDING = 3, 8
 STEEP, LARGEST_STEEP = 1.5, 0.01
 """Above that slope the extent of the attractor shows from this K on."""
 
-RISES = 0.4
-"""What a further coordinate may add to the slope; of noise it adds nearly one."""
+RISES = 0.15
+"""What a further coordinate may add to the slope; of noise it adds nearly one.
+
+Where a motion expands distances beyond the scales within the time of a vector, its last coordinates
+look like noise, and the slope is too high by about as much.
+"""
 
 DOSES = 3
 """Times that missed and spurious impacts are put in once more."""
@@ -140,10 +144,11 @@ def estimate(given: Setting, noise: Noise, embedding: int | None) -> Correlation
         slope_errors=reach * found.local_errors,
         warnings=tuple(warnings),
     )
-    reason, needed = _why_not(given, noise, read, value)
+    rise = _rise(given, noise, read) if found.span >= LEAST_SPAN else 0.0
+    reason, needed = _why_not(given, noise, read, value, rise)
     if reason:
         return CorrelationDimension("slope", None, None, reason=reason, needed=needed, **common)
-    half = reach * math.hypot(*errors.values(), KAPPA / found.span)
+    half = reach * math.hypot(*errors.values(), KAPPA / found.span, max(rise, 0.0))
     return CorrelationDimension("dimension", value, (value - half, value + half), **common)
 
 
@@ -216,7 +221,9 @@ def _rise(given: Setting, noise: Noise, read: _Read) -> float:
     return slope(sums, given.fit).value - slope(same, given.fit).value
 
 
-def _why_not(given: Setting, noise: Noise, read: _Read, value: float) -> tuple[str, str]:
+def _why_not(
+    given: Setting, noise: Noise, read: _Read, value: float, rise: float
+) -> tuple[str, str]:
     """Why the slope is not the dimension of the attractor, and what would be needed."""
     span, (low, top) = read.slope.span, read.slope.scales
     unit = given.unit
@@ -229,13 +236,13 @@ def _why_not(given: Setting, noise: Noise, read: _Read, value: float) -> tuple[s
     if read.embedding >= MOST_EMBEDDING:
         return f"the slope asks for more than {MOST_EMBEDDING} coordinates", "a simpler motion"
     if span >= LEAST_SPAN:
-        rise = _rise(given, noise, read)
         if rise <= RISES:
             return "", ""
         return (
             f"the slope still rises with a further coordinate, from {read.slope.value:.2f} by "
-            f"{rise:.2f}, as that of noise does",
-            "less noise, or more impacts",
+            f"{rise:.2f}, as that of noise does, or of a motion that expands distances beyond "
+            "these scales within a vector",
+            "smaller scales: less noise, or more impacts",
         )
     wanted = top * math.exp(-LEAST_SPAN)
     limit = FLOOR * noise.of_value

@@ -204,9 +204,10 @@ class CorrelationDimension:
         if self.dimension is None or self.interval is None:
             needed = f" (needed: {self.needed})" if self.needed else ""
             return f"{words}; no dimension of the attractor: {self.reason}{needed}"
+        covers += ["the choice of scales", "that of the embedding"]
         return (
             f"correlation dimension {self.dimension:.2f}, 95 % interval {self.interval[0]:.2f} to "
-            f"{self.interval[1]:.2f} (covers {_listed([*covers, 'the choice of scales'])}); {words}"
+            f"{self.interval[1]:.2f} (covers {_listed(covers)}); {words}"
         )
 
     def plot(self, figure: Figure | SubFigure | None = None) -> Any:
@@ -256,8 +257,9 @@ def correlation_dimension(
     scales; it covers chance (a jackknife of 16 blocks of time) and, where they are, the doubt about
     an estimated noise and missed and spurious impacts. It is taken for the dimension D2 of the
     attractor where the scales span W = 1.6 e-folds at least and a further coordinate adds no more
-    than 0.4. The interval of the dimension also covers the choice of scales: a slope over W e-folds
-    misses the limit by 0.15 / W, as a standard error.
+    than 0.15. The interval of the dimension also covers the choice of scales, since a slope over W
+    e-folds misses the limit by 0.15 / W, as a standard error, and that of the embedding, by what a
+    further coordinate adds.
 
     Constant, periodic (also but for noise, or as `identify_period` says), quasi-periodic series and
     linear noise are recognised before anything is counted.

@@ -372,6 +372,31 @@ def test_too_few_impacts_say_how_many_are_needed():
     assert more.dimension is not None
 
 
+EXPANDING = {"five-fold": lambda x: 5 * x % 1, "Gauss": lambda x: 1 / x % 1}
+
+
+@pytest.mark.parametrize("name", EXPANDING)
+def test_strongly_expanding_maps_have_dimension_1_or_are_refused(name):
+    """Both fill [0, 1]; five-fold expansion is 125 over a vector, that of Gauss is unbounded.
+
+    The last coordinates then look like noise at all scales that 500 values reach: Gauss' map once
+    had a dimension of 1.2 to 1.5.
+    """
+    refused = 0
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        x = rng.uniform(size=500)
+        for i in range(1, 500):  # binary digits run out
+            x[i] = (EXPANDING[name](x[i - 1]) + 1e-15 * rng.uniform()) % 1
+        found = correlation_dimension(x, value_error=0.0)
+        if found.dimension is None:
+            refused += "still rises with a further coordinate" in found.reason
+        else:
+            assert found.interval[0] < 1 < found.interval[1]
+    assert refused > 0
+    assert found.slope is not None
+
+
 # -- missed and spurious impacts -------------------------------------------------------------
 
 
@@ -437,7 +462,7 @@ def test_the_result_carries_its_evidence(attractor):
     assert slope.span >= 1.6
     assert attractor.scales.shape == attractor.sums.shape == attractor.slopes.shape
     assert attractor.scales[[0, -1]] == pytest.approx(slope.scales)
-    assert "covers chance and the choice of scales" in str(attractor)
+    assert "covers chance, the choice of scales and that of the embedding)" in str(attractor)
 
 
 def test_scales_given_are_the_scales_used():
