@@ -6,9 +6,9 @@ Truths: D2 of the beam's intervals over whole lacunar periods of 10^7 of them, 1
 constant was chosen. That of a slope is the slope of a long noise-free series over the same scales.
 
 Every series adds a line to results/coverage.jsonl, so that a run that is broken off goes on where
-it was; the table is made of all lines there are.
+it was; `benchmarks.coverage_page` makes docs/dimension_coverage.md of all lines there are.
 
-    python -m benchmarks.coverage [--series 200] [--case WORD ...] [--table]
+    python -m benchmarks.coverage [--series 200] [--case WORD ...]
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from impactsig import Impacts, correlation_dimension, scenes, simulate
 from tests import series
 
 LINES = Path(__file__).parent / "results" / "coverage.jsonl"
-TABLE = LINES.with_suffix(".md")
 SIZES = (500, 2000, 10_000)
 LONG = 200_000
 BEAMS = {20.1: (1.113, 1.1219), 20.3355: (1.0555, 1.0603)}
@@ -295,45 +294,66 @@ def true_slope(case: Case, line: dict) -> float:
     return float(np.polyfit(at, np.interp(at, logs, sums), 1)[0])
 
 
+HEAD = (
+    "| case | series | slope held [%] | ± | D2 | answered [%] | held [%] | ± "
+    "| D1 | held [%] | ± |\n"
+    "|---|---|---|---|---|---|---|---|---|---|---|\n"
+)
+
+
 def summed_up(case: Case, lines: list[dict]) -> str:
     """A row of the table."""
 
-    def cell(name: str, truths: list[float]) -> str:
+    def cells(name: str, truths: list[float]) -> str:
         known = [
             (line[name], truth)
             for line, truth in zip(lines, truths, strict=True)
             if name in line and np.isfinite(truth)
         ]
         if not known:
-            return "-"
+            return "– | –"
         held = np.mean([one[1] - 1e-9 <= truth <= one[2] + 1e-9 for one, truth in known])
         half = np.mean([(one[2] - one[1]) / 2 for one, _ in known])
-        return f"{100 * held:.0f} ± {half:.3f}"
+        return f"{100 * held:.0f} | {half:.3f}"
+
+    def truth(value: float) -> str:
+        return f"{value:.4g}" if np.isfinite(value) else "–"
 
     slopes = [true_slope(case, line) if case.long and "slope" in line else np.nan for line in lines]
     answered = np.mean([line.get("d2") is not None for line in lines])
     return (
-        f"| {case.name} | {len(lines)} | {cell('slope', slopes)} | {100 * answered:.0f} | "
-        f"{cell('d2', len(lines) * [case.d2])} | {cell('d1', len(lines) * [case.d1])} |"
+        f"| {case.name} | {len(lines)} | {cells('slope', slopes)} | {truth(case.d2)} | "
+        f"{100 * answered:.0f} | {cells('d2', len(lines) * [case.d2])} | {truth(case.d1)} | "
+        f"{cells('d1', len(lines) * [case.d1])} |"
     )
 
 
-def main() -> None:
-    """Go on with the series that are missing, then write the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--series", type=int, default=200)
-    parser.add_argument("--case", nargs="*", default=[], help="words that a name must hold")
-    parser.add_argument("--table", action="store_true", help="only write the table")
-    chosen = parser.parse_args()
-    cases = [*known_noise(), *unseen(), *recognised()]
+def all_cases() -> list[Case]:
+    """In the order of the table."""
+    return [*known_noise(), *unseen(), *recognised()]
+
+
+def lines_there_are() -> dict[str, list[dict]]:
+    """What was measured so far, by case."""
     lines: dict[str, list[dict]] = defaultdict(list)
-    LINES.parent.mkdir(exist_ok=True)
     if LINES.exists():
         for text in LINES.read_text(encoding="utf-8").splitlines():
             line = json.loads(text)
             lines[line["case"]].append(line)
-    for case in cases:
-        if chosen.table or not all(word in case.name for word in chosen.case):
+    return lines
+
+
+def main() -> None:
+    """Go on with the series that are missing."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--series", type=int, default=200)
+    parser.add_argument("--case", nargs="*", default=[], help="words that a name must hold")
+    chosen = parser.parse_args()
+    LINES.parent.mkdir(exist_ok=True)
+    lines = lines_there_are()
+    print(HEAD, end="")
+    for case in all_cases():
+        if not all(word in case.name for word in chosen.case):
             continue
         done = {line["seed"] for line in lines[case.name]}
         with LINES.open("a", encoding="utf-8") as file:
@@ -343,12 +363,6 @@ def main() -> None:
                     lines[case.name].append(line)
                     file.write(json.dumps(line) + "\n")
         print(summed_up(case, lines[case.name]), flush=True)
-    rows = [summed_up(case, lines[case.name]) for case in cases if lines[case.name]]
-    head = (
-        "| case | series | slope held [%] ± half-width | D2 answered [%] | D2 held | D1 held |\n"
-        "|---|---|---|---|---|---|\n"
-    )
-    TABLE.write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

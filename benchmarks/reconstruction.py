@@ -174,6 +174,43 @@ def _beside_kdtree(x: np.ndarray, m: int, radii: np.ndarray, rounds: int) -> dic
     }
 
 
+def kernel_beside_kdtree(n: int = 10_000) -> list[dict]:
+    """The Gaussian kernel at the scales of its rule beside counts within the same radii."""
+    from scipy.spatial import cKDTree
+
+    from impactsig.reconstruct._kernel_sum import kernel_sum
+    from tests import series
+
+    rows = []
+    for name, x, m, noise in (
+        ("Henon", henon(n), 2, 0.0),
+        ("Henon", henon(n), 3, 0.0),
+        ("Henon", henon(n), 3, 0.01),
+        ("Lorenz", series.lorenz_intervals(n), 5, 0.0),
+        ("Lorenz", series.lorenz_intervals(n), 5, 0.02),
+    ):
+        sd = float(np.std(x))
+        covariance = (noise * sd) ** 2 * np.eye(m)
+        x = series.noisy(x, noise)
+        vectors = naive_reconstruct.delay_vectors(x, m, 1)
+
+        def ours(x=x, m=m, covariance=covariance):
+            return kernel_sum(x, m, 1, 4, covariance, workers=1)
+
+        scales = ours().scales
+        times = turns({"ours": ours} | {
+            f"cKDTree, p = {p:g}": lambda p=p, v=vectors, h=scales: (
+                cKDTree(v).count_neighbors(cKDTree(v), h, p=p)
+            )
+            for p in (2, np.inf)
+        })  # fmt: skip
+        rows.append({"series": name, "m": m, "noise": noise, "scales": len(scales)})
+        rows[-1]["s"] = float(np.median(times["ours"]))
+        for tool in list(times)[1:]:
+            rows[-1][f"{tool}: time / ours"] = float(np.median(times[tool] / times["ours"]))
+    return rows
+
+
 def all_dimensions_speed(n: int = 20_000) -> list[dict]:
     """Dimensions 1 to 10 in one pass, and the largest alone, in one thread."""
     x = henon(n)
@@ -300,6 +337,7 @@ def main() -> None:
     sections = {
         "counting": counting_speed(),
         "beside cKDTree": beside_kdtree(),
+        "kernel beside cKDTree": kernel_beside_kdtree(),
         "all dimensions": all_dimensions_speed(),
         "dimensions": dimensions_found(),
         "recurrence": recurrence_speed(),

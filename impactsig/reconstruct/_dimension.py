@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from ._faults import with_faults
+from ._fits import Fit, least_squares
 from ._kernel_sum import FLOOR, LARGEST, LEAST_PAIRS, KernelSum, kernel_sum
 from ._noise import Noise
 from ._slope import Slope, slope
@@ -25,8 +26,12 @@ FIRST_EMBEDDING, MOST_EMBEDDING = 3, 8
 STEEP, LARGEST_STEEP = 1.5, 0.01
 """Above that slope the extent of the attractor shows from this K on."""
 
-RISES = 0.4
-"""What a further coordinate may add to the slope; of noise it adds nearly one."""
+RISES = 0.15
+"""What a further coordinate may add to the slope; of noise it adds nearly one.
+
+Where a motion expands distances beyond the scales within the time of a vector, its last coordinates
+look like noise, and the slope is too high by about as much.
+"""
 
 DOSES = 3
 """Times that missed and spurious impacts are put in once more."""
@@ -54,6 +59,7 @@ class Setting(NamedTuple):
     unit: float
     resolution: float
     workers: int | None
+    fit: Fit = least_squares
 
     def sums(
         self,
@@ -138,10 +144,11 @@ def estimate(given: Setting, noise: Noise, embedding: int | None) -> Correlation
         slope_errors=reach * found.local_errors,
         warnings=tuple(warnings),
     )
-    reason, needed = _why_not(given, noise, read, value)
+    rise = _rise(given, noise, read) if found.span >= LEAST_SPAN else 0.0
+    reason, needed = _why_not(given, noise, read, value, rise)
     if reason:
         return CorrelationDimension("slope", None, None, reason=reason, needed=needed, **common)
-    half = reach * math.hypot(*errors.values(), KAPPA / found.span)
+    half = reach * math.hypot(*errors.values(), KAPPA / found.span, max(rise, 0.0))
     return CorrelationDimension("dimension", value, (value - half, value + half), **common)
 
 
@@ -159,7 +166,7 @@ def _read(given: Setting, noise: Noise, embedding: int | None) -> _Read | None:
         sums = given.sums(noise, m, given.scales, largest)
         if sums is None or len(sums.scales) < 3:
             return read
-        read = _Read(m, sums, slope(sums))
+        read = _Read(m, sums, slope(sums, given.fit))
         wanted = min(math.floor(2 * read.slope.value) + 1, MOST_EMBEDDING)
         if embedding is not None or wanted <= m:
             wanted = m
@@ -174,7 +181,7 @@ def _again(
 ) -> float | None:
     """The slope over the same scales of another embedding, noise or series."""
     sums = given.sums(noise, m, read.slope.scales, values=values)
-    return None if sums is None or len(sums.scales) < 3 else slope(sums).value
+    return None if sums is None or len(sums.scales) < 3 else slope(sums, given.fit).value
 
 
 def _moved_by_noise(given: Setting, noise: Noise, read: _Read) -> float:
@@ -190,7 +197,7 @@ def _moved_by_noise(given: Setting, noise: Noise, read: _Read) -> float:
         sums = given.sums(one, read.embedding, (floor, top))
         if sums is None or len(sums.scales) < 3:
             return 0.5
-        moved.append(slope(sums).value)
+        moved.append(slope(sums, given.fit).value)
     return abs(moved[1] - moved[0])
 
 
@@ -211,10 +218,12 @@ def _rise(given: Setting, noise: Noise, read: _Read) -> float:
     if sums is None or len(sums.scales) < 3:
         return math.inf
     same = read.sums.largest(len(sums.scales))
-    return slope(sums).value - slope(same).value
+    return slope(sums, given.fit).value - slope(same, given.fit).value
 
 
-def _why_not(given: Setting, noise: Noise, read: _Read, value: float) -> tuple[str, str]:
+def _why_not(
+    given: Setting, noise: Noise, read: _Read, value: float, rise: float
+) -> tuple[str, str]:
     """Why the slope is not the dimension of the attractor, and what would be needed."""
     span, (low, top) = read.slope.span, read.slope.scales
     unit = given.unit
@@ -227,13 +236,13 @@ def _why_not(given: Setting, noise: Noise, read: _Read, value: float) -> tuple[s
     if read.embedding >= MOST_EMBEDDING:
         return f"the slope asks for more than {MOST_EMBEDDING} coordinates", "a simpler motion"
     if span >= LEAST_SPAN:
-        rise = _rise(given, noise, read)
         if rise <= RISES:
             return "", ""
         return (
             f"the slope still rises with a further coordinate, from {read.slope.value:.2f} by "
-            f"{rise:.2f}, as that of noise does",
-            "less noise, or more impacts",
+            f"{rise:.2f}, as that of noise does, or of a motion that expands distances beyond "
+            "these scales within a vector",
+            "smaller scales: less noise, or more impacts",
         )
     wanted = top * math.exp(-LEAST_SPAN)
     limit = FLOOR * noise.of_value

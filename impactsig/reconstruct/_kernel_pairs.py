@@ -1,188 +1,271 @@
 """Sums of a Gaussian kernel over pairs of points, at many scales at once, compiled.
 
-Two k-d trees are walked together. A pair of boxes is opened only at the scales at which the kernel
-between them is not negligible, and these are the largest ones, because the kernel falls with the
-scale.
+A k-d tree puts neighbours into leaves of as many points as are summed at once. For each leaf the
+tree is searched for the leaves with partners, once for all scales: two leaves are compared at the
+scales at which the kernel between their boxes is not negligible, and these are the largest ones,
+because the kernel falls with the scale.
 """
 
 from __future__ import annotations
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
 
 from .._compiled import njit
-from ._neighbors import LEAF, tree
+from ._neighbors import _part
 
-NEGLIGIBLE = 11.0
-"""Exponent beyond which a pair of boxes is left out: exp(-11) is 2e-5."""
+NEGLIGIBLE = 17.0
+"""Exponent beyond which pairs of leaves are left out: exp(-17) is 4e-8."""
 
-FARTHEST = np.float32(40.0)
-"""Exponents beyond it count as this one, whose exponential is 0 for any purpose."""
+LANES = 16
+"""Points of a leaf, and pairs that are summed at once."""
 
-LEAST = np.exp(-NEGLIGIBLE)
-"""Sum over a pair of leaves from which on smaller scales are left out."""
+TOGETHER = 4
+"""Leaves that are compared with one at once."""
 
-LANES = 32
-"""Pairs are summed in multiples of it."""
+LOG2_E = np.float32(1 / np.log(2))
 
-C0, C1, C2, C3, C4, C5 = (np.float32(1 / c) for c in (1, -1, 2, -6, 24, -120))
+TO_WHOLE = np.float32(1.5 * 2**23)
+"""What is added to it has no binary digits left behind the point."""
+
+LOWEST = np.float32(-126)
+"""Exponent of 2 below which a number is 0 for any purpose."""
+
+# 2^x between -1/2 and 1/2, by Chebyshev's nodes: wrong by 1e-7 of itself at most.
+_CHEBYSHEV = np.polynomial.Chebyshev.interpolate(np.exp2, 5, domain=[-0.5, 0.5])
+C0, C1, C2, C3, C4, C5 = _CHEBYSHEV.convert(kind=np.polynomial.Polynomial).coef.astype(np.float32)
 
 
-class Forest(NamedTuple):
-    """A tree for each block of time."""
+class Leaves(NamedTuple):
+    """A k-d tree; node k has the children 2k + 1 and 2k + 2, and all leaves but one are full."""
 
-    columns: np.ndarray  # (m, n + LEAF)
-    order: np.ndarray  # (n,)
-    inner: np.ndarray  # (blocks,), nodes that are no leaf
-    begin: np.ndarray  # (blocks, nodes)
-    end: np.ndarray
-    low: np.ndarray  # (blocks, nodes, m)
+    points: np.ndarray  # (m, n), in the order of the tree
+    times: np.ndarray  # (n,) of float64
+    blocks: np.ndarray  # (n,), of time
+    begin: np.ndarray  # (nodes,), where the points of a node begin
+    end: np.ndarray  # the same as `begin` where there are none
+    low: np.ndarray  # (nodes, m), the box around them
     high: np.ndarray
 
 
-def forest(vectors: np.ndarray, places: np.ndarray, starts: np.ndarray) -> Forest:
-    """The trees of the blocks vectors[starts[b] : starts[b + 1]]."""
-    n, m = vectors.shape
-    trees = [tree(vectors[a:b]) for a, b in itertools.pairwise(starts)]
-    shape = len(trees), max(len(one.begin) for one in trees)
-    columns, order = np.zeros((m, n + LEAF)), np.empty(n, np.int64)
-    begin, end = np.zeros(shape, np.int64), np.zeros(shape, np.int64)
-    low, high = np.zeros((*shape, m)), np.zeros((*shape, m))
-    for b, (start, one) in enumerate(zip(starts, trees, strict=False)):
-        nodes, block = len(one.begin), slice(start, start + len(one.order))
-        columns[:, block], order[block] = one.points.T, places[start + one.order]
-        begin[b, :nodes], end[b, :nodes] = start + one.begin, start + one.end
-        low[b, :nodes], high[b, :nodes] = one.low, one.high
-    inner = np.array([len(one.begin) // 2 for one in trees])
-    return Forest(columns, order, inner, begin, end, low, high)
+def leaves(vectors: np.ndarray, times: np.ndarray, blocks: np.ndarray) -> Leaves:
+    """The tree of the vectors, shape (n, m), with the time and block of each."""
+    points, order = np.array(vectors, order="C"), np.arange(len(vectors))
+    begin, end, low, high = _build(points, order)
+    return Leaves(
+        np.ascontiguousarray(points.T),
+        times[order].astype(np.float64),
+        blocks[order],
+        begin,
+        end,
+        low,
+        high,
+    )
 
 
-@njit(nogil=True, fastmath={"reassoc", "contract"})
-def _sum_of_exponentials(squares, count, ratios, exponents):
-    """Sum of exp(-32 ratios @ squares[:, p]) over all p, in single precision.
+@njit(nogil=True)
+def _build(points, order):
+    """The boxes of the points, which are put into the order of the tree, as is `order`."""
+    n, m = points.shape
+    levels = 0
+    while n > (LANES << levels):
+        levels += 1
+    nodes, inner = (2 << levels) - 1, (1 << levels) - 1
+    begin, end = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
+    low, high = np.full((nodes, m), np.inf), np.full((nodes, m), -np.inf)
+    end[0] = n
+    for k in range(nodes):
+        a, b = begin[k], end[k]
+        for i in range(a, b):
+            for d in range(m):
+                low[k, d] = min(low[k, d], points[i, d])
+                high[k, d] = max(high[k, d], points[i, d])
+        if k < inner:
+            widest = 0
+            for d in range(1, m):
+                if high[k, d] - low[k, d] > high[k, widest] - low[k, widest]:
+                    widest = d
+            full = (b - a + LANES - 1) // LANES
+            half = min(a + LANES * ((full + 1) // 2), b)
+            if half < b:
+                _part(points, order, a, b, half, widest)
+            begin[2 * k + 1], end[2 * k + 1] = a, half
+            begin[2 * k + 2], end[2 * k + 2] = half, b
+    return begin, end, low, high
 
-    exp(-q) is the 32nd power of a polynomial in q / 32, which runs in lanes; wrong by 4e-6 of
-    itself at most where q is below 5, by 1e-4 where it is negligible.
+
+@njit(nogil=True, fastmath={"contract"})
+def _square_differences(theirs, mine, count, squares, add):
+    """Squares of differences, in single precision; those of two coordinates are added up."""
+    for p in range(count):
+        gap = np.float32(theirs[p] - mine[p])
+        squares[p] = gap * gap + (squares[p] if add else np.float32(0))
+
+
+@njit(nogil=True)
+def _leave_out(theirs, mine, theiler, count, squares):
+    """Put pairs that are too close in time infinitely far apart."""
+    for p in range(count):
+        squares[p] = np.float32(np.inf) if abs(theirs[p] - mine[p]) <= theiler else squares[p]
+
+
+@njit(nogil=True, fastmath={"contract"})
+def _weigh(weight, squares, count, exponents, add):
+    for p in range(count):
+        exponents[p] = weight * squares[p] + (exponents[p] if add else np.float32(0))
+
+
+@njit(nogil=True)
+def _repeat(values, count, repeated):
+    """Each value for all points of a leaf."""
+    for r in range(count):
+        repeated[r * LANES : r * LANES + LANES] = values[r]
+
+
+@njit(nogil=True, fastmath={"contract"})
+def _add_exponentials(weight, exponents, count, blocks, sums, s):
+    """sums[blocks[r], s] += 2^(weight exponents[r]), in single precision.
+
+    The whole part of the exponent goes where a number has its own, 2 to the rest is a polynomial.
     """
-    for p in range(count):
-        exponents[p] = ratios[0] * squares[0, p]
-    for d in range(1, len(squares)):
-        for p in range(count):
-            exponents[p] += ratios[d] * squares[d, p]
-    total = np.float32(0.0)
-    for p in range(count):
-        x = min(exponents[p], FARTHEST / np.float32(32))
-        e = C0 + x * (C1 + x * (C2 + x * (C3 + x * (C4 + x * C5))))
-        e *= e
-        e *= e
-        e *= e
-        e *= e
-        total += e * e
-    return total
+    for r in range(count):
+        block = blocks[r]
+        for j in range(LANES):
+            x = max(weight * exponents[r * LANES + j], LOWEST)
+            whole = x + TO_WHOLE
+            x -= whole - TO_WHOLE
+            power = np.float32(C0 + x * (C1 + x * (C2 + x * (C3 + x * (C4 + x * C5)))))
+            bits = power.view(np.int32) + (np.float32(whole).view(np.int32) << 23)
+            sums[block, s, j] += np.int32(bits).view(np.float32)
 
 
 @njit(nogil=True)
-def _square_differences(mine, theirs, weights, squares):
-    """Weighted squares of differences by coordinate, or their sum where `squares` has one row."""
-    for d in range(len(weights)):
-        weight = weights[d]
-        for i in range(LEAF):
-            value = mine[d, i]
-            if d < len(squares):
-                for j in range(LEAF):
-                    squares[d, i, j] = weight * (theirs[d, j] - value) ** 2
-            else:
-                for j in range(LEAF):
-                    squares[0, i, j] += np.float32(weight * (theirs[d, j] - value) ** 2)
+def _add_lanes(added, b, blocks, start, many, sums):
+    """Sort what was added by the points of a leaf into their blocks."""
+    for j in range(many):
+        block = blocks[start + j]
+        for s in range(added.shape[1]):
+            sums[b, block, s] += added[b, s, j]
 
 
 @njit(nogil=True)
-def kernel_sums(trees: Forest, block, theiler, weights, sums):
-    """Add up exp(-sum_d weights[s, d] (p_d - q_d)^2) over pairs of points of a block and others.
+def _partners(tree, leaf, reaches, near, firsts, nodes, first_of):
+    """The leaves with partners, none that comes before the leaf itself, ascending in `firsts`.
+
+    That is the first of the scales at which their boxes are within `reaches`. `nodes` and
+    `first_of` are room to work in.
+    """
+    begin, end, low, high = tree.begin, tree.end, tree.low, tree.high
+    scales, inner = len(reaches), len(begin) // 2
+    found, top = 0, 1
+    nodes[0] = 0
+    while top > 0:
+        top -= 1
+        k = nodes[top]
+        if end[k] <= begin[leaf]:
+            continue
+        square = 0.0
+        for d in range(low.shape[1]):
+            square += max(low[k, d] - high[leaf, d], low[leaf, d] - high[k, d], 0.0) ** 2
+        if not square <= reaches[-1]:
+            continue
+        if k < inner:
+            nodes[top], nodes[top + 1] = 2 * k + 1, 2 * k + 2
+            top += 2
+            continue
+        s = scales - 1
+        while s > 0 and square <= reaches[s - 1]:
+            s -= 1
+        # Unsorted from the end, where no node is any more.
+        found += 1
+        nodes[-found], first_of[-found] = k, s
+    sorted_ = 0
+    for s in range(scales):
+        for k in range(1, found + 1):
+            if first_of[-k] == s:
+                near[sorted_], firsts[sorted_] = nodes[-k], s
+                sorted_ += 1
+    return found
+
+
+@njit(nogil=True)
+def kernel_sums(tree: Leaves, part, parts, theiler, weights, sums):
+    """Add up exp(-sum_d weights[s, d] (p_d - q_d)^2) over pairs of points.
 
     Parameters
     ----------
-    trees : Forest
-        Pairs that are no more than `theiler` apart in time, by `order`, are left out.
-    block : int
-        Of one point; the other is in the same block, where each pair counts once, or in a later.
-    weights : ndarray, shape (scales, m)
-        Falling from scale to scale.
-    sums : ndarray, shape (blocks, scales)
-        What is added to, by the block of the other point.
+    tree : Leaves
+        Pairs that are no more than `theiler` apart in time are left out.
+    part, parts : int
+        Every how many leaves are done, and which; of a pair of leaves the one that comes first.
+    weights : ndarray, shape (scales, columns)
+        Falling from scale to scale, the last ones 1; one column where all coordinates have the
+        same.
+    sums : ndarray, shape (blocks, blocks, scales)
+        What is added to, by the blocks of both points in no order.
     """
-    scales, m = weights.shape
-    largest = weights[-1]
-    # Without noise all coordinates have the same weight, and their squares are added up first.
-    rows = 1 if np.all(weights == weights[:, :1]) else m
-    ratios = (weights[:, :rows] / (32 * largest[:rows])).astype(np.float32)
-    squares = np.empty((rows, LEAF + 4, LEAF), np.float32)
-    flat = squares.reshape(rows, -1)
-    squares[:] = np.inf
-    exponents = np.empty(flat.shape[1], np.float32)
-    mine, theirs = np.empty((m, LEAF)), np.empty((m, LEAF))
-    nodes, gaps = np.empty((1024, 3), np.int64), np.empty(m)
-    low, high = trees.low, trees.high
-    times = trees.order[trees.begin[block, 0] : trees.end[block, 0]]
-    for other in range(block, len(trees.inner)):
-        if trees.end[block, 0] == trees.begin[block, 0] or (
-            trees.end[other, 0] == trees.begin[other, 0]
-        ):
+    m, scales = len(tree.points), len(weights)
+    begin, end = tree.begin, tree.end
+    columns = weights.shape[1]
+    negative = (-LOG2_E * weights).astype(np.float32)
+    reaches = np.empty(scales)
+    for s in range(scales):
+        reaches[s] = NEGLIGIBLE / weights[s].min()
+    size = LANES * TOGETHER * LANES
+    theirs, mine = np.empty((m + 1, size)), np.empty(size)
+    squares, exponents = np.empty((columns, size), np.float32), np.empty(size, np.float32)
+    values, upto = np.empty(LANES * TOGETHER), np.zeros(TOGETHER + 1, np.int64)
+    line, blocks = np.empty(LANES * TOGETHER, np.int64), np.empty(LANES * TOGETHER, np.int64)
+    near, firsts = np.empty(len(begin), np.int64), np.empty(len(begin), np.int64)
+    nodes, first_of = np.empty(len(begin) + 2, np.int64), np.empty(len(begin) + 2, np.int64)
+    added = np.empty((len(sums), scales, LANES), np.float32)
+    lanes = np.empty(LANES)
+    for leaf in range(len(begin) // 2 + part, len(begin), parts):
+        start, many = begin[leaf], end[leaf] - begin[leaf]
+        if many == 0:
             continue
-        same = block == other
-        later = trees.order[trees.begin[other, 0] : trees.end[other, 0]]
-        may_be_close = later.min() - times.max() <= theiler
-        nodes[0] = 0
-        top = 1
-        while top > 0:
-            top -= 1
-            a, b, first = nodes[top, 0], nodes[top, 1], nodes[top, 2]
-            for d in range(m):
-                gap = max(
-                    low[block, a, d] - high[other, b, d], low[other, b, d] - high[block, a, d]
-                )
-                gaps[d] = max(gap, 0.0) ** 2
-            while first < scales:
-                least = 0.0
+        for d in range(m + 1):
+            lanes[many:] = np.inf
+            for j in range(many):
+                lanes[j] = tree.points[d, start + j] if d < m else tree.times[start + j]
+            for r in range(LANES * TOGETHER):
+                for j in range(LANES):
+                    theirs[d, r * LANES + j] = lanes[j]
+        added[:] = 0
+        found = _partners(tree, leaf, reaches, near, firsts, nodes, first_of)
+        for at in range(0, found, TOGETHER):
+            count, left = 0, min(TOGETHER, found - at)
+            for k in range(left):
+                for i in range(begin[near[at + k]], end[near[at + k]]):
+                    line[count], blocks[count] = i, tree.blocks[i]
+                    count += 1
+                upto[k + 1] = count
+            for d in range(m + 1):
+                for r in range(count):
+                    values[r] = tree.points[d, line[r]] if d < m else tree.times[line[r]]
+                _repeat(values, count, mine)
+                column = min(d, columns - 1)
+                if d < m:
+                    add = d > column
+                    _square_differences(theirs[d], mine, count * LANES, squares[column], add)
+                else:
+                    _leave_out(theirs[m], mine, theiler, count * LANES, squares[0])
+            for r in range(count):
+                # Each pair of a leaf with itself once.
+                if line[r] < start + many:
+                    for j in range(line[r] - start + 1):
+                        squares[0, r * LANES + j] = np.inf
+            for s in range(scales - 1, -1, -1):
+                while left > 0 and firsts[at + left - 1] > s:
+                    left -= 1
+                if left == 0:
+                    break
+                if columns == 1:
+                    _add_exponentials(negative[s, 0], squares[0], upto[left], blocks, added, s)
+                    continue
                 for d in range(m):
-                    least += weights[first, d] * gaps[d]
-                if least <= NEGLIGIBLE:
-                    break
-                first += 1
-            if first == scales:
-                continue
-            opened, other_opened = a < trees.inner[block], b < trees.inner[other]
-            if opened or other_opened:
-                for i in range(2 if opened else 1):
-                    for j in range(2 if other_opened else 1):
-                        left = 2 * a + 1 + i if opened else a
-                        right = 2 * b + 1 + j if other_opened else b
-                        if same and right < left:
-                            continue
-                        nodes[top, 0], nodes[top, 1], nodes[top, 2] = left, right, first
-                        top += 1
-                continue
-            mine_from, begin = trees.begin[block, a], trees.begin[other, b]
-            size, many = trees.end[block, a] - mine_from, trees.end[other, b] - begin
-            for d in range(m):
-                for i in range(size):
-                    mine[d, i] = trees.columns[d, mine_from + i]
-                for j in range(many):
-                    theirs[d, j] = trees.columns[d, begin + j]
-                mine[d, size:], theirs[d, many:] = 0.0, np.inf
-            _square_differences(mine, theirs, largest, squares)
-            if may_be_close:
-                for i in range(size):
-                    for j in range(many):
-                        p, q = mine_from + i, begin + j
-                        if abs(trees.order[p] - trees.order[q]) <= theiler or (same and q <= p):
-                            squares[0, i, j] = np.inf
-            squares[0, size:] = np.inf
-            lanes = -(-size * LEAF // LANES) * LANES
-            for s in range(scales - 1, first - 1, -1):
-                total = _sum_of_exponentials(flat, lanes, ratios[s], exponents)
-                sums[other, s] += total
-                if total < LEAST:
-                    break
+                    _weigh(negative[s, d], squares[d], upto[left] * LANES, exponents, d > 0)
+                _add_exponentials(np.float32(1), exponents, upto[left], blocks, added, s)
+        for b in range(len(sums)):
+            _add_lanes(added, b, tree.blocks, start, many, sums)

@@ -16,8 +16,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
-from ._kernel_pairs import forest, kernel_sums
+from ._kernel_pairs import Leaves, kernel_sums, leaves
 from ._series import unbroken
 from ._threads import in_threads
 
@@ -45,6 +46,9 @@ VECTORS = 10_000
 SCALES = 160
 
 BLOCKS = 16
+
+PARTS = 16
+"""Parts of the sum, for threads."""
 
 
 class KernelSum(NamedTuple):
@@ -139,15 +143,18 @@ def kernel_sum(
     kept: list[tuple[np.ndarray, ...]] = []
     share = 1.0
     end = 0
+    stride, some_of = 0, None
     while end < len(scales):
-        stride = max(int(len(places) * share / VECTORS), 1)
+        before, stride = stride, max(int(len(places) * share / VECTORS), 1)
         begin, end = end, end + (AT_ONCE if stride > 1 else AT_ONCE_OF_ALL)
         some = scales[begin:end][::-1]
         share /= 2
         weights = 1 / (4 * (some[:, None] ** 2 - eigenvalues))
         factor = np.sqrt(np.prod(4 * some[:, None] ** 2 * weights, axis=1))
-        used = slice(stride // 2, None, stride)
-        sums, pairs = _by_block(vectors[used], places[used], theiler, weights, len(x), workers)
+        if some_of is None or stride != before:
+            used = slice(stride // 2, None, stride)
+            some_of = _Vectors.of(vectors[used], places[used], theiler, len(x))
+        sums, pairs = some_of.sums(theiler, weights, workers), some_of.pairs
         raw = sums.sum(axis=(0, 1))
         enough = raw >= LEAST_PAIRS
         first = len(some) - int(np.argmin(enough[::-1])) if not enough.all() else 0
@@ -185,31 +192,50 @@ def _largest_scale(
     def excess(log: float) -> float:
         width = math.exp(2 * log) - eigenvalues
         factor = math.sqrt(float(np.prod(math.exp(2 * log) / width)))
-        return factor * float(np.exp(-squares @ (0.25 / width)).mean()) - largest
+        exponents = squares @ (0.25 / width)
+        # What is beyond is no part of the mean, and slow where it underflows.
+        total = float(np.exp(-exponents[exponents < 40]).sum())
+        return math.log(max(factor * total / len(squares), 1e-17) / largest)
 
     if low >= high or excess(low) >= 0:
         return None
-    for _ in range(14):
-        middle = (low + high) / 2
-        low, high = (middle, high) if excess(middle) < 0 else (low, middle)
-    return math.exp(low)
+    return math.exp(brentq(excess, low, high, xtol=2e-3))
 
 
-def _by_block(
-    vectors: np.ndarray,
-    places: np.ndarray,
-    theiler: int,
-    weights: np.ndarray,
-    length: int,
-    workers: int | None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Sums and pairs by the blocks of both vectors, the earlier one first."""
-    starts = np.searchsorted(places * BLOCKS // length, np.arange(BLOCKS + 1))
-    trees = forest(vectors, places, starts)
-    sums = np.zeros((BLOCKS, BLOCKS, len(weights)))
-    in_threads(lambda b: kernel_sums(trees, b, theiler, weights, sums[b]), BLOCKS, workers)
-    # What comes after each vector, by block.
-    after = np.searchsorted(places, places + theiler, side="right")
-    partners = starts[1:] - np.clip(after[:, None], starts[:-1], starts[1:])
-    before = np.concatenate([np.zeros((1, BLOCKS)), np.cumsum(partners, axis=0)])
-    return sums, np.diff(before[starts], axis=0)
+class _Vectors(NamedTuple):
+    """Vectors to be summed over, in a tree, and pairs by the blocks of both, the earlier first."""
+
+    tree: Leaves
+    pairs: np.ndarray
+
+    @classmethod
+    def of(cls, vectors: np.ndarray, places: np.ndarray, theiler: int, length: int) -> _Vectors:
+        blocks = places * BLOCKS // length
+        starts = np.searchsorted(blocks, np.arange(BLOCKS + 1))
+        # What comes after each vector, by block.
+        after = np.searchsorted(places, places + theiler, side="right")
+        pairs = np.zeros((BLOCKS, BLOCKS))
+        for b in range(BLOCKS):
+            mine = after[starts[b] : starts[b + 1], None]
+            pairs[b] = (starts[1:] - np.clip(mine, starts[:-1], starts[1:])).sum(axis=0)
+        return cls(leaves(vectors, places, blocks), pairs)
+
+    def sums(self, theiler: int, weights: np.ndarray, workers: int | None) -> np.ndarray:
+        """Sums of the kernel by the blocks of both vectors, the earlier one first."""
+        root = np.sqrt(weights[-1])
+        tree = self.tree._replace(
+            points=self.tree.points * root[:, None],
+            low=self.tree.low * root,
+            high=self.tree.high * root,
+        )
+        weights = weights / weights[-1]
+        if np.all(weights == weights[:, :1]):
+            weights = np.ascontiguousarray(weights[:, :1])
+        sums = np.zeros((PARTS, BLOCKS, BLOCKS, len(weights)))
+        in_threads(
+            lambda k: kernel_sums(tree, k, PARTS, float(theiler), weights, sums[k]), PARTS, workers
+        )
+        total = sums.sum(axis=0)
+        lower = np.tril(np.ones((BLOCKS, BLOCKS)), -1)[..., None]
+        found: np.ndarray = total * (1 - lower) + (total * lower).swapaxes(0, 1)
+        return found

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from . import _jackknife
+from ._fits import Fit, least_squares
 from ._kernel_sum import KernelSum
+
+CHANGE = 1e-3
+"""Of ln K, by which the weight of a scale in a slope is found."""
 
 
 class Slope(NamedTuple):
@@ -25,18 +30,15 @@ class Slope(NamedTuple):
         return float(np.log(self.scales[1] / self.scales[0]))
 
 
-def slope(found: KernelSum) -> Slope:
-    """The least-squares slope over all scales, weighted evenly in ln H."""
+def slope(found: KernelSum, fit: Fit = least_squares) -> Slope:
+    """The slope over all scales, by any rule, and local ones between each scale's neighbours."""
     logs = np.log(found.scales)
-    centred = logs - logs.mean()
-    weights = (centred / (centred @ centred))[:, None]
-    value, error = _weighted(found, weights)
+    with np.errstate(divide="ignore"):
+        values = np.log(_jackknife.without_each(found.parts) / _jackknife.without_each(found.pairs))
+    value, error = _of(found, values, lambda y: np.array([fit(logs, y)]))
     local = np.full((2, len(logs)), np.nan)
     if len(logs) > 2:
-        around = np.zeros((len(logs), len(logs) - 2))
-        at = np.arange(len(logs) - 2)
-        around[at, at], around[at + 2, at] = -1, 1
-        local[:, 1:-1] = _weighted(found, around / (logs[2:] - logs[:-2]))
+        local[:, 1:-1] = _of(found, values, lambda y: (y[2:] - y[:-2]) / (logs[2:] - logs[:-2]))
     return Slope(
         float(value[0]),
         float(error[0]),
@@ -46,12 +48,25 @@ def slope(found: KernelSum) -> Slope:
     )
 
 
-def _weighted(found: KernelSum, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sums of ln K with such weights, shape (scales, sums), and their standard errors."""
-    sums = _jackknife.without_each(found.parts) / _jackknife.without_each(found.pairs)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        values = np.log(sums) @ weights
-    # To first order; the weights add up to 0, so that the numbers of pairs drop out.
+def _of(
+    found: KernelSum, values: np.ndarray, read: Callable[[np.ndarray], np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What `read` makes of ln K, and its standard errors by chance.
+
+    Parameters
+    ----------
+    values : ndarray, shape (1 + blocks, scales)
+        ln K of all vectors, and without each block.
+    """
+    of_all = read(values[0])
+    # Without a block there may be scales without a pair.
+    without = [read(one) if np.all(np.isfinite(one)) else of_all for one in values]
+    # To first order; weights add up to 0, so that the numbers of pairs drop out.
+    weights = np.array(
+        [
+            (read(values[0] + change) - read(values[0] - change)) / (2 * CHANGE)
+            for change in CHANGE * np.eye(len(values[0]))
+        ]
+    )
     parts = (found.parts / found.parts.sum(axis=(0, 1))) @ weights
-    known = np.where(np.isfinite(values), values, values[:1])
-    return values[0], np.sqrt(_jackknife.variance(known, parts))
+    return of_all, np.sqrt(_jackknife.variance(np.array(without), parts))

@@ -12,6 +12,7 @@ from .._arguments import number, whole
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ._arguments import finite_range
+from ._fits import Fit, FitName, fit_of
 from ._kinds import Kind
 from ._series import series, stretches, unbroken
 from ._theiler import theiler_window
@@ -203,9 +204,10 @@ class CorrelationDimension:
         if self.dimension is None or self.interval is None:
             needed = f" (needed: {self.needed})" if self.needed else ""
             return f"{words}; no dimension of the attractor: {self.reason}{needed}"
+        covers += ["the choice of scales", "that of the embedding"]
         return (
             f"correlation dimension {self.dimension:.2f}, 95 % interval {self.interval[0]:.2f} to "
-            f"{self.interval[1]:.2f} (covers {_listed([*covers, 'the choice of scales'])}); {words}"
+            f"{self.interval[1]:.2f} (covers {_listed(covers)}); {words}"
         )
 
     def plot(self, figure: Figure | SubFigure | None = None) -> Any:
@@ -235,6 +237,7 @@ def correlation_dimension(
     spurious: float | None = None,
     resolution: float | None = None,
     contraction: float | None = None,
+    fit: FitName | Fit = "least squares",
     workers: int | None = None,
 ) -> CorrelationDimension:
     r"""The slope of the correlation sum between two scales, and the dimension where it is one.
@@ -248,14 +251,15 @@ def correlation_dimension(
     whose mean is exactly that without noise. It grows as H^D2. The slope of ln K against ln H is
     read by least squares from H1 to H2: H1 is the greatest of 1.5 standard deviations of the noise,
     twice the resolution and the scale whose kernel sums to 60 pairs; at H2 is K = 0.03 (0.01 where
-    the slope is above 1.5).
+    the slope is above 1.5). `fit` reads it otherwise.
 
     The slope is the primary result. Its interval is for the noise-free slope between the same two
     scales; it covers chance (a jackknife of 16 blocks of time) and, where they are, the doubt about
     an estimated noise and missed and spurious impacts. It is taken for the dimension D2 of the
     attractor where the scales span W = 1.6 e-folds at least and a further coordinate adds no more
-    than 0.4. The interval of the dimension also covers the choice of scales: a slope over W e-folds
-    misses the limit by 0.15 / W, as a standard error.
+    than 0.15. The interval of the dimension also covers the choice of scales, since a slope over W
+    e-folds misses the limit by 0.15 / W, as a standard error, and that of the embedding, by what a
+    further coordinate adds.
 
     Constant, periodic (also but for noise, or as `identify_period` says), quasi-periodic series and
     linear noise are recognised before anything is counted.
@@ -290,6 +294,9 @@ def correlation_dimension(
     contraction : float, optional
         By how many e-folds areas shrink from impact to impact; adds D1 by Kaplan and Yorke. Of an
         oscillator with one stop, 2 ln(1 / r) plus twice the damping rate times the mean interval.
+    fit : {"least squares", "theil-sen"} or callable
+        How the slope is read: the line through all scales, the median of the slopes between any
+        two, or a function fit(x, y) of ln H and ln K that returns the slope.
     workers : int, optional
         Threads of the counting; the result does not depend on it.
 
@@ -307,6 +314,7 @@ def correlation_dimension(
     m = None if dimension is None else whole("dimension", dimension, 1)
     delay = whole("delay", delay, 1)
     workers = workers if workers is None else whole("workers", workers, 1)
+    rule = fit_of(fit)
     step = None if resolution is None else number("resolution", resolution, above=0)
     chosen = None if scales is None else _scales(scales)
     timing_error, value_error = _stated(timing_error, value_error)
@@ -354,6 +362,7 @@ def correlation_dimension(
         unit,
         step,
         workers,
+        rule,
     )
     noise = _noise(impacts, timing_error, value_error, step, setting)
     found = _dimension.estimate(setting, noise, m)

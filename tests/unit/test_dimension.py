@@ -280,8 +280,29 @@ def test_kernel_sums_are_those_of_the_slow_twin():
     covariance = Noise(0.01, 0.005, "").covariance(3, 1)
     found = kernel_sum(x, 3, 1, 4, covariance, given=(0.03, 0.4))
     expected = naive_reconstruct.kernel_sums(x, 3, 1, 4, covariance, found.scales)
-    np.testing.assert_allclose(found.sums, expected, rtol=2e-6)
+    np.testing.assert_allclose(found.sums, expected, rtol=2e-7)
     assert found.pairs.sum(axis=(0, 1)) == pytest.approx(118 * 117 / 2 - 4 * 118 + 10)
+
+
+@pytest.mark.parametrize("covariance", [np.zeros((2, 2)), Noise(0.01, 0.0, "").covariance(2, 1)])
+def test_kernel_sums_are_told_apart_by_the_blocks_of_both_vectors(covariance):
+    """Of many leaves, each with points of many blocks, and of scales that few of them reach."""
+    x = jittered(1200, 0.01)[1]
+    found = kernel_sum(x, 2, 1, 30, covariance, given=(0.02, 0.4), workers=2)
+    y = naive_reconstruct.delay_vectors(x, 2, 1)
+    block = np.arange(len(y)) * BLOCKS // len(x)
+    apart = np.subtract.outer(np.arange(len(y)), np.arange(len(y))) < -30
+    for k in (0, len(found.scales) - 1):
+        width = found.scales[k] ** 2 * np.eye(2) - covariance
+        gaps = y[:, None] - y
+        exponents = np.einsum("ijk,kl,ijl->ij", gaps, np.linalg.inv(width), gaps) / 4
+        kernel = np.where(apart, np.exp(-exponents), 0) * found.scales[k] ** 2
+        edges = np.searchsorted(block, np.arange(BLOCKS))
+        parts = np.add.reduceat(np.add.reduceat(kernel, edges, axis=0), edges, axis=1)
+        expected = parts / np.sqrt(np.linalg.det(width))
+        np.testing.assert_allclose(found.parts[..., k], expected, rtol=3e-7, atol=3e-7)
+        pairs = np.add.reduceat(np.add.reduceat(apart, edges, axis=0, dtype=int), edges, axis=1)
+        np.testing.assert_array_equal(found.pairs[..., k], pairs)
 
 
 def test_gaps_are_not_stepped_over_in_kernel_sums():
@@ -289,7 +310,7 @@ def test_gaps_are_not_stepped_over_in_kernel_sums():
     x[[50, 80]] = np.nan
     found = kernel_sum(x, 2, 1, 4, np.zeros((2, 2)), given=(0.03, 0.4))
     expected = naive_reconstruct.kernel_sums(x, 2, 1, 4, np.zeros((2, 2)), found.scales)
-    np.testing.assert_allclose(found.sums, expected, rtol=2e-6)
+    np.testing.assert_allclose(found.sums, expected, rtol=2e-7)
 
 
 @pytest.mark.parametrize("given", ["impacts", "timing_error", "estimated"])
@@ -349,6 +370,31 @@ def test_too_few_impacts_say_how_many_are_needed():
     assert 300 < needed < 3000
     more = correlation_dimension(lorenz_intervals(2 * needed), 4, theiler=6, value_error=0.0)
     assert more.dimension is not None
+
+
+EXPANDING = {"five-fold": lambda x: 5 * x % 1, "Gauss": lambda x: 1 / x % 1}
+
+
+@pytest.mark.parametrize("name", EXPANDING)
+def test_strongly_expanding_maps_have_dimension_1_or_are_refused(name):
+    """Both fill [0, 1]; five-fold expansion is 125 over a vector, that of Gauss is unbounded.
+
+    The last coordinates then look like noise at all scales that 500 values reach: Gauss' map once
+    had a dimension of 1.2 to 1.5.
+    """
+    refused = 0
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        x = rng.uniform(size=500)
+        for i in range(1, 500):  # binary digits run out
+            x[i] = (EXPANDING[name](x[i - 1]) + 1e-15 * rng.uniform()) % 1
+        found = correlation_dimension(x, value_error=0.0)
+        if found.dimension is None:
+            refused += "still rises with a further coordinate" in found.reason
+        else:
+            assert found.interval[0] < 1 < found.interval[1]
+    assert refused > 0
+    assert found.slope is not None
 
 
 # -- missed and spurious impacts -------------------------------------------------------------
@@ -416,7 +462,7 @@ def test_the_result_carries_its_evidence(attractor):
     assert slope.span >= 1.6
     assert attractor.scales.shape == attractor.sums.shape == attractor.slopes.shape
     assert attractor.scales[[0, -1]] == pytest.approx(slope.scales)
-    assert "covers chance and the choice of scales" in str(attractor)
+    assert "covers chance, the choice of scales and that of the embedding)" in str(attractor)
 
 
 def test_scales_given_are_the_scales_used():

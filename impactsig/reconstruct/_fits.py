@@ -1,0 +1,53 @@
+"""Rules by which a slope is read off a curve."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import numpy as np
+
+from ..errors import InvalidInput
+
+Fit = Callable[[np.ndarray, np.ndarray], float]
+FitName = Literal["least squares", "theil-sen"]
+
+
+def least_squares(x: np.ndarray, y: np.ndarray) -> float:
+    """The slope of the least-squares line, all points weighted alike."""
+    centred = x - x.mean()
+    return float(centred @ y / (centred @ centred))
+
+
+def theil_sen(x: np.ndarray, y: np.ndarray) -> float:
+    """The median of the slopes between any two points."""
+    i, j = np.triu_indices(len(x), 1)
+    return float(np.median((y[j] - y[i]) / (x[j] - x[i])))
+
+
+FITS: dict[str, Fit] = {"least squares": least_squares, "theil-sen": theil_sen}
+
+
+def fit_of(given: Any) -> Fit:
+    """The rule of that name, or a caller's, whose answers are checked."""
+    if isinstance(given, str) and given in FITS:
+        return FITS[given]
+    if not callable(given):
+        names = ", ".join(f'"{name}"' for name in FITS)
+        raise InvalidInput("fit", given, f"one of {names}, or a function fit(x, y)")
+
+    def checked(x: np.ndarray, y: np.ndarray) -> float:
+        found = given(x, y)
+        try:
+            slope = float(found)
+        except (TypeError, ValueError):
+            slope = np.nan
+        if not np.isfinite(slope):
+            raise InvalidInput(
+                "fit",
+                f"a function that returns {found!r}",
+                "a function fit(x, y) that returns the slope, a finite number",
+            )
+        return slope
+
+    return checked
