@@ -6,7 +6,7 @@ import math
 import re
 from typing import Any
 
-from ..errors import InvalidInput
+from ..errors import InvalidInput, finite_number
 from ._judging import Level
 
 _PERCENT = re.compile(r"\s*([0-9.eE+-]+)\s*%\s*")
@@ -33,6 +33,20 @@ def parse_threshold(threshold: float | str | None) -> Level:
             "threshold", threshold, 'a positive level, or a multiple of the noise such as "6 sigma"'
         )
     return Level(sigma=value) if match else Level(unit=value)
+
+
+def parse_probability(least: float) -> float:
+    """The least probability of an impact.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not between 0 and 1.
+    """
+    required = "a number between 0 and 1"
+    if not 0.0 < finite_number("least_probability", least, required) < 1.0:
+        raise InvalidInput("least_probability", least, required)
+    return float(least)
 
 
 def parse_contact_level(level: float | str) -> tuple[float, bool]:

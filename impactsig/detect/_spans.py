@@ -16,11 +16,12 @@ from ._converter import converter_step
 from ._dropout_kernels import BORDER, MOST, fill, find_dropouts
 from ._event_kernels import EVENT, find_events
 from ._grid import Grid
-from ._ladder import MATCH
+from ._ladder import FACTOR, MATCH, Ladder
 from ._mains import find_lines, fit_lines
 from ._mains_kernels import take_off
 from ._noise_kernels import noise_around, read_noise
-from ._response_kernels import CREST, find_crests
+from ._probability import LOWEST
+from ._response_kernels import CREST, block_means, find_crests
 
 BESIDE = 2
 """Spans to either side whose noise counts."""
@@ -41,6 +42,8 @@ RARE = 3
 """Times as many impacts as samples that stand alone make these glitches, not short impacts."""
 MOST_GLITCHES = 4096
 SQRT12 = float(np.sqrt(12.0))
+Faint = tuple[np.ndarray, np.ndarray]
+"""Upward and downward crests of the responses at one width."""
 TINIEST = float(np.finfo(float).tiny)
 
 
@@ -78,8 +81,10 @@ class Span:
     sigma: float = 0.0  # of the background's samples
     own_noise: np.ndarray = field(default_factory=_nothing)  # of the responses
     noise: np.ndarray = field(default_factory=_nothing)  # the same, of the seconds around
+    codes: np.ndarray = field(default_factory=_nothing)  # least responses, by the converter's step
     crests: np.ndarray = field(default_factory=_nothing)
     events: np.ndarray = field(default_factory=_no_events)
+    faint: dict[int, Faint] = field(default_factory=dict)  # crests by rung
 
 
 class Spans:
@@ -162,6 +167,29 @@ class Spans:
         span, margin = self.spans[k], self.grid.margin
         left, right = margin * (k > 0), margin * (k < self.count - 1)
         return span.padded[margin - left : len(span.padded) - margin + right], span.first - left
+
+    def faint(self, k: int, rung: int) -> Faint:
+        """Crests in span k of the responses at one width, upward and downward, from LOWEST on."""
+        span, rungs = self.spans[k], self.grid.rungs
+        if rung not in span.faint:
+            values, origin = self.clean(k)
+            for _ in range(int(rungs.level[rung])):
+                values, means = np.empty(len(values) // FACTOR), values
+                block_means(means, values)
+            block = int(rungs.width[rung] // rungs.unit[rung])
+            one = Ladder(*(column[rung : rung + 1].copy() for column in rungs))
+            one.level[0] = 0  # of the means
+            noise = span.noise[rung : rung + 1]
+            least = np.maximum(LOWEST * noise, span.codes[rung : rung + 1])
+            place = [i // block for i in (origin, self.total, span.first, span.last)]
+            both = []
+            for x in (values, -values):
+                count = find_crests(x, *place, one, least, noise, self._room)
+                crests = self._room[:count].copy()
+                crests[:, 0] = block * (crests[:, 0] + 0.5) - 0.5
+                both.append(crests)
+            span.faint[rung] = both[0], both[1]
+        return span.faint[rung]
 
     # -- stages --------------------------------------------------------------------------------
 
@@ -282,10 +310,12 @@ class Spans:
             min(k, BESIDE),
             max(TINY**2 * extent, TINIEST),
         )
-        least = self.sigmas * span.noise
         step = max(one.step for one in beside)
         if step and span.sigma < step:
-            least = np.maximum(least, np.where(rungs.width <= 4, CODES_IN_A_ROW, CODES) * step)
+            span.codes = np.where(rungs.width <= 4, CODES_IN_A_ROW, CODES) * step
+        else:
+            span.codes = np.zeros(len(span.noise))
+        least = np.maximum(self.sigmas * span.noise, span.codes)
         if self.level is not None:
             least = np.full(len(least), self.level)
         span.crests = np.empty((0, CREST))
