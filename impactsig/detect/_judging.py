@@ -16,11 +16,15 @@ from ._spans import Faint, Span
 
 FLOOR = 0.005
 """Of the height of the strong ones around: the least automatic threshold."""
+FAINT_FLOOR = 0.02
+"""The same for fainter ones than are certain, which a sensor's ringing may be."""
 FAINT, IN_STEP = 12.0, 0.98
 """Standard deviations of what may be interference, and how well it keeps the mains' phase."""
 APART, FLANKS = 3.0, 6.5
 """Widths of an impact to either side in which no fainter one is looked for, and in which it lies in
 the flanks of a response, which it draws down."""
+DRAWING = 4.0
+"""Standard deviations from which on so does what may be one."""
 LEAST_WIDTH = 3.0
 """Samples: a faint pulse that is narrower cannot be told from a glitch, or from ringing."""
 LEAST_SAMPLES = 32
@@ -118,23 +122,25 @@ class Judge:
         taken = events[self.certain | self.passing]
         taken = taken[np.argsort(taken[:, 0], kind="stable")]
         upward = self._apart(np.concatenate([up for up, _ in seen]), taken, APART)
-        downward = self._apart(np.concatenate([down for _, down in seen]), taken, FLANKS)
+        self.faint = np.zeros((len(upward), EVENT))
+        self.faint[:, (0, 2, 3)] = upward[:, (0, 2, 3)]
+        self.faint[:, 1] = width
+        drawing = np.concatenate((taken, self.faint[upward[:, 3] >= DRAWING]))
+        drawing = drawing[np.argsort(drawing[:, 0], kind="stable")]
+        downward = self._apart(np.concatenate([down for _, down in seen]), drawing, FLANKS)
         like = np.abs(np.log(events[:, 1] / width)) < UNLIKE
         several = self.passing & self.certain & like
-        extent = 2 * min(taken[:, 1].sum(), 0.9 * self.samples / (2 * FLANKS))
         chance, certain = probabilities(
             upward[:, 3],
             downward[:, 3],
             events[several, 3],
-            (self.samples - APART * extent) / width,
-            (self.samples - FLANKS * extent) / width,
+            self._free(taken, APART) / width,
+            self._free(drawing, FLANKS) / width,
         )
         self.probability[several] = np.maximum(self.probability[several], certain)
         self.probability[like & ~self.certain] = 0.0  # their crests at this width speak for them
-        self.faint = np.zeros((len(upward), EVENT))
-        self.faint[:, (0, 2, 3)] = upward[:, (0, 2, 3)]
-        self.faint[:, 1] = width
         bad = self._rings(self.faint) | (upward[:, 3] >= self.usual_level)
+        bad |= upward[:, 2] < FAINT_FLOOR * self.height
         if self.usual < 3.0:
             bad |= self._lobes(self.faint)
         self.faint_probability = np.where(bad, 0.0, chance)
@@ -154,6 +160,10 @@ class Judge:
         if in_step_with_mains(self.faint[likely], self.grid.rate):
             likely[:] = False
         self.faint, self.faint_probability = self.faint[likely], self.faint_probability[likely]
+
+    def _free(self, events: np.ndarray, reach: float) -> float:
+        """Samples that are not within `reach` widths of an event, were all events far apart."""
+        return self.samples - min(2 * reach * events[:, 1].sum(), 0.9 * self.samples)
 
     def _apart(self, crests: np.ndarray, events: np.ndarray, reach: float) -> np.ndarray:
         """Crests that no event is within `reach` widths of, in the order of time."""

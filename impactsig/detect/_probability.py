@@ -26,7 +26,7 @@ CRESTS = 2.2e-3
 """For each width of the response: counted in white noise, for widths of three samples and more."""
 GAUSSIAN = 0.98
 """Mean excess of u^2 / 2 over that at LOWEST, in white noise."""
-PRIOR = 20.0
+PRIOR = 40.0
 """Crests that the expectation for white noise counts as, beside those seen."""
 TRIALS = 15.0
 """Times as many ways to be noise has an event that was looked for at all widths about the usual."""
@@ -73,7 +73,7 @@ def probabilities(
     excess = PRIOR * GAUSSIAN
     for u in downward:
         excess += 0.5 * (u * u - LOWEST * LOWEST)
-    excess = max(excess / (PRIOR + len(downward)), GAUSSIAN)
+    excess = max(excess / (PRIOR + len(downward)), 0.9)
     share = (PRIOR + len(downward)) / (PRIOR + CRESTS * widths_down)
     count = share * CRESTS * widths_up
     n = len(upward)
