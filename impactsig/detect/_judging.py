@@ -121,6 +121,7 @@ class Judge:
         events, width = self.events, float(self.grid.rungs.width[rung])
         taken = events[self.certain | self.passing]
         taken = taken[np.argsort(taken[:, 0], kind="stable")]
+        taken[:, 1] = np.maximum(taken[:, 1], width)  # a glitch is in responses as wide as they are
         upward = self._apart(np.concatenate([up for up, _ in seen]), taken, APART)
         self.faint = np.zeros((len(upward), EVENT))
         self.faint[:, (0, 2, 3)] = upward[:, (0, 2, 3)]

@@ -32,14 +32,19 @@ TRIALS = 15.0
 """Times as many ways to be noise has an event that was looked for at all widths about the usual."""
 SEEN, RANGE = 0.001, 4.0 * math.log(2.0)
 """Impacts that are assumed seen before any is, and range of ln u that these are spread over."""
-BANDWIDTH, STEP, BINS = 0.3, 0.05, 50
+BANDWIDTH, STEP, BINS = 0.3, 0.07, 50
 """Of the kernel in ln u; of the bins that it is laid over, and how many."""
+WIDER, MOST = 0.6, 4.0
+"""Bandwidth of an estimate from the certain impacts alone, and times it that impacts are at most:
+a few high crests of noise, far below all impacts, are no evidence of each other."""
 ROUNDS = 20
 _PLACES = STEP * (np.arange(BINS) + 0.5)
 # What a kernel lays below the lowest height is laid back above it.
 _KERNEL = np.exp(-0.5 * ((_PLACES[:, None] - _PLACES) / BANDWIDTH) ** 2)
 _KERNEL += np.exp(-0.5 * ((_PLACES[:, None] + _PLACES) / BANDWIDTH) ** 2)
 _KERNEL /= BANDWIDTH * math.sqrt(2.0 * math.pi)
+_WIDER = np.exp(-0.5 * ((_PLACES[:, None] - _PLACES) / WIDER) ** 2)
+_WIDER /= WIDER * math.sqrt(2.0 * math.pi)
 
 
 @njit(nogil=True)
@@ -86,15 +91,19 @@ def probabilities(
         if k >= n:
             noise[k] *= TRIALS
         out[k] = 0.0 if k < n else 1.0
-    seen, impacts = np.empty(BINS), np.empty(BINS)
+    seen, impacts, most = np.empty(BINS), np.empty(BINS), np.zeros(BINS)
+    for k in range(n, len(u)):
+        for i in range(BINS):
+            most[i] += MOST * _WIDER[i, places[k]]
     for _ in range(ROUNDS):
         seen[:] = 0.0
         for k in range(len(u)):
             seen[places[k]] += out[k]
         for i in range(BINS):
-            impacts[i] = SEEN / RANGE
+            impacts[i] = 0.0
             for j in range(BINS):
                 impacts[i] += _KERNEL[i, j] * seen[j]
+            impacts[i] = min(impacts[i], most[i])
         for k in range(len(u)):
             i = places[k]
             others = max(impacts[i] - _KERNEL[i, i] * out[k], SEEN / RANGE)
