@@ -88,7 +88,7 @@ def test_faint_impacts_are_found(decibels, least):
 
 
 def test_no_fainter_ones_among_impacts_of_one_height():
-    rate, rng = 50_000.0, np.random.default_rng(5)
+    rate, rng = 50_000.0, np.random.default_rng(6)
     wave, start = rng.standard_normal(round(20 * rate)), np.arange(0.05, 19.9, 0.1)
     contact, peak = np.full(len(start), 3e-4), np.full(len(start), 30.0)
     add_pulses(wave, rate, start, contact, peak, PULSES["half-sine"])
