@@ -269,13 +269,14 @@ class _Search:
         group = near[judge.passing]
         first = sum(len(one.events) for one in beside if one.first < span.first)
         own = slice(first, first + len(span.events))
-        inside = (judge.faint[:, 0] >= span.first) & (judge.faint[:, 0] < span.last)
-        events = np.concatenate((span.events[judge.passing[own]], judge.faint[inside]))
-        probability = np.concatenate(
-            (judge.probability[own][judge.passing[own]], judge.faint_probability[inside])
-        )
-        order = np.argsort(events[:, 0], kind="stable")
-        events, probability = events[order], probability[order]
+        events = span.events[judge.passing[own]]
+        probability = judge.probability[own][judge.passing[own]]
+        if len(judge.faint):
+            inside = (judge.faint[:, 0] >= span.first) & (judge.faint[:, 0] < span.last)
+            events = np.concatenate((events, judge.faint[inside]))
+            probability = np.concatenate((probability, judge.faint_probability[inside]))
+            order = np.argsort(events[:, 0], kind="stable")
+            events, probability = events[order], probability[order]
         events[:, 1] = drawn_together(events, group)
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):

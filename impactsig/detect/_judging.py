@@ -11,6 +11,7 @@ from ._grid import Grid
 from ._judging_kernels import SEVERAL, UNLIKE, apart, certainty, levels, lobes, ringing
 from ._ladder import HALF_SINE_GAIN, MATCH
 from ._mains import BASES
+from ._order_kernels import quantile
 from ._probability import probabilities
 from ._spans import Faint, Span
 
@@ -25,6 +26,8 @@ APART, FLANKS = 3.0, 6.5
 the flanks of a response, which it draws down."""
 DRAWING = 4.0
 """Standard deviations from which on so does what may be one."""
+LITTLE, SOME = 1.5, 0.04
+"""Times the level of certainty that a faint impact stands at most, and their least share of all."""
 LEAST_WIDTH = 3.0
 """Samples: a faint pulse that is narrower cannot be told from a glitch, or from ringing."""
 LEAST_SAMPLES = 32
@@ -107,11 +110,17 @@ class Judge:
         return beside
 
     def rung(self) -> int | None:
-        """The width to look for fainter impacts at, where several impacts show which one."""
-        group = self.events[self.passing & self.certain]
-        if len(group) < SEVERAL:
+        """The width to look for fainter impacts at; None where there is no sign of any.
+
+        Several impacts show which width, and that some stand little above the level of certainty
+        shows that others may lie below it.
+        """
+        group = self.passing & self.certain
+        heights = self.events[group, 3]
+        faint = np.count_nonzero(heights < LITTLE * self.usual_level)
+        if len(heights) < SEVERAL or faint < SOME * len(heights):
             return None
-        width = np.median(group[:, 1])
+        width = quantile(self.events[group, 1], 0.5)
         if width < LEAST_WIDTH:
             return None
         return int(np.argmin(np.abs(np.log(self.grid.rungs.width / width))))
@@ -151,7 +160,11 @@ class Judge:
         if self.level.given:
             return
         least = self.level.least_probability
-        self._choose((self.probability >= least) & (self.events[:, 2] >= FLOOR * self.height))
+        high = (self.probability >= least) & (self.events[:, 2] >= FLOOR * self.height)
+        if not np.array_equal(high, self.high):
+            self._choose(high)
+        if not len(self.faint):
+            return
         likely = self.faint_probability >= least
         chosen = self.events[self.passing]
         chosen = chosen[np.argsort(chosen[:, 0], kind="stable")]
