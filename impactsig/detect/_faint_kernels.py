@@ -6,11 +6,11 @@ import numpy as np
 
 from .._compiled import njit
 from ._ladder import FACTOR, Ladder
-from ._response_kernels import block_means, crests_on
+from ._response_kernels import Stretch, block_means, crests_on
 
 
 @njit(nogil=True)
-def find_faint(here, rung, least, out):
+def find_faint(here: Stretch, rung: int, least: float, out: np.ndarray) -> tuple[int, int]:
     """Upward crests of the responses on one rung, then downward ones.
 
     Parameters

@@ -30,6 +30,7 @@ LITTLE, SOME = 1.5, 0.04
 """Times the level of certainty that a faint impact stands at most, and their least share of all."""
 LEAST_WIDTH = 3.0
 """Samples: a faint pulse that is narrower cannot be told from a glitch, or from ringing."""
+_NONE = np.empty(0)
 LEAST_SAMPLES = 32
 """A shorter stretch shows no noise to tell an impact from."""
 
@@ -117,11 +118,12 @@ class Judge:
         """
         group = self.passing & self.certain
         heights = self.events[group, 3]
-        faint = np.count_nonzero(heights < LITTLE * self.usual_level)
-        if len(heights) < SEVERAL or faint < SOME * len(heights):
+        little = np.count_nonzero(heights < LITTLE * self.usual_level)
+        if len(heights) < SEVERAL or not little:
             return None
         width = quantile(self.events[group, 1], 0.5)
-        if width < LEAST_WIDTH:
+        if little < SOME * len(heights) or width < LEAST_WIDTH:
+            self._weigh(width, _NONE, _NONE, self.samples, self.samples)
             return None
         return int(np.argmin(np.abs(np.log(self.grid.rungs.width / width))))
 
@@ -138,22 +140,34 @@ class Judge:
         drawing = np.concatenate((taken, self.faint[upward[:, 3] >= DRAWING]))
         drawing = drawing[np.argsort(drawing[:, 0], kind="stable")]
         downward = self._apart(np.concatenate([down for _, down in seen]), drawing, FLANKS)
-        like = np.abs(np.log(events[:, 1] / width)) < UNLIKE
-        several = self.passing & self.certain & like
-        chance, certain = probabilities(
+        chance = self._weigh(
+            width,
             upward[:, 3],
             downward[:, 3],
-            events[several, 3],
-            self._free(taken, APART) / width,
-            self._free(drawing, FLANKS) / width,
+            self._free(taken, APART),
+            self._free(drawing, FLANKS),
         )
-        self.probability[several] = np.maximum(self.probability[several], certain)
+        like = np.abs(np.log(events[:, 1] / width)) < UNLIKE
         self.probability[like & ~self.certain] = 0.0  # their crests at this width speak for them
         bad = self._rings(self.faint) | (upward[:, 3] >= self.usual_level)
         bad |= upward[:, 2] < FAINT_FLOOR * self.height
         if self.usual < 3.0:
             bad |= self._lobes(self.faint)
         self.faint_probability = np.where(bad, 0.0, chance)
+
+    def _weigh(
+        self, width: float, upward: np.ndarray, downward: np.ndarray, up: float, down: float
+    ) -> np.ndarray:
+        """Give the certain events of a width their probability; that of upward crests.
+
+        The crests are those of so many samples.
+        """
+        like = np.abs(np.log(self.events[:, 1] / width)) < UNLIKE
+        several = self.passing & self.certain & like
+        heights = self.events[several, 3]
+        chance, certain = probabilities(upward, downward, heights, up / width, down / width)
+        self.probability[several] = np.maximum(self.probability[several], certain)
+        return chance
 
     def decide(self) -> None:
         """Keep what is likely enough."""

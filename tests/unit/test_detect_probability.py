@@ -9,7 +9,7 @@ from scipy.stats import norm
 import impactsig
 from benchmarks.disturbances import stationary
 from benchmarks.recordings import PULSES, add_pulses, score
-from impactsig.detect._probability import CRESTS, LOWEST, excursions, probabilities
+from impactsig.detect._probability import CRESTS, GAUSSIAN, LEFT, LOWEST, excursions, probabilities
 
 WIDTHS = 20_000.0
 
@@ -25,7 +25,7 @@ def chances(upward, downward, certain):
     return both[0]
 
 
-def noise_crests(rng, mean=1.0):
+def noise_crests(rng, mean=GAUSSIAN):
     """Heights above the lowest one: half their squares are exponentially distributed."""
     over = rng.exponential(mean, rng.poisson(CRESTS * WIDTHS))
     return np.sqrt(LOWEST**2 + 2.0 * over)
@@ -69,11 +69,13 @@ def test_the_share_of_impacts_among_crests_is_the_probability():
     rng = np.random.default_rng(4)
     p, y = [], []
     for _ in range(200):
-        heights = np.exp(rng.normal(np.log(6.0), 0.5, 60))
+        # A crest of an impact has the noise in it, too.
+        heights = np.exp(rng.normal(np.log(6.0), 0.5, 60)) + rng.standard_normal(60)
         heights, noise = heights[heights > LOWEST], noise_crests(rng)
-        faint = heights[heights < 5.5]
-        p.append(chances(np.r_[faint, noise], noise_crests(rng), heights[heights >= 5.5]))
-        y.append(np.r_[np.ones(len(faint)), np.zeros(len(noise))])
+        faint, left = heights[heights < 5.5], rng.random(len(noise)) < LEFT
+        both = chances(np.r_[faint, noise], noise_crests(rng), heights[heights >= 5.5])
+        p.append(both[np.r_[np.full(len(faint), True), left]])
+        y.append(np.r_[np.ones(len(faint)), np.zeros(left.sum())])
     p, y = np.concatenate(p), np.concatenate(y)
     for low in (0.0, 0.2, 0.4, 0.6, 0.8):
         chosen = (p >= low) & (p < low + 0.2)
