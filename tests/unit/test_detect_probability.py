@@ -70,7 +70,7 @@ def test_the_share_of_impacts_among_crests_is_the_probability():
     p, y = [], []
     for _ in range(200):
         # A crest of an impact has the noise in it, too.
-        heights = np.exp(rng.normal(np.log(6.0), 0.5, 60)) + rng.standard_normal(60)
+        heights = np.exp(rng.normal(np.log(4.8), 0.5, 100)) + rng.standard_normal(100)
         heights, noise = heights[heights > LOWEST], noise_crests(rng)
         faint, left = heights[heights < 5.5], rng.random(len(noise)) < LEFT
         both = chances(np.r_[faint, noise], noise_crests(rng), heights[heights >= 5.5])
