@@ -117,14 +117,15 @@ def detect_impacts(
     response at the width at which it stands highest above its noise, of all widths up to that of
     the longest contact. Noise, mains hum and the steps of the converter are read from the samples
     between impacts within eight seconds of it, and hum is taken off by a fit; single samples that
-    stand alone among longer pulses are glitches. An impact is certain where
-    Gaussian noise would exceed its response once in fifty minutes, or once in 2000 impacts. Where
-    five are certain within two seconds or so, fainter ones of their width are looked for as well,
-    and `probability` is the share of impacts among responses as high as its own: responses that
-    point the wrong way show how often the noise makes one (`impactsig.detect._probability`).
-    Elsewhere it only orders what was found, and is 1/2 where certainty begins. `Impacts.noise` is
-    the standard deviation of the samples between impacts, ``settings`` holds what was read of the
-    instrument. How a pulse is measured is described in `impactsig.detect._pulse`.
+    stand alone among longer pulses are glitches. An impact is certain where Gaussian noise would
+    exceed its response once in fifty minutes, or once in 2000 impacts. Where five are certain
+    within two seconds or so, and one in twenty-five of them stands little above that level, fainter
+    ones of their width are looked for as well, and `probability` is the share of impacts among
+    responses as high as its own: responses that point the wrong way show how often the noise makes
+    one (`impactsig.detect._probability`). Where fewer are certain it only orders what was found,
+    and is 1/2 where certainty begins. `Impacts.noise` is the standard deviation of the samples
+    between impacts, ``settings`` holds what was read of the instrument. How a pulse is measured is
+    described in `impactsig.detect._pulse`.
 
     Where the pulses of a second are alike, each is measured with the shape that they share
     (`impactsig.detect._shared_shape`). Standard errors of instants, contact times, peaks and

@@ -60,9 +60,9 @@ def certainty(events, usual, usual_level, level_else, out):
     As if the noise made as many of them there as impacts do; that of others follows from how many
     more or fewer of these it makes at their height.
     """
+    at_usual, at_else = excursions(usual_level), excursions(level_else)
     for k in range(len(events)):
-        level = usual_level if alike(events[k, 1], usual) else level_else
-        at_level = max(excursions(level), 1e-300)
+        at_level = max(at_usual if alike(events[k, 1], usual) else at_else, 1e-300)
         at_height = excursions(max(events[k, 3], 1.5))
         out[k] = at_level / (at_level + at_height)
 

@@ -100,18 +100,19 @@ def probabilities(
         if k >= n:
             noise[k] *= TRIALS
         out[k] = 0.0 if k < n else 1.0
-    seen, first, impacts, most = np.empty(BINS), np.empty(BINS), np.empty(BINS), np.zeros(BINS)
+    seen, first, impacts, most = np.empty(BINS), np.empty(BINS), np.empty(BINS), np.empty(BINS)
+    seen[:] = 0.0
     for k in range(n, len(u)):
-        for i in range(BINS):
-            most[i] += MOST * _WIDER[i, places[k]]
+        seen[places[k]] += MOST
+    _spread(_WIDER, seen, most)
     for _ in range(ROUNDS):
         seen[:] = 0.0
         for k in range(len(u)):
             seen[places[k]] += out[k]
-        _spread(seen, first)
+        _spread(_KERNEL, seen, first)
         for i in range(BINS):
             seen[i] /= max(first[i], TINIEST)
-        _spread(seen, impacts)
+        _spread(_KERNEL, seen, impacts)
         for i in range(BINS):
             impacts[i] = min(impacts[i] * first[i], most[i])
         change = 0.0
@@ -128,10 +129,10 @@ def probabilities(
 
 
 @njit(nogil=True)
-def _spread(counts: np.ndarray, out: np.ndarray) -> None:
+def _spread(kernel: np.ndarray, counts: np.ndarray, out: np.ndarray) -> None:
     """The kernel estimate of what is counted in each bin."""
     out[:] = 0.0
     for j in range(BINS):
         if counts[j] > 0.0:
             for i in range(BINS):
-                out[i] += _KERNEL[j, i] * counts[j]
+                out[i] += kernel[j, i] * counts[j]
