@@ -160,8 +160,8 @@ def detecting_options() -> Parser:
         "--least-probability",
         type=number,
         metavar="P",
-        help="of sound: leave out what is less likely an impact, 0 to 1 (default: 0.5); a lower "
-        "one finds more",
+        help="leave out what is less likely an impact, 0 to 1 (default: 0.5); "
+        "a lower one finds more",
     )
     group.add_argument(
         "--polarity",

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .._arguments import number
 from ..errors import InvalidInput
 from ._judging import Level
 
@@ -35,6 +36,20 @@ def parse_threshold(threshold: float | str | None) -> Level:
             "threshold", threshold, 'a positive level, or a multiple of the noise such as "6 sigma"'
         )
     return Level(sigma=value) if match else Level(unit=value)
+
+
+def parse_probability(least: float) -> float:
+    """The least probability of an impact.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not between 0 and 1.
+    """
+    required = "a number between 0 and 1"
+    if not 0.0 < number("least_probability", least, required) < 1.0:
+        raise InvalidInput("least_probability", least, required)
+    return float(least)
 
 
 def parse_contact_level(level: float | str) -> tuple[float, bool]:

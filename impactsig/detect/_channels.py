@@ -11,8 +11,7 @@ from ..errors import InvalidInput
 from ..impacts import Impacts
 
 FORCE_ONLY = ("threshold", "polarity", "contact_level", "contact_time")
-SOUND_ONLY = ("least_probability",)
-"""Arguments that say nothing of the other kind, where channels are of both."""
+"""Arguments that say nothing of sound, where channels are of both."""
 
 
 def detect_channels(
@@ -51,10 +50,8 @@ def detect_channels(
     mixed = len(set(kinds)) > 1
     trains = []
     for (source, channel), kind in zip(sources, kinds, strict=True):
-        own = options
-        if mixed:
-            without = FORCE_ONLY if kind == "sound" else SOUND_ONLY
-            own = {name: value for name, value in options.items() if name not in without}
+        without = FORCE_ONLY if mixed and kind == "sound" else ()
+        own = {name: value for name, value in options.items() if name not in without}
         train = detect(source, channel=channel, sensor=kind, **own)
         trains.append(train if path is None else train.apply_corrections(path))
     names = _names([train.settings["channel"] for train in trains], channels)

@@ -17,6 +17,7 @@ from ..recording import Recording, Sensor
 from ._asked import (
     parse_contact_level,
     parse_contact_time,
+    parse_probability,
     parse_threshold,
     refuse_other_than_default,
 )
@@ -66,9 +67,8 @@ def detect_impacts(
         numbers, 0 or greater, that `stop_index` then holds.
     threshold : float or str, optional
         Force: level that the response to an impact must reach (see Notes), in the recording's unit,
-        or as a multiple of its noise, ``"6 sigma"``. By default at least 5 sigma, and such that in
-        the seconds around Gaussian noise would be taken for an impact once in fifty minutes, or
-        once in 2000 impacts. Of force records only; sound has `least_probability`.
+        or as a multiple of its noise, ``"6 sigma"``, in place of `least_probability`. Of force
+        records only.
     polarity : {"auto", "positive", "negative"}
         Direction of the pulses of a force record; "auto" takes that of the strongest ones.
     contact_level : float or str
@@ -91,15 +91,15 @@ def detect_impacts(
         Pass over stretches of a force record that cannot hold an impact. The result is the same
         without it.
     least_probability : float
-        Of sound: impacts that are less likely are left out, between 0 and 1. A lower one finds
-        softer impacts, and more that are none.
+        Impacts that are less likely are left out, between 0 and 1. A lower one finds fainter
+        impacts, and more that are none.
 
     Returns
     -------
     Impacts
-        With `reason` where there are none, `notes` on what makes them doubtful, and the
-        `disturbances` that were kept apart from them. Corrections beside a file
-        (`Impacts.write_corrections`) are made again. Sound has a rough `probability` of each.
+        With `reason` where there are none, `notes` on what makes them doubtful, the `disturbances`
+        that were kept apart from them, and the `probability` of each. Corrections
+        beside a file (`Impacts.write_corrections`) are made again.
 
     Raises
     ------
@@ -117,9 +117,15 @@ def detect_impacts(
     response at the width at which it stands highest above its noise, of all widths up to that of
     the longest contact. Noise, mains hum and the steps of the converter are read from the samples
     between impacts within eight seconds of it, and hum is taken off by a fit; single samples that
-    stand alone among longer pulses are glitches. `Impacts.noise` is the standard deviation of the
-    samples between impacts, ``settings`` holds what was read of the instrument. How a pulse is
-    measured is described in `impactsig.detect._pulse`.
+    stand alone among longer pulses are glitches. An impact is certain where Gaussian noise would
+    exceed its response once in fifty minutes, or once in 2000 impacts. Where five are certain
+    within two seconds or so, and one in twenty-five of them stands little above that level, fainter
+    ones of their width are looked for as well, and `probability` is the share of impacts among
+    responses as high as its own: responses that point the wrong way show how often the noise makes
+    one (`impactsig.detect._probability`). Where fewer are certain it only orders what was found,
+    and is 1/2 where certainty begins. `Impacts.noise` is the standard deviation of the samples
+    between impacts, ``settings`` holds what was read of the instrument. How a pulse is measured is
+    described in `impactsig.detect._pulse`.
 
     Where the pulses of a second are alike, each is measured with the shape that they share
     (`impactsig.detect._shared_shape`). Standard errors of instants, contact times, peaks and
@@ -267,7 +273,7 @@ def detect_channel(
             )
             columns, run = _find_sound(opened, least_probability)
         else:
-            refuse_other_than_default(kind, ("least_probability", least_probability, 0.5))
+            chosen = chosen._replace(least_probability=parse_probability(least_probability))
             wanted = Wanted(_SIGNS[polarity], chosen, level, relative, *span, skip_quiet)
             columns, run = _find_force(opened, wanted, contact_level)
     if dead_time > 0:
@@ -302,7 +308,7 @@ def _find_force(
         )
     found = detect_force(source.pieces, source.head.rate, wanted, in_memory=source.in_memory)
     rate, unit, start = source.head.rate, source.head.unit, source.head.start
-    names = ("time", "contact_time", "peak", "impulse", "rise_time", *ERRORS)
+    names = ("time", "contact_time", "peak", "impulse", "rise_time", *ERRORS, "probability")
     if found is None:
         columns: Columns = {name: np.empty(0) for name in names} | {"flags": np.empty(0, np.uint8)}
         reason = "the record is constant, or too short to show its noise"
@@ -322,6 +328,7 @@ def _find_force(
         impulse / rate,
         rise / rate,
         *(found.errors / (rate, rate, 1.0, rate)).T,
+        found.probability,
     )
     columns = dict(zip(names, values, strict=True)) | {"flags": found.flags}
     level = found.threshold
@@ -336,6 +343,7 @@ def _find_force(
         if found.disturbances:
             reason += f", but for what is none: {_counted(found.disturbances)}"
     settings: dict[str, Any] = {
+        "least_probability": wanted.level.least_probability,
         "polarity": "positive" if found.sign > 0 else "negative",
         "width": found.width / rate,
         "response_noise": found.response_noise,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from .._compiled import njit
+from ._probability import excursions
 
 LEAST_SIGMA = 5.0
 FALSE_RATE = 0.02 / 60.0
@@ -40,15 +39,9 @@ def discovery_level(
     rank = np.count_nonzero(responses >= lowest)
     for u in ordered:
         rank += 1
-        if widths * _excursions(u) <= FALSE_SHARE * rank:
+        if widths * excursions(u) <= FALSE_SHARE * rank:
             lowest = u
     return lowest
-
-
-@njit(nogil=True)
-def _excursions(u: float) -> float:
-    """Above u, a width of a response, in Gaussian noise."""
-    return u * u * 0.5 * math.erfc(u / math.sqrt(2))
 
 
 @njit(nogil=True)
@@ -56,11 +49,11 @@ def _level(widths: float, seconds: float, least: float) -> float:
     """The lowest level that is exceeded FALSE_RATE times a second."""
     rare = FALSE_RATE * seconds / max(widths, 1.0)
     low, high = least, 40.0
-    if _excursions(low) <= rare:
+    if excursions(low) <= rare:
         return low
     for _ in range(30):
         middle = 0.5 * (low + high)
-        if _excursions(middle) > rare:
+        if excursions(middle) > rare:
             low = middle
         else:
             high = middle

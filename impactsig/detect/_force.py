@@ -69,6 +69,7 @@ class ForceImpacts(NamedTuple):
     errors: np.ndarray  # (n, 4): standard errors of the first four
     flags: np.ndarray
     sure: np.ndarray  # height over noise
+    probability: np.ndarray  # that they are impacts
     width: float  # median, of the response
     sign: float
     noise: float  # of the samples
@@ -130,6 +131,7 @@ class _Found:
     def __init__(self, longest: float, scale: float) -> None:
         self.longest, self.scale = longest, scale
         self.rows = [np.empty((0, ROW))]
+        self.probability = [np.empty(0)]
         self.noise: list[np.ndarray] = []
         self.certain: list[float] = []
         self.sigma: list[float] = []
@@ -139,8 +141,16 @@ class _Found:
         self.widths = np.empty(0)
         self.moves = False
 
-    def add(self, rows: np.ndarray, span: Span, certain: float, widths: np.ndarray) -> None:
+    def add(
+        self,
+        rows: np.ndarray,
+        probability: np.ndarray,
+        span: Span,
+        certain: float,
+        widths: np.ndarray,
+    ) -> None:
         self.rows.append(rows)
+        self.probability.append(probability)
         self.noise.append(span.noise)
         self.sigma.append(span.sigma)
         self.certain.append(certain)
@@ -152,7 +162,8 @@ class _Found:
 
     def result(self, sign: float) -> ForceImpacts:
         rows = np.concatenate(self.rows)
-        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+        order = np.argsort(rows[:, 0], kind="stable")
+        rows = rows[order]
         flags = rows[:, 5].astype(np.uint8) | (CLIPPED * rows[:, 6]).astype(np.uint8)
         width = float(np.median(rows[:, 7])) if len(rows) else 1.0
         noise = np.median(self.noise, axis=0) if self.noise else np.zeros(1)
@@ -174,6 +185,7 @@ class _Found:
             errors,
             flags,
             rows[:, 8],
+            np.concatenate(self.probability)[order],
             width,
             sign,
             float(np.median(self.sigma)) * back if self.sigma else 0.0,
@@ -250,10 +262,21 @@ class _Search:
         near = np.concatenate([one.events for one in beside])
         seconds = sum(one.last - one.first for one in beside) / grid.rate
         judge = Judge(near, seconds, grid, self.wanted.level, self.wanted.shortest)
-        passing = judge.passes(near)
-        group = near[passing]
+        if (rung := judge.rung()) is not None and not self.wanted.level.given:
+            reach = range(max(k - BESIDE, 0), min(k + BESIDE + 1, spans.count))
+            judge.look_again(rung, [spans.faint(i, rung) for i in reach])
+        judge.decide()
+        group = near[judge.passing]
         first = sum(len(one.events) for one in beside if one.first < span.first)
-        events = span.events[passing[first : first + len(span.events)]]
+        own = slice(first, first + len(span.events))
+        events = span.events[judge.passing[own]]
+        probability = judge.probability[own][judge.passing[own]]
+        if len(judge.faint):
+            inside = (judge.faint[:, 0] >= span.first) & (judge.faint[:, 0] < span.last)
+            events = np.concatenate((events, judge.faint[inside]))
+            probability = np.concatenate((probability, judge.faint_probability[inside]))
+            order = np.argsort(events[:, 0], kind="stable")
+            events, probability = events[order], probability[order]
         events[:, 1] = drawn_together(events, group)
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
@@ -278,16 +301,17 @@ class _Search:
             dropped = worst(~kept, rows[:, 8])  # what is no pulse bounds none
             again = with_neighbors(dropped)[~dropped]
             events, rows = events[~dropped], rows[~dropped]
+            probability = probability[~dropped]
         self.found.disturbances += [
             one._replace(start=one.start + segment)
-            for one in disturbances(spans, k, span.events[judge.too_wide(span.events)])
+            for one in disturbances(spans, k, span.events[judge.too_wide[own]])
         ]
         share_shape(rows, self.wanted.contact_level == 0)
         near_by = [one.first + one.dropouts for one in spans.around(k, 1) if len(one.dropouts)]
         if near_by:
             cut_off(rows, np.concatenate(near_by))
         rows[:, 0] += segment
-        self.found.add(rows[:, :ROW].copy(), span, judge.usual_level, grid.rungs.width)
+        self.found.add(rows[:, :ROW].copy(), probability, span, judge.usual_level, grid.rungs.width)
 
     def _measure(
         self, k: int, events: np.ndarray, group: np.ndarray, again: np.ndarray, rows: np.ndarray

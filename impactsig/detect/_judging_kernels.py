@@ -9,8 +9,11 @@ from .._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from ._false_alarms import LEAST_SIGMA, discovery_level
 from ._ladder import MATCH
 from ._order_kernels import quantile
+from ._probability import excursions
 from ._pulse_edges import NO_PULSE
 
+UNLIKE = float(np.log(3.0))
+"""Difference of the logarithms of widths that noise does not explain."""
 SEVERAL = 5
 """Events that tell what width is usual."""
 RINGING, NARROWER, WEAKER = 30.0, 0.6, 0.2
@@ -22,9 +25,9 @@ LOBES = 32
 
 
 @njit(nogil=True)
-def _alike(width, usual):
+def alike(width, usual):
     """Whether a width is about the usual one, as far as noise lets it be seen."""
-    return abs(np.log(width / usual)) < np.log(3.0)
+    return abs(np.log(width / usual)) < UNLIKE
 
 
 @njit(nogil=True)
@@ -39,25 +42,52 @@ def levels(near, samples, seconds):
     if len(clear) == 0:
         clear = near
     usual = quantile(clear[:, 1], 0.5) if len(clear) else 1.0
-    alike = np.zeros(len(near), np.bool_)
+    like = np.zeros(len(near), np.bool_)
     if len(clear) >= SEVERAL:
         for k in range(len(near)):
-            alike[k] = _alike(near[k, 1], usual)
-    level_else = discovery_level(near[~alike, 3], 2.0 * samples, seconds)
+            like[k] = alike(near[k, 1], usual)
+    level_else = discovery_level(near[~like, 3], 2.0 * samples, seconds)
     level = level_else
-    if alike.any():
-        level = min(level, discovery_level(near[alike, 3], 4.0 * samples / usual, seconds))
+    if like.any():
+        level = min(level, discovery_level(near[like, 3], 4.0 * samples / usual, seconds))
     return usual, quantile(clear[:, 2], 0.97), level, level_else
 
 
 @njit(nogil=True)
-def high(events, usual, usual_level, level_else, least):
-    """Events that are certain, for their width, and at least so high."""
-    out = np.empty(len(events), np.bool_)
+def certainty(events, usual, usual_level, level_else, out):
+    """Fill `out` with the probability of events by the level of their width, where it is 1/2.
+
+    As if the noise made as many of them there as impacts do; that of others follows from how many
+    more or fewer of these it makes at their height.
+    """
+    at_usual, at_else = excursions(usual_level), excursions(level_else)
     for k in range(len(events)):
-        level = usual_level if _alike(events[k, 1], usual) else level_else
-        out[k] = events[k, 3] >= level and events[k, 2] >= least
-    return out
+        at_level = max(at_usual if alike(events[k, 1], usual) else at_else, 1e-300)
+        at_height = excursions(max(events[k, 3], 1.5))
+        out[k] = at_level / (at_level + at_height)
+
+
+@njit(nogil=True)
+def apart(crests, events, reach, out):
+    """Mark in `out` the crests that lie on none of the events, `reach` widths to either side.
+
+    Parameters
+    ----------
+    crests, events : arrays (n, CREST), (m, EVENT)
+        The events in the order of time, but for what two seconds share at their border.
+    """
+    widest = events[:, 1].max() if len(events) else 0.0
+    first = 0
+    for k in range(len(crests)):
+        while first < len(events) and events[first, 0] < crests[k, 0] - reach * widest - 2.0:
+            first += 1
+        out[k] = True
+        i = first
+        while i < len(events) and events[i, 0] <= crests[k, 0] + reach * widest:
+            if abs(events[i, 0] - crests[k, 0]) < reach * events[i, 1]:
+                out[k] = False
+                break
+            i += 1
 
 
 @njit(nogil=True)

@@ -34,7 +34,8 @@ def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, .
         if faint > MANY:
             notes.append(
                 f"{faint:.0%} of the impacts are hardly stronger than the threshold, so fainter "
-                "ones are missed: a lower threshold finds more of them, and more that are none."
+                "ones are missed: a lower least_probability finds more of them, and more that "
+                "are none."
             )
         overlapping = float(np.mean((found.flags & UNRESOLVED) > 0))
         if overlapping > MANY:

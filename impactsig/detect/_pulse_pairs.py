@@ -12,6 +12,7 @@ from ._ladder import MATCH
 from ._pair_fit import PAIR, begin_pair, pair_cost
 from ._pulse_edges import ERRORS
 from ._pulse_fit import fit_pair
+from ._small_matrices import factor, invert
 from ._touching_kernels import PER_WIDTH, look_around, to_samples
 
 NEAR = 1.15  # mean lengths between two crests: pulses further apart are measured one by one
@@ -90,7 +91,8 @@ def _fit(signal, origin, first, second, sigma, p, errors):
     misfit = fit_pair(points, means, p)
     if misfit > max(MISFIT, (SHAPE * height / seen.unit) ** 2) or min(p[0], p[3]) <= 0.0:
         return False
-    _standard_errors(points, means, p, misfit, seen, errors)
+    if not _standard_errors(points, means, p, misfit, seen, errors):
+        return False
     to_samples(p, seen)
     for m in range(2):
         length = math.exp(p[3 * m + 2])
@@ -102,14 +104,19 @@ def _fit(signal, origin, first, second, sigma, p, errors):
 
 @njit(nogil=True)
 def _standard_errors(points, means, p, misfit, seen, errors):
-    """From the posterior covariance, times the misfit where that is more than noise."""
+    """From the posterior covariance, times the misfit where that is more than noise.
+
+    False where the samples do not determine the pair: one of the two is next to nothing.
+    """
     normal = np.empty((PAIR, PAIR + 1))
     pair_cost(p, points, means, normal)
     for i in range(PAIR):
-        for j in range(i):
-            normal[j, i] = normal[i, j]
         normal[i, i] *= 1.0 + 1e-9
-    covariance = np.linalg.inv(normal[:, :PAIR]) * max(misfit, 1.0)
+    factors, covariance = normal[:, :PAIR], np.empty((PAIR, PAIR))
+    if not factor(factors):
+        return False
+    invert(factors, covariance)
+    covariance *= max(misfit, 1.0)
     for m in range(2):
         a, start, log = 3 * m, 3 * m + 1, 3 * m + 2
         height, length = p[a], math.exp(p[log])
@@ -120,3 +127,4 @@ def _standard_errors(points, means, p, misfit, seen, errors):
         relative += 2.0 * covariance[log, a] / height
         impulse = 2.0 / math.pi * height * length * seen.unit * seen.per
         errors[m, 3] = impulse * math.sqrt(max(relative, 0.0))
+    return True

@@ -189,7 +189,7 @@ def find_crests(here, thresholds, out):
             block_means(values, means)
             values = means
         block = FACTOR**level
-        found = _find_on(
+        found = crests_on(
             values,
             here.origin // block,
             here.total // block,
@@ -207,7 +207,7 @@ def find_crests(here, thresholds, out):
 
 
 @njit(nogil=True)
-def _find_on(x, origin, total, first, last, level, rungs, thresholds, out, found):
+def crests_on(x, origin, total, first, last, level, rungs, thresholds, out, found):
     """Add to `out` the crests of one level, within values [first, last) of it."""
     block = FACTOR**level
     below, beyond = 0, 0

@@ -40,9 +40,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._arguments import number
 from ..errors import InvalidInput
 from ..impacts import CLIPPED
+from ._asked import parse_probability
 from ._shared_modes import SharedModes
 from ._sound_alike import Lengths, Overlay, lengths_at
 from ._sound_decision import LATER, SOONER, candidates
@@ -112,9 +112,7 @@ def detect_sound(
     An impact in the first 4 ms or the last 6 ms of a stretch cannot be detected: there is too
     little beside it to compare.
     """
-    required = "a number between 0 and 1"
-    if not 0.0 < number("least_probability", least_probability, required) < 1.0:
-        raise InvalidInput("least_probability", least_probability, required)
+    parse_probability(least_probability)
     scale = scale_at(rate)
     survey = Survey(scale, rate)
     samples, lowest, highest = 0, math.inf, -math.inf

@@ -15,12 +15,14 @@ from ._background_kernels import chunk_medians, outlying, take
 from ._converter import converter_step
 from ._dropout_kernels import BORDER, MOST, fill, find_dropouts
 from ._event_kernels import EVENT, find_events, strongest_first
+from ._faint_kernels import find_faint
 from ._grid import Grid
 from ._ladder import MATCH
 from ._line import Line
 from ._mains import find_lines, fit_lines
 from ._mains_kernels import take_off
 from ._noise_kernels import noise_around, read_noise
+from ._probability import LOWEST
 from ._response_kernels import CREST, Stretch, find_crests
 
 BESIDE = 2
@@ -42,6 +44,8 @@ RARE = 3
 """Times as many impacts as samples that stand alone make these glitches, not short impacts."""
 MOST_GLITCHES = 4096
 SQRT12 = float(np.sqrt(12.0))
+Faint = tuple[np.ndarray, np.ndarray]
+"""Upward and downward crests of the responses at one width."""
 TINIEST = float(np.finfo(float).tiny)
 
 
@@ -79,8 +83,10 @@ class Span:
     sigma: float = 0.0  # of the background's samples
     own_noise: np.ndarray = field(default_factory=_nothing)  # of the responses
     noise: np.ndarray = field(default_factory=_nothing)  # the same, of the seconds around
+    codes: np.ndarray = field(default_factory=_nothing)  # least responses, by the converter's step
     crests: np.ndarray = field(default_factory=_nothing)
     events: np.ndarray = field(default_factory=_no_events)
+    faint: dict[int, Faint] = field(default_factory=dict)  # crests by rung
 
 
 class Spans:
@@ -160,6 +166,15 @@ class Spans:
         return Stretch(
             samples, origin, self.total, span.first, span.last, self.grid.rungs, span.noise
         )
+
+    def faint(self, k: int, rung: int) -> Faint:
+        """Crests in span k of the responses at one width, upward and downward, from LOWEST on."""
+        span = self.spans[k]
+        if rung not in span.faint:
+            least = max(LOWEST * span.noise[rung], span.codes[rung])
+            upward, found = find_faint(self.stretch(k), rung, least, self._room)
+            span.faint[rung] = self._room[:upward].copy(), self._room[upward:found].copy()
+        return span.faint[rung]
 
     # -- stages --------------------------------------------------------------------------------
 
@@ -277,10 +292,12 @@ class Spans:
             min(k, BESIDE),
             max(TINY**2 * extent, TINIEST),
         )
-        least = self.sigmas * span.noise
         step = max(one.step for one in beside)
         if step and span.sigma < step:
-            least = np.maximum(least, np.where(rungs.width <= 4, CODES_IN_A_ROW, CODES) * step)
+            span.codes = np.where(rungs.width <= 4, CODES_IN_A_ROW, CODES) * step
+        else:
+            span.codes = np.zeros(len(span.noise))
+        least = np.maximum(self.sigmas * span.noise, span.codes)
         if self.level is not None:
             least = np.full(len(least), self.level)
         span.crests = np.empty((0, CREST))

@@ -77,8 +77,9 @@ def notes(analysis: Analysis) -> list[str]:
         if count:
             told.append(f"{count} of {len(impacts)} impacts flagged: {name}, {_MEANING[bit]}.")
     if not len(impacts):
-        sound = impacts.sensor == "sound"
-        dial = "--least-probability 0.1" if sound else "a threshold (--threshold)"
+        dial = "--least-probability 0.1"
+        if impacts.sensor == "force":
+            dial = f"{dial} or a threshold (--threshold)"
         told.append(
             "No impacts were found. If there should be some, look at the waveform and give "
             f"{dial}, another channel, or what recorded it (--sensor)."

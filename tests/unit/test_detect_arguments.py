@@ -67,7 +67,7 @@ def test_no_blocks_at_all():
         detect_impacts([])
 
 
-def test_the_probability_is_of_sound_and_the_threshold_of_force():
+def test_the_threshold_is_of_force():
     rng = np.random.default_rng(0)
     x = 0.01 * rng.standard_normal(44_100)
     x[20_000:20_200] += rng.standard_normal(200) * np.exp(-np.arange(200) / 40)
@@ -77,5 +77,10 @@ def test_the_probability_is_of_sound_and_the_threshold_of_force():
     assert found.settings["least_probability"] == 0.9
     with pytest.raises(InvalidInput, match="threshold"):
         detect_impacts(sound, threshold="6 sigma")
+
+
+@pytest.mark.parametrize("sensor", ["force", "sound"])
+@pytest.mark.parametrize("least", [0.0, 1.0, np.nan, -0.5])
+def test_the_least_probability_lies_between_0_and_1(sensor, least):
     with pytest.raises(InvalidInput, match="least_probability"):
-        detect_impacts(sound, least_probability=1.0)
+        detect_impacts(Recording(np.zeros(1000), 44_100.0, sensor=sensor), least_probability=least)

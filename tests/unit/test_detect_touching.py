@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import impactsig
-from benchmarks.disturbances import records
+from benchmarks.disturbances import bump, records
 from benchmarks.recordings import add_pulses, score
 from impactsig.detect._pulse_fit import fit_pair
 from impactsig.impacts import UNRESOLVED
@@ -139,3 +139,9 @@ def test_touching_pulses_of_all_heights(apart, least):
     assert f1 >= least
     error = found.contact_time[pairs[:, 0]] - truth.contact_time[pairs[:, 1]]
     assert abs(error.mean()) < 0.05 * 2e-3
+
+
+def test_a_pair_that_the_samples_do_not_determine_is_measured_one_by_one():
+    truth = bump(71, length=0.5, strength=5.0)  # a place where the second of two is next to nothing
+    rec = impactsig.Recording(truth.samples, truth.rate, sensor="force")
+    assert score(impactsig.detect_impacts(rec).time, truth.time)[0] >= 0.99
