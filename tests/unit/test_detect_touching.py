@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 import pytest
 
@@ -13,6 +11,7 @@ from benchmarks.recordings import add_pulses, score
 from impactsig.detect._pulse_fit import fit_pair
 from impactsig.impacts import UNRESOLVED
 from tests import naive_force
+from tests.halves import half
 
 RATE = 50_000.0
 PLACES = np.arange(0.05, 3.9, 0.053)
@@ -30,17 +29,6 @@ SHAPES = {
     "trapezium": lambda u: np.minimum(1.0, 4 * np.minimum(u, 1 - u)),
     "ripple": lambda u: np.sin(np.pi * u) * (1 + 0.1 * np.sin(6 * np.pi * u)),
 }
-
-
-def half(*choices):
-    """Their product; every other one is slow, which leaves all pairs of choices."""
-    return [
-        pytest.param(
-            *(options[k] for options, k in zip(choices, places, strict=True)),
-            marks=pytest.mark.slow if sum(places) % 2 else (),
-        )
-        for places in product(*(range(len(options)) for options in choices))
-    ]
 
 
 def record(starts, contact, height, noise, shape=SHAPES["half-sine"], seed=0):

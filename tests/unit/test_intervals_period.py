@@ -1,7 +1,6 @@
 """identify_period: right under jitter, missed and spurious spikes, and silent about chaos."""
 
 import time as clock
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ import impactsig
 from impactsig import Impacts, InvalidInput
 from impactsig.intervals._slots import fit_slots
 from tests import naive
+from tests.halves import half
 
 T = 1 / 22.1
 SAMPLES = Path(__file__).resolve().parents[2] / "data_samples"
@@ -142,17 +142,9 @@ def test_a_period_doubled_by_4_percent_is_seen_under_1_percent_of_jitter(forcing
         assert result.repeat_period == pytest.approx(2 * T, rel=3e-3)
 
 
-def half(*choices):
-    """Their product; what is slow leaves one half, which has all threes together."""
-    for places in product(range(2), repeat=len(choices)):
-        marks = pytest.mark.slow if sum(places) % 2 else ()
-        values = (two[place] for two, place in zip(choices, places, strict=True))
-        yield pytest.param(*values, marks=marks)
-
-
 @pytest.mark.parametrize(
     ("frequency", "spoilt", "count", "told"),
-    list(half((20.1, 20.3355), (False, True), (200, 1000), (True, False))),
+    half((20.1, 20.3355), (False, True), (200, 1000), (True, False)),
 )
 def test_chaotic_runs_are_chaotic(chaos, frequency, spoilt, count, told):
     rng = np.random.default_rng([count, spoilt])

@@ -54,7 +54,7 @@ SCATTERS = ((49.0, 60, "five"), (20.0, 75, "three"))
 @pytest.mark.parametrize(
     ("rate", "decimator", "noise", "most", "modes"),
     [
-        # Every two of rate, decimator and noise but a few; the others are slow.
+        # Each decimator with each noise at one rate; the other rates are slow.
         pytest.param(rate, decimator, *one, marks=() if (i + j + k) % 3 == 0 else pytest.mark.slow)
         for i, rate in enumerate((8000, 11_025, 16_000))
         for j, decimator in enumerate(DECIMATORS)
