@@ -133,8 +133,13 @@ def move(
     system, controller, start = controlled.system, controlled.controller, controlled.start
     if isinstance(system, Flow):
         return _flow(system, controller, periods, duration, start, initial, phase, method)
+    if (periods is None) == (duration is None):
+        given = f"{periods}, {duration}"
+        raise InvalidInput("periods, duration", given, "one of them, and only one")
     if duration is not None:
-        raise InvalidInput("duration", duration, "periods= for an oscillator under control")
+        period = system.forcing_period
+        assert period is not None
+        periods = number("duration", duration, above=0) / period
     chatter = number("chatter", chatter, above=0, most=1e-2)
     length = number("periods", periods, above=0, most=LONGEST)
     phases = schedule(controller, start, length)

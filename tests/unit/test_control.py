@@ -206,6 +206,12 @@ def test_a_memory_is_the_sum_over_all_delays():
     assert np.count_nonzero(near > 1e-9) <= 1
 
 
+def test_a_duration_is_so_many_periods():
+    by_time = simulate(Controlled(BEAM, LOCK, start=5), duration=10 * BEAM.forcing_period)
+    by_periods = simulate(Controlled(BEAM, LOCK, start=5), periods=10)
+    assert by_time.final == pytest.approx(by_periods.final, abs=1e-9)
+
+
 def test_a_run_that_goes_on_from_the_end_of_another():
     first = simulate(Controlled(BEAM, LOCK, start=20), periods=80)
     again = simulate(
@@ -293,9 +299,9 @@ FREE = Oscillator(damping=0.1, stops=(Stop(1.0, Rigid(0.5)),))
         (lambda: DelayedFeedback(0.1, memory=-0.1), "memory"),
         (lambda: simulate(Controlled("beam", LOCK), periods=10), "system"),
         (lambda: simulate(Controlled(FREE, LOCK), periods=10), "system"),
-        (lambda: simulate(Controlled(BEAM, LOCK)), "periods"),
+        (lambda: simulate(Controlled(BEAM, LOCK)), "periods, duration"),
         (lambda: simulate(Controlled(BEAM, LOCK), periods=0), "periods"),
-        (lambda: simulate(Controlled(BEAM, LOCK), periods=10, duration=3), "duration"),
+        (lambda: simulate(Controlled(BEAM, LOCK), periods=10, duration=3), "periods, duration"),
         (lambda: simulate(Controlled(BEAM, "pyragas"), periods=10), "controller"),
         (lambda: simulate(Controlled(BEAM, []), periods=10), "controller"),
         (lambda: simulate(Controlled(BEAM, [(1, 0.15)]), periods=10), "controller"),
