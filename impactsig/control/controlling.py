@@ -11,8 +11,8 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..oscillators.flows import Flow
 from ..simulate import RungeKutta
+from ..simulate._events import TURN
 from ..simulate._run import LONGEST
-from ..simulate.motion import TURN
 from ._delayed import run_delayed
 from ._nudged import run_nudged
 from .controlled import ControlledMotion, under_control

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..simulate._events import LENGTH, ROW_APPROACH, ROW_STOP
 from ..simulate._tableau import DEGREE
 from ..simulate.runge_kutta import SteppingEngine
 
@@ -65,14 +66,14 @@ class DelayLine:
         nodes, weights = np.polynomial.legendre.leggauss(DEGREE + 1)
         nodes, weights = (nodes + 1) / 2, weights / 2
         values = line.course[:, FORCE] @ basis(nodes).T
-        whole = values**2 @ weights * line.when[:, 2]
+        whole = values**2 @ weights * line.when[:, LENGTH]
 
         def share(j: int, turn: float, angle: float) -> float:
-            return min(max(since(line, j, turn, angle) / line.when[j, 2], 0.0), 1.0)
+            return min(max(since(line, j, turn, angle) / line.when[j, LENGTH], 0.0), 1.0)
 
         def part(j: int, low: float, high: float) -> float:
             values = basis(low + nodes * (high - low)) @ line.course[j, FORCE]
-            return float(values**2 @ weights * line.when[j, 2] * (high - low))
+            return float(values**2 @ weights * line.when[j, LENGTH] * (high - low))
 
         # Window by window, as the difference of long integrals would be noise.
         edges = list(zip(turns, phase, strict=True))
@@ -100,8 +101,8 @@ class DelayLine:
         out = np.empty(len(first))
         approach = np.zeros(len(problem.stops))
         for n, (a, b) in enumerate(zip(first, last, strict=True)):
-            k = int(rows[a, 3])
-            approach[k] = rows[a, 7]
+            k = int(rows[a, ROW_STOP])
+            approach[k] = rows[a, ROW_APPROACH]
             low, high = (locate(self.line, len(self.line.laps), *ends[i]) for i in (a, b))
             course = self.line.course[low : high + 1]
             x, v = course[:, DISPLACEMENT] @ at.T, course[:, VELOCITY] @ at.T

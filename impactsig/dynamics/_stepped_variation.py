@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 
-from ..simulate._flow import inner
+from .._compiled import inner
+from ..simulate._events import V
 from ..simulate._rates import (
     EXPONENT,
     HERTZ,
@@ -25,7 +26,7 @@ from ..simulate._rates import (
 
 # What `motion` holds: position and velocity, step to try next, greatest speed; then for each stop
 # the approach velocity of its last contact, and what that gains by either column.
-Q, V, WISH, SWIFT, STOPS = range(5)
+WISHED, SWIFT, STOPS = range(V + 1, V + 4)
 SMALL = 6e-6  # of a quantity, to difference a function by: the cube root of rounding
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..oscillators import Hertz, KelvinVoigt, Oscillator, Rigid
-from ._events import COUNTERS
+from ._events import COUNTERS, MODE
 from ._frame import reference_frequency
 from ._layout import Layout, layout, only_pushes, structure
 from ._modes import problems, tables
@@ -124,7 +124,7 @@ def begun(
     if plan.way[mode]:
         mode += v < 0
     count = np.zeros(COUNTERS, np.int64)
-    count[0] = mode
+    count[MODE] = mode
     # A first touch at next to no speed must not set the scale of chatter.
     slow = 1e-6 * (force_bound + abs(oscillator.load) / (oscillator.mass * omega**2))
     return np.array([q - origin[mode], v, slow, 0.0]), count

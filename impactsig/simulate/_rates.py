@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import cfunc
+from .._compiled import cfunc, inlined, inner
 from ._delay import pushed, pushed_rate
-from ._flow import TURN, inlined, inner, phase_of
+from ._events import TURN
+from ._flow import phase_of
 
 OUT, PUSHING, SLACK = range(3)
 # Kinds of stop: Kelvin-Voigt stops end contact at zero gap (SPRING) or at zero force (PUSHER).
@@ -72,7 +73,7 @@ class Scratch(NamedTuple):
     kv: np.ndarray
     q: np.ndarray  # Bernstein coefficients of what position and velocity gain
     v: np.ndarray
-    events: np.ndarray  # value, weight of position, weight of velocity, kind, stop
+    events: np.ndarray  # a row an event function; see `_crossing`
     stack: np.ndarray
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ._flow import TURN, inner
+from .._compiled import inner
+from ._events import TURN
 from ._rates import LAW, PLACE, RIGID, SIDE, jerk, pull
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators import KelvinVoigt, Oscillator, Rigid
-from ._events import COUNTERS
+from ._events import COUNTERS, MODE
 from ._frame import forcing, pace, reference_frequency, swings
 from ._tableau import DEGREE, tableau
 from ._user import compiled, restitution_laws
@@ -157,7 +157,7 @@ class SteppingEngine:
         slow = 1e-6 * (np.abs(p.waves[:, 1]).sum() + abs(p.constant))
         state = np.array([q - at, v, slow, 0.0, p.fixed, abs(v), *approach])
         count = np.zeros(COUNTERS + 2, np.int64)
-        count[0] = mode
+        count[MODE] = mode
         return state, count
 
     def run(

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..simulate._flow import inlined, inner, kernel
+from .._compiled import inlined, inner, kernel
 from ._equation import EXPONENT, HERTZ, LAW, PLACE, SIDE, STIFFNESS, ground_at
 
 # Columns of `Kept.sums`.

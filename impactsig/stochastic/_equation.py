@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..simulate._flow import inlined, inner
+from .._compiled import inlined, inner
 
 # Kinds of soft stop: contact ends at zero gap (SPRING) or at zero force (PUSHER).
 SPRING, PUSHER, HERTZ = range(3)
