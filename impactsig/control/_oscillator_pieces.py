@@ -19,6 +19,7 @@ from ..simulate._events import (
     REVERSE,
     ROW_APPROACH,
     ROW_KIND,
+    ROW_Q,
     ROW_STOP,
     ROW_V,
     STICK,
@@ -27,6 +28,7 @@ from ..simulate._events import (
     TURNS,
 )
 from ..simulate._frame import base_motion, forcing, pace
+from ..simulate._laws import hertz_push, spring_push
 from ._variation import Piece, Variation, laps_in, moving
 from .feedback import DelayedFeedback, check_signal
 
@@ -130,7 +132,7 @@ class Pieces:
         if self.oscillator.friction is None:
             return "stop"
         q = self._relative(np.array([angle]))[0][0]
-        near = 1e-9 * np.abs(self.motion._segments[:, 5:7]).max()
+        near = 1e-9 * np.abs(self.motion._segments[:, ROW_Q : ROW_V + 1]).max()
         rigid = [stop.position for stop in self.oscillator.stops if isinstance(stop.law, Rigid)]
         return "stop" if any(abs(q - at) <= near for at in rigid) else "friction"
 
@@ -143,7 +145,7 @@ class Pieces:
             law = stop.law
             if depth > 0 and not isinstance(law, Rigid):
                 only = isinstance(law, KelvinVoigt) and law.ends == "force"
-                if not only or law.stiffness * depth + law.damping * inward > 0:
+                if not only or spring_push(law.stiffness, law.damping, depth, inward) > 0:
                     found.add(k)
         return found
 
@@ -163,11 +165,11 @@ class Pieces:
             side, law = _side(stop), stop.law
             depth, inward = side * (q - stop.position), side * v * omega
             if isinstance(law, KelvinVoigt):
-                push = law.stiffness * depth + law.damping * inward
+                push = spring_push(law.stiffness, law.damping, depth, inward)
             else:
                 assert isinstance(law, Hertz)
-                push = law.stiffness * np.maximum(depth, 0.0) ** law.exponent
-                push = push * (1 + law.damping * inward)
+                depth = np.maximum(depth, 0.0)
+                push = hertz_push(law.stiffness, law.exponent, law.damping, depth, inward)
             a = a - side * push / inertia
         if own.law is not None:
             at, moving = base_motion(own, pace(own) * angle)

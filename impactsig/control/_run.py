@@ -44,8 +44,9 @@ from ..simulate._events import (
     Q,
     V,
 )
+from ..simulate._laws import PLACE
 from ..simulate._passing import pass_time, set_clock, time_until
-from ..simulate._rates import PLACE, Functions, open_leg, origin, pull
+from ..simulate._rates import Functions, open_leg, origin, pull
 from ..simulate._rest import departure, holding, rigid_at, unstick
 from ..simulate._step import interpolate, stride, take
 from ..simulate._stepping import inside
@@ -94,6 +95,7 @@ def run(
     `laps` are the delays for which an event, and the reaching of the limit, is a place where what
     is fed back is not smooth.
     """
+    # A long body, for the reason that `simulate._stepping.run` gives.
     spent = 0
     count[ROW_COUNT] = 0
     turned = False

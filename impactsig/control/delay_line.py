@@ -112,15 +112,15 @@ class DelayLine:
 
 def _push(problem: Any, k: int, approach: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Force per mass of a soft stop; none where it is not reached."""
-    from ..simulate._rates import HERTZ
+    from ..simulate._laws import HERTZ, hertz_loss, hertz_push, spring_push
 
     place, side, law, stiffness, loss, exponent, restitution, _ = problem.stops[k]
     depth, inward = np.maximum(side * (x - place), 0.0), side * v
     if law != HERTZ:
-        return np.where(depth > 0, stiffness * depth + loss * inward, 0.0)
+        return np.where(depth > 0, spring_push(stiffness, loss, depth, inward), 0.0)
     if restitution >= 0:
-        loss = 0.75 * (1 - restitution**2) / approach if approach > 0 else 0.0
-    return stiffness * depth**exponent * (1 + loss * inward)
+        loss = hertz_loss(restitution, approach)
+    return np.asarray(hertz_push(stiffness, exponent, loss, depth, inward))
 
 
 def _greatest(values: np.ndarray) -> float:

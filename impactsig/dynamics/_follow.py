@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ..simulate._events import APPROACH, COLUMNS, MODE, PHASE, Q, V
+from ..simulate._events import APPROACH, COLUMNS, MODE, PHASE, START, Q, V, row_of
 from ..simulate._exact import ExactEngine
 from ..simulate._run import Run, _after
 from ..simulate.runge_kutta import FixedStep
@@ -127,7 +127,7 @@ class _Stepped:
         self.motion = np.zeros(STOPS + 3 * stops)
         self.motion[Q], self.motion[V] = run.state[:2]
         self.motion[STOPS : STOPS + stops] = run.state[APPROACH:]
-        start = np.array([0.0, run.phase, 0.0, -1.0, run.count[MODE], *run.state[:2], 0.0])
+        start = np.array(row_of(START, run.clock, run.state, run.count))
         problem, _tableau, functions, scratch = self.problem
         place[IN_MODE] = mode_of(problem, functions, scratch, start, self.motion[STOPS:])
         self.room: Any = np.empty((13, 4)), np.empty(stops), np.empty(3), np.empty((2, 2))

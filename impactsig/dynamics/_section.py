@@ -7,6 +7,8 @@ from ..simulate._events import PHASE, ROW_KIND, ROW_MODE, ROW_Q, ROW_V, STICK, T
 from ..simulate._flow import begin, bounds, locate
 from ..simulate._gap import close, stays_open
 
+# Columns of a crossing: the row before it, time since that, side come from, velocity.
+AFTER, SINCE, FROM, SPEED = range(4)
 LEAST = 1e-12  # step, relative, where rounding would stop the search
 
 
@@ -42,8 +44,8 @@ def crossings(p, scratch, rows, end_turns, end_phase, level, found, most):
         side = 1.0 if side >= 0 else -1.0
         if room == 0.0 and came * side < 0:
             if number < len(found):
-                found[number, 0], found[number, 1] = k, 0.0
-                found[number, 2], found[number, 3] = came, row[ROW_V]
+                found[number, AFTER], found[number, SINCE] = k, 0.0
+                found[number, FROM], found[number, SPEED] = came, row[ROW_V]
             number += 1
         tau, x, v, a, jerk = 0.0, 0.0, row[ROW_V], 2 * leg.series[2], 6 * leg.series[3]
         leaves = room == 0.0
@@ -60,8 +62,8 @@ def crossings(p, scratch, rows, end_turns, end_phase, level, found, most):
                     if at > last:
                         break
                     if number < len(found):
-                        found[number, 0], found[number, 1] = k, at
-                        found[number, 2], found[number, 3] = side, v
+                        found[number, AFTER], found[number, SINCE] = k, at
+                        found[number, FROM], found[number, SPEED] = side, v
                     number += 1
                     side, leaves, tau = -side, True, at
                     x, v, a, jerk, b, b1 = locate(leg, tau)

@@ -30,21 +30,9 @@ from ..simulate._events import (
     Q,
     V,
 )
+from ..simulate._laws import HERTZ, LAW, LOSS, PLACE, PUSHER, RESTITUTION, SIDE, SPRING
 from ..simulate._passing import pass_time, set_clock, time_until
-from ..simulate._rates import (
-    HERTZ,
-    LAW,
-    LOSS,
-    PLACE,
-    PUSHER,
-    RESTITUTION,
-    SIDE,
-    SPRING,
-    jerk,
-    open_leg,
-    origin,
-    pull,
-)
+from ..simulate._rates import jerk, open_leg, origin, pull
 from ..simulate._retrace import mode_of
 from ..simulate._step import stride
 from ._columns import (

@@ -11,18 +11,8 @@ import math
 
 from .._compiled import inner
 from ..simulate._events import V
-from ..simulate._rates import (
-    EXPONENT,
-    HERTZ,
-    LAW,
-    LOSS,
-    PLACE,
-    PUSHING,
-    RESTITUTION,
-    SIDE,
-    STIFFNESS,
-    status,
-)
+from ..simulate._laws import EXPONENT, HERTZ, LAW, LOSS, PLACE, RESTITUTION, SIDE, STIFFNESS
+from ..simulate._rates import PUSHING, hertz_loss, status
 
 # What `motion` holds: position and velocity, step to try next, greatest speed; then for each stop
 # the approach velocity of its last contact, and what that gains by either column.
@@ -46,8 +36,7 @@ def pull_slopes(p, f, leg, mode, motion, tau, y, v, by_approach):
         loss, touched = p.stops[k, LOSS], motion[STOPS + k]
         own = p.stops[k, RESTITUTION] >= 0
         if own:
-            r = p.stops[k, RESTITUTION]
-            loss = 0.75 * (1 - r * r) / touched if touched > 0 else 0.0
+            loss = hertz_loss(p.stops[k, RESTITUTION], touched)
         power = stiffness * depth**n
         of_q -= n * power / depth * (1 + loss * side * v)
         of_v -= power * loss

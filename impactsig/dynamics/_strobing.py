@@ -169,7 +169,7 @@ def follow_machines(many, scratch, upper, lower, clocks, states, counts, strobes
     known = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
     for k in range(len(states)):
         p = machine(many, k)
-        strobes[k, 0, Q], strobes[k, 0, V] = states[k, 0] + p.origin[counts[k, 0]], states[k, 1]
+        strobes[k, 0, Q], strobes[k, 0, V] = states[k, Q] + p.origin[counts[k, MODE]], states[k, V]
         strobes[k, 0, STROBE_IMPACTS] = strobes[k, 0, STROBE_ENERGY] = 0.0
         status, last, m, _ = follow(
             p, scratch, upper, lower, clocks[k], states[k], counts[k], strobes[k], rule, known

@@ -134,7 +134,7 @@ def displacement_section(
 
 
 def _exact(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    from ._section import crossings
+    from ._section import AFTER, FROM, SINCE, SPEED, crossings
 
     engine: Any = motion._engine
     rows = _rows(motion)
@@ -146,11 +146,11 @@ def _exact(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.nda
             break
         room = count
     found = found[:count]
-    begin = rows[found[:, 0].astype(int)]
-    angle = begin[:, PHASE] + found[:, 1]
+    begin = rows[found[:, AFTER].astype(int)]
+    angle = begin[:, PHASE] + found[:, SINCE]
     whole_turns = np.floor(angle / TURN)
-    velocity = found[:, 2] * np.abs(found[:, 3]) * engine.omega
-    return begin[:, 0] + whole_turns, angle - TURN * whole_turns, velocity
+    velocity = found[:, FROM] * np.abs(found[:, SPEED]) * engine.omega
+    return begin[:, TURNS] + whole_turns, angle - TURN * whole_turns, velocity
 
 
 def _looked(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

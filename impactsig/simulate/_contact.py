@@ -36,24 +36,9 @@ from ._events import (
     Q,
     V,
 )
+from ._laws import LAW, PLACE, PUSHER, RESTITUTION, RIGID, SIDE
 from ._passing import CALM
-from ._rates import (
-    LAW,
-    OUT,
-    PLACE,
-    PUSHER,
-    PUSHING,
-    RESTITUTION,
-    RIGID,
-    SIDE,
-    SLACK,
-    WEIGHT,
-    jerk,
-    open_leg,
-    origin,
-    pull,
-    status,
-)
+from ._rates import OUT, PUSHING, SLACK, WEIGHT, jerk, open_leg, origin, pull, status
 from ._rest import departure, rigid_at
 
 

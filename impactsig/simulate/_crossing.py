@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 
 from .._compiled import inlined, inner
-from ._rates import LAW, LOSS, OUT, PLACE, PUSHER, RIGID, SIDE, SLACK, STIFFNESS, jerk, pull, status
+from ._laws import LAW, LOSS, PLACE, PUSHER, RIGID, SIDE, STIFFNESS
+from ._rates import OUT, SLACK, jerk, pull, spring_push, status
 from ._roots import first_root
 from ._step import classical, interpolate, take
 from ._tableau import DEGREE
@@ -36,7 +37,7 @@ def list_events(p, s, leg, mode, y, v):
             continue
         depth = side * (y - (p.stops[k, PLACE] - leg.origin))
         stiffness, loss = p.stops[k, STIFFNESS], p.stops[k, LOSS]
-        force = stiffness * depth + loss * side * v
+        force = spring_push(stiffness, loss, depth, side * v)
         if digit == OUT:
             enter(s.events, n, -depth, -side, 0.0, REACH, k)
             ahead = side

@@ -71,6 +71,8 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
     The arrays are as in `_events`; `upper` and `lower` are the restitution functions of rigid
     stops.
     """
+    # One long body: its parts share a score of numbers, and to pass these on costs more than most
+    # parts compute.
     spent = 0
     count[ROW_COUNT] = 0
     room = len(events)

@@ -10,6 +10,7 @@ import numpy as np
 from ..oscillators import Hertz, KelvinVoigt, Oscillator, Rigid
 from ._events import COUNTERS, MODE
 from ._frame import reference_frequency
+from ._laws import spring_push
 from ._layout import Layout, layout, only_pushes, structure
 from ._modes import problems, tables
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class ExactEngine:
-    """Moves a piecewise linear oscillator; fulfils `_events.Engine`."""
+    """Moves a piecewise linear oscillator; fulfils `_contract.Engine`."""
 
     def __init__(self, oscillator: Oscillator, chatter: float, skip: bool) -> None:
         self.oscillator = oscillator
@@ -117,7 +118,7 @@ def begun(
                 q = stop.position
                 break
             side, level = sign, level + 1
-            force = stop.law.stiffness * depth + stop.law.damping * omega * sign * v
+            force = spring_push(stop.law.stiffness, stop.law.damping * omega, depth, sign * v)
             if force < 0 and only_pushes(stop):
                 lifted |= {level - 1}
     mode = plan.modes[side, level, lifted]

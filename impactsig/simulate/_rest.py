@@ -6,7 +6,8 @@ import math
 
 from .._compiled import inner
 from ._events import TURN
-from ._rates import LAW, PLACE, RIGID, SIDE, jerk, pull
+from ._laws import LAW, PLACE, RIGID, SIDE
+from ._rates import jerk, pull
 
 
 @inner

@@ -21,23 +21,9 @@ from ._events import (
     TOUCH,
     TURNS,
 )
+from ._laws import EXPONENT, HERTZ, LAW, LOSS, PLACE, RESTITUTION, RIGID, SIDE, STIFFNESS
 from ._passing import pass_time, set_clock, time_until
-from ._rates import (
-    EXPONENT,
-    HERTZ,
-    LAW,
-    LOSS,
-    PLACE,
-    PUSHING,
-    RESTITUTION,
-    RIGID,
-    SIDE,
-    STIFFNESS,
-    open_leg,
-    origin,
-    pull,
-    status,
-)
+from ._rates import PUSHING, hertz_loss, hertz_push, open_leg, origin, pull, spring_push, status
 from ._rest import departure, rigid_at
 from ._step import stride, take
 
@@ -130,8 +116,8 @@ def push_of(p, k, loss, depth, inward):
     if depth < 0:
         return 0.0
     if p.stops[k, LAW] == HERTZ:
-        return p.stops[k, STIFFNESS] * depth ** p.stops[k, EXPONENT] * (1 + loss * inward)
-    return p.stops[k, STIFFNESS] * depth + p.stops[k, LOSS] * inward
+        return hertz_push(p.stops[k, STIFFNESS], p.stops[k, EXPONENT], loss, depth, inward)
+    return spring_push(p.stops[k, STIFFNESS], p.stops[k, LOSS], depth, inward)
 
 
 @njit(nogil=True, error_model="numpy")
@@ -149,11 +135,7 @@ def peaks(p, tab, f, s, rows, first, last, end_turns, end_phase, out):
             mode = mode_of(p, f, s, row, approach)
             loss = p.stops[k, LOSS]
             if p.stops[k, RESTITUTION] >= 0:
-                loss = (
-                    0.75 * (1 - p.stops[k, RESTITUTION] ** 2) / approach[k]
-                    if approach[k] > 0
-                    else 0.0
-                )
+                loss = hertz_loss(p.stops[k, RESTITUTION], approach[k])
             set_clock(clock, row[TURNS], row[PHASE])
             x, u, wish, speed = row[ROW_Q], row[ROW_V], 0.0, abs(row[ROW_V])
             until_turns, until_phase = end_turns, end_phase

@@ -38,8 +38,9 @@ from ._events import (
     Q,
     V,
 )
+from ._laws import HERTZ, LAW, PLACE, RIGID, SIDE
 from ._passing import pass_time, set_clock, time_until
-from ._rates import HERTZ, LAW, PLACE, PUSHING, RIGID, SIDE, open_leg, origin, pull, status
+from ._rates import PUSHING, open_leg, origin, pull, status
 from ._rest import departure, holding, rigid_at, unstick
 from ._step import stride
 
@@ -49,6 +50,8 @@ ROOM = 4  # rows that one pass of `run` may write, besides the first
 @kernel
 def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_steps):
     """Move to the end phase, writing events as rows; to be called again when they are full."""
+    # A long body, as what is decided here is so by numbers of the whole pass; what could be told
+    # apart is in `_contact`, `_crossing`, `_rest` and `_step`.
     spent = 0
     count[ROW_COUNT] = 0
     room = len(events)

@@ -25,6 +25,7 @@ from ._events import (
     TURN,
     TURNS,
 )
+from ._laws import spring_push
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -283,7 +284,7 @@ def _peaks(
         wave = setting.base * np.exp(1j * angle)
         depth = states[:, :m].sum(axis=1) + wave.real - stop.position
         rate = omega * (states[:, m:].sum(axis=1) - wave.imag)
-        return table.side * (law.stiffness * depth + law.damping * rate)
+        return table.side * (spring_push(law.stiffness, law.damping, depth, rate))
 
     peaks = np.empty(len(which))
     for k, row in enumerate(which):

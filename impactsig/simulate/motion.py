@@ -18,6 +18,7 @@ from ._events import (
     IMPACT,
     IMPACT_COUNT,
     LOST,
+    LOW,
     MODE,
     PART,
     PHASE,
@@ -248,7 +249,7 @@ def assemble(
             source=oscillator.name or "simulated",
             **known,
         )
-    own = phases_of(pace(oscillator), clock[:1], clock[1:2])
+    own = phases_of(pace(oscillator), clock[:PHASE], clock[PHASE:LOW])
     at, moving = base_motion(oscillator, own[0])
     q = float(engine.place(count[MODE], state[Q]))
     return Motion(

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ._events import IMPACT, PART, PHASE, RELEASE, ROW_KIND, STICK, TOUCH
+from ._events import BEAM_APPROACH, IMPACT, PART, PHASE, RELEASE, ROW_KIND, STICK, TOUCH
 from .beam_motion import BeamMotion
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
     side, m = motion._regimes.side, len(motion.frequencies)
     before, after = rows[begins[opens]].copy(), rows[ends[last]]
     if motion._regimes.restitution >= 0:  # a row holds the state after its impact
-        jump = (1 + motion._regimes.restitution) * before[:, 5] / m
+        jump = (1 + motion._regimes.restitution) * before[:, BEAM_APPROACH] / m
         before[:, -m:] += side * jump[:, None]
     u, v = (side * motion._omega * (r[:, -m] + _base(motion, r)) for r in (before, after))
     # Of one at either end of the span nobody knows whether it is all.

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import inlined, inner, kernel
-from ._equation import EXPONENT, HERTZ, LAW, PLACE, SIDE, STIFFNESS, ground_at
+from ..simulate._laws import EXPONENT, HERTZ, LAW, PLACE, SIDE, STIFFNESS
+from ._equation import ground_at
 
 # Columns of `Kept.sums`.
 ENERGY, ENERGY2, DISPLACEMENT, DISPLACEMENT2, VELOCITY, VELOCITY2, SUMS = range(7)
