@@ -42,6 +42,11 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return keep
 
 
+# Without reference counts, which cost more than these functions compute: nothing there allocates.
+_OPTIONS: Any = {"nogil": True, "error_model": "numpy", "_nrt": False}
+_WITHIN: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # for kernels to call
+
+
 def cfunc(signature: Any) -> Callable[[Callable[..., Any]], Any]:
     """`numba.cfunc` with its cache, for the C functions of this package."""
 
@@ -171,3 +176,11 @@ class _Cache(FunctionCache):
             super().save_overload(sig, data)
         except OSError:
             _warn("compiles its functions anew in every process")
+
+
+kernel = njit(**_OPTIONS)
+"""A kernel that Python calls."""
+inner = njit(**_OPTIONS, **_WITHIN)
+"""What only kernels call: it has no wrapper, so calling it from Python ends the process."""
+inlined = njit(**_OPTIONS, **_WITHIN, forceinline=True)
+"""The same, written into whatever calls it."""

@@ -9,11 +9,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..oscillators import Oscillator
-from ..simulate._events import COLUMNS, FULL, START, STATUS
+from ..simulate._events import (
+    COLUMNS,
+    FULL,
+    LEG_COUNT,
+    LINE_FULL,
+    PHASE,
+    ROW_COUNT,
+    START,
+    STATUS,
+    TURN,
+    TURNS,
+    row_of,
+)
 from ..simulate._frame import first_place
 from ..simulate._run import CHUNK, LEGS_AT_LEAST, LEGS_PER_PERIOD, _after
 from ..simulate._tableau import DEGREE
-from ..simulate.motion import TURN, Motion, assemble
+from ..simulate.motion import Motion, assemble
 from ..simulate.runge_kutta import RungeKutta, SteppingEngine
 from .delay_line import DelayLine, basis
 from .feedback import DelayedFeedback, check_signal
@@ -58,7 +70,7 @@ class DelayedRun:
         self.count[: len(count)] = count
         self.clock = np.array([0.0, phase, 0.0])
         self._laps = np.max([laps_of(own) for own in feedbacks], axis=0)
-        self.first = [0.0, phase, START, -1, count[0], self.state[0], self.state[1], 0.0]
+        self.first = row_of(START, self.clock, self.state, count)
         self.line = new_line(ROWS, 2)
         self._room = new_room()
         self.rows: list[np.ndarray] = []
@@ -68,7 +80,7 @@ class DelayedRun:
     def to(self, until: float, feedback: Any) -> None:
         """Move to `until` forcing periods under that feedback, from its beginning."""
         from ._line import locate
-        from ._rows import AT, EDGE, FIRST, LAPS, LONG
+        from ._rows import AT, EDGE, FIRST, LAPS
         from ._rows import ROWS as NUMBER
         from ._run import run
 
@@ -78,19 +90,21 @@ class DelayedRun:
         count, clock = self.count, self.clock
         count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
         count[FIRST] = count[NUMBER]
-        count[AT] = locate(self.line, count[NUMBER], clock[0] - fb.turns, clock[1] - fb.phase)
+        count[AT] = locate(
+            self.line, count[NUMBER], clock[TURNS] - fb.turns, clock[PHASE] - fb.phase
+        )
         end = _after(self.phase, until)
-        legs = LEGS_AT_LEAST + int(min(LEGS_PER_PERIOD * max(end[0] - clock[0], 0), 2**62))
+        legs = LEGS_AT_LEAST + int(min(LEGS_PER_PERIOD * max(end[0] - clock[TURNS], 0), 2**62))
         engine = self.engine
-        count[6] = 0
+        count[LEG_COUNT] = 0
         while True:
             found = run(
                 engine._problem, engine._tableau, engine._functions, engine._scratch, fb,
                 self.line, self._room, laps, clock, self.state, count, self._buffer, *end,
-                legs - int(count[6]),
+                legs - int(count[LEG_COUNT]),
             )  # fmt: skip
-            self.rows.append(self._buffer[: count[5]].copy())
-            if found == LONG:
+            self.rows.append(self._buffer[: count[ROW_COUNT]].copy())
+            if found == LINE_FULL:
                 self._more_line()
             elif found != FULL:
                 self.status = STATUS[found]

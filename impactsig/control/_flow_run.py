@@ -6,16 +6,15 @@ As `_run`, for any number of coordinates and without impacts, by the steps of
 
 from __future__ import annotations
 
+from .._compiled import inner, kernel
 from ..simulate._delay import DISPLACEMENT, Control
-from ..simulate._events import DIVERGED, DONE, EXHAUSTED
-from ..simulate._flow import TURN, inner, kernel
+from ..simulate._events import DIVERGED, DONE, EXHAUSTED, LINE_FULL, LOW, PHASE, TIME, TURN, TURNS
 from ..simulate._flow_steps import Field, finish, rates_at, stride, take
-from ..simulate._passing import pass_time
+from ..simulate._passing import pass_time, set_clock, time_until
 from ..simulate._step import expand
 from ..simulate._tableau import DEGREE
 from ._force import bound, feed
 from ._rows import (
-    LONG,
     REACHED,
     ROWS,
     begin_row,
@@ -53,10 +52,10 @@ def run(
     y = course.state
     for _ in range(most):
         if count[ROWS] + 1 > len(line.laps):
-            return LONG
-        end = (end_turns - clock[0]) * TURN + (end_phase - clock[1]) - clock[2]
+            return LINE_FULL
+        end = time_until(clock, end_turns, end_phase)
         if end <= REACHED:
-            clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+            set_clock(clock, end_turns, end_phase)
             return DONE
         past, smooth = recall(fb, line, count, clock)
         region, edge = side_of_limit(fb, line, past, count, y[fb.signal - COORDINATES])
@@ -64,8 +63,8 @@ def run(
             field.rates, field.signal, field.coordinate, field.parameters, field.size,
             Control(fb, line, past, region),
         )  # fmt: skip
-        t = clock[0] * TURN + clock[1] + clock[2]
-        course.clock[0] = t
+        t = clock[TURNS] * TURN + clock[PHASE] + clock[LOW]
+        course.clock[TIME] = t
         rates_at(own, False, t, 0.0, y, course.rate)
         step = stride(tab, own, False, s, course, min(end, smooth))
         if step == 0.0:
@@ -91,7 +90,7 @@ def run(
             if not abs(y[n]) < (HUGE * greatest[0] if fb.on else 1e100):
                 return DIVERGED
         if h >= end:
-            clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+            set_clock(clock, end_turns, end_phase)
         else:
             pass_time(clock, h)
     return EXHAUSTED

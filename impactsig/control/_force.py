@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._compiled import inlined, inner
 from ..simulate._delay import FORCE, SIGNAL, VELOCITY, read
-from ..simulate._flow import inlined, inner
 from ..simulate._roots import first_root
 from ..simulate._tableau import DEGREE
 

@@ -6,8 +6,9 @@ later again, so that no polynomial ever reaches across such a place.
 
 from __future__ import annotations
 
+from .._compiled import inner, kernel
 from ..simulate._delay import bernstein
-from ..simulate._flow import TURN, inner, kernel
+from ..simulate._events import LENGTH, PHASE, TURN, TURNS
 from ..simulate._tableau import DEGREE
 
 
@@ -22,7 +23,7 @@ def cut(c, share):
 @kernel
 def since(line, j, turns, phase):
     """Time from the beginning of step j to an instant."""
-    return (turns - line.when[j, 0]) * TURN + (phase - line.when[j, 1])
+    return (turns - line.when[j, TURNS]) * TURN + (phase - line.when[j, PHASE])
 
 
 @kernel
@@ -43,5 +44,5 @@ def sample(line, number, turns, phase, which, out):
     """A course at instants, in any order, within the steps."""
     for n in range(len(turns)):
         j = locate(line, number, turns[n], phase[n])
-        share = since(line, j, turns[n], phase[n]) / line.when[j, 2]
+        share = since(line, j, turns[n], phase[n]) / line.when[j, LENGTH]
         out[n] = bernstein(line.course[j, which], min(max(share, 0.0), 1.0))

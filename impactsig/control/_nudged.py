@@ -9,10 +9,30 @@ from typing import Any
 import numpy as np
 
 from ..oscillators import Oscillator
-from ..simulate._events import COLUMNS, DONE, FULL, MARK, RELEASE, START, STATUS, STICK, Engine
+from ..simulate._contract import Engine
+from ..simulate._events import (
+    COLUMNS,
+    DONE,
+    FULL,
+    LEG_COUNT,
+    MARK,
+    MODE,
+    PHASE,
+    RELEASE,
+    ROW_COUNT,
+    START,
+    STATUS,
+    STICK,
+    STUCK,
+    TURN,
+    TURNS,
+    Q,
+    V,
+    row_of,
+)
 from ..simulate._frame import base_motion, first_place, multiple, pace
 from ..simulate._run import CHUNK, LEGS_PER_PERIOD, _after, _engine
-from ..simulate.motion import TURN, Motion, assemble
+from ..simulate.motion import Motion, assemble
 from ..simulate.runge_kutta import SteppingEngine
 from .ogy import OGY
 
@@ -143,7 +163,7 @@ def run_nudged(
     q, v = first_place(oscillator, initial, phase)
     state, count = going.engine.begin(q, v, phase)
     clock = np.array([0.0, phase, 0.0])
-    first = [0.0, phase, START, -1, count[0], state[0], state[1], 0.0]
+    first = row_of(START, clock, state, count)
     rows, buffer, found = [np.array([first])], np.empty((CHUNK, COLUMNS)), DONE
     starts = np.array([start for start, _ in phases])
     swing = pace(oscillator)
@@ -153,16 +173,16 @@ def run_nudged(
         by = 0.0
         if how is not None:
             at, moving = base_motion(oscillator, swing * (TURN * n + phase))
-            x = float(going.place(count[0], state[0]) + at)
-            by = _nudge(how, np.array([x, float(state[1] * going.omega + moving)]))
-        engine = going.period(clock[0], clock[1], how, by)
+            x = float(going.place(count[MODE], state[Q]) + at)
+            by = _nudge(how, np.array([x, float(state[V] * going.omega + moving)]))
+        engine = going.period(clock[TURNS], clock[PHASE], how, by)
         if n > 0:
             rows += _marks(clock, state, count)
         end = _after(phase, min(n + 1.0, length))
-        count[6] = 0
+        count[LEG_COUNT] = 0
         while True:
             found = engine.run(clock, state, count, buffer, *end, LEGS_PER_PERIOD)
-            rows.append(buffer[: count[5]].copy())
+            rows.append(buffer[: count[ROW_COUNT]].copy())
             if found != FULL:
                 break
         if found != DONE:
@@ -185,8 +205,5 @@ def _nudge(how: OGY, state: np.ndarray) -> float:
 
 def _marks(clock: np.ndarray, state: np.ndarray, count: np.ndarray) -> list[np.ndarray]:
     """Rows from which a period is sampled; one that begins at rest ends a stick and begins one."""
-    kinds = (RELEASE, STICK) if count[1] else (MARK,)
-    return [
-        np.array([[clock[0], clock[1], kind, -1, count[0], state[0], state[1], 0.0]])
-        for kind in kinds
-    ]
+    kinds = (RELEASE, STICK) if count[STUCK] else (MARK,)
+    return [np.array([row_of(kind, clock, state, count)]) for kind in kinds]

@@ -11,9 +11,24 @@ from ..dynamics._collocation import NODES, chebyshev
 from ..dynamics.orbits import PeriodicOrbit
 from ..errors import InvalidInput
 from ..oscillators import Hertz, KelvinVoigt, Oscillator, Rigid
-from ..simulate._events import IMPACT, PART, RELEASE, REVERSE, STICK, TOUCH
+from ..simulate._events import (
+    IMPACT,
+    PART,
+    PHASE,
+    RELEASE,
+    REVERSE,
+    ROW_APPROACH,
+    ROW_KIND,
+    ROW_Q,
+    ROW_STOP,
+    ROW_V,
+    STICK,
+    TOUCH,
+    TURN,
+    TURNS,
+)
 from ..simulate._frame import base_motion, forcing, pace
-from ..simulate.motion import TURN
+from ..simulate._laws import hertz_push, spring_push
 from ._variation import Piece, Variation, laps_in, moving
 from .feedback import DelayedFeedback, check_signal
 
@@ -79,20 +94,20 @@ class Pieces:
         """From the section to the section."""
         motion = self.motion
         rows = motion._segments
-        events = rows[np.isin(rows[:, 2], (IMPACT, TOUCH, PART, REVERSE, STICK, RELEASE))]
-        begins = rows[:, 0] * TURN + rows[:, 1]
+        events = rows[np.isin(rows[:, ROW_KIND], (IMPACT, TOUCH, PART, REVERSE, STICK, RELEASE))]
+        begins = rows[:, TURNS] * TURN + rows[:, PHASE]
         stop = motion._last[0] * TURN + motion._last[1]
-        edges = [begins[0], *(events[:, 0] * TURN + events[:, 1]), stop]
+        edges = [begins[0], *(events[:, TURNS] * TURN + events[:, PHASE]), stop]
         held, pressed = "", self._pressed(edges[0])
         legs = []
         for low, high, row in zip(edges[:-1], edges[1:], [None, *events], strict=True):
             if row is not None:
-                if row[2] in (STICK, RELEASE):
-                    held = "" if row[2] == RELEASE else self._holder(low)
-                elif row[2] == TOUCH:
-                    pressed = {*pressed, int(row[3])}
-                elif row[2] == PART:
-                    pressed = pressed - {int(row[3])}
+                if row[ROW_KIND] in (STICK, RELEASE):
+                    held = "" if row[ROW_KIND] == RELEASE else self._holder(low)
+                elif row[ROW_KIND] == TOUCH:
+                    pressed = {*pressed, int(row[ROW_STOP])}
+                elif row[ROW_KIND] == PART:
+                    pressed = pressed - {int(row[ROW_STOP])}
             legs.append(self._leg(low, high, held, pressed))
         out = []
         for n, ((low, high), leg) in enumerate(zip(pairwise(edges), legs, strict=True)):
@@ -117,7 +132,7 @@ class Pieces:
         if self.oscillator.friction is None:
             return "stop"
         q = self._relative(np.array([angle]))[0][0]
-        near = 1e-9 * np.abs(self.motion._segments[:, 5:7]).max()
+        near = 1e-9 * np.abs(self.motion._segments[:, ROW_Q : ROW_V + 1]).max()
         rigid = [stop.position for stop in self.oscillator.stops if isinstance(stop.law, Rigid)]
         return "stop" if any(abs(q - at) <= near for at in rigid) else "friction"
 
@@ -130,7 +145,7 @@ class Pieces:
             law = stop.law
             if depth > 0 and not isinstance(law, Rigid):
                 only = isinstance(law, KelvinVoigt) and law.ends == "force"
-                if not only or law.stiffness * depth + law.damping * inward > 0:
+                if not only or spring_push(law.stiffness, law.damping, depth, inward) > 0:
                     found.add(k)
         return found
 
@@ -150,11 +165,11 @@ class Pieces:
             side, law = _side(stop), stop.law
             depth, inward = side * (q - stop.position), side * v * omega
             if isinstance(law, KelvinVoigt):
-                push = law.stiffness * depth + law.damping * inward
+                push = spring_push(law.stiffness, law.damping, depth, inward)
             else:
                 assert isinstance(law, Hertz)
-                push = law.stiffness * np.maximum(depth, 0.0) ** law.exponent
-                push = push * (1 + law.damping * inward)
+                depth = np.maximum(depth, 0.0)
+                push = hertz_push(law.stiffness, law.exponent, law.damping, depth, inward)
             a = a - side * push / inertia
         if own.law is not None:
             at, moving = base_motion(own, pace(own) * angle)
@@ -173,12 +188,12 @@ class Pieces:
         q, v = self._relative(np.clip(angle, low, high))
         # At an event's very instant the motion is sampled after it: the last node is before.
         if row is not None:
-            kind, k = row[2], int(row[3])
+            kind, k = row[ROW_KIND], int(row[ROW_STOP])
             if kind in (IMPACT, TOUCH, PART):
                 stop = self.oscillator.stops[k]
                 if kind != PART or getattr(stop.law, "ends", "gap") == "gap":
                     q[-1] = stop.position
-                v[-1] = _side(stop) * row[7] if kind == IMPACT else row[6]
+                v[-1] = _side(stop) * row[ROW_APPROACH] if kind == IMPACT else row[ROW_V]
             else:
                 v[-1] = 0.0
         small = 1e-6 * max(np.abs(q).max(), np.abs(v).max())
@@ -231,9 +246,9 @@ class Pieces:
         self, piece: Piece, leg: Leg, row: Any, angle: float, q: float, v: float, after: Leg
     ) -> Piece:
         """The piece with its event: saltation, how late it is, height of the pulse."""
-        if row is None or row[2] == RELEASE:
+        if row is None or row[ROW_KIND] == RELEASE:
             return piece
-        kind = row[2]
+        kind = row[ROW_KIND]
         if kind == STICK:
             left = np.diag([1.0 if after.held == "friction" else 0.0, 0.0])
             return _with(piece, left)
@@ -247,7 +262,7 @@ class Pieces:
             return _with(piece, np.diag([1.0, pull(q, 0.0, leg.pressed, -leg.way) / before]))
         if v == 0.0:
             return piece
-        stop = self.oscillator.stops[int(row[3])]
+        stop = self.oscillator.stops[int(row[ROW_STOP])]
         lag = np.array([-1 / v, 0.0])
         if kind == IMPACT:
             came, slope = self._returned(stop.law, v)
@@ -256,7 +271,7 @@ class Pieces:
             return _with(piece, jump, lag, v - came if self.of_velocity else 0.0, slope)
         others = [own for own in leg.pressed if own is not stop]
         then = others if kind == PART else [*leg.pressed, stop]
-        gained = pull(q, row[6], then, leg.way)
+        gained = pull(q, row[ROW_V], then, leg.way)
         return _with(piece, np.array([[1.0, 0.0], [(gained - before) / v, 1.0]]), lag)
 
     def _returned(self, law: Any, v: float) -> tuple[float, float]:

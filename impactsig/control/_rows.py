@@ -9,19 +9,18 @@ from __future__ import annotations
 
 import math
 
-from ..simulate._contact import BEGUN
+from .._compiled import inner
 from ..simulate._delay import DISPLACEMENT, VELOCITY, Past, read
-from ..simulate._flow import inner
+from ..simulate._events import BEGUN, LENGTH, LOW, PHASE, TURNS
 from ..simulate._tableau import DEGREE
 from ._force import feed
 from ._line import cut, since
 
-# Counters after those of `simulate._contact`: rows of the delay line; the row that what is fed
+# Counters after those of `simulate._events`: rows of the delay line; the row that what is fed
 # back now comes from; the first row of the phase; delays for which the beginning of the next row
 # is no smooth place; side of the limit that the force is beyond, and that it is at.
 ROWS, AT, FIRST, LAPS, REGION, EDGE = range(BEGUN + 1, BEGUN + 7)
 COUNTS = EDGE + 1
-LONG = 9  # status: no row of the delay line is left
 REACHED = 1e-14  # of the phase: rounding
 
 
@@ -31,10 +30,10 @@ def recall(feedback, line, count, clock):
     number = count[ROWS]
     if not feedback.on:
         return Past(0, 0, 0, 0.0), math.inf
-    turns, phase = clock[0] - feedback.turns, clock[1] - feedback.phase
+    turns, phase = clock[TURNS] - feedback.turns, clock[PHASE] - feedback.phase
     j = count[AT]
     while j + 1 < number:
-        ahead = since(line, j + 1, turns, phase) + clock[2]
+        ahead = since(line, j + 1, turns, phase) + clock[LOW]
         if ahead < -REACHED or (ahead < 0 and line.laps[j + 1] == 0):
             break
         j += 1
@@ -47,8 +46,8 @@ def recall(feedback, line, count, clock):
         last += 1
     smooth = feedback.delay
     if last + 1 < number:
-        smooth = min(smooth, -since(line, last + 1, turns, phase) - clock[2])
-    offset = max(since(line, j, turns, phase) + clock[2], 0.0)
+        smooth = min(smooth, -since(line, last + 1, turns, phase) - clock[LOW])
+    offset = max(since(line, j, turns, phase) + clock[LOW], 0.0)
     return Past(j, last, count[FIRST], offset), smooth
 
 
@@ -71,7 +70,11 @@ def side_of_limit(feedback, line, past, count, own):
 def begin_row(line, count, clock, h):
     """A row for a step of h from now; its courses are `line.course[count[ROWS] - 1]`."""
     j = count[ROWS]
-    line.when[j, 0], line.when[j, 1], line.when[j, 2] = clock[0], clock[1] + clock[2], h
+    line.when[j, TURNS], line.when[j, PHASE], line.when[j, LENGTH] = (
+        clock[TURNS],
+        clock[PHASE] + clock[LOW],
+        h,
+    )
     line.laps[j] = count[LAPS]
     count[LAPS] = 0
     count[ROWS] = j + 1

@@ -9,25 +9,44 @@ from __future__ import annotations
 
 import math
 
+from .._compiled import inlined, inner, kernel
 from ..simulate._contact import (
-    APPROACH,
-    HOLDER,
-    SPEED,
-    STEP,
-    change_contact,
     hold,
     note,
-    rebound,
-    rest_or_turn,
+    settle_event,
     slide,
     touched,
 )
-from ..simulate._crossing import REACH, REST, event_root, list_events, polish, zeros_at_start
+from ..simulate._crossing import OF_STOP, ZEROS, event_root, list_events, polish, zeros_at_start
 from ..simulate._delay import DISPLACEMENT, VELOCITY, Control
-from ..simulate._events import BROKEN, DIVERGED, DONE, EXHAUSTED, FULL, RELEASE
-from ..simulate._flow import TURN, inlined, inner, kernel
-from ..simulate._passing import pass_time
-from ..simulate._rates import LAW, PLACE, RIGID, SIDE, Functions, open_leg, origin, pull
+from ..simulate._events import (
+    APPROACH,
+    BROKEN,
+    DIVERGED,
+    DONE,
+    EXHAUSTED,
+    FULL,
+    HOLDER,
+    LEG_COUNT,
+    LENGTH,
+    LINE_FULL,
+    LOST,
+    LOW,
+    MODE,
+    PHASE,
+    RELEASE,
+    ROW_COUNT,
+    SPEED,
+    STEP,
+    STUCK,
+    TURN,
+    TURNS,
+    Q,
+    V,
+)
+from ..simulate._laws import PLACE
+from ..simulate._passing import pass_time, set_clock, time_until
+from ..simulate._rates import Functions, open_leg, origin, pull
 from ..simulate._rest import departure, holding, rigid_at, unstick
 from ..simulate._step import interpolate, stride, take
 from ..simulate._stepping import inside
@@ -36,7 +55,6 @@ from ._force import bound, feed, signal_of
 from ._rows import (
     EDGE,
     LAPS,
-    LONG,
     REACHED,
     REGION,
     ROWS,
@@ -77,43 +95,44 @@ def run(
     `laps` are the delays for which an event, and the reaching of the limit, is a place where what
     is fed back is not smooth.
     """
+    # A long body, for the reason that `simulate._stepping.run` gives.
     spent = 0
-    count[5] = 0
+    count[ROW_COUNT] = 0
     turned = False
     approach = state[APPROACH:]
     while True:
-        if count[5] + ROOM > len(events):
+        if count[ROW_COUNT] + ROOM > len(events):
             return FULL
         if count[ROWS] + ROOM > len(line.laps):
-            return LONG
+            return LINE_FULL
         if spent >= most:
             return EXHAUSTED
-        end = (end_turns - clock[0]) * TURN + (end_phase - clock[1]) - clock[2]
+        end = time_until(clock, end_turns, end_phase)
         if end <= REACHED:
-            clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+            set_clock(clock, end_turns, end_phase)
             return DONE
-        y, v = state[0], state[1]
+        y, v = state[Q], state[V]
         if not (abs(y) < 1e140 and abs(v) < 1e140):
             return DIVERGED  # their squares would overflow
         past, smooth = recall(fb, line, count, clock)
         ahead = min(end, smooth)
-        x = y + origin(p, count[0])
+        x = y + origin(p, count[MODE])
         region, edge = side_of_limit(fb, line, past, count, signal_of(fb, x, v))
         acting = under(f, fb, line, past, region)
         spent += 1
-        count[6] += 1
+        count[LEG_COUNT] += 1
 
         balanced = False
         if v == 0.0:
-            rest = count[0] - count[0] % 3
-            leg = open_leg(p, s, clock[0], clock[1], clock[2], rest, approach, y, v)
+            rest = count[MODE] - count[MODE] % 3
+            leg = open_leg(p, s, clock[TURNS], clock[PHASE], clock[LOW], rest, approach, y, v)
             k = rigid_at(p, leg, y)
-            if count[1] != 0:
+            if count[STUCK] != 0:
                 low, high = holding(p, count[HOLDER])
                 ahead = min(ahead, TURN)
                 if fb.on:
                     # Within a row of what is fed back, so that no polynomial is fitted to several.
-                    ahead = min(ahead, max(line.when[past.step, 2] - past.offset, REACHED))
+                    ahead = min(ahead, max(line.when[past.step, LENGTH] - past.offset, REACHED))
                 tau, way = unstick(p, acting, leg, s, y, low, high, ahead)
                 if way == 2:
                     return BROKEN
@@ -132,7 +151,7 @@ def run(
                     pass_time(clock, tau)
                 if way == 0:
                     continue
-                count[1] = 0
+                count[STUCK] = 0
                 if p.static > 0:
                     slide(count, way)
                 count[LAPS] = laps[0]
@@ -155,18 +174,18 @@ def run(
                     continue
                 if p.static > 0:
                     slide(count, way)
-        elif p.static > 0 and count[0] % 3 == 0:
+        elif p.static > 0 and count[MODE] % 3 == 0:
             slide(count, 1 if v > 0 else -1)
 
-        leg = open_leg(p, s, clock[0], clock[1], clock[2], count[0], approach, y, v)
+        leg = open_leg(p, s, clock[TURNS], clock[PHASE], clock[LOW], count[MODE], approach, y, v)
         a = pull(acting, leg, s, 0.0, y, v)
         if not math.isfinite(a):
             return BROKEN if p.forced else DIVERGED
-        number = list_events(p, s, leg, count[0], y, v)
+        number = list_events(p, s, leg, count[MODE], y, v)
         due = -1
         for i in range(number):
             zeros = zeros_at_start(p, acting, leg, s, s.events[i], y, v, a, balanced)
-            s.events[i, 5] = zeros
+            s.events[i, ZEROS] = zeros
             if zeros < 0 and due < 0:
                 due = i
         if due < 0:
@@ -174,7 +193,7 @@ def run(
                 p, tab, acting, leg, s, state[STEP], ahead, y, v, a, state[SPEED]
             )
             spent += tries - 1
-            count[6] += tries - 1
+            count[LEG_COUNT] += tries - 1
             if step == 0.0:
                 return BROKEN if p.forced else DIVERGED
             begin_row(line, count, clock, step)
@@ -187,7 +206,7 @@ def run(
                 continue
             turned = False
             for i in range(number):
-                at = event_root(s, s.events[i], int(s.events[i, 5]))
+                at = event_root(s, s.events[i], int(s.events[i, ZEROS]))
                 if at < min(share, 1.5):
                     due, share = i, at
             h = step
@@ -204,12 +223,12 @@ def run(
                 cross_limit(line, laps, count, share, region, side)
             else:
                 state[STEP] = wish
-            state[0], state[1] = y + dq, v + dv
-            if touched(p, count[0]) == 0:  # else it is among what the contact loses
-                state[3] += p.kinetic * abs(dq)
-            state[SPEED] = max(state[SPEED], abs(state[1]))
+            state[Q], state[V] = y + dq, v + dv
+            if touched(p, count[MODE]) == 0:  # else it is among what the contact loses
+                state[LOST] += p.kinetic * abs(dq)
+            state[SPEED] = max(state[SPEED], abs(state[V]))
             if h >= end:
-                clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+                set_clock(clock, end_turns, end_phase)
             else:
                 pass_time(clock, h)
             if due < 0:
@@ -217,29 +236,17 @@ def run(
                 continue
         count[LAPS] = laps[0]
         past, smooth = recall(fb, line, count, clock)
-        x = state[0] + leg.origin
+        x = state[Q] + leg.origin
         region, edge = side_of_limit(fb, line, past, count, signal_of(fb, x, 0.0))
         acting = under(f, fb, line, past, region)
-        kind, k = int(s.events[due, 3]), int(s.events[due, 4])
-        if kind == REST:
-            rest_or_turn(p, acting, s, clock, state, count, events)
-        elif kind == REACH and p.stops[k, LAW] == RIGID:
-            x = p.stops[k, PLACE]
-            state[0] = x - leg.origin
-            if p.stops[k, SIDE] * state[1] <= 0:  # closed at the very turning point
-                state[1] = 0.0
-                if p.static > 0:
-                    slide(count, 0)
-                continue
-            end = (end_turns - clock[0]) * TURN + (end_phase - clock[1]) - clock[2]
-            left = rebound(p, acting, s, clock, state, count, events, k, min(end, smooth))
-            if left < 0:
-                return BROKEN
-            if left > 0:
-                # What is left of a limit that is crossed within is not worth another row.
-                rest_row(fb, line, past, room, region, count, clock, left, x)
-                pass_time(clock, left)
-                count[LAPS] = laps[0]
-                hold(p, clock, state, count, events, k)
-        else:
-            change_contact(p, clock, state, count, events, kind, k)
+        calm = min(time_until(clock, end_turns, end_phase), smooth)
+        left = settle_event(p, acting, s, leg, clock, state, count, events, due, calm)
+        if left < 0:
+            return BROKEN
+        if left > 0:
+            # What is left of a limit that is crossed within is not worth another row.
+            k = int(s.events[due, OF_STOP])
+            rest_row(fb, line, past, room, region, count, clock, left, p.stops[k, PLACE])
+            pass_time(clock, left)
+            count[LAPS] = laps[0]
+            hold(p, clock, state, count, events, k)

@@ -10,7 +10,8 @@ import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ..simulate.motion import TURN, Motion
+from ..simulate._events import TURN
+from ..simulate.motion import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,8 +12,8 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..oscillators.flows import Flow
 from ..simulate import RungeKutta
+from ..simulate._events import TURN
 from ..simulate._run import LONGEST
-from ..simulate.motion import TURN
 from ..simulate.simulation import CHATTER
 from ._delayed import run_delayed
 from ._nudged import run_nudged

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..simulate._events import LENGTH, ROW_APPROACH, ROW_STOP
 from ..simulate._tableau import DEGREE
 from ..simulate.runge_kutta import SteppingEngine
 
@@ -65,14 +66,14 @@ class DelayLine:
         nodes, weights = np.polynomial.legendre.leggauss(DEGREE + 1)
         nodes, weights = (nodes + 1) / 2, weights / 2
         values = line.course[:, FORCE] @ basis(nodes).T
-        whole = values**2 @ weights * line.when[:, 2]
+        whole = values**2 @ weights * line.when[:, LENGTH]
 
         def share(j: int, turn: float, angle: float) -> float:
-            return min(max(since(line, j, turn, angle) / line.when[j, 2], 0.0), 1.0)
+            return min(max(since(line, j, turn, angle) / line.when[j, LENGTH], 0.0), 1.0)
 
         def part(j: int, low: float, high: float) -> float:
             values = basis(low + nodes * (high - low)) @ line.course[j, FORCE]
-            return float(values**2 @ weights * line.when[j, 2] * (high - low))
+            return float(values**2 @ weights * line.when[j, LENGTH] * (high - low))
 
         # Window by window, as the difference of long integrals would be noise.
         edges = list(zip(turns, phase, strict=True))
@@ -100,8 +101,8 @@ class DelayLine:
         out = np.empty(len(first))
         approach = np.zeros(len(problem.stops))
         for n, (a, b) in enumerate(zip(first, last, strict=True)):
-            k = int(rows[a, 3])
-            approach[k] = rows[a, 7]
+            k = int(rows[a, ROW_STOP])
+            approach[k] = rows[a, ROW_APPROACH]
             low, high = (locate(self.line, len(self.line.laps), *ends[i]) for i in (a, b))
             course = self.line.course[low : high + 1]
             x, v = course[:, DISPLACEMENT] @ at.T, course[:, VELOCITY] @ at.T
@@ -111,15 +112,15 @@ class DelayLine:
 
 def _push(problem: Any, k: int, approach: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Force per mass of a soft stop; none where it is not reached."""
-    from ..simulate._rates import HERTZ
+    from ..simulate._laws import HERTZ, hertz_loss, hertz_push, spring_push
 
     place, side, law, stiffness, loss, exponent, restitution, _ = problem.stops[k]
     depth, inward = np.maximum(side * (x - place), 0.0), side * v
     if law != HERTZ:
-        return np.where(depth > 0, stiffness * depth + loss * inward, 0.0)
+        return np.where(depth > 0, spring_push(stiffness, loss, depth, inward), 0.0)
     if restitution >= 0:
-        loss = 0.75 * (1 - restitution**2) / approach if approach > 0 else 0.0
-    return stiffness * depth**exponent * (1 + loss * inward)
+        loss = hertz_loss(restitution, approach)
+    return np.asarray(hertz_push(stiffness, exponent, loss, depth, inward))
 
 
 def _greatest(values: np.ndarray) -> float:

@@ -12,9 +12,8 @@ import numpy as np
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ..simulate._course import STEPS, Running, coordinate_of
-from ..simulate._events import STATUS
+from ..simulate._events import LINE_FULL, PHASE, STATUS, TURN, TURNS
 from ..simulate._tableau import tableau
-from ..simulate.motion import TURN
 from ._delayed import ROWS, laps_of, new_line, new_room
 from .feedback import DelayedFeedback
 
@@ -189,7 +188,7 @@ class _Going(Running):
         """Move to that time under that feedback, from its beginning."""
         from ._flow_run import run
         from ._line import locate
-        from ._rows import AT, EDGE, FIRST, LAPS, LONG
+        from ._rows import AT, EDGE, FIRST, LAPS
         from ._rows import ROWS as NUMBER
 
         if self.status != "complete":
@@ -197,7 +196,9 @@ class _Going(Running):
         count, clock = self.count, self.clock
         count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
         count[FIRST] = count[NUMBER]
-        count[AT] = locate(self.line, count[NUMBER], clock[0] - fb.turns, clock[1] - fb.phase)
+        count[AT] = locate(
+            self.line, count[NUMBER], clock[TURNS] - fb.turns, clock[PHASE] - fb.phase
+        )
         turns = math.floor(until / TURN)
         most = AT_LEAST + PER_TIME * until
         for _ in range(1 + int(most / STEPS)):
@@ -205,8 +206,8 @@ class _Going(Running):
                 tableau(), self.field, self.scratch, self.course, fb, self.line, self.room, laps,
                 clock, count, self.greatest, float(turns), until - turns * TURN, STEPS,
             )  # fmt: skip
-            status = "" if found == LONG else STATUS[found]
-            if found == LONG:
+            status = "" if found == LINE_FULL else STATUS[found]
+            if found == LINE_FULL:
                 number, old = int(count[NUMBER]), self.line
                 self.line = new_line(2 * number, self.system.dimension)
                 for own, new in zip(old, self.line, strict=True):
@@ -223,7 +224,7 @@ class _Going(Running):
         number = int(self.count[NUMBER])
         return ControlledFlowMotion(
             self.system,
-            float(self.clock[0] * TURN + self.clock[1]),
+            float(self.clock[TURNS] * TURN + self.clock[PHASE]),
             phases,
             self.course.state[: self.system.dimension].copy(),
             self.status,

@@ -20,16 +20,26 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..simulate._beam_flow import HEAD
-from ..simulate._events import IMPACT, PART, STICK, TOUCH
+from ..simulate._events import (
+    BEAM_APPROACH,
+    HEAD,
+    IMPACT,
+    PART,
+    PHASE,
+    ROW_KIND,
+    ROW_REGIME,
+    STICK,
+    TOUCH,
+    TURN,
+    TURNS,
+)
 
 if TYPE_CHECKING:
     from ..simulate._beam_flow import Beam
     from ..simulate.beam_motion import BeamMotion
 
-FREE, HELD = 0, 1  # regimes
+FREE, HELD = 0, 1  # regimes, as in `simulate._beam`
 SLOW = 1e-12  # share of the modes' velocities: an event that comes more slowly has no derivative
-TURN = 2 * np.pi
 
 
 class Step(NamedTuple):
@@ -48,14 +58,14 @@ def steps(motion: BeamMotion, times: np.ndarray) -> Iterator[tuple[int, Step]]:
     In the unit of time of the reference, for displacements and velocities of the modes.
     """
     table, rows = motion._regimes, motion._rows
-    angles = rows[:, 0] * TURN + rows[:, 1]
+    angles = rows[:, TURNS] * TURN + rows[:, PHASE]
     turns, phase = motion._angle(times)
     cuts = turns * TURN + phase
     at, passed, k = angles[0], 0, 0
     while passed < len(cuts):
         last = k + 1 == len(rows) or angles[k + 1] > cuts[passed]
         to = cuts[passed] if last else angles[k + 1]
-        matrix = flow(table, int(rows[k, 3]), max(to - at, 0.0))
+        matrix = flow(table, int(rows[k, ROW_REGIME]), max(to - at, 0.0))
         collapsed = grazed = False
         at = to
         if last:
@@ -63,13 +73,13 @@ def steps(motion: BeamMotion, times: np.ndarray) -> Iterator[tuple[int, Step]]:
         else:
             held = (
                 k + 2 < len(rows)
-                and (rows[k + 1, 2], rows[k + 2, 2]) == (IMPACT, STICK)
-                and np.array_equal(rows[k + 1, :2], rows[k + 2, :2])
+                and (rows[k + 1, ROW_KIND], rows[k + 2, ROW_KIND]) == (IMPACT, STICK)
+                and angles[k + 1] == angles[k + 2]
             )
             jump, grazed = saltation(table, rows[k], rows[k + 1], bool(held))
             matrix = jump @ matrix
             k += 2 if held else 1
-            collapsed = rows[k, 2] == STICK
+            collapsed = rows[k, ROW_KIND] == STICK
         yield passed, Step(float(at // TURN), float(at % TURN), matrix, bool(collapsed), grazed)
 
 
@@ -96,7 +106,7 @@ def saltation(
 
     `held`: whether the impact ends a chatter, after which the stop holds the tip.
     """
-    m, phase, kind = table.modes, row[1], row[2]
+    m, phase, kind = table.modes, row[PHASE], row[ROW_KIND]
     after = row[HEAD:].copy()
     identity, normal = np.eye(2 * m), table.signal[FREE]
     if kind not in (IMPACT, TOUCH, PART, STICK):
@@ -110,7 +120,7 @@ def saltation(
     if kind == IMPACT:
         restitution = 0.0 if held else table.restitution
         change = table.side * (1 + restitution) / m
-        come = -row[5]
+        come = -row[BEAM_APPROACH]
         state[m:] -= table.side * (1 + table.restitution) * come / m
         reset[m:, m:] += change * along
         by_time[m:] = -change * (table.wave[FREE] * np.exp(1j * phase)).real
@@ -118,9 +128,9 @@ def saltation(
         after[m:] += change * come
     if abs(come) <= SLOW * np.abs(state[m:]).sum():
         return reset, True
-    regime = HELD if held else int(row[3])
+    regime = HELD if held else int(row[ROW_REGIME])
     gone = rate(table, regime, after, phase)
-    came = rate(table, int(before[3]), state, phase)
+    came = rate(table, int(before[ROW_REGIME]), state, phase)
     return reset + np.outer(gone - reset @ came - by_time, normal) / come, False
 
 

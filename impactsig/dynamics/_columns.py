@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import math
 
-from ..simulate._flow import TURN, inlined
+from .._compiled import inlined
+from ..simulate._events import PHASE, TURN, TURNS
 
-# What `place` holds: turns, phase and mode up to which the columns have been carried; whether the
-# mass is held, and by what; the kind of the last event; the instant to take the totals at next.
-TURNS, PHASE, MODE, HELD, KIND, NEXT = range(6)
+# What `place` holds: turns and phase (as a clock) and the mode up to which the columns have been
+# carried; whether the mass is held, and by what; the kind of the last event; the instant to take
+# the totals at next.
+IN_MODE, HELD, LAST, NEXT = range(PHASE + 1, PHASE + 5)
 FREE, BY_FRICTION, BY_STOP = range(3)
 # What `totals` hold: logarithms of the growth of the first and the second column (or of the common
 # scale of both, where they are not made orthonormal), of the determinant; collapses to a line and
 # to a point; events that graze so closely that they have no derivative; impacts.
 FIRST, SECOND, DETERMINANT, LINES, POINTS, SINGULAR, IMPACTS = range(7)
 TOTALS = 7
+# A collapse: when, as a clock, and how many dimensions were left.
+LEFT = 2
 
 
 @inlined
@@ -30,7 +34,7 @@ def list_collapse(collapses, totals, row, left):
     """Write down when how many dimensions were left, as long as there is room."""
     n = int(totals[LINES] + totals[POINTS])
     if n < len(collapses):
-        collapses[n, 0], collapses[n, 1], collapses[n, 2] = row[0], row[1], left
+        collapses[n, TURNS], collapses[n, PHASE], collapses[n, LEFT] = row[TURNS], row[PHASE], left
     totals[LINES if left == 1 else POINTS] += 1
     totals[DETERMINANT] = -math.inf
 
@@ -76,7 +80,7 @@ def due(turns, phase, place, instants):
     k = int(place[NEXT])
     if k >= len(instants):
         return False
-    return (instants[k, 0] - turns) * TURN + (instants[k, 1] - phase) <= 0
+    return (instants[k, TURNS] - turns) * TURN + (instants[k, PHASE] - phase) <= 0
 
 
 @inlined

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import math
 
-from ..simulate._flow import inner, kernel
-from ..simulate._flow_steps import DIVERGED, DONE, MORE, go, rates_at, stride
+from .._compiled import inner, kernel
+from ..simulate._events import DIVERGED, DONE, EXHAUSTED, TIME, WISH
+from ..simulate._flow_steps import go, rates_at, stride
 
 TOLERANCE = 1e-11  # of what a step does to a column, relative to its length
 SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding
@@ -109,10 +110,10 @@ def carry(tab, field, s, course, end, steps, columns, growth, new, sizes, slopes
     """
     d = field.size
     y = course.state
-    if course.pace[0] == 0.0:
-        rates_at(field, False, course.clock[0], 0.0, y, course.rate)
+    if course.pace[WISH] == 0.0:
+        rates_at(field, False, course.clock[TIME], 0.0, y, course.rate)
     for _ in range(steps):
-        t = course.clock[0]
+        t = course.clock[TIME]
         if t >= end:
             return DONE
         h = stride(tab, field, False, s, course, end - t)
@@ -122,15 +123,17 @@ def carry(tab, field, s, course, end, steps, columns, growth, new, sizes, slopes
             sizes[n] = max(sizes[n], abs(y[n]))
         trace, error = vary(tab, field, s, t, h, y, columns, new, sizes, slopes, j, low, high)
         if error > 1:
-            course.pace[0] = h * max(0.2, 0.9 * error**-0.125)
+            course.pace[WISH] = h * max(0.2, 0.9 * error**-0.125)
             continue
         if not error <= 1:
             return DIVERGED
-        course.pace[0] = min(course.pace[0], h * (0.9 * error**-0.125 if error > 1e-6 else 5.0))
+        course.pace[WISH] = min(
+            course.pace[WISH], h * (0.9 * error**-0.125 if error > 1e-6 else 5.0)
+        )
         growth[d] += h * trace
         for n in range(d):
             for m in range(d):
                 columns[n, m] = new[n, m]
         orthonormalize(columns, growth)
         go(s, course, h, end)
-    return MORE
+    return EXHAUSTED

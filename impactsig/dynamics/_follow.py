@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ..simulate._events import COLUMNS
+from ..simulate._events import APPROACH, COLUMNS, MODE, PHASE, START, Q, V, row_of
 from ..simulate._exact import ExactEngine
 from ..simulate._run import Run, _after
 from ..simulate.runge_kutta import FixedStep
@@ -39,7 +39,7 @@ class Follower:
     """
 
     def __init__(self, oscillator: Oscillator, orthonormal: bool, **options: Any) -> None:
-        from ._columns import KIND, MODE, PHASE, TOTALS
+        from ._columns import IN_MODE, LAST, TOTALS
 
         if isinstance(options.get("method"), FixedStep):
             raise InvalidInput("method", options["method"], "RungeKutta(...) or None")
@@ -49,7 +49,7 @@ class Follower:
         self.totals = np.zeros(TOTALS)
         self.collapses = np.zeros((LISTED, 3))
         self.place = np.zeros(6)
-        self.place[PHASE], self.place[MODE], self.place[KIND] = run.phase, run.count[0], 0
+        self.place[PHASE], self.place[IN_MODE], self.place[LAST] = run.phase, run.count[MODE], 0
         self._buffer = np.empty((ROOM, COLUMNS))
         self._at = 0.0
         self._tangent: _Exact | _Stepped = (
@@ -118,18 +118,18 @@ class _Stepped:
 
     def __init__(self, run: Run, place: np.ndarray) -> None:
         from ..simulate._retrace import mode_of
-        from ._columns import MODE
-        from ._stepped_variation import STOPS, Q, V
+        from ._columns import IN_MODE
+        from ._stepped_variation import STOPS
 
         engine: Any = run.engine
         stops = len(run.oscillator.stops)
         self.problem: Any = engine._problem, engine._tableau, engine._functions, engine._scratch
         self.motion = np.zeros(STOPS + 3 * stops)
         self.motion[Q], self.motion[V] = run.state[:2]
-        self.motion[STOPS : STOPS + stops] = run.state[6:]
-        start = np.array([0.0, run.phase, 0.0, -1.0, run.count[0], *run.state[:2], 0.0])
+        self.motion[STOPS : STOPS + stops] = run.state[APPROACH:]
+        start = np.array(row_of(START, run.clock, run.state, run.count))
         problem, _tableau, functions, scratch = self.problem
-        place[MODE] = mode_of(problem, functions, scratch, start, self.motion[STOPS:])
+        place[IN_MODE] = mode_of(problem, functions, scratch, start, self.motion[STOPS:])
         self.room: Any = np.empty((13, 4)), np.empty(stops), np.empty(3), np.empty((2, 2))
 
     def carry(self, *tangent: Any) -> None:

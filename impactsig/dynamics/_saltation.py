@@ -21,7 +21,8 @@ from __future__ import annotations
 
 import math
 
-from ..simulate._flow import inlined, inner
+from .._compiled import inlined, inner
+from ..simulate._events import ROW_APPROACH, ROW_V
 from ._columns import (
     BY_FRICTION,
     BY_STOP,
@@ -47,7 +48,7 @@ def slope_of_return(law, v, unit):
 @inlined
 def hit(columns, totals, collapses, row, come, rho, a, b):
     """At an impact that comes with the velocity `come`; accelerations a before and b after it."""
-    r = -row[6] / come
+    r = -row[ROW_V] / come
     multiply(columns, -r, 0.0, (b + rho * a) / come, -rho)
     if r * rho == 0.0:
         list_collapse(collapses, totals, row, 1)
@@ -87,7 +88,7 @@ def set_off(columns, totals, off, orthonormal):
 @inlined
 def approach_of(row, side, totals):
     """Velocity with which an impact comes; 0 where it grazes, which has no derivative."""
-    come = side * row[7]
+    come = side * row[ROW_APPROACH]
     totals[IMPACTS] += 1
     totals[SINGULAR] += come == 0.0
     return come

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from ..simulate._events import STICK
-from ..simulate._flow import TURN, begin, bounds, kernel, locate
+from .._compiled import kernel
+from ..simulate._events import PHASE, ROW_KIND, ROW_MODE, ROW_Q, ROW_V, STICK, TURN, TURNS
+from ..simulate._flow import begin, bounds, locate
 from ..simulate._gap import close, stays_open
 
+# Columns of a crossing: the row before it, time since that, side come from, velocity.
+AFTER, SINCE, FROM, SPEED = range(4)
 LEAST = 1e-12  # step, relative, where rounding would stop the search
 
 
@@ -21,30 +24,30 @@ def crossings(p, scratch, rows, end_turns, end_phase, level, found, most):
     came = 0.0  # the side on which the leg before was
     for k in range(len(rows)):
         row = rows[k]
-        i = int(row[4])
+        i = int(row[ROW_MODE])
         turns, phase, meets = end_turns, end_phase, False
         if k + 1 < len(rows):
             after = rows[k + 1]
-            turns, phase = after[0], after[1]
-            meets = level - p.origin[int(after[4])] - after[5] == 0.0
-        end = (turns - row[0]) * TURN + (phase - row[1])
-        if row[2] == STICK or end <= 0:
+            turns, phase = after[TURNS], after[PHASE]
+            meets = level - p.origin[int(after[ROW_MODE])] - after[ROW_Q] == 0.0
+        end = (turns - row[TURNS]) * TURN + (phase - row[PHASE])
+        if row[ROW_KIND] == STICK or end <= 0:
             continue
         last = end * (1 - 1e-9) if meets else end
-        leg = begin(p, scratch, i, row[0], row[1], 0.0, row[5], row[6])
+        leg = begin(p, scratch, i, row[TURNS], row[PHASE], 0.0, row[ROW_Q], row[ROW_V])
         b = leg.drift - 2 * leg.delta * leg.w - leg.kappa * leg.z
         limit, third = bounds(leg, b, -2 * leg.delta * b - leg.kappa * leg.w)
-        room = level - p.origin[i] - row[5]
+        room = level - p.origin[i] - row[ROW_Q]
         # The first derivative that is not zero tells to which side a start at the level leaves.
-        side = room if room != 0.0 else -row[6]
+        side = room if room != 0.0 else -row[ROW_V]
         side = side if side != 0.0 else -leg.series[2]
         side = 1.0 if side >= 0 else -1.0
         if room == 0.0 and came * side < 0:
             if number < len(found):
-                found[number, 0], found[number, 1] = k, 0.0
-                found[number, 2], found[number, 3] = came, row[6]
+                found[number, AFTER], found[number, SINCE] = k, 0.0
+                found[number, FROM], found[number, SPEED] = came, row[ROW_V]
             number += 1
-        tau, x, v, a, jerk = 0.0, 0.0, row[6], 2 * leg.series[2], 6 * leg.series[3]
+        tau, x, v, a, jerk = 0.0, 0.0, row[ROW_V], 2 * leg.series[2], 6 * leg.series[3]
         leaves = room == 0.0
         for _ in range(most):
             gap, speed, bend = side * (room - x), -side * v, -side * a
@@ -59,8 +62,8 @@ def crossings(p, scratch, rows, end_turns, end_phase, level, found, most):
                     if at > last:
                         break
                     if number < len(found):
-                        found[number, 0], found[number, 1] = k, at
-                        found[number, 2], found[number, 3] = side, v
+                        found[number, AFTER], found[number, SINCE] = k, at
+                        found[number, FROM], found[number, SPEED] = side, v
                     number += 1
                     side, leaves, tau = -side, True, at
                     x, v, a, jerk, b, b1 = locate(leg, tau)

@@ -12,13 +12,27 @@ import numpy as np
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import Motion
-from ..simulate._events import COLUMNS, DONE, STATUS
+from ..simulate._events import (
+    COLUMNS,
+    DONE,
+    IMPACT_COUNT,
+    LEG_COUNT,
+    LOST,
+    MODE,
+    PHASE,
+    STATUS,
+    STROBE,
+    STROBE_IMPACTS,
+    TURNS,
+    Q,
+    V,
+)
 from ..simulate._exact import ExactEngine, begun, piecewise_linear, stacked
 from ..simulate._frame import base_motion, first_phase, first_place, pace, reference_frequency
 from ..simulate._modes import shape
 from ..simulate._run import Run
 from ..simulate._user import restitution_laws
-from ._strobing import closing, follow, follow_machines, least
+from ._strobing import FOUND, closing, follow, follow_machines, least
 from .tangent import tangent_map
 
 LONGEST = 32  # periods of an orbit that are told
@@ -80,7 +94,7 @@ class Settled:
         """
         if self.closed or self.status != STATUS[DONE] or not self.oscillator.forcing_recurs:
             return self
-        points, impacts = self.strobes[:, :2], self.strobes[:, 2]
+        points, impacts = self.strobes[:, :2], self.strobes[:, STROBE_IMPACTS]
         size = float(np.abs(points).max())
         tries = 0
         for m in range(1, min(LONGEST, (len(points) - 1) // 3) + 1):
@@ -132,7 +146,7 @@ class Settled:
         found = settle(oscillator, 2 * m, tolerance=1e-2, ends=False, initial=(x, v), phase=phase)
         if (
             found.status != STATUS[DONE]
-            or found.strobes[-m:, 2].sum() != self.strobes[-m:, 2].sum()
+            or found.strobes[-m:, STROBE_IMPACTS].sum() != self.strobes[-m:, STROBE_IMPACTS].sum()
         ):
             return None
         limit = ALIKE * float(np.abs(found.strobes[:, :2]).max())
@@ -193,8 +207,8 @@ def _alone(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, Any
     run = Run(oscillator, periods=1, **start)
     engine, where = run.engine, (run.clock, run.state, run.count)
     assert isinstance(engine, ExactEngine)
-    strobes = np.empty((periods + 1, 4))
-    strobes[0] = engine.place(run.count[0], run.state[0]), run.state[1], 0, 0.0
+    strobes = np.empty((periods + 1, STROBE))
+    strobes[0] = engine.place(run.count[MODE], run.state[Q]), run.state[V], 0, 0.0
     status, last, closed, _ = follow(
         engine.problem, engine.scratch, *engine.laws, *where, strobes, rule, NOTHING_KNOWN
     )
@@ -214,12 +228,12 @@ def _together(
         starts.append(begun(oscillator, plan, many.origin[k], bound, *place))
     states, counts = (np.array(column) for column in zip(*starts, strict=True))
     clocks = np.zeros((len(oscillators), 3))
-    clocks[:, 1] = phase
-    strobes = np.empty((len(oscillators), periods + 1, 4))
-    ended = np.empty((len(oscillators), 3), np.int64)
+    clocks[:, PHASE] = phase
+    strobes = np.empty((len(oscillators), periods + 1, STROBE))
+    ended = np.full((len(oscillators), FOUND), -1, np.int64)
     laws = restitution_laws(oscillators[0])
     follow_machines(many, scratch, *laws, clocks, states, counts, strobes, rule, ended)
-    for k, (status, last, closed) in enumerate(ended.tolist()):
+    for k, (status, closed, _caught, last) in enumerate(ended.tolist()):
         where = clocks[k], states[k], counts[k]
         yield Settled(oscillators[k], start, strobes[k, : last + 1], closed, STATUS[status], where)
 
@@ -230,18 +244,18 @@ def _stepped(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, A
     run = Run(oscillator, periods=1, **start)
     engine, clock, state, count = run.engine, run.clock, run.state, run.count
     where = clock, state, count
-    strobes = np.empty((periods + 1, 4))
-    strobes[0] = engine.place(count[0], state[0]), state[1], 0, 0.0
+    strobes = np.empty((periods + 1, STROBE))
+    strobes[0] = engine.place(count[MODE], state[Q]), state[V], 0, 0.0
     none = np.empty((0, COLUMNS))
     closed = seen = 0
     for n in range(1, periods + 1):
-        impacts, energy = count[2], state[3]
-        count[6] = 0
-        status = engine.run(clock, state, count, none, clock[0] + 1.0, clock[1], legs)
+        impacts, energy = count[IMPACT_COUNT], state[LOST]
+        count[LEG_COUNT] = 0
+        status = engine.run(clock, state, count, none, clock[TURNS] + 1.0, clock[PHASE], legs)
         if status != DONE:
             return Settled(oscillator, start, strobes[:n], 0, STATUS[status], where)
-        place = engine.place(count[0], state[0])
-        strobes[n] = place, state[1], count[2] - impacts, state[3] - energy
+        place = engine.place(count[MODE], state[Q])
+        strobes[n] = place, state[V], count[IMPACT_COUNT] - impacts, state[LOST] - energy
         m = closing(strobes, n, tolerance, longest)
         if m and ends:
             return Settled(oscillator, start, strobes[: n + 1], m, STATUS[DONE], where)

@@ -9,23 +9,30 @@ from __future__ import annotations
 
 import math
 
-from ..simulate._events import IMPACT, MARK, PART, RELEASE, REVERSE, START, STICK, TOUCH
-from ..simulate._flow import TURN, inner, kernel
-from ..simulate._passing import pass_time
-from ..simulate._rates import (
-    HERTZ,
-    LAW,
-    LOSS,
-    PLACE,
-    PUSHER,
-    RESTITUTION,
-    SIDE,
-    SPRING,
-    jerk,
-    open_leg,
-    origin,
-    pull,
+from .._compiled import inner, kernel
+from ..simulate._events import (
+    IMPACT,
+    LOW,
+    MARK,
+    PART,
+    PHASE,
+    RELEASE,
+    REVERSE,
+    ROW_APPROACH,
+    ROW_KIND,
+    ROW_Q,
+    ROW_STOP,
+    ROW_V,
+    START,
+    STICK,
+    TOUCH,
+    TURNS,
+    Q,
+    V,
 )
+from ..simulate._laws import HERTZ, LAW, LOSS, PLACE, PUSHER, RESTITUTION, SIDE, SPRING
+from ..simulate._passing import pass_time, set_clock, time_until
+from ..simulate._rates import jerk, open_leg, origin, pull
 from ..simulate._retrace import mode_of
 from ..simulate._step import stride
 from ._columns import (
@@ -35,12 +42,10 @@ from ._columns import (
     FREE,
     HELD,
     IMPACTS,
-    KIND,
-    MODE,
+    IN_MODE,
+    LAST,
     NEXT,
-    PHASE,
     SINGULAR,
-    TURNS,
     due,
     multiply,
     orthonormalize,
@@ -48,7 +53,7 @@ from ._columns import (
     take,
 )
 from ._saltation import approach_of, hit, set_off, slope_of_return, stick, turn
-from ._stepped_variation import STOPS, SWIFT, WISH, Q, V, pull_slopes, vary
+from ._stepped_variation import STOPS, SWIFT, WISHED, pull_slopes, vary
 
 FINE = 1e-8  # of the time that the motion takes: step where a Hertz contact begins or ends
 
@@ -88,17 +93,17 @@ def retrace(
     The slope of Hertz' force begins as the root of the depth, which no polynomial follows: steps
     double from where it does, and halve to where it ends (where a contact `parts`).
     """
-    clock[0], clock[1], clock[2] = place[TURNS], place[PHASE], 0.0
-    mode = int(place[MODE])
+    set_clock(clock, place[TURNS], place[PHASE])
+    mode = int(place[IN_MODE])
     approach = motion[STOPS : STOPS + len(p.stops)]
     while True:
-        end = (turns - clock[0]) * TURN + (phase - clock[1]) - clock[2]
+        end = time_until(clock, turns, phase)
         if end <= 0:
             break
         y, v = motion[Q], motion[V]
-        leg = open_leg(p, s, clock[0], clock[1], clock[2], mode, approach, y, v)
+        leg = open_leg(p, s, clock[TURNS], clock[PHASE], clock[LOW], mode, approach, y, v)
         a = pull(f, leg, s, 0.0, y, v)
-        wish = motion[WISH]
+        wish = motion[WISHED]
         if leg.hertz > 0 and wish == 0.0:
             wish = FINE / leg.rate
         most = end
@@ -112,7 +117,7 @@ def retrace(
             p, tab, f, s, leg, mode, motion, step, y, columns, new, slopes, by_approach
         )
         if error > 1 and step * leg.rate > FINE:
-            motion[WISH] = step * max(0.2, 0.9 * error**-0.125)
+            motion[WISHED] = step * max(0.2, 0.9 * error**-0.125)
             continue
         totals[DETERMINANT] += step * trace
         for j in range(2):
@@ -120,7 +125,7 @@ def retrace(
         if error > 1e-6:
             wish = min(wish, step * 0.9 * error**-0.125)
         motion[Q], motion[V] = y + dq, v + dv
-        motion[WISH] = min(wish, 2 * step) if leg.hertz > 0 else wish
+        motion[WISHED] = min(wish, 2 * step) if leg.hertz > 0 else wish
         motion[SWIFT] = max(motion[SWIFT], abs(motion[V]))
         pass_time(clock, step)
         settle(p, motion, columns, totals, orthonormal)
@@ -130,15 +135,15 @@ def retrace(
 @inner
 def pull_in(p, f, s, row, mode, approach, y, v):
     """Acceleration in a mode at the instant of a row, and the leg."""
-    leg = open_leg(p, s, row[0], row[1], 0.0, mode, approach, y, v)
+    leg = open_leg(p, s, row[TURNS], row[PHASE], 0.0, mode, approach, y, v)
     return pull(f, leg, s, 0.0, y, v), leg
 
 
 @inner
 def jump(p, f, s, row, after, place, motion, columns, totals, collapses, at_once):
     """Saltation at an impact, a change of contact or of the direction of friction."""
-    before = int(place[MODE])
-    kind, k, q, v = int(row[2]), int(row[3]), row[5], row[6]
+    before = int(place[IN_MODE])
+    kind, k, q, v = int(row[ROW_KIND]), int(row[ROW_STOP]), row[ROW_Q], row[ROW_V]
     count = len(p.stops)
     approach = motion[STOPS : STOPS + count]
     there = q + origin(p, after) - origin(p, before)
@@ -166,7 +171,7 @@ def jump(p, f, s, row, after, place, motion, columns, totals, collapses, at_once
         elif law == SPRING or (law == PUSHER and kind == TOUCH and at_gap):
             change = -p.stops[k, LOSS] if kind == TOUCH else p.stops[k, LOSS]
             multiply(columns, 1.0, 0.0, change, 1.0)
-        elif law == PUSHER and at_once and place[KIND] == IMPACT and v != 0.0:
+        elif law == PUSHER and at_once and place[LAST] == IMPACT and v != 0.0:
             # The impact has turned the velocity, and with it what a stop that only pushes does.
             a, _ = pull_in(p, f, s, row, before, approach, there, v)
             b, _ = pull_in(p, f, s, row, after, approach, q, v)
@@ -174,7 +179,7 @@ def jump(p, f, s, row, after, place, motion, columns, totals, collapses, at_once
         if kind == PART:
             for j in range(2):
                 motion[STOPS + count + 2 * k + j] = 0.0
-    elif kind == REVERSE and not (at_once and place[KIND] == START):
+    elif kind == REVERSE and not (at_once and place[LAST] == START):
         a, _ = pull_in(p, f, s, row, before, approach, there, 0.0)
         b, _ = pull_in(p, f, s, row, after, approach, q, 0.0)
         turn(columns, totals, a, b)
@@ -183,7 +188,7 @@ def jump(p, f, s, row, after, place, motion, columns, totals, collapses, at_once
 @inner
 def let_go(p, f, s, row, after, motion, columns, totals, orthonormal, by_approach):
     """Saltation where a mass held by friction sets off; the column that was lost begins anew."""
-    q = row[5]
+    q = row[ROW_Q]
     rest = after - after % 3
     approach = motion[STOPS : STOPS + len(p.stops)]
     _, leg = pull_in(p, f, s, row, rest, approach, q, 0.0)
@@ -223,24 +228,24 @@ def carry(
     approach = motion[STOPS : STOPS + count]
     for w in range(len(rows)):
         row = rows[w]
-        kind, k = int(row[2]), int(row[3])
-        while due(row[0], row[1], place, instants):
+        kind, k = int(row[ROW_KIND]), int(row[ROW_STOP])
+        while due(row[TURNS], row[PHASE], place, instants):
             n = int(place[NEXT])
             carry_to(
-                p, tab, f, s, instants[n, 0], instants[n, 1], place, motion, columns, totals,
-                orthonormal, slopes, by_approach, clock, new,
+                p, tab, f, s, instants[n, TURNS], instants[n, PHASE], place, motion, columns,
+                totals, orthonormal, slopes, by_approach, clock, new,
             )  # fmt: skip
             take(taken, place, totals)
-        at_once = row[0] == place[TURNS] and row[1] == place[PHASE]
+        at_once = row[TURNS] == place[TURNS] and row[PHASE] == place[PHASE]
         by_stop = kind == STICK and k >= 0
         if place[HELD] == FREE and not by_stop:
             retrace(
-                p, tab, f, s, row[0], row[1], place, motion, columns, totals, orthonormal,
+                p, tab, f, s, row[TURNS], row[PHASE], place, motion, columns, totals, orthonormal,
                 slopes, by_approach, clock, new, kind == PART and p.stops[k, LAW] == HERTZ,
             )  # fmt: skip
-        place[TURNS], place[PHASE] = row[0], row[1]
+        place[TURNS], place[PHASE] = row[TURNS], row[PHASE]
         if k >= 0 and (kind in (TOUCH, MARK)):
-            approach[k] = row[7]
+            approach[k] = row[ROW_APPROACH]
         mode = mode_of(p, f, s, row, approach)
         if kind == STICK and place[HELD] == FREE:
             stick(columns, totals, collapses, row, place, by_stop)
@@ -250,17 +255,17 @@ def carry(
             place[HELD] = FREE
         elif kind != MARK:
             jump(p, f, s, row, mode, place, motion, columns, totals, collapses, at_once)
-        place[MODE] = mode
+        place[IN_MODE] = mode
         if kind != MARK:
-            place[KIND] = kind
-            motion[WISH] = 0.0
-        motion[Q], motion[V] = row[5], row[6]
+            place[LAST] = kind
+            motion[WISHED] = 0.0
+        motion[Q], motion[V] = row[ROW_Q], row[ROW_V]
         if kind != RELEASE:
             settle(p, motion, columns, totals, orthonormal)
     while True:
         ends = not due(end[0], end[1], place, instants)
         n = int(place[NEXT])
-        turns, phase = (end[0], end[1]) if ends else (instants[n, 0], instants[n, 1])
+        turns, phase = (end[0], end[1]) if ends else (instants[n, TURNS], instants[n, PHASE])
         carry_to(
             p, tab, f, s, turns, phase, place, motion, columns, totals, orthonormal,
             slopes, by_approach, clock, new,

@@ -9,23 +9,14 @@ from __future__ import annotations
 
 import math
 
-from ..simulate._flow import inner
-from ..simulate._rates import (
-    EXPONENT,
-    HERTZ,
-    LAW,
-    LOSS,
-    PLACE,
-    PUSHING,
-    RESTITUTION,
-    SIDE,
-    STIFFNESS,
-    status,
-)
+from .._compiled import inner
+from ..simulate._events import V
+from ..simulate._laws import EXPONENT, HERTZ, LAW, LOSS, PLACE, RESTITUTION, SIDE, STIFFNESS
+from ..simulate._rates import PUSHING, hertz_loss, status
 
 # What `motion` holds: position and velocity, step to try next, greatest speed; then for each stop
 # the approach velocity of its last contact, and what that gains by either column.
-Q, V, WISH, SWIFT, STOPS = range(5)
+WISHED, SWIFT, STOPS = range(V + 1, V + 4)
 SMALL = 6e-6  # of a quantity, to difference a function by: the cube root of rounding
 
 
@@ -45,8 +36,7 @@ def pull_slopes(p, f, leg, mode, motion, tau, y, v, by_approach):
         loss, touched = p.stops[k, LOSS], motion[STOPS + k]
         own = p.stops[k, RESTITUTION] >= 0
         if own:
-            r = p.stops[k, RESTITUTION]
-            loss = 0.75 * (1 - r * r) / touched if touched > 0 else 0.0
+            loss = hertz_loss(p.stops[k, RESTITUTION], touched)
         power = stiffness * depth**n
         of_q -= n * power / depth * (1 + loss * side * v)
         of_v -= power * loss

@@ -8,10 +8,30 @@ import numpy as np
 
 from .._compiled import njit
 from ..simulate._engine import run
-from ..simulate._events import COLUMNS, COUNTERS, DONE
+from ..simulate._events import (
+    COLUMNS,
+    COUNTERS,
+    DONE,
+    IMPACT_COUNT,
+    LEG_COUNT,
+    LOST,
+    MODE,
+    PHASE,
+    STROBE_ENERGY,
+    STROBE_IMPACTS,
+    TURNS,
+    Q,
+    V,
+)
 from ..simulate._flow import Problem
+from ..simulate._passing import set_clock
 
 NOISE = 1e-13  # returns this close, as a share of the size, are exact but for rounding
+# What is found of a start: status, period of the orbit (0: not closed), attractor that caught it
+# (-1: none), periods taken.
+STATUS_OF, CLOSED, CAUGHT, TAKEN = range(4)
+FOUND = TAKEN + 1
+
 RESOLVED = 10.0  # strobes closer than so many tolerances are one
 
 
@@ -25,7 +45,7 @@ def closing(strobes, n, tolerance, longest):
     """
     size = 0.0
     for k in range(max(0, n - 3 * longest), n + 1):
-        size = max(size, abs(strobes[k, 0]), abs(strobes[k, 1]))
+        size = max(size, abs(strobes[k, Q]), abs(strobes[k, V]))
     limit = tolerance * size
     for m in range(1, longest + 1):
         if n < 3 * m:
@@ -36,7 +56,7 @@ def closing(strobes, n, tolerance, longest):
         for j in range(m):
             last = max(last, apart(strobes, n - j, n - j - m))
             before = max(before, apart(strobes, n - j - m, n - j - 2 * m))
-            alike &= strobes[n - j, 2] == strobes[n - j - m, 2]
+            alike &= strobes[n - j, STROBE_IMPACTS] == strobes[n - j - m, STROBE_IMPACTS]
         if not alike or last > limit:
             continue
         if last <= NOISE * size or (last < before and last * before <= limit * (before - last)):
@@ -52,7 +72,7 @@ def least(strobes, n, m, limit):
             back = True
             for j in range(m):
                 back &= apart(strobes, n - j, n - j - d) <= limit
-                back &= strobes[n - j, 2] == strobes[n - j - d, 2]
+                back &= strobes[n - j, STROBE_IMPACTS] == strobes[n - j - d, STROBE_IMPACTS]
             if back:
                 return d
     return m
@@ -61,7 +81,7 @@ def least(strobes, n, m, limit):
 @njit(nogil=True, inline="always")
 def apart(strobes, i, j):
     """Distance of two strobes in the greater of displacement and velocity."""
-    return max(abs(strobes[i, 0] - strobes[j, 0]), abs(strobes[i, 1] - strobes[j, 1]))
+    return max(abs(strobes[i, Q] - strobes[j, Q]), abs(strobes[i, V] - strobes[j, V]))
 
 
 @njit(nogil=True)
@@ -86,20 +106,20 @@ def follow(p, scratch, upper, lower, clock, state, count, strobes, rule, known):
     none = np.empty((0, COLUMNS))
     tolerance, longest, ends, legs = rule
     points, owner, radius = known
-    phase, period, seen = clock[1], 0, 0
+    phase, period, seen = clock[PHASE], 0, 0
     for n in range(1, len(strobes)):
-        impacts, energy = count[2], state[3]
-        count[6] = 0
+        impacts, energy = count[IMPACT_COUNT], state[LOST]
+        count[LEG_COUNT] = 0
         status = run(
-            p, scratch, clock, state, count, none, clock[0] + 1.0, phase, legs, upper, lower
+            p, scratch, clock, state, count, none, clock[TURNS] + 1.0, phase, legs, upper, lower
         )
         if status != DONE:
             return status, n - 1, 0, -1
-        strobes[n, 0] = state[0] + p.origin[count[0]]
-        strobes[n, 1] = state[1]
-        strobes[n, 2] = count[2] - impacts
-        strobes[n, 3] = state[3] - energy
-        by = caught(strobes[n, 0], strobes[n, 1], points, owner, radius)
+        strobes[n, Q] = state[Q] + p.origin[count[MODE]]
+        strobes[n, V] = state[V]
+        strobes[n, STROBE_IMPACTS] = count[IMPACT_COUNT] - impacts
+        strobes[n, STROBE_ENERGY] = state[LOST] - energy
+        by = caught(strobes[n, Q], strobes[n, V], points, owner, radius)
         if by >= 0:
             return status, n, 0, by
         m = closing(strobes, n, tolerance, longest)
@@ -115,20 +135,25 @@ def follow(p, scratch, upper, lower, clock, state, count, strobes, rule, known):
 def follow_all(p, scratch, upper, lower, phase, states, modes, strobes, rule, known, found, orbits):
     """Follow many starts: status, period, attractor and periods taken of each, and closed orbits.
 
-    `found` has shape (starts, 4), `orbits` (starts, longest, 3), the last being the impacts.
+    `found` has shape (starts, FOUND), `orbits` (starts, longest, 3), the last being the impacts.
     """
     clock, count = np.empty(3), np.zeros(COUNTERS, np.int64)
     for k in range(len(states)):
-        clock[0], clock[1], clock[2] = 0.0, phase, 0.0
+        set_clock(clock, 0.0, phase)
         count[:] = 0
-        count[0] = modes[k]
+        count[MODE] = modes[k]
         state = states[k]
-        strobes[0, 0], strobes[0, 1] = state[0] + p.origin[modes[k]], state[1]
-        strobes[0, 2] = strobes[0, 3] = 0.0
+        strobes[0, Q], strobes[0, V] = state[Q] + p.origin[modes[k]], state[V]
+        strobes[0, STROBE_IMPACTS] = strobes[0, STROBE_ENERGY] = 0.0
         status, last, m, by = follow(
             p, scratch, upper, lower, clock, state, count, strobes, rule, known
         )
-        found[k, 0], found[k, 1], found[k, 2], found[k, 3] = status, m, by, last
+        found[k, STATUS_OF], found[k, CLOSED], found[k, CAUGHT], found[k, TAKEN] = (
+            status,
+            m,
+            by,
+            last,
+        )
         for j in range(m):
             for c in range(3):
                 orbits[k, j, c] = strobes[last - m + 1 + j, c]
@@ -139,17 +164,17 @@ def follow_machines(many, scratch, upper, lower, clocks, states, counts, strobes
     """Follow one start of each machine of a layout, from where the clocks and states are.
 
     `many` are their tables as `simulate._modes.problems` makes them; `found`, of shape
-    (machines, 3), is filled with the status, the periods taken and the period of the orbit.
+    (machines, FOUND), is filled with the status, the period of the orbit and the periods taken.
     """
     known = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
     for k in range(len(states)):
         p = machine(many, k)
-        strobes[k, 0, 0], strobes[k, 0, 1] = states[k, 0] + p.origin[counts[k, 0]], states[k, 1]
-        strobes[k, 0, 2] = strobes[k, 0, 3] = 0.0
+        strobes[k, 0, Q], strobes[k, 0, V] = states[k, Q] + p.origin[counts[k, MODE]], states[k, V]
+        strobes[k, 0, STROBE_IMPACTS] = strobes[k, 0, STROBE_ENERGY] = 0.0
         status, last, m, _ = follow(
             p, scratch, upper, lower, clocks[k], states[k], counts[k], strobes[k], rule, known
         )
-        found[k, 0], found[k, 1], found[k, 2] = status, last, m
+        found[k, STATUS_OF], found[k, CLOSED], found[k, TAKEN] = status, m, last
 
 
 @njit(nogil=True, inline="always")

@@ -12,6 +12,7 @@ import numpy as np
 from .._arguments import number, thread_count, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
+from ..simulate._events import MODE, STROBE, STROBE_IMPACTS
 from ..simulate._exact import ExactEngine
 from ..simulate._run import Run
 from ._arguments import recurring
@@ -125,27 +126,35 @@ class Survey:
         self, places: np.ndarray, known: Any
     ) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
         """Status and attractor of each, and the orbits that closed uncaught."""
-        from ._strobing import follow_all
+        from ._strobing import CAUGHT, CLOSED, FOUND, STATUS_OF, follow_all
 
         engine = Run(self.run.oscillator, periods=1, phase=self.phase).engine  # its own scratch
         assert isinstance(engine, ExactEngine)
         begun = [engine.begin(q, v, self.phase) for q, v in places]
         states = np.array([state for state, _ in begun])
-        modes = np.array([count[0] for _, count in begun])
-        found, orbits = np.empty((len(places), 4), np.int64), np.empty((len(places), LONGEST, 3))
+        modes = np.array([count[MODE] for _, count in begun])
+        found, orbits = (
+            np.empty((len(places), FOUND), np.int64),
+            np.empty((len(places), LONGEST, 3)),
+        )
         follow_all(
             engine.problem, engine.scratch, *engine.laws, self.phase, states, modes,
-            np.empty((self.periods + 1, 4)), (self.closed, LONGEST, True, LEGS), known,
+            np.empty((self.periods + 1, STROBE)), (self.closed, LONGEST, True, LEGS), known,
             found, orbits,
         )  # fmt: skip
-        closed = np.flatnonzero(found[:, 1])
-        return found[:, 0], found[:, 2], {k: orbits[k, : found[k, 1]] for k in closed.tolist()}
+        closed = {
+            k: orbits[k, : found[k, CLOSED]] for k in np.flatnonzero(found[:, CLOSED]).tolist()
+        }
+        return found[:, STATUS_OF], found[:, CAUGHT], closed
 
     def _match(self, orbit: np.ndarray) -> int:
         """Which attractor a closed orbit is; a new one where it is none of the known."""
         near = ALIKE * self.closed * float(np.abs(orbit[:, :2]).max())
         for k, other in enumerate(self.orbits):
-            if len(other) != len(orbit) or other[:, 2].sum() != orbit[:, 2].sum():
+            if (
+                len(other) != len(orbit)
+                or other[:, STROBE_IMPACTS].sum() != orbit[:, STROBE_IMPACTS].sum()
+            ):
                 continue
             for shift in range(len(orbit)):
                 if np.abs(np.roll(orbit, shift, axis=0)[:, :2] - other[:, :2]).max() <= near:

@@ -8,8 +8,25 @@ from __future__ import annotations
 
 import math
 
-from ..simulate._events import IMPACT, PART, RELEASE, REVERSE, START, STICK, TOUCH
-from ..simulate._flow import TURN, inlined, inner, kernel, phase_of
+from .._compiled import inlined, inner, kernel
+from ..simulate._events import (
+    IMPACT,
+    PART,
+    PHASE,
+    RELEASE,
+    REVERSE,
+    ROW_KIND,
+    ROW_MODE,
+    ROW_Q,
+    ROW_STOP,
+    ROW_V,
+    START,
+    STICK,
+    TOUCH,
+    TURN,
+    TURNS,
+)
+from ..simulate._flow import phase_of
 from ..simulate._passing import touches
 from ._columns import (
     BY_FRICTION,
@@ -18,13 +35,11 @@ from ._columns import (
     FREE,
     HELD,
     IMPACTS,
-    KIND,
-    MODE,
+    IN_MODE,
+    LAST,
     NEXT,
-    PHASE,
     SECOND,
     SINGULAR,
-    TURNS,
     due,
     multiply,
     orthonormalize,
@@ -106,8 +121,8 @@ def by_force(p, i, stop, beyond):
 @inlined
 def jump(p, row, place, columns, totals, collapses, at_once, upper, lower):
     """Saltation at an impact, a change of contact or of the direction of friction."""
-    before, after = int(place[MODE]), int(row[4])
-    kind, stop, q, v = int(row[2]), int(row[3]), row[5], row[6]
+    before, after = int(place[IN_MODE]), int(row[ROW_MODE])
+    kind, stop, q, v = int(row[ROW_KIND]), int(row[ROW_STOP]), row[ROW_Q], row[ROW_V]
     if kind == IMPACT:
         come = approach_of(row, p.side[stop], totals)
         if come == 0.0:
@@ -115,23 +130,23 @@ def jump(p, row, place, columns, totals, collapses, at_once, upper, lower):
         rho = -v / come
         if p.restitution[stop] == -2.0:
             rho = slope_of_return(upper if p.side[stop] > 0 else lower, abs(come), p.speed)
-        f, _f1 = force(p, row[0], row[1])
+        f, _f1 = force(p, row[TURNS], row[PHASE])
         a, b = acceleration(p, before, f, q, come), acceleration(p, after, f, q, v)
         hit(columns, totals, collapses, row, come, rho, a, b)
     elif kind in (TOUCH, PART):
         change = -2 * (p.delta[after] - p.delta[before])
         if by_force(p, before, stop, after):
             change = 0.0
-            if at_once and place[KIND] == IMPACT and v != 0.0:
+            if at_once and place[LAST] == IMPACT and v != 0.0:
                 # The impact has turned the velocity, and with it what a stop that only pushes does.
-                f, _f1 = force(p, row[0], row[1])
+                f, _f1 = force(p, row[TURNS], row[PHASE])
                 place_before = q + p.origin[after] - p.origin[before]
                 a = acceleration(p, before, f, place_before, v)
                 change = (acceleration(p, after, f, q, v) - a) / v
         multiply(columns, 1.0, 0.0, change, 1.0)
         totals[IMPACTS] += kind == TOUCH
-    elif kind == REVERSE and not (at_once and place[KIND] == START):
-        f, _f1 = force(p, row[0], row[1])
+    elif kind == REVERSE and not (at_once and place[LAST] == START):
+        f, _f1 = force(p, row[TURNS], row[PHASE])
         a, b = acceleration(p, before, f, q, 0.0), acceleration(p, after, f, q, 0.0)
         turn(columns, totals, a, b)
 
@@ -139,14 +154,14 @@ def jump(p, row, place, columns, totals, collapses, at_once, upper, lower):
 @inlined
 def let_go(p, row, place, columns, totals, orthonormal):
     """Saltation where a mass held by friction sets off; the column that was lost begins anew."""
-    after = int(row[4])
-    f, f1 = force(p, row[0], row[1])
+    after = int(row[ROW_MODE])
+    f, f1 = force(p, row[TURNS], row[PHASE])
     if f1 == 0.0:
         totals[SINGULAR] += 1
         return
     off = 0.0
     if p.static != p.kinetic:
-        off = -acceleration(p, after, f, row[5], 0.0) * p.kappa[after] / f1
+        off = -acceleration(p, after, f, row[ROW_Q], 0.0) * p.kappa[after] / f1
     set_off(columns, totals, off, orthonormal)
 
 
@@ -156,7 +171,7 @@ def carry_to(p, turns, phase, place, columns, totals, orthonormal):
     if place[HELD] == FREE:
         tau = (turns - place[TURNS]) * TURN + (phase - place[PHASE])
         if tau > 0:
-            span(p, int(place[MODE]), tau, columns, totals, orthonormal)
+            span(p, int(place[IN_MODE]), tau, columns, totals, orthonormal)
     place[TURNS], place[PHASE] = turns, phase
     if orthonormal:
         if place[HELD] == FREE:
@@ -172,33 +187,33 @@ def carry(
     """Carry the columns through events to the turns and phase `end`; take totals at instants."""
     for k in range(len(rows)):
         row = rows[k]
-        while due(row[0], row[1], place, instants):
+        while due(row[TURNS], row[PHASE], place, instants):
             n = int(place[NEXT])
-            carry_to(p, instants[n, 0], instants[n, 1], place, columns, totals, orthonormal)
+            carry_to(p, instants[n, TURNS], instants[n, PHASE], place, columns, totals, orthonormal)
             take(taken, place, totals)
-        kind, i = int(row[2]), int(row[4])
-        tau = (row[0] - place[TURNS]) * TURN + (row[1] - place[PHASE])
-        stops = kind == STICK and touches(p, i, row[5])
+        kind, i = int(row[ROW_KIND]), int(row[ROW_MODE])
+        tau = (row[TURNS] - place[TURNS]) * TURN + (row[PHASE] - place[PHASE])
+        stops = kind == STICK and touches(p, i, row[ROW_Q])
         if place[HELD] == FREE and not stops and tau > 0:
-            span(p, int(place[MODE]), tau, columns, totals, orthonormal)
-        place[TURNS], place[PHASE] = row[0], row[1]
+            span(p, int(place[IN_MODE]), tau, columns, totals, orthonormal)
+        place[TURNS], place[PHASE] = row[TURNS], row[PHASE]
         if kind == STICK and place[HELD] == FREE:
             stick(columns, totals, collapses, row, place, stops)
         elif kind == RELEASE:
             if place[HELD] == BY_FRICTION:
                 let_go(p, row, place, columns, totals, orthonormal)
             place[HELD] = FREE
-            place[MODE], place[KIND] = i, kind
+            place[IN_MODE], place[LAST] = i, kind
             continue
         else:
             jump(p, row, place, columns, totals, collapses, tau <= 0, upper, lower)
-        place[MODE], place[KIND] = i, kind
+        place[IN_MODE], place[LAST] = i, kind
         if orthonormal:
             orthonormalize(columns, totals)
         else:
             rescale(columns, totals)
     while due(end[0], end[1], place, instants):
         n = int(place[NEXT])
-        carry_to(p, instants[n, 0], instants[n, 1], place, columns, totals, orthonormal)
+        carry_to(p, instants[n, TURNS], instants[n, PHASE], place, columns, totals, orthonormal)
         take(taken, place, totals)
     carry_to(p, end[0], end[1], place, columns, totals, orthonormal)

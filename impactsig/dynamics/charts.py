@@ -11,6 +11,7 @@ import numpy as np
 
 from .._arguments import flag, function, number, thread_count, whole
 from ..oscillators import Oscillator
+from ..simulate._events import STROBE_IMPACTS
 from ..simulate._run import without_noise
 from ._arguments import parameter_names, parameter_values
 from ._settling import settle_all
@@ -140,7 +141,7 @@ def periodicity_chart(
         for settled in motions:
             orbit = settled.closing()
             n = orbit.closed
-            impacts = int(orbit.strobes[-n:, 2].sum()) if n else -1
+            impacts = int(orbit.strobes[-n:, STROBE_IMPACTS].sum()) if n else -1
             failed = settled.status != "complete"
             found.append((n, impacts, len(settled.strobes) - 1, failed))
         return found

@@ -251,7 +251,8 @@ def _of_oscillator(
 def _of_flow(
     flow: Flow, length: float, transient: float, initial: Sequence[float] | None
 ) -> LyapunovSpectrum:
-    from ._flow_tangent import DONE, MORE, carry
+    from ..simulate._events import DONE, EXHAUSTED
+    from ._flow_tangent import carry
 
     running = Running(flow, None, initial)
     d = flow.dimension
@@ -259,14 +260,14 @@ def _of_flow(
     room = np.empty((d, d)), np.zeros(d), np.empty((13, d, d)), np.empty((d, d)), *np.empty((2, d))
     times, grown = [], []
     for edge in [transient, *(transient + length * np.arange(1, BATCHES + 1) / BATCHES)]:
-        status = MORE
-        while status == MORE:
+        status = EXHAUSTED
+        while status == EXHAUSTED:
             status = carry(
                 running.tableau, running.field, running.scratch, running.course, edge, STEPS,
                 columns, growth, *room,
             )  # fmt: skip
         if status != DONE or not np.isfinite(growth).all():
-            status = MORE
+            status = EXHAUSTED
             break
         if edge == transient:
             growth[:] = 0.0

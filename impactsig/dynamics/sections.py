@@ -15,7 +15,7 @@ from .._arguments import choice, number, whole
 from ..errors import InvalidInput
 from ..oscillators import Rigid
 from ..simulate import Motion
-from ..simulate._events import IMPACT, TOUCH
+from ..simulate._events import IMPACT, PHASE, ROW_APPROACH, ROW_KIND, ROW_STOP, TOUCH, TURN, TURNS
 from ..simulate._exact import ExactEngine
 from ..simulate._frame import swings
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from ..simulate.beam_motion import BeamMotion
 
-TURN = 2 * math.pi
 PARTS = 512  # of a period of the first force, in which crossings of a stepped motion are looked for
 MOST = 1_000_000  # steps on one leg
 
@@ -88,14 +87,14 @@ def impact_map(motion: Motion | BeamMotion | Any, stop: int | None = None) -> Se
     if stop is not None and whole("stop", stop, 0) >= len(motion.system.stops):
         raise InvalidInput("stop", stop, f"a stop of the {len(motion.system.stops)} there are")
     rows = _rows(motion)
-    which = (rows[:, 2] == IMPACT) | (rows[:, 2] == TOUCH)
+    which = (rows[:, ROW_KIND] == IMPACT) | (rows[:, ROW_KIND] == TOUCH)
     if stop is not None:
-        which &= rows[:, 3] == stop
+        which &= rows[:, ROW_STOP] == stop
     rows = rows[which]
-    velocity = rows[:, 7] * motion._engine.omega
+    velocity = rows[:, ROW_APPROACH] * motion._engine.omega
     return Section(
-        "impacts", _seconds(motion, rows[:, 0], rows[:, 1]), rows[:, 1], velocity,
-        rows[:, 3].astype(int),
+        "impacts", _seconds(motion, rows[:, TURNS], rows[:, PHASE]), rows[:, PHASE], velocity,
+        rows[:, ROW_STOP].astype(int),
     )  # fmt: skip
 
 
@@ -156,7 +155,7 @@ def displacement_section(
 
 
 def _exact(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    from ._section import crossings
+    from ._section import AFTER, FROM, SINCE, SPEED, crossings
 
     engine: Any = motion._engine
     rows = _rows(motion)
@@ -168,11 +167,11 @@ def _exact(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.nda
             break
         room = count
     found = found[:count]
-    begin = rows[found[:, 0].astype(int)]
-    angle = begin[:, 1] + found[:, 1]
+    begin = rows[found[:, AFTER].astype(int)]
+    angle = begin[:, PHASE] + found[:, SINCE]
     whole_turns = np.floor(angle / TURN)
-    velocity = found[:, 2] * np.abs(found[:, 3]) * engine.omega
-    return begin[:, 0] + whole_turns, angle - TURN * whole_turns, velocity
+    velocity = found[:, FROM] * np.abs(found[:, SPEED]) * engine.omega
+    return begin[:, TURNS] + whole_turns, angle - TURN * whole_turns, velocity
 
 
 def _looked(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

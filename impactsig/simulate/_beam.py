@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
+from .._compiled import inner, kernel
 from ._beam_flow import (
     APART,
     AT_BALANCE,
     AT_REST,
-    HEAD,
     TOUCHING,
     advance,
     begin,
@@ -17,18 +17,33 @@ from ._beam_flow import (
     turned,
 )
 from ._events import (
+    BEAM_APPROACH,
     DIVERGED,
     DONE,
     EXHAUSTED,
     FULL,
+    GREATEST,
+    HEAD,
     IMPACT,
+    IMPACT_COUNT,
+    KNOWN,
+    LEG_COUNT,
+    LOW,
     PART,
+    PHASE,
+    REGIME,
     RELEASE,
+    ROW_COUNT,
+    ROW_KIND,
+    ROW_KNOWN,
+    ROW_REGIME,
+    SPENT,
     STICK,
+    STICK_COUNT,
     TOUCH,
+    TURNS,
 )
-from ._flow import TURN, inner, kernel
-from ._passing import pass_time
+from ._passing import pass_time, set_clock, time_until
 
 FREE, CONTACT = 0, 1
 
@@ -38,18 +53,23 @@ def note(events, count, clock, kind, regime, known, approach, beam, state):
     """Write an event."""
     if len(events) == 0:
         return
-    row = events[count[2]]
-    row[0], row[1], row[2], row[3] = clock[0], clock[1], kind, regime
-    row[4], row[5] = known, approach
+    row = events[count[ROW_COUNT]]
+    row[TURNS], row[PHASE], row[ROW_KIND], row[ROW_REGIME] = (
+        clock[TURNS],
+        clock[PHASE],
+        kind,
+        regime,
+    )
+    row[ROW_KNOWN], row[BEAM_APPROACH] = known, approach
     for n in range(2 * beam.modes):
         row[HEAD + n] = state[n]
-    count[2] += 1
+    count[ROW_COUNT] += 1
 
 
 @inner
 def gap_rate(beam, state, clock):
     """Rate of the gap."""
-    rate = (beam.wave[0] * 1j * turned(clock[1] + clock[2])).real
+    rate = (beam.wave[0] * 1j * turned(clock[PHASE] + clock[LOW])).real
     for n in range(beam.modes):
         rate += beam.signal[0, n] * state[beam.modes + n]
     return rate
@@ -66,7 +86,7 @@ def part_with(beam, state, clock, rate):
 @inner
 def put_on(beam, state, clock):
     """Put the tip where the stop is: what rounding leaves there would add up over the impacts."""
-    gap = beam.offset[FREE] + (beam.wave[FREE] * turned(clock[1] + clock[2])).real
+    gap = beam.offset[FREE] + (beam.wave[FREE] * turned(clock[PHASE] + clock[LOW])).real
     for n in range(beam.modes):
         gap += beam.signal[FREE, n] * state[n]
     for n in range(beam.modes):
@@ -98,13 +118,13 @@ def hit(beam, state, clock, count, totals, events):
     left = 0.0
     if speed > 1e-13 * fastest(beam, state):
         rebound = beam.restitution * speed
-        totals[0] = max(totals[0], speed)
-        totals[1] += (speed - rebound) * (speed + rebound) / (2 * beam.modes)
-        count[0] += 1
+        totals[GREATEST] = max(totals[GREATEST], speed)
+        totals[SPENT] += (speed - rebound) * (speed + rebound) / (2 * beam.modes)
+        count[IMPACT_COUNT] += 1
         part_with(beam, state, clock, rebound)
         note(events, count, clock, IMPACT, FREE, TOUCHING, speed, beam, state)
         if rebound > 0.0:
-            if rebound > beam.chatter * totals[0] or beam.restitution >= 1:
+            if rebound > beam.chatter * totals[GREATEST] or beam.restitution >= 1:
                 return FREE, TOUCHING
             terms, _value = begin(beam, FREE, state, clock)
             _d, _g1, g2, _g3, _most, third = evaluate(beam.scratch, terms, 0.0)
@@ -113,9 +133,9 @@ def hit(beam, state, clock, count, totals, events):
             if g2 >= 0 or 100 * third * left > g2 * g2:
                 return FREE, TOUCHING
             left /= -g2
-            totals[1] += rebound * rebound / (2 * beam.modes)
+            totals[SPENT] += rebound * rebound / (2 * beam.modes)
     if rest_on(beam, state, clock):
-        count[1] += 1
+        count[STICK_COUNT] += 1
         note(events, count, clock, STICK, CONTACT, APART, left, beam, state)
         return CONTACT, APART
     return FREE, AT_REST
@@ -130,8 +150,8 @@ def meet(beam, state, clock, count, totals, events):
     else:
         known, pressed = AT_REST, rest_on(beam, state, clock)
     if pressed:
-        totals[0] = max(totals[0], speed)
-        count[0] += 1
+        totals[GREATEST] = max(totals[GREATEST], speed)
+        count[IMPACT_COUNT] += 1
         note(events, count, clock, TOUCH, CONTACT, known, max(speed, 0.0), beam, state)
         return CONTACT, known
     note(events, count, clock, PART, FREE, known, 0.0, beam, state)
@@ -142,22 +162,21 @@ def meet(beam, state, clock, count, totals, events):
 def run(beam, clock, state, after, where, count, totals, events, end_turns, end_phase, most_legs):
     """Move to the end phase, writing events as rows; to be called again when they are full.
 
-    `where`: regime and what is known of the start of the leg; `count`: impacts, sticks, rows
-    written, legs; `totals`: greatest approach velocity, energy lost at the stop per modal mass.
+    The arrays are as in `_events`.
     """
     spent = 0
-    count[2] = 0
+    count[ROW_COUNT] = 0
     while True:
-        if len(events) > 0 and count[2] + 3 > len(events):
+        if len(events) > 0 and count[ROW_COUNT] + 3 > len(events):
             return FULL
         if spent >= most_legs:
             return EXHAUSTED
         spent += 1
-        count[3] += 1
-        end = (end_turns - clock[0]) * TURN + (end_phase - clock[1]) - clock[2]
+        count[LEG_COUNT] += 1
+        end = time_until(clock, end_turns, end_phase)
         if end <= 0:
             return DONE
-        i, known = where[0], where[1]
+        i, known = where[REGIME], where[KNOWN]
         terms, value = begin(beam, i, state, clock)
         if not math.isfinite(value) and beam.offset[i] < math.inf:
             return DIVERGED
@@ -168,21 +187,21 @@ def run(beam, clock, state, after, where, count, totals, events, end_turns, end_
                 known = TOUCHING
             closed, tau = first_zero(beam.scratch, terms, value, known, end)
         if tau > 0:
-            advance(beam, i, state, clock[1] + clock[2], tau, after)
+            advance(beam, i, state, clock[PHASE] + clock[LOW], tau, after)
             for n in range(2 * beam.modes):
                 state[n] = after[n]
             if tau >= end:
-                clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+                set_clock(clock, end_turns, end_phase)
             else:
                 pass_time(clock, tau)
         if not closed:
-            where[1] = APART if tau > 0 else known
+            where[KNOWN] = APART if tau > 0 else known
         elif i == CONTACT and beam.restitution >= 0:
             part_with(beam, state, clock, 0.0)
             note(events, count, clock, RELEASE, FREE, AT_BALANCE, 0.0, beam, state)
-            where[0], where[1] = FREE, AT_BALANCE
+            where[REGIME], where[KNOWN] = FREE, AT_BALANCE
         elif beam.restitution >= 0:
             put_on(beam, state, clock)
-            where[0], where[1] = hit(beam, state, clock, count, totals, events)
+            where[REGIME], where[KNOWN] = hit(beam, state, clock, count, totals, events)
         else:
-            where[0], where[1] = meet(beam, state, clock, count, totals, events)
+            where[REGIME], where[KNOWN] = meet(beam, state, clock, count, totals, events)

@@ -17,18 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._flow import TURN, inlined, inner, kernel
+from .._compiled import inlined, inner, kernel
+from ._events import HEAD, LOW, PHASE, ROW_REGIME, TURN, TURNS
 from ._gap import stays_open
 
 APART, TOUCHING, AT_REST, AT_BALANCE = range(4)
 """What is known of a leg's start: its signal is not 0; is 0; so is its rate; so is that's rate."""
-
-
-HEAD = 6
-"""A row of an event: turns, phase, kind, regime, what is known, approach velocity; the state.
-
-A stick has the time that its chatter lasts on instead of a velocity.
-"""
 
 
 class Beam(NamedTuple):
@@ -65,7 +59,7 @@ def amplitude(beam, i, k, state, turn):
 @inner
 def begin(beam, i, state, clock):
     """Write the leg's sum of exponentials to scratch; the number of terms, and g at its start."""
-    turn = turned(clock[1] + clock[2])
+    turn = turned(clock[PHASE] + clock[LOW])
     count = beam.sizes[i]
     value = beam.offset[i] + (beam.wave[i] * turn).real
     for n in range(2 * beam.modes):
@@ -206,5 +200,5 @@ def sample(beam, rows, which, turns, phase, states):
     """State at instants, each after the row that `which` names; shape (n, 2 modes)."""
     for k in range(len(turns)):
         row = rows[which[k]]
-        tau = (turns[k] - row[0]) * TURN + (phase[k] - row[1])
-        advance(beam, int(row[3]), row[HEAD:], row[1], tau, states[k])
+        tau = (turns[k] - row[TURNS]) * TURN + (phase[k] - row[PHASE])
+        advance(beam, int(row[ROW_REGIME]), row[HEAD:], row[PHASE], tau, states[k])

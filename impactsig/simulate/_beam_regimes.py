@@ -25,6 +25,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..oscillators import KelvinVoigt, Rigid, Stop
+from ._stops import restitution_of
 
 if TYPE_CHECKING:
     from ._beam_flow import Beam
@@ -130,7 +131,7 @@ def regimes(
         stacked("seen", 0),
         both("beat"),
         side,
-        float(law.restitution) if isinstance(law, Rigid) else -1.0,  # type: ignore[arg-type]
+        restitution_of(law),
         chatter,
         np.empty((most + 1, 2), complex),
     )

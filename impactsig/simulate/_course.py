@@ -11,6 +11,7 @@ import numpy as np
 from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
+from ._events import DIVERGED, ENDLESS, EXHAUSTED, TIME
 from ._tableau import GAUGE_DEGREE, flow_tableau
 
 if TYPE_CHECKING:
@@ -78,15 +79,15 @@ class Running:
     @property
     def time(self) -> float:
         """How far it has come."""
-        return float(self.course.clock[0])
+        return float(self.course.clock[TIME])
 
     def sample(self, instants: np.ndarray) -> tuple[np.ndarray, str]:
         """States at instants, ascending, and why there are no more."""
-        from ._flow_steps import DIVERGED, MORE, states
+        from ._flow_steps import states
 
         out = np.empty((len(instants), self.field.size))
-        status, done = MORE, 0
-        while status == MORE and len(instants):
+        status, done = EXHAUSTED, 0
+        while status == EXHAUSTED and len(instants):
             status, done = states(
                 self.tableau, self.field, self.scratch, self.course, instants, out, done, STEPS
             )
@@ -95,11 +96,10 @@ class Running:
     def spikes(self, task: Task) -> tuple[np.ndarray, str]:
         """Instants of the spikes, and why there are no more."""
         from ._flow_spikes import spikes
-        from ._flow_steps import DIVERGED, ENDLESS, MORE
 
         found: list[np.ndarray] = []
-        status, silent = MORE, 0
-        while status == MORE:
+        status, silent = EXHAUSTED, 0
+        while status == EXHAUSTED:
             status, times = spikes(self.tableau, self.field, task, self.scratch, self.course, STEPS)
             found.append(times)
             task = task._replace(wanted=task.wanted - len(times))

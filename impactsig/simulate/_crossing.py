@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 
-from ._flow import inlined, inner
-from ._rates import LAW, LOSS, OUT, PLACE, PUSHER, RIGID, SIDE, SLACK, STIFFNESS, jerk, pull, status
+from .._compiled import inlined, inner
+from ._laws import LAW, LOSS, PLACE, PUSHER, RIGID, SIDE, STIFFNESS
+from ._rates import OUT, SLACK, jerk, pull, spring_push, status
 from ._roots import first_root
 from ._step import classical, interpolate, take
 from ._tableau import DEGREE
@@ -18,6 +19,9 @@ from ._tableau import DEGREE
 # Event functions: a stop out of reach is reached; a stop parts; one left behind is out of reach, or
 # pushes again; the sliding mass comes to rest.
 REACH, LEAVE, EXIT, AGAIN, REST = range(5)
+# Columns of `Scratch.events`: value where the step starts, weights of position and velocity, which
+# function of which stop, zeros where the step starts (see `zeros_at_start`).
+VALUE, BY_Q, BY_V, MEANING, OF_STOP, ZEROS = range(6)
 ROUNDING = 4e-15  # a sum this small beside its terms is 0
 STILL = 5  # zeros, where an event function does not move
 
@@ -33,7 +37,7 @@ def list_events(p, s, leg, mode, y, v):
             continue
         depth = side * (y - (p.stops[k, PLACE] - leg.origin))
         stiffness, loss = p.stops[k, STIFFNESS], p.stops[k, LOSS]
-        force = stiffness * depth + loss * side * v
+        force = spring_push(stiffness, loss, depth, side * v)
         if digit == OUT:
             enter(s.events, n, -depth, -side, 0.0, REACH, k)
             ahead = side
@@ -54,10 +58,10 @@ def list_events(p, s, leg, mode, y, v):
 
 
 @inlined
-def enter(events, n, at, of_position, of_velocity, kind, k):
+def enter(events, n, at, of_q, of_v, kind, k):
     """Write one event function."""
     row = events[n]
-    row[0], row[1], row[2], row[3], row[4] = at, of_position, of_velocity, kind, k
+    row[VALUE], row[BY_Q], row[BY_V], row[MEANING], row[OF_STOP] = at, of_q, of_v, kind, k
 
 
 @inner
@@ -92,29 +96,29 @@ def zeros_at_start(p, f, leg, s, row, y, v, a, balanced):
     acceleration is but for rounding is known. A mass at rest at a soft stop sets off by the first
     derivative that tells; where none does, the event does not come within the step (`STILL`).
     """
-    if row[0] > 0:
+    if row[VALUE] > 0:
         return 0
-    if row[3] == REST and v == 0.0:
+    if row[MEANING] == REST and v == 0.0:
         return 2 if balanced else 1
-    if v == 0.0 and not balanced and p.stops[int(row[4]), LAW] != RIGID:
+    if v == 0.0 and not balanced and p.stops[int(row[OF_STOP]), LAW] != RIGID:
         order, way = starts(p, leg, s, y, a, jerk(p, f, leg, s, y))
         if order == 0:  # of a law, and of control, further derivatives are not known
             return 3 if p.forced or f.control is not None else STILL
-        if row[2] != 0.0:  # a force by the velocity falls one derivative sooner
+        if row[BY_V] != 0.0:  # a force by the velocity falls one derivative sooner
             order -= 1
-            way *= row[2]
+            way *= row[BY_V]
         else:
-            way *= row[1]
+            way *= row[BY_Q]
         return order if way > 0 else -1
-    slope = row[1] * v + row[2] * a
+    slope = row[BY_Q] * v + row[BY_V] * a
     if slope != 0:
         return 1 if slope > 0 else -1
     if balanced:
         return 3
-    bend = row[1] * a
+    bend = row[BY_Q] * a
     if bend != 0:
         return 2 if bend > 0 else -1
-    return 3 if row[1] * jerk(p, f, leg, s, y) >= 0 else -1
+    return 3 if row[BY_Q] * jerk(p, f, leg, s, y) >= 0 else -1
 
 
 @inner
@@ -124,7 +128,7 @@ def event_root(s, row, zeros):
         return 2.0
     c = s.stack[0]
     for i in range(DEGREE + 1):
-        c[i] = row[0] + row[1] * s.q[i] + row[2] * s.v[i]
+        c[i] = row[VALUE] + row[BY_Q] * s.q[i] + row[BY_V] * s.v[i]
     n = DEGREE
     for _ in range(zeros):
         start = c[0]
@@ -141,7 +145,7 @@ def earliest(p, tab, f, leg, s, number, step, y, v, dq, dv):
     if number > 0:
         interpolate(tab, f, leg, s, step, y, v, dq, dv)
         for i in range(number):
-            x = event_root(s, s.events[i], int(s.events[i, 5]))
+            x = event_root(s, s.events[i], int(s.events[i, ZEROS]))
             if x < at:
                 due, at = i, x
     return due, at
@@ -158,10 +162,10 @@ def polish(p, tab, f, leg, s, row, h, most, y, v, a):
     dq, dv = take(p.fixed, tab, f, leg, s, h, y, v, a)
     last = math.inf
     for _ in range(8):
-        at = row[0] + row[1] * dq + row[2] * dv
-        slope = row[1] * (v + dv)
-        if row[2] != 0.0:
-            slope += row[2] * pull(f, leg, s, h, y + dq, v + dv)
+        at = row[VALUE] + row[BY_Q] * dq + row[BY_V] * dv
+        slope = row[BY_Q] * (v + dv)
+        if row[BY_V] != 0.0:
+            slope += row[BY_V] * pull(f, leg, s, h, y + dq, v + dv)
         if not slope < 0:
             break
         move = -at / slope
@@ -180,7 +184,7 @@ def passed(s, number, dq, dv):
     """The first listed event function that is negative after a gain, or -1."""
     for i in range(number):
         row = s.events[i]
-        if row[0] + row[1] * dq + row[2] * dv < 0:
+        if row[VALUE] + row[BY_Q] * dq + row[BY_V] * dv < 0:
             return i
     return -1
 

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._flow import inlined, inner
+from .._compiled import inlined, inner
+from ._events import LENGTH
 from ._tableau import DEGREE
 
 SIGNAL, FORCE, DISPLACEMENT, VELOCITY = range(4)
@@ -81,10 +82,10 @@ def read(feedback, line, past, tau):
     `past.first` on that is the course SIGNAL, before it the course of the signal itself.
     """
     j, tau = past.step, past.offset + tau
-    while j < past.last and tau > line.when[j, 2]:
-        tau -= line.when[j, 2]
+    while j < past.last and tau > line.when[j, LENGTH]:
+        tau -= line.when[j, LENGTH]
         j += 1
-    share = tau / line.when[j, 2]
+    share = tau / line.when[j, LENGTH]
     return bernstein(line.course[j, SIGNAL if j >= past.first else feedback.signal], share)
 
 

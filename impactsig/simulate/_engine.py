@@ -27,8 +27,27 @@ from __future__ import annotations
 
 import math
 
-from ._events import DIVERGED, DONE, EXHAUSTED, FULL, RELEASE, REVERSE
-from ._flow import TURN, begin, bound, bounds, free, kernel, locate, steady
+from .._compiled import kernel
+from ._events import (
+    DIVERGED,
+    DONE,
+    EXHAUSTED,
+    FULL,
+    LEG_COUNT,
+    LOST,
+    LOW,
+    MODE,
+    PHASE,
+    RELEASE,
+    REVERSE,
+    ROW_COUNT,
+    STUCK,
+    TURN,
+    TURNS,
+    Q,
+    V,
+)
+from ._flow import begin, bound, bounds, free, locate, steady
 from ._gap import close, stays_open
 from ._passing import (
     NOTHING,
@@ -38,6 +57,8 @@ from ._passing import (
     note,
     pass_gap,
     pass_time,
+    set_clock,
+    time_until,
     touches,
     unstick,
 )
@@ -50,37 +71,39 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
     The arrays are as in `_events`; `upper` and `lower` are the restitution functions of rigid
     stops.
     """
+    # One long body: its parts share a score of numbers, and to pass these on costs more than most
+    # parts compute.
     spent = 0
-    count[5] = 0
+    count[ROW_COUNT] = 0
     room = len(events)
     gaps = scratch.gaps
     while True:
-        if room > 0 and count[5] + 4 > room:
+        if room > 0 and count[ROW_COUNT] + 4 > room:
             return FULL
         if spent >= most_legs:
             return EXHAUSTED
         spent += 1
-        count[6] += 1
-        i = count[0]
-        end = (end_turns - clock[0]) * TURN + (end_phase - clock[1]) - clock[2]
+        count[LEG_COUNT] += 1
+        i = count[MODE]
+        end = time_until(clock, end_turns, end_phase)
         if end <= 0:
             return DONE
 
-        q, v = state[0], state[1]
+        q, v = state[Q], state[V]
         if not (math.isfinite(q) and math.isfinite(v)):
             return DIVERGED
         way, level = 0, False  # level: the force is just at the limit of what held the mass
         rests = False  # where neither friction nor a rigid stop could hold it
-        if count[1] != 0:  # held by a rigid stop or by friction
+        if count[STUCK] != 0:  # held by a rigid stop or by friction
             tau, way = unstick(p, clock, i, q, end)
             if tau >= end:
-                clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+                set_clock(clock, end_turns, end_phase)
                 return DONE
             pass_time(clock, tau)
             if way == 0:
                 continue
             end -= tau
-            count[1] = 0
+            count[STUCK] = 0
             level = p.static == p.kinetic
             i = heading(p, i, way)
             note(events, count, clock, RELEASE, -1, i, q, 0.0, 0.0)
@@ -95,9 +118,9 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                 note(events, count, clock, REVERSE, -1, i, q, 0.0, 0.0)
         elif v == 0.0:
             rests = True
-        count[0] = i
+        count[MODE] = i
 
-        leg = begin(p, scratch, i, clock[0], clock[1], clock[2], q, v)
+        leg = begin(p, scratch, i, clock[TURNS], clock[PHASE], clock[LOW], q, v)
         kappa, delta, root, sort = leg.kappa, leg.delta, leg.root, leg.sort
         b = leg.drift - 2 * delta * leg.w - kappa * leg.z
         b1 = -2 * delta * b - kappa * leg.w
@@ -158,8 +181,8 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
             if not reaches:
                 z, w = free(leg, end)
                 x, u = steady(p, i, end_turns, end_phase)
-                state[0], state[1] = x + z + p.rest[i], u + w
-                clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+                state[Q], state[V] = x + z + p.rest[i], u + w
+                set_clock(clock, end_turns, end_phase)
                 return DONE
 
         tau = 0.0
@@ -240,22 +263,22 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         if tau >= end:
             d, u, _a, _jerk, _b, _b1 = locate(leg, end)
             closed = -1
-        state[0], state[1] = q + d, u
+        state[Q], state[V] = q + d, u
         if p.pressed[i] == 0:  # else it is among what the contact loses
-            state[3] += p.kinetic * abs(d)
+            state[LOST] += p.kinetic * abs(d)
         if tau >= end:
             for s in range(p.gaps[i]):
                 alpha, beta, gamma = p.gap[i, s, 0], p.gap[i, s, 1], p.gap[i, s, 2]
-                if beta == 0.0 and alpha * state[0] + gamma < 0:
-                    state[0] = -gamma / alpha
-            clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+                if beta == 0.0 and alpha * state[Q] + gamma < 0:
+                    state[Q] = -gamma / alpha
+            set_clock(clock, end_turns, end_phase)
             return DONE
         pass_time(clock, tau)
         if closed < 0:
             continue
         alpha, beta = p.gap[i, closed, 0], p.gap[i, closed, 1]
         if tau > 0 and beta == 0.0 and alpha * u >= 0:  # closed at the very turning point
-            state[0], state[1] = -p.gap[i, closed, 2] / alpha, 0.0
+            state[Q], state[V] = -p.gap[i, closed, 2] / alpha, 0.0
             continue
         status = pass_gap(
             p, clock, state, count, events, closed, end - tau, end_turns, end_phase, upper, lower

@@ -1,72 +1,75 @@
-"""What the engines share: events as rows of numbers, counters, the clock; and their contract.
+"""What the numbers mean that the engines share: clock, state, counters, events, statuses.
 
-An engine works in the unit of time in which the forcing period (`Oscillator.forcing_period`) is a
-turn, 2 pi, and in coordinates in which the stops rest. It is called with arrays that it changes:
-
-clock : turns, phase of the forcing in [0, 2 pi), and what the phase lacks by rounding.
-state : position (from the origin of the mode), velocity, greatest approach velocity so far, and
-    energy lost at the stops and by friction per mass.
-count : mode, whether stuck (0 or 1), impacts, sticks, contacts, rows written, legs (or steps).
-
-A row of `COLUMNS` numbers tells an event, and the state after it: turns, phase, kind, stop (its
-place in `Oscillator.stops`, or -1), mode, position, velocity, approach velocity.
+Compiled kernels take these constants as they are compiled, so an edit here compiles all of them
+anew: whatever changes more often belongs elsewhere.
 """
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+import math
+from typing import Any
 
-import numpy as np
+TURN = 2 * math.pi
+"""A turn of the reference, the forcing period, in the engine's unit of time."""
+
+# The clock: turns, phase of the forcing in [0, 2 pi), and what the phase lacks by rounding.
+TURNS, PHASE, LOW = range(3)
+
+# The state of an oscillator: position (from the origin of the mode), velocity, greatest approach
+# velocity so far, and energy lost at the stops and by friction per mass.
+Q, V, FASTEST, LOST = range(4)
+# It goes on, where it is stepped, with the step to try next, the greatest speed, and for each stop
+# the approach velocity of its last contact.
+STEP, SPEED, APPROACH = range(LOST + 1, LOST + 4)
+
+# The counters: mode, whether stuck (0 or 1), impacts, sticks, contacts, rows written, legs (or
+# steps).
+MODE, STUCK, IMPACT_COUNT, STICK_COUNT, CONTACT_COUNT, ROW_COUNT, LEG_COUNT = range(7)
+COUNTERS = LEG_COUNT + 1
+# They go on, where it is stepped, with the stop that holds the mass (-1: friction alone), and
+# whether rows have been written.
+HOLDER, BEGUN = range(COUNTERS, COUNTERS + 2)
+
+# A row tells an event and the state after it: turns, phase (as the clock), kind, stop (its place in
+# `Oscillator.stops`, or -1), mode, position, velocity, approach velocity.
+ROW_KIND, ROW_STOP, ROW_MODE, ROW_Q, ROW_V, ROW_APPROACH = range(2, 8)
+COLUMNS = ROW_APPROACH + 1
 
 # Kinds of event. IMPACT is of a rigid stop; a soft contact goes from TOUCH to PART; STICK and
 # RELEASE are of rigid stops and of friction; REVERSE is where friction changes its sign; MARK is
 # none, but a state to go on from.
 START, IMPACT, STICK, RELEASE, TOUCH, PART, REVERSE, MARK = range(8)
+
 # Statuses: all done; the buffer of events is full; the work allowed is spent; numbers overflowed; a
-# function of the user's returned what cannot be.
-DONE, FULL, EXHAUSTED, DIVERGED, BROKEN = range(5)
-STATUS = ("complete", "", "work limit", "diverged", "broken law")
-COLUMNS = 8
-COUNTERS = 7
+# function of the user's returned what cannot be; no row of the delay line is left; nothing more is
+# to come.
+DONE, FULL, EXHAUSTED, DIVERGED, BROKEN, LINE_FULL, ENDLESS = range(7)
+STATUS = ("complete", "", "work limit", "diverged", "broken law", "", "")
+
+# Of a beam the state is the modal displacements and velocities. Beside it: the regime and what is
+# known of the start of the leg; greatest approach velocity, and energy lost at the stop per modal
+# mass. A row has the regime, what is known and the approach velocity (of a stick: the time that its
+# chatter lasts) in place of stop, mode and position; then the state.
+REGIME, KNOWN = range(2)
+GREATEST, SPENT = range(2)
+ROW_REGIME, ROW_KNOWN, BEAM_APPROACH = range(ROW_KIND + 1, ROW_KIND + 4)
+HEAD = BEAM_APPROACH + 1
+
+# Of a flow: time, and what rounding took from it; step to try next (0: none yet), and side of the
+# level that the signal is on (-1 or 1; 0: not known).
+TIME, ROUNDED = range(2)
+WISH, LEVEL_SIDE = range(2)
+
+# A row of the delay line is a step: its beginning, as the clock, and its length.
+LENGTH = 2
+
+# A strobe: position, velocity, impacts in the period before it and the energy lost in it.
+STROBE_IMPACTS, STROBE_ENERGY = range(2, 4)
+STROBE = STROBE_ENERGY + 1
 
 
-class Engine(Protocol):
-    """What `simulate` and `Motion` ask of an engine."""
-
-    omega: float
-    """Angular frequency of the reference, per unit of the oscillator's time."""
-
-    def begin(self, q: float, v: float, phase: float) -> tuple[np.ndarray, np.ndarray]:
-        """State and counters of a start at q, v (in the engine's units) and that phase."""
-
-    def run(
-        self,
-        clock: np.ndarray,
-        state: np.ndarray,
-        count: np.ndarray,
-        events: np.ndarray,
-        end_turns: float,
-        end_phase: float,
-        legs: int,
-    ) -> int:
-        """Move to the end, writing events until they are full; a status.
-
-        An `events` without rows is not written to.
-        """
-
-    def place(self, mode: Any, q: Any) -> Any:
-        """Position in the coordinates of the stops, of positions from the origins of modes."""
-
-    def sample(
-        self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Position and velocity at instants, each after the row that `where` names."""
-
-    def peaks(
-        self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
-    ) -> np.ndarray:
-        """Greatest force of contacts, from the TOUCH in row `first` to row `last`.
-
-        A contact that the run cut short, at the turns and phase `end`, has `last` = the number of
-        rows.
-        """
+def row_of(kind: int, clock: Any, state: Any, count: Any) -> list[Any]:
+    """The row of an event at no stop, at the state where a run is."""
+    return [
+        clock[TURNS], clock[PHASE], kind, -1, count[MODE], state[Q], state[V], 0.0
+    ]  # fmt: skip

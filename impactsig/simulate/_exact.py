@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..oscillators import Hertz, KelvinVoigt, Oscillator, Rigid
-from ._events import COUNTERS
+from ._events import COUNTERS, MODE
 from ._frame import reference_frequency
+from ._laws import spring_push
 from ._layout import Layout, layout, only_pushes, structure
 from ._modes import problems, tables
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class ExactEngine:
-    """Moves a piecewise linear oscillator; fulfils `_events.Engine`."""
+    """Moves a piecewise linear oscillator; fulfils `_contract.Engine`."""
 
     def __init__(self, oscillator: Oscillator, chatter: float, skip: bool) -> None:
         self.oscillator = oscillator
@@ -117,14 +118,14 @@ def begun(
                 q = stop.position
                 break
             side, level = sign, level + 1
-            force = stop.law.stiffness * depth + stop.law.damping * omega * sign * v
+            force = spring_push(stop.law.stiffness, stop.law.damping * omega, depth, sign * v)
             if force < 0 and only_pushes(stop):
                 lifted |= {level - 1}
     mode = plan.modes[side, level, lifted]
     if plan.way[mode]:
         mode += v < 0
     count = np.zeros(COUNTERS, np.int64)
-    count[0] = mode
+    count[MODE] = mode
     # A first touch at next to no speed must not set the scale of chatter.
     slow = 1e-6 * (force_bound + abs(oscillator.load) / (oscillator.mass * omega**2))
     return np.array([q - origin[mode], v, slow, 0.0]), count

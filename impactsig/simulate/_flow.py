@@ -11,23 +11,16 @@ its Taylor series serves, which keeps the digits of tiny gaps.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import inlined, inner, njit
+from ._events import PHASE, TURN, TURNS
 
 ORDER = 12  # of the Taylor series that serves short legs
 COMPLETE = ORDER + 1  # where a series tells whether it is
 INVERSE = tuple([0.0] + [1 / n for n in range(1, 18)])
-TURN = 2 * math.pi
-
-# Without reference counts, which cost more than these functions compute: nothing here allocates.
-_OPTIONS: Any = {"nogil": True, "error_model": "numpy", "_nrt": False}
-_WITHIN: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # for kernels to call
-kernel = njit(**_OPTIONS)
-inner = njit(**_OPTIONS, **_WITHIN)
-inlined = njit(**_OPTIONS, **_WITHIN, forceinline=True)
 
 
 class Problem(NamedTuple):
@@ -228,7 +221,7 @@ def push(p, clock, tau):
     f = f1 = f2 = 0.0
     for j in range(len(p.ratio)):
         ratio = p.ratio[j]
-        angle = phase_of(ratio, clock[0], clock[1]) + ratio * tau
+        angle = phase_of(ratio, clock[TURNS], clock[PHASE]) + ratio * tau
         c, s = math.cos(angle), math.sin(angle)
         value = p.force_cos[j] * c + p.force_sin[j] * s
         f += value

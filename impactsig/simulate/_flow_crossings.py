@@ -6,7 +6,7 @@ there is one, and else halving decides.
 
 from __future__ import annotations
 
-from ._flow import inner
+from .._compiled import inner
 from ._flow_steps import Scratch
 from ._tableau import GAUGE_DEGREE
 

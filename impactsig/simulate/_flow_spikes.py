@@ -12,14 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
-from ._flow import inner
+from .._compiled import inner, njit
+from ._events import DIVERGED, DONE, ENDLESS, EXHAUSTED, LEVEL_SIDE, ROUNDED, TIME, WISH
 from ._flow_crossings import begin, next_crossing, value_at
 from ._flow_steps import (
-    DIVERGED,
-    DONE,
-    ENDLESS,
-    MORE,
     between,
     go,
     interpolate,
@@ -118,12 +114,12 @@ def spikes(tab, field, task, s, course, steps):
     times = np.empty(min(task.wanted, 256))
     found = 0
     y = course.state
-    if course.pace[0] == 0.0:
-        rates_at(field, task.fires, course.clock[0], 0.0, y, course.rate)
+    if course.pace[WISH] == 0.0:
+        rates_at(field, task.fires, course.clock[TIME], 0.0, y, course.rate)
         if task.fires:
-            course.pace[1] = -1.0
+            course.pace[LEVEL_SIDE] = -1.0
     for _ in range(steps):
-        t = course.clock[0]
+        t = course.clock[TIME]
         if t >= task.end:
             return DONE, times[:found]
         if t > 1e300:  # at rest, steps grow without end
@@ -131,7 +127,7 @@ def spikes(tab, field, task, s, course, steps):
         h = stride(tab, field, task.fires, s, course, task.end - t)
         if h == 0.0:
             return DIVERGED, times[:found]
-        if out_of_reach(field, task, s, h, y, task.level) and course.pace[1] != 0.0:
+        if out_of_reach(field, task, s, h, y, task.level) and course.pace[LEVEL_SIDE] != 0.0:
             go(s, course, h, task.end)
             continue
         interpolate(tab, field, task.fires, s, t, h, y)
@@ -140,7 +136,7 @@ def spikes(tab, field, task, s, course, steps):
             if not math.isfinite(s.gauge[j]):
                 return DIVERGED, times[:found]
         level = task.level
-        side = course.pace[1]
+        side = course.pace[LEVEL_SIDE]
         while True:
             pose(tab, s, level)
             top = begin(s)
@@ -149,7 +145,7 @@ def spikes(tab, field, task, s, course, steps):
                 if share < 0 or not (task.up if side > 0 else task.down):
                     continue
                 share = correct(tab, field, task, s, t, h, y, level, share)
-                at = t + (share * h + course.clock[1])
+                at = t + (share * h + course.clock[ROUNDED])
                 if found == len(times):
                     more = np.empty(min(2 * found, task.wanted))
                     more[:found] = times
@@ -166,8 +162,8 @@ def spikes(tab, field, task, s, course, steps):
             # Fired: what is integrated from here on has the next multiple to reach.
             level += task.level
             side = -1.0
-        course.pace[1] = side
+        course.pace[LEVEL_SIDE] = side
         go(s, course, h, task.end)
         if task.fires:
             y[field.size] -= level - task.level
-    return MORE, times[:found]
+    return EXHAUSTED, times[:found]

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._compiled import inlined, inner, kernel
 from ._delay import DISPLACEMENT, fed
-from ._flow import inlined, inner, kernel
+from ._events import DIVERGED, DONE, EXHAUSTED, ROUNDED, TIME, WISH
 
-MORE, DONE, DIVERGED, ENDLESS = range(4)
 TOLERANCE = 1e-13
 
 
@@ -36,7 +36,7 @@ class Course(NamedTuple):
     clock: np.ndarray  # time, and what rounding took from it
     state: np.ndarray
     rate: np.ndarray
-    pace: np.ndarray  # step to try next (0: none yet), side of the level (-1, 0 not known, 1)
+    pace: np.ndarray  # step to try next, side of the level
 
 
 class Scratch(NamedTuple):
@@ -163,10 +163,10 @@ def error_of(tab, s, h, y, size):
 @inner
 def stride(tab, field, fires, s, course, most):
     """A step within the tolerance, no longer than `most`, into `s.new`; 0 where none is."""
-    t, y = course.clock[0], course.state
+    t, y = course.clock[TIME], course.state
     for n in range(len(y)):
         s.k[0, n] = course.rate[n]
-    wish = course.pace[0]
+    wish = course.pace[WISH]
     if wish == 0.0:
         size, speed = 0.0, 0.0
         for n in range(len(y)):
@@ -183,7 +183,7 @@ def stride(tab, field, fires, s, course, most):
             factor = grow if error == 0.0 else min(grow, 0.9 * error**-0.125)
             if h == wish or factor < 1.0:
                 wish = h * factor
-            course.pace[0] = wish
+            course.pace[WISH] = wish
             return h
         wish = h * (max(0.2, 0.9 * error**-0.125) if math.isfinite(error) else 0.1)
         grow = 1.0
@@ -195,13 +195,13 @@ def stride(tab, field, fires, s, course, most):
 def go(s, course, h, end):
     """To the end of the step."""
     clock = course.clock
-    if h >= end - clock[0]:
-        clock[0], clock[1] = end, 0.0
+    if h >= end - clock[TIME]:
+        clock[TIME], clock[ROUNDED] = end, 0.0
     else:
-        step = h + clock[1]
-        total = clock[0] + step
-        clock[1] = step - (total - clock[0])
-        clock[0] = total
+        step = h + clock[ROUNDED]
+        total = clock[TIME] + step
+        clock[ROUNDED] = step - (total - clock[TIME])
+        clock[TIME] = total
     for n in range(len(s.new)):
         course.state[n], course.rate[n] = s.new[n], s.k[12, n]
 
@@ -245,10 +245,10 @@ def between(s, y, share, n):
 def states(tab, field, s, course, instants, out, done, steps):
     """States at instants, ascending; those from `done` on. How it ended, and how many are done."""
     y = course.state
-    if course.pace[0] == 0.0:
-        rates_at(field, False, course.clock[0], 0.0, y, course.rate)
+    if course.pace[WISH] == 0.0:
+        rates_at(field, False, course.clock[TIME], 0.0, y, course.rate)
     for _ in range(steps):
-        t = course.clock[0]
+        t = course.clock[TIME]
         while done < len(instants) and instants[done] <= t:
             for n in range(field.size):
                 out[done, n] = y[n]
@@ -263,9 +263,9 @@ def states(tab, field, s, course, instants, out, done, steps):
         if instants[done] < after:
             interpolate(tab, field, False, s, t, h, y)
             while instants[done] < after:
-                share = min((instants[done] - t - course.clock[1]) / h, 1.0)
+                share = min((instants[done] - t - course.clock[ROUNDED]) / h, 1.0)
                 for n in range(field.size):
                     out[done, n] = between(s, y, share, n)
                 done += 1
         go(s, course, h, end)
-    return MORE, done
+    return EXHAUSTED, done

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ._flow import inlined, locate
+from .._compiled import inlined
+from ._flow import locate
 
 
 @inlined

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..oscillators import KelvinVoigt, Oscillator, Rigid, Stop
-
-RIGID, PULLS, PUSHES = range(3)  # kinds of stop; one that only pushes is left before its gap opens
+from ._laws import PUSHER, RIGID, SPRING
 
 
 class Structure(NamedTuple):
@@ -51,7 +50,7 @@ def structure(oscillator: Oscillator) -> Structure:
     rows: dict[str, list[tuple[float, int, int]]] = {"upper": [], "lower": []}
     for number, stop in enumerate(oscillator.stops):
         reached = stop.position if stop.side == "upper" else -stop.position
-        kind = RIGID if isinstance(stop.law, Rigid) else PUSHES if only_pushes(stop) else PULLS
+        kind = RIGID if isinstance(stop.law, Rigid) else PUSHER if only_pushes(stop) else SPRING
         rows[stop.side].append((reached, number, kind))
     upper, lower = (
         tuple((number, kind) for _, number, kind in sorted(row)) for row in rows.values()
@@ -90,7 +89,7 @@ def layout(form: Structure) -> Layout:
     for side, row in rows.items():
         kinds = [kind for _, kind in row if kind != RIGID]
         for level in range(1, len(kinds) + 1):
-            able = [m for m in range(level) if kinds[m] == PUSHES]
+            able = [m for m in range(level) if kinds[m] == PUSHER]
             for mask in range(2 ** len(able)):
                 lifted = frozenset(m for n, m in enumerate(able) if mask >> n & 1)
                 regions.append(_Region(side, level, lifted))
@@ -114,7 +113,7 @@ def layout(form: Structure) -> Layout:
         meaning = CLEAR if last in lifted else LEAVE
         region.gaps.append((side, 0, 0, 0, row[last][0], 1, meaning, beyond))
         for m in range(level):
-            if row[m][1] == PUSHES:
+            if row[m][1] == PUSHER:
                 sign = -side if m in lifted else side
                 meaning = PRESS if m in lifted else LIFT
                 beyond = known[side, level, lifted ^ {m}]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from ._events import IMPACT, STICK
-from ._flow import TURN, begin, bound, bounds, free, inlined, kernel, locate, steady
+from .._compiled import inlined, kernel
+from ._events import IMPACT, PHASE, ROW_KIND, ROW_MODE, ROW_Q, ROW_STOP, ROW_V, STICK, TURN, TURNS
+from ._flow import begin, bound, bounds, free, locate, steady
 from ._gap import stays_open
 
 
@@ -15,19 +16,19 @@ def sample(p, scratch, rows, where, turns, phase, q, v):
     if len(where) == 0:
         return
     row = rows[where[0]]
-    i = int(row[4])
-    leg = begin(p, scratch, i, row[0], row[1], 0.0, row[5], row[6])
+    i = int(row[ROW_MODE])
+    leg = begin(p, scratch, i, row[TURNS], row[PHASE], 0.0, row[ROW_Q], row[ROW_V])
     for k in range(len(where)):
         if k > 0 and where[k] != where[k - 1]:
             row = rows[where[k]]
-            i = int(row[4])
-            leg = begin(p, scratch, i, row[0], row[1], 0.0, row[5], row[6])
-        tau = max((turns[k] - row[0]) * TURN + (phase[k] - row[1]), 0.0)
-        if row[2] == STICK:
-            x, u = row[5], 0.0
+            i = int(row[ROW_MODE])
+            leg = begin(p, scratch, i, row[TURNS], row[PHASE], 0.0, row[ROW_Q], row[ROW_V])
+        tau = max((turns[k] - row[TURNS]) * TURN + (phase[k] - row[PHASE]), 0.0)
+        if row[ROW_KIND] == STICK:
+            x, u = row[ROW_Q], 0.0
         elif tau * leg.rate < 0.25:
             d, u, _a, _jerk, _b, _b1 = locate(leg, tau)
-            x = row[5] + d
+            x = row[ROW_Q] + d
         else:
             z, w = free(leg, tau)
             x, u = steady(p, i, turns[k], phase[k])
@@ -37,7 +38,7 @@ def sample(p, scratch, rows, where, turns, phase, q, v):
             if p.gap[i, s, 1] == 0.0 and alpha * x + gamma < 0:
                 x = -gamma / alpha  # rounding
                 n = where[k] + 1
-                if n < len(rows) and rows[n, 2] == STICK and row[2] == IMPACT:
+                if n < len(rows) and rows[n, ROW_KIND] == STICK and row[ROW_KIND] == IMPACT:
                     u = 0.0  # among the rebounds that were summed
         q[k], v[k] = x + p.origin[i], u
 
@@ -100,22 +101,22 @@ def peaks(p, scratch, rows, first, last, ends, springs, dampers, positions, peak
     A run that ends within a contact does so at the turns and phase `ends`.
     """
     for n in range(len(first)):
-        stop = int(rows[first[n], 3])
+        stop = int(rows[first[n], ROW_STOP])
         side = p.side[stop]
         spring, damper = side * springs[stop], side * dampers[stop]
         best = -math.inf
         for k in range(first[n], min(last[n], len(rows))):
             row = rows[k]
-            i = int(row[4])
-            depth = row[5] + (p.origin[i] - positions[stop])
+            i = int(row[ROW_MODE])
+            depth = row[ROW_Q] + (p.origin[i] - positions[stop])
             turns, phase = ends
             if k + 1 < len(rows):
-                turns, phase = rows[k + 1, 0], rows[k + 1, 1]
-            length = (turns - row[0]) * TURN + (phase - row[1])
-            if row[2] == STICK or length <= 0:
-                best = max(best, spring * depth + damper * row[6])
+                turns, phase = rows[k + 1, TURNS], rows[k + 1, PHASE]
+            length = (turns - row[TURNS]) * TURN + (phase - row[PHASE])
+            if row[ROW_KIND] == STICK or length <= 0:
+                best = max(best, spring * depth + damper * row[ROW_V])
                 continue
-            leg = begin(p, scratch, i, row[0], row[1], 0.0, row[5], row[6])
+            leg = begin(p, scratch, i, row[TURNS], row[PHASE], 0.0, row[ROW_Q], row[ROW_V])
             fourth = 0.0
             if damper != 0.0:
                 b = leg.drift - 2 * leg.delta * leg.w - leg.kappa * leg.z

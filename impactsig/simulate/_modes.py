@@ -10,7 +10,9 @@ import numpy as np
 
 from ..oscillators import KelvinVoigt, Oscillator
 from ._frame import forcing, reference_frequency
+from ._laws import NO_NUMBER
 from ._layout import Layout, layout, structure
+from ._stops import restitution_of
 from ._user import restitution_laws
 
 if TYPE_CHECKING:
@@ -172,9 +174,8 @@ def _numbers(oscillator: Oscillator) -> tuple[tuple[float, ...], list[Any], list
     for stop in oscillator.stops:
         law: Any = stop.law
         if isinstance(law, KelvinVoigt):
-            stops.append((stop.position, law.stiffness, law.damping, -1.0))
+            stops.append((stop.position, law.stiffness, law.damping, NO_NUMBER))
         else:
-            restitution = -2.0 if callable(law.restitution) else law.restitution
-            stops.append((stop.position, 0.0, 0.0, restitution))
+            stops.append((stop.position, 0.0, 0.0, restitution_of(law)))
     waves = [(ratio, pull.real, -pull.imag) for ratio, pull in forcing(oscillator)]
     return machine, stops or [(0.0, 0.0, 0.0, 0.0)], waves

@@ -4,17 +4,37 @@ from __future__ import annotations
 
 import math
 
-from .._compiled import cfunc
+from .._compiled import cfunc, inlined, inner
 from ._events import (
     BROKEN,
+    CONTACT_COUNT,
     DONE,
+    FASTEST,
     IMPACT,
+    IMPACT_COUNT,
+    LOST,
+    LOW,
     MARK,
+    MODE,
     PART,
+    PHASE,
+    ROW_APPROACH,
+    ROW_COUNT,
+    ROW_KIND,
+    ROW_MODE,
+    ROW_Q,
+    ROW_STOP,
+    ROW_V,
     STICK,
+    STICK_COUNT,
+    STUCK,
     TOUCH,
+    TURN,
+    TURNS,
+    Q,
+    V,
 )
-from ._flow import TURN, inlined, inner, push
+from ._flow import push
 
 # What the closing of a gap means.
 HIT, ENTER, LEAVE, CLEAR, LIFT, PRESS, HALT = range(7)
@@ -33,19 +53,31 @@ def constant_law(_velocity):
 @inlined
 def pass_time(clock, tau):
     """Add tau to the phase as a compensated sum, and keep it below a turn."""
-    total = clock[1] + tau
-    part = total - clock[1]
-    clock[2] += (clock[1] - (total - part)) + (tau - part)
+    total = clock[PHASE] + tau
+    part = total - clock[PHASE]
+    clock[LOW] += (clock[PHASE] - (total - part)) + (tau - part)
     while total >= TURN:
         total -= TURN  # exact for total < 2 TURN, and else of no more than one rounding
-        clock[2] -= TURN_LOW
-        clock[0] += 1
-    clock[1] = total + clock[2]
-    clock[2] += total - clock[1]
-    if clock[1] < 0:
-        clock[1] += TURN
-        clock[0] -= 1
-        clock[2] += TURN_LOW
+        clock[LOW] -= TURN_LOW
+        clock[TURNS] += 1
+    clock[PHASE] = total + clock[LOW]
+    clock[LOW] += total - clock[PHASE]
+    if clock[PHASE] < 0:
+        clock[PHASE] += TURN
+        clock[TURNS] -= 1
+        clock[LOW] += TURN_LOW
+
+
+@inlined
+def set_clock(clock, turns, phase):
+    """Put the clock at an instant."""
+    clock[TURNS], clock[PHASE], clock[LOW] = turns, phase, 0.0
+
+
+@inlined
+def time_until(clock, turns, phase):
+    """Time from the clock to an instant."""
+    return (turns - clock[TURNS]) * TURN + (phase - clock[PHASE]) - clock[LOW]
 
 
 @inlined
@@ -53,10 +85,10 @@ def note(events, count, clock, kind, stop, mode, q, v, approach):
     """Write one event."""
     if len(events) == 0:
         return
-    row = events[count[5]]
-    row[0], row[1], row[2], row[3] = clock[0], clock[1], kind, stop
-    row[4], row[5], row[6], row[7] = mode, q, v, approach
-    count[5] += 1
+    row = events[count[ROW_COUNT]]
+    row[TURNS], row[PHASE], row[ROW_KIND], row[ROW_STOP] = clock[TURNS], clock[PHASE], kind, stop
+    row[ROW_MODE], row[ROW_Q], row[ROW_V], row[ROW_APPROACH] = mode, q, v, approach
+    count[ROW_COUNT] += 1
 
 
 @inlined
@@ -77,44 +109,44 @@ def touches(p, i, q):
 @inlined
 def hold(clock, count, events, i, q):
     """Let the mass stick where it is."""
-    count[1] = 1
-    count[3] += 1
+    count[STUCK] = 1
+    count[STICK_COUNT] += 1
     note(events, count, clock, STICK, -1, i, q, 0.0, 0.0)
 
 
 @inlined
 def pass_gap(p, clock, state, count, events, s, end, end_turns, end_phase, upper, lower):
     """What the closing of a gap means: an impact, another mode, rest."""
-    i = count[0]
-    v = state[1]
+    i = count[MODE]
+    v = state[V]
     meaning, stop, beyond = p.means[i, s, 0], p.means[i, s, 1], p.means[i, s, 2]
     if meaning == HALT:
-        state[1] = 0.0
+        state[V] = 0.0
         return DONE
     if meaning == HIT:
-        state[0] = -p.gap[i, s, 2] / p.gap[i, s, 0]
+        state[Q] = -p.gap[i, s, 2] / p.gap[i, s, 0]
         if v == 0.0:
-            hold(clock, count, events, i, state[0])
+            hold(clock, count, events, i, state[Q])
             return DONE
         return rebound(
             p, clock, state, count, events, stop, end, end_turns, end_phase, upper, lower
         )
-    count[0] = beyond
+    count[MODE] = beyond
     if p.gap[i, s, 1] == 0.0:
-        state[0] = p.land[i, s]
+        state[Q] = p.land[i, s]
     if p.pressed[beyond] > 0 and p.pressed[i] == 0:
-        state[3] += v * v / 2
+        state[LOST] += v * v / 2
     elif p.pressed[beyond] == 0 and p.pressed[i] > 0:
-        state[3] -= v * v / 2
+        state[LOST] -= v * v / 2
     if meaning in (ENTER, PRESS):
         approach = max(p.side[stop] * v, 0.0)
-        count[2] += 1
-        count[4] += 1
-        state[2] = max(state[2], approach)
-        note(events, count, clock, TOUCH, stop, beyond, state[0], v, approach)
+        count[IMPACT_COUNT] += 1
+        count[CONTACT_COUNT] += 1
+        state[FASTEST] = max(state[FASTEST], approach)
+        note(events, count, clock, TOUCH, stop, beyond, state[Q], v, approach)
     else:
         kind = MARK if meaning == CLEAR else PART
-        note(events, count, clock, kind, stop, beyond, state[0], v, 0.0)
+        note(events, count, clock, kind, stop, beyond, state[Q], v, 0.0)
     return DONE
 
 
@@ -131,22 +163,22 @@ def returned(p, stop, v, upper, lower):
 def rebound(p, clock, state, count, events, stop, end, end_turns, end_phase, upper, lower):
     """Reset the velocity at a rigid stop; chatter may end there at once."""
     side = p.side[stop]
-    v = abs(state[1])
+    v = abs(state[V])
     r = returned(p, stop, v, upper, lower)
     if not 0 <= r <= 1:
         return BROKEN
     out = r * v
-    i = heading(p, count[0], -side if out > 0 else side)
-    count[0] = i
-    state[1] = -side * out if out > 0 else 0.0
-    state[2] = max(state[2], v)
+    i = heading(p, count[MODE], -side if out > 0 else side)
+    count[MODE] = i
+    state[V] = -side * out if out > 0 else 0.0
+    state[FASTEST] = max(state[FASTEST], v)
     if p.pressed[i] == 0:
-        state[3] += (v * v - out * out) / 2
-    count[2] += 1
-    note(events, count, clock, IMPACT, stop, i, state[0], state[1], v)
-    if out == 0.0 or out > p.chatter * state[2] or r == 1.0:
+        state[LOST] += (v * v - out * out) / 2
+    count[IMPACT_COUNT] += 1
+    note(events, count, clock, IMPACT, stop, i, state[Q], state[V], v)
+    if out == 0.0 or out > p.chatter * state[FASTEST] or r == 1.0:
         return DONE
-    if p.restitution[stop] == -2.0 and out > 1e-12 * state[2]:
+    if p.restitution[stop] == -2.0 and out > 1e-12 * state[FASTEST]:
         slower = returned(p, stop, 1e-3 * out, upper, lower)
         if not abs(slower - r) <= CALM * (1 - r):
             return DONE
@@ -157,9 +189,9 @@ def rebound(p, clock, state, count, events, stop, end, end_turns, end_phase, upp
 @inner
 def settle(p, clock, state, count, events, side, r, out, end, end_turns, end_phase):
     """Sum the rebounds still to come as a geometric series, where it is one; then stick."""
-    i = count[0]
+    i = count[MODE]
     f, f1, _f2 = push(p, clock, 0.0)
-    pressing = side * (f + still(p, i, state[0]))
+    pressing = side * (f + still(p, i, state[Q]))
     back = pressing - p.kinetic  # what brings the mass back; friction helps what slows it
     if back <= 0:
         return
@@ -169,14 +201,14 @@ def settle(p, clock, state, count, events, side, r, out, end, end_turns, end_pha
     change = abs(f1) + p.force_bound[2] * left + 2 * p.delta[i] * away + p.kappa[i] * out
     if change * left > CALM * back:
         return
-    state[1] = 0.0
+    state[V] = 0.0
     if p.pressed[i] == 0:
-        state[3] += out * out / 2
+        state[LOST] += out * out / 2
     if left >= end:
-        clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+        set_clock(clock, end_turns, end_phase)
     else:
         pass_time(clock, left)
-    hold(clock, count, events, i, state[0])
+    hold(clock, count, events, i, state[Q])
 
 
 @inlined

@@ -13,17 +13,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import cfunc
+from .._compiled import cfunc, inlined, inner
+from . import _laws
 from ._delay import pushed, pushed_rate
-from ._flow import TURN, inlined, inner, phase_of
+from ._events import TURN
+from ._flow import phase_of
+from ._laws import EXPONENT, HERTZ, LAW, LAW_COLUMNS, LOSS, PLACE, RESTITUTION, SIDE, STIFFNESS
 
 OUT, PUSHING, SLACK = range(3)
-# Kinds of stop: Kelvin-Voigt stops end contact at zero gap (SPRING) or at zero force (PUSHER).
-RIGID, SPRING, PUSHER, HERTZ = range(4)
-# Columns of `Problem.stops`. LOSS is the damping of a Kelvin-Voigt stop, or the loss per velocity
-# of Hunt and Crossley; RESTITUTION is negative where there is none or a function; the digit of the
-# stop in the mode counts WEIGHT.
-PLACE, SIDE, LAW, STIFFNESS, LOSS, EXPONENT, RESTITUTION, WEIGHT = range(8)
+# Columns of `Problem.stops`: those of `_laws`, and what the digit of the stop in the mode counts.
+WEIGHT = LAW_COLUMNS
+
+hertz_push = inlined(_laws.hertz_push)
+hertz_loss = inlined(_laws.hertz_loss)
+spring_push = inlined(_laws.spring_push)
 
 
 class Problem(NamedTuple):
@@ -37,7 +40,7 @@ class Problem(NamedTuple):
     constant: float
     waves: np.ndarray  # ratio to the reference's frequency, amplitude and angle of the forcing
     fastest: float  # greatest of the ratios
-    stops: np.ndarray  # a row for each of `Oscillator.stops`, its columns named above
+    stops: np.ndarray  # a row for each of `Oscillator.stops`
     order: np.ndarray  # upper stops as they are reached, then the lower
     kinetic: float
     static: float
@@ -72,7 +75,7 @@ class Scratch(NamedTuple):
     kv: np.ndarray
     q: np.ndarray  # Bernstein coefficients of what position and velocity gain
     v: np.ndarray
-    events: np.ndarray  # value, weight of position, weight of velocity, kind, stop
+    events: np.ndarray  # a row an event function; see `_crossing`
     stack: np.ndarray
 
 
@@ -143,9 +146,7 @@ def open_leg(p, s, turns, phase, low, mode, approach, y, v):
             continue
         n, loss = p.stops[k, EXPONENT], p.stops[k, LOSS]
         if p.stops[k, RESTITUTION] >= 0:
-            # A touch at no speed has no velocity to measure the loss by, and none is taken.
-            r = p.stops[k, RESTITUTION]
-            loss = 0.75 * (1 - r * r) / approach[k] if approach[k] > 0 else 0.0
+            loss = hertz_loss(p.stops[k, RESTITUTION], approach[k])
         s.hertz[hertz, 0], s.hertz[hertz, 1], s.hertz[hertz, 2] = (
             p.stops[k, SIDE],
             off,
@@ -191,8 +192,7 @@ def accelerate(law, control, leg, waves, hertz, tau, y, v):
         side, n = hertz[i, 0], hertz[i, 3]
         depth = side * (y - hertz[i, 1])
         if depth > 0:
-            power = depth * math.sqrt(depth) if n == 1.5 else depth**n
-            a -= side * hertz[i, 2] * power * (1 + hertz[i, 4] * side * v)
+            a -= side * hertz_push(hertz[i, 2], n, hertz[i, 4], depth, side * v)
     if leg.forced:
         x, u = y + leg.origin, v
         if leg.swing != 0.0:

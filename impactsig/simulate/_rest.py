@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 
-from ._flow import TURN, inner
-from ._rates import LAW, PLACE, RIGID, SIDE, jerk, pull
+from .._compiled import inner
+from ._events import TURN
+from ._laws import LAW, PLACE, RIGID, SIDE
+from ._rates import jerk, pull
 
 
 @inner

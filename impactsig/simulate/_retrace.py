@@ -7,25 +7,23 @@ import math
 import numpy as np
 
 from .._compiled import njit
-from ._events import MARK, STICK, TOUCH
-from ._flow import TURN
-from ._passing import pass_time
-from ._rates import (
-    EXPONENT,
-    HERTZ,
-    LAW,
-    LOSS,
-    PLACE,
-    PUSHING,
-    RESTITUTION,
-    RIGID,
-    SIDE,
-    STIFFNESS,
-    open_leg,
-    origin,
-    pull,
-    status,
+from ._events import (
+    LOW,
+    MARK,
+    PHASE,
+    ROW_APPROACH,
+    ROW_KIND,
+    ROW_MODE,
+    ROW_Q,
+    ROW_STOP,
+    ROW_V,
+    STICK,
+    TOUCH,
+    TURNS,
 )
+from ._laws import EXPONENT, HERTZ, LAW, LOSS, PLACE, RESTITUTION, RIGID, SIDE, STIFFNESS
+from ._passing import pass_time, set_clock, time_until
+from ._rates import PUSHING, hertz_loss, hertz_push, open_leg, origin, pull, spring_push, status
 from ._rest import departure, rigid_at
 from ._step import stride, take
 
@@ -39,22 +37,24 @@ def recall(p, rows, w, approach):
         approach[k] = 0.0
         if p.stops[k, RESTITUTION] < 0 or p.stops[k, LAW] != HERTZ:
             continue
-        if status(p, int(rows[w, 4]), k) == PUSHING:
+        if status(p, int(rows[w, ROW_MODE]), k) == PUSHING:
             for r in range(w, -1, -1):
-                if rows[r, 3] == k and (rows[r, 2] == TOUCH or rows[r, 2] == MARK):
-                    approach[k] = rows[r, 7]
+                if rows[r, ROW_STOP] == k and (
+                    rows[r, ROW_KIND] == TOUCH or rows[r, ROW_KIND] == MARK
+                ):
+                    approach[k] = rows[r, ROW_APPROACH]
                     break
 
 
 @njit(nogil=True, error_model="numpy")
 def mode_of(p, f, s, row, approach):
     """Mode of the motion after a row: a start does not tell which way the mass slides."""
-    mode = int(row[4])
-    if p.static > 0 and mode % 3 == 0 and row[2] != STICK:
-        way = 1 if row[6] > 0 else -1
-        if row[6] == 0.0:
-            leg = open_leg(p, s, row[0], row[1], 0.0, mode, approach, row[5], 0.0)
-            way, _ = departure(p, f, leg, s, row[5], rigid_at(p, leg, row[5]))
+    mode = int(row[ROW_MODE])
+    if p.static > 0 and mode % 3 == 0 and row[ROW_KIND] != STICK:
+        way = 1 if row[ROW_V] > 0 else -1
+        if row[ROW_V] == 0.0:
+            leg = open_leg(p, s, row[TURNS], row[PHASE], 0.0, mode, approach, row[ROW_Q], 0.0)
+            way, _ = departure(p, f, leg, s, row[ROW_Q], rigid_at(p, leg, row[ROW_Q]))
         if abs(way) == 1:
             mode += 1 if way > 0 else 2
     return mode
@@ -78,16 +78,16 @@ def sample(p, tab, f, s, rows, where, turns, phase, order, q, v):
             current = w
             recall(p, rows, w, approach)
             mode = mode_of(p, f, s, rows[w], approach)
-            clock[0], clock[1], clock[2] = rows[w, 0], rows[w, 1], 0.0
-            x, u, wish, step = rows[w, 5], rows[w, 6], 0.0, -1.0
+            set_clock(clock, rows[w, TURNS], rows[w, PHASE])
+            x, u, wish, step = rows[w, ROW_Q], rows[w, ROW_V], 0.0, -1.0
             speed = abs(u)
         while True:
-            tau = (turns[n] - clock[0]) * TURN + (phase[n] - clock[1]) - clock[2]
-            if rows[w, 2] == STICK or tau <= 0:
+            tau = time_until(clock, turns[n], phase[n])
+            if rows[w, ROW_KIND] == STICK or tau <= 0:
                 at, velocity = x, u
                 break
             if step < 0:
-                leg = open_leg(p, s, clock[0], clock[1], clock[2], mode, approach, x, u)
+                leg = open_leg(p, s, clock[TURNS], clock[PHASE], clock[LOW], mode, approach, x, u)
                 a = pull(f, leg, s, 0.0, x, u)
                 step, dq, dv, wish, _ = stride(
                     p, tab, f, leg, s, wish, p.longest, x, u, a, speed
@@ -116,8 +116,8 @@ def push_of(p, k, loss, depth, inward):
     if depth < 0:
         return 0.0
     if p.stops[k, LAW] == HERTZ:
-        return p.stops[k, STIFFNESS] * depth ** p.stops[k, EXPONENT] * (1 + loss * inward)
-    return p.stops[k, STIFFNESS] * depth + p.stops[k, LOSS] * inward
+        return hertz_push(p.stops[k, STIFFNESS], p.stops[k, EXPONENT], loss, depth, inward)
+    return spring_push(p.stops[k, STIFFNESS], p.stops[k, LOSS], depth, inward)
 
 
 @njit(nogil=True, error_model="numpy")
@@ -126,7 +126,7 @@ def peaks(p, tab, f, s, rows, first, last, end_turns, end_phase, out):
     approach = np.empty(len(p.stops))
     clock = np.empty(3)
     for n in range(len(first)):
-        k = int(rows[first[n], 3])
+        k = int(rows[first[n], ROW_STOP])
         side = p.stops[k, SIDE]
         best = -math.inf
         for w in range(first[n], last[n]):
@@ -135,23 +135,19 @@ def peaks(p, tab, f, s, rows, first, last, end_turns, end_phase, out):
             mode = mode_of(p, f, s, row, approach)
             loss = p.stops[k, LOSS]
             if p.stops[k, RESTITUTION] >= 0:
-                loss = (
-                    0.75 * (1 - p.stops[k, RESTITUTION] ** 2) / approach[k]
-                    if approach[k] > 0
-                    else 0.0
-                )
-            clock[0], clock[1], clock[2] = row[0], row[1], 0.0
-            x, u, wish, speed = row[5], row[6], 0.0, abs(row[6])
+                loss = hertz_loss(p.stops[k, RESTITUTION], approach[k])
+            set_clock(clock, row[TURNS], row[PHASE])
+            x, u, wish, speed = row[ROW_Q], row[ROW_V], 0.0, abs(row[ROW_V])
             until_turns, until_phase = end_turns, end_phase
             if w + 1 < len(rows):
-                until_turns, until_phase = rows[w + 1, 0], rows[w + 1, 1]
+                until_turns, until_phase = rows[w + 1, TURNS], rows[w + 1, PHASE]
             off = p.stops[k, PLACE] - origin(p, mode)
             best = max(best, push_of(p, k, loss, max(side * (x - off), 0.0), side * u))
-            while row[2] != STICK:
-                end = (until_turns - clock[0]) * TURN + (until_phase - clock[1]) - clock[2]
+            while row[ROW_KIND] != STICK:
+                end = time_until(clock, until_turns, until_phase)
                 if end <= 0:
                     break
-                leg = open_leg(p, s, clock[0], clock[1], clock[2], mode, approach, x, u)
+                leg = open_leg(p, s, clock[TURNS], clock[PHASE], clock[LOW], mode, approach, x, u)
                 a = pull(f, leg, s, 0.0, x, u)
                 step, dq, dv, wish, _ = stride(p, tab, f, leg, s, wish, end, x, u, a, speed)
                 if step == 0.0:

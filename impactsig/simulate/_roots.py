@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ._flow import inlined, kernel
+from .._compiled import inlined, kernel
 
 
 @inlined

@@ -9,10 +9,27 @@ import numpy as np
 from .._arguments import flag, number
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ._events import COLUMNS, DONE, FULL, START, STATUS, STICK, Engine
+from ._contract import Engine
+from ._events import (
+    COLUMNS,
+    CONTACT_COUNT,
+    DONE,
+    FULL,
+    IMPACT_COUNT,
+    LEG_COUNT,
+    LOST,
+    ROW_COUNT,
+    START,
+    STATUS,
+    STICK,
+    STUCK,
+    TURN,
+    TURNS,
+    row_of,
+)
 from ._exact import ExactEngine, piecewise_linear
 from ._frame import first_phase, first_place
-from .motion import TURN, Motion, assemble
+from .motion import Motion, assemble
 from .runge_kutta import FixedStep, RungeKutta, SteppingEngine
 
 CHUNK = 65536  # events that are held at a time
@@ -72,9 +89,9 @@ class Run:
     def motion(self, until: float, keep: bool = True) -> Motion:
         """The motion from here to `until`, counted from the end of the transient."""
         clock, state, count = self.clock, self.state, self.count
-        count[2:5], state[3] = 0, 0.0
-        kind = STICK if count[1] else START
-        first = [clock[0], clock[1], kind, -1, count[0], state[0], state[1], 0.0]
+        count[IMPACT_COUNT : CONTACT_COUNT + 1], state[LOST] = 0, 0.0
+        kind = STICK if count[STUCK] else START
+        first = row_of(kind, clock, state, count)
         rows = NONE
         if self.status == "complete":
             buffer = np.empty((CHUNK, COLUMNS)) if keep else NONE
@@ -89,14 +106,14 @@ class Run:
         """Call the engine until it is done; its status, and the events of all calls."""
         end = _after(self.phase, until * self.per_turn)
         count = self.count
-        legs = LEGS_AT_LEAST + int(min(LEGS_PER_PERIOD * max(end[0] - self.clock[0], 0), 2**62))
+        legs = LEGS_AT_LEAST + int(min(LEGS_PER_PERIOD * max(end[0] - self.clock[TURNS], 0), 2**62))
         parts = []
-        count[6] = 0
+        count[LEG_COUNT] = 0
         while True:
             found = self.engine.run(
-                self.clock, self.state, count, buffer, *end, legs - int(count[6])
+                self.clock, self.state, count, buffer, *end, legs - int(count[LEG_COUNT])
             )
-            parts.append(buffer[: count[5]].copy())
+            parts.append(buffer[: count[ROW_COUNT]].copy())
             if found != FULL:
                 return STATUS[found], np.concatenate(parts)
 

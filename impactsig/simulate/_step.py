@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ._flow import inlined, inner
+from .._compiled import inlined, inner
 from ._rates import accelerate, pull
 from ._tableau import DEGREE
 

@@ -4,25 +4,43 @@ from __future__ import annotations
 
 import math
 
+from .._compiled import inner, kernel
 from ._contact import (
-    APPROACH,
-    BEGUN,
-    HOLDER,
-    SPEED,
-    STEP,
-    change_contact,
     hold,
     note,
-    rebound,
-    rest_or_turn,
+    settle_event,
     slide,
     touched,
 )
-from ._crossing import REACH, REST, earliest, halve, list_events, polish, zeros_at_start
-from ._events import BROKEN, DIVERGED, DONE, EXHAUSTED, FULL, MARK, RELEASE
-from ._flow import TURN, inner, kernel
-from ._passing import pass_time
-from ._rates import HERTZ, LAW, PLACE, PUSHING, RIGID, SIDE, open_leg, origin, pull, status
+from ._crossing import OF_STOP, ZEROS, earliest, halve, list_events, polish, zeros_at_start
+from ._events import (
+    APPROACH,
+    BEGUN,
+    BROKEN,
+    DIVERGED,
+    DONE,
+    EXHAUSTED,
+    FULL,
+    HOLDER,
+    LEG_COUNT,
+    LOST,
+    LOW,
+    MARK,
+    MODE,
+    PHASE,
+    RELEASE,
+    ROW_COUNT,
+    SPEED,
+    STEP,
+    STUCK,
+    TURN,
+    TURNS,
+    Q,
+    V,
+)
+from ._laws import HERTZ, LAW, PLACE, RIGID, SIDE
+from ._passing import pass_time, set_clock, time_until
+from ._rates import PUSHING, open_leg, origin, pull, status
 from ._rest import departure, holding, rigid_at, unstick
 from ._step import stride
 
@@ -32,49 +50,51 @@ ROOM = 4  # rows that one pass of `run` may write, besides the first
 @kernel
 def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_steps):
     """Move to the end phase, writing events as rows; to be called again when they are full."""
+    # A long body, as what is decided here is so by numbers of the whole pass; what could be told
+    # apart is in `_contact`, `_crossing`, `_rest` and `_step`.
     spent = 0
-    count[5] = 0
+    count[ROW_COUNT] = 0
     room = len(events)
     if room > 0 and count[BEGUN] == 0:
         # The loss of a contact under way is by its approach velocity, which a start does not tell.
         for k in range(len(p.stops)):
             if room < len(p.stops) + ROOM:
                 return FULL
-            if p.stops[k, LAW] == HERTZ and status(p, count[0], k) == PUSHING:
+            if p.stops[k, LAW] == HERTZ and status(p, count[MODE], k) == PUSHING:
                 note(events, count, clock, state, MARK, k, state[APPROACH + k])
         count[BEGUN] = 1
     approach = state[APPROACH:]
     while True:
-        if room > 0 and count[5] + ROOM > room:
+        if room > 0 and count[ROW_COUNT] + ROOM > room:
             return FULL
         if spent >= most_steps:
             return EXHAUSTED
-        end = (end_turns - clock[0]) * TURN + (end_phase - clock[1]) - clock[2]
+        end = time_until(clock, end_turns, end_phase)
         if end <= 0:
             return DONE
-        y, v = state[0], state[1]
+        y, v = state[Q], state[V]
         if not (abs(y) < 1e140 and abs(v) < 1e140):
             return DIVERGED  # their squares would overflow
         balanced = False
         if v == 0.0:
-            rest = count[0] - count[0] % 3
-            leg = open_leg(p, s, clock[0], clock[1], clock[2], rest, approach, y, v)
+            rest = count[MODE] - count[MODE] % 3
+            leg = open_leg(p, s, clock[TURNS], clock[PHASE], clock[LOW], rest, approach, y, v)
             k = rigid_at(p, leg, y)
-            if count[1] != 0:
+            if count[STUCK] != 0:
                 low, high = holding(p, count[HOLDER])
                 wait = min(end, TURN)
                 tau, way = unstick(p, f, leg, s, y, low, high, wait)
                 if way == 2:
                     return BROKEN
                 spent += 1
-                count[6] += 1
+                count[LEG_COUNT] += 1
                 if tau >= end:
-                    clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+                    set_clock(clock, end_turns, end_phase)
                     return DONE
                 pass_time(clock, tau)
                 if way == 0:
                     continue
-                count[1] = 0
+                count[STUCK] = 0
                 if p.static > 0:
                     slide(count, way)
                 note(events, count, clock, state, RELEASE, count[HOLDER], 0.0)
@@ -89,18 +109,18 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
                     continue
                 if p.static > 0:
                     slide(count, way)
-        elif p.static > 0 and count[0] % 3 == 0:
+        elif p.static > 0 and count[MODE] % 3 == 0:
             slide(count, 1 if v > 0 else -1)
 
-        leg = open_leg(p, s, clock[0], clock[1], clock[2], count[0], approach, y, v)
+        leg = open_leg(p, s, clock[TURNS], clock[PHASE], clock[LOW], count[MODE], approach, y, v)
         a = pull(f, leg, s, 0.0, y, v)
         if not math.isfinite(a):
             return BROKEN if p.forced else DIVERGED
-        number = list_events(p, s, leg, count[0], y, v)
+        number = list_events(p, s, leg, count[MODE], y, v)
         due = -1
         for i in range(number):
             zeros = zeros_at_start(p, f, leg, s, s.events[i], y, v, a, balanced)
-            s.events[i, 5] = zeros
+            s.events[i, ZEROS] = zeros
             if zeros < 0 and due < 0:
                 due = i
         if due < 0:
@@ -108,7 +128,7 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
                 p, tab, f, leg, s, state[STEP], end, y, v, a, state[SPEED]
             )
             spent += tries if p.fixed == 0 else 0
-            count[6] += tries if p.fixed == 0 else 0
+            count[LEG_COUNT] += tries if p.fixed == 0 else 0
             if step == 0.0:
                 return BROKEN if p.forced else DIVERGED
             if p.fixed > 0:
@@ -121,56 +141,44 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
                     )
                 else:
                     state[STEP] = wish
-            turns = clock[0]
-            state[0], state[1] = y + dq, v + dv
-            if touched(p, count[0]) == 0:  # else it is among what the contact loses
-                state[3] += p.kinetic * abs(dq)
-            state[SPEED] = max(state[SPEED], abs(state[1]))
+            turns = clock[TURNS]
+            state[Q], state[V] = y + dq, v + dv
+            if touched(p, count[MODE]) == 0:  # else it is among what the contact loses
+                state[LOST] += p.kinetic * abs(dq)
+            state[SPEED] = max(state[SPEED], abs(state[V]))
             if due < 0 and step >= end:
-                clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
+                set_clock(clock, end_turns, end_phase)
                 inside(p, state, count)
                 return DONE
             pass_time(clock, step)
             if due < 0:
-                if clock[0] > turns:
+                if clock[TURNS] > turns:
                     # Of the steps of fixed length, a turn's are one piece of work.
                     spent += 1 if p.fixed > 0 else 0
-                    count[6] += 1 if p.fixed > 0 else 0
+                    count[LEG_COUNT] += 1 if p.fixed > 0 else 0
                     note(events, count, clock, state, MARK, -1, 0.0)
                 continue
         spent += 1
-        count[6] += 1
-        end = (end_turns - clock[0]) * TURN + (end_phase - clock[1]) - clock[2]
-        kind, k = int(s.events[due, 3]), int(s.events[due, 4])
-        if kind == REST:
-            rest_or_turn(p, f, s, clock, state, count, events)
-        elif kind == REACH and p.stops[k, LAW] == RIGID:
-            state[0] = p.stops[k, PLACE] - leg.origin
-            if p.stops[k, SIDE] * state[1] <= 0:  # closed at the very turning point
-                state[1] = 0.0
-                if p.static > 0:
-                    slide(count, 0)
-                continue
-            left = rebound(p, f, s, clock, state, count, events, k, math.inf)
-            if left < 0:
-                return BROKEN
-            if left > 0:
-                if left >= end:
-                    clock[0], clock[1], clock[2] = end_turns, end_phase, 0.0
-                else:
-                    pass_time(clock, left)
-                hold(p, clock, state, count, events, k)
-        else:
-            change_contact(p, clock, state, count, events, kind, k)
+        count[LEG_COUNT] += 1
+        end = time_until(clock, end_turns, end_phase)
+        left = settle_event(p, f, s, leg, clock, state, count, events, due, math.inf)
+        if left < 0:
+            return BROKEN
+        if left > 0:
+            if left >= end:
+                set_clock(clock, end_turns, end_phase)
+            else:
+                pass_time(clock, left)
+            hold(p, clock, state, count, events, int(s.events[due, OF_STOP]))
 
 
 @inner
 def inside(p, state, count):
     """Take back what rounding has put behind a rigid stop."""
-    at = origin(p, count[0])
+    at = origin(p, count[MODE])
     for k in range(len(p.stops)):
         if (
             p.stops[k, LAW] == RIGID
-            and p.stops[k, SIDE] * (state[0] - (p.stops[k, PLACE] - at)) > 0
+            and p.stops[k, SIDE] * (state[Q] - (p.stops[k, PLACE] - at)) > 0
         ):
-            state[0] = p.stops[k, PLACE] - at
+            state[Q] = p.stops[k, PLACE] - at

@@ -13,8 +13,20 @@ from .._arguments import number
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts, exact
 from ..oscillators import Cantilever, KelvinVoigt, Rigid
-from ._events import IMPACT, PART, RELEASE, STICK, TOUCH
-from .motion import TURN
+from ._events import (
+    BEAM_APPROACH,
+    IMPACT,
+    PART,
+    PHASE,
+    RELEASE,
+    ROW_KIND,
+    ROW_REGIME,
+    STICK,
+    TOUCH,
+    TURN,
+    TURNS,
+)
+from ._laws import spring_push
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -203,7 +215,7 @@ class BeamMotion:
 
     def _seconds(self, rows: np.ndarray) -> np.ndarray:
         """Times of events [s]."""
-        return (rows[:, 0] * TURN + (rows[:, 1] - self._phase)) / self._omega
+        return (rows[:, TURNS] * TURN + (rows[:, PHASE] - self._phase)) / self._omega
 
     def _angle(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         passed = time * self._omega
@@ -213,7 +225,7 @@ class BeamMotion:
     @cached_property
     def _begins(self) -> np.ndarray:
         """Angle of the reference at the events."""
-        return self._rows[:, 0] * TURN + self._rows[:, 1]
+        return self._rows[:, TURNS] * TURN + self._rows[:, PHASE]
 
     def __repr__(self) -> str:
         text = f"BeamMotion({len(self.frequencies)} modes, {len(self.impacts)} impacts"
@@ -252,11 +264,11 @@ def assemble(
         return (turns * TURN + (at - phase)) / omega
 
     m = len(rates)
-    start, end = float(seconds(*first)), float(seconds(clock[0], clock[1]))
-    time = np.clip(seconds(rows[:, 0], rows[:, 1]), start, end)
-    kind = rows[:, 2]
+    start, end = float(seconds(*first)), float(seconds(clock[TURNS], clock[PHASE]))
+    time = np.clip(seconds(rows[:, TURNS], rows[:, PHASE]), start, end)
+    kind = rows[:, ROW_KIND]
     which = np.flatnonzero((kind == IMPACT) | (kind == TOUCH))
-    speed = rows[which, 5] * omega
+    speed = rows[which, BEAM_APPROACH] * omega
     known: dict[str, Any] = {"time": time[which], "approach_velocity": speed, "unit": "N"}
     known |= {"stop_index": np.zeros(len(which)), **exact(len(which))}
     law = stop.law if stop else None
@@ -269,8 +281,8 @@ def assemble(
         known["flags"] = np.where(over == len(rows), OPEN_END, 0)
         known["peak"] = _peaks(setting, rows, which, known["contact_time"])
     held, release = kind == STICK, time[kind == RELEASE]
-    begin = np.minimum(time[held] + rows[held, 5] / omega, end)
-    if rows[0, 3] == 1 and isinstance(law, Rigid):  # held from the start on
+    begin = np.minimum(time[held] + rows[held, BEAM_APPROACH] / omega, end)
+    if rows[0, ROW_REGIME] == 1 and isinstance(law, Rigid):  # held from the start on
         begin = np.append(start, begin)
     if len(release) < len(begin):
         release = np.append(release, end)
@@ -279,7 +291,7 @@ def assemble(
     return BeamMotion(
         beam, rates / TURN, ratios, start, end - start, impacts, np.stack([begin, release], axis=1),
         float(lost * beam.modal_mass * omega**2) if isinstance(law, Rigid) else None,
-        (state[:m].copy(), state[m:] * omega, float(clock[1])),
+        (state[:m].copy(), state[m:] * omega, float(clock[PHASE])),
         status, table, omega, phase, base, rows, which,
     )  # fmt: skip
 
@@ -298,13 +310,13 @@ def _peaks(
 
     def force(row: int, tau: np.ndarray) -> np.ndarray:
         states = np.empty((len(tau), 2 * m))
-        turns = np.full(len(tau), rows[row, 0])
-        angle = rows[row, 1] + tau
+        turns = np.full(len(tau), rows[row, TURNS])
+        angle = rows[row, PHASE] + tau
         sample(table, rows, np.full(len(tau), row), turns, angle, states)
         wave = setting.base * np.exp(1j * angle)
         depth = states[:, :m].sum(axis=1) + wave.real - stop.position
         rate = omega * (states[:, m:].sum(axis=1) - wave.imag)
-        return table.side * (law.stiffness * depth + law.damping * rate)
+        return table.side * (spring_push(law.stiffness, law.damping, depth, rate))
 
     peaks = np.empty(len(which))
     for k, row in enumerate(which):

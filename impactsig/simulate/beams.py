@@ -11,10 +11,9 @@ from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators import Cantilever
 from ._beam_arguments import check_resonance, forces_of, initial_state, regime_at
-from ._events import FULL, STATUS
+from ._events import COUNTERS, FULL, HEAD, LEG_COUNT, PHASE, ROW_COUNT, SPENT, STATUS, TURN, TURNS
 from ._run import LONGEST
 from .beam_motion import BeamMotion, Setting, assemble
-from .motion import TURN
 
 if TYPE_CHECKING:
     from ._beam_flow import Beam
@@ -79,13 +78,13 @@ def move(
     if transient > 0:
         status, _ = run.move(transient * per_turn, keep=False)
     first = run.clock[:2].copy()
-    run.totals[1] = 0.0
+    run.totals[SPENT] = 0.0
     head = run.row()
     if status == "complete":
         status, rows = run.move((transient + length) * per_turn, keep=True)
     rows = np.concatenate([head, rows.reshape(-1, head.shape[1])])
     setting = Setting(beam, rates, ratios, base, omega, phase, table)
-    return assemble(setting, run.state, run.clock, run.totals[1], rows, first, status)
+    return assemble(setting, run.state, run.clock, run.totals[SPENT], rows, first, status)
 
 
 class _Run:
@@ -96,34 +95,33 @@ class _Run:
         self.clock = np.array([0.0, phase, 0.0])
         self.after = np.empty_like(state)
         self.where = np.array([regime, 0])
-        self.count = np.zeros(4, np.int64)
+        self.count = np.zeros(COUNTERS, np.int64)
         self.totals = np.zeros(2)
 
     def row(self) -> np.ndarray:
         """Where it is, as the row of an event."""
         from ._events import START
 
-        head = [self.clock[0], self.clock[1], START, *self.where, 0.0]
+        head = [self.clock[TURNS], self.clock[PHASE], START, *self.where, 0.0]
         return np.concatenate([head, self.state])[None]
 
     def move(self, turns: float, keep: bool) -> tuple[str, np.ndarray]:
         """Go on until so many turns after the start; status and events."""
         from ._beam import run
-        from ._beam_flow import HEAD
 
         whole_turns = math.floor(turns)
         last = self.phase + TURN * (turns - whole_turns)
         more = last >= TURN
         end = float(whole_turns + more), last - TURN * more
-        legs = LEGS_AT_LEAST + int(LEGS_PER_PERIOD * (end[0] - self.clock[0]))
+        legs = LEGS_AT_LEAST + int(LEGS_PER_PERIOD * (end[0] - self.clock[TURNS]))
         buffer = np.empty((CHUNK if keep else 0, HEAD + len(self.state)))
         parts = []
-        self.count[3] = 0
+        self.count[LEG_COUNT] = 0
         while True:
             found = run(
                 self.table, self.clock, self.state, self.after, self.where, self.count,
-                self.totals, buffer, *end, legs - int(self.count[3]),
+                self.totals, buffer, *end, legs - int(self.count[LEG_COUNT]),
             )  # fmt: skip
-            parts.append(buffer[: self.count[2]].copy())
+            parts.append(buffer[: self.count[ROW_COUNT]].copy())
             if found != FULL:
                 return STATUS[found], np.concatenate(parts)

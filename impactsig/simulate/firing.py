@@ -13,6 +13,7 @@ from ..errors import InvalidInput
 from ..impacts import Impacts, exact
 from ..oscillators.flows import Flow
 from ._course import Running
+from ._events import TIME
 
 Signal = Callable[[Any], float] | str | int
 
@@ -180,7 +181,7 @@ def _spikes(
     times = np.empty(0)
     if not reason:
         running.course.state[: flow.dimension] = settled[0]
-        running.course.clock[0] = transient
+        running.course.clock[TIME] = transient
         task = Task(fires, level, direction != "down", direction != "up", end, wanted)
         times, reason = running.spikes(task)
     stop = end

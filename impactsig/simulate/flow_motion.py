@@ -12,6 +12,7 @@ from .._arguments import number, reals
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ._course import STEPS, Running
+from ._events import EXHAUSTED, TIME
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,7 +72,7 @@ class FlowMotion:
             )  # fmt: skip
         instants, back = np.unique(np.clip(asked, self.start, self.stop), return_inverse=True)
         out = np.empty((len(instants), self.system.dimension))
-        begins = np.array([mark.clock[0] for mark in self._marks])
+        begins = np.array([mark.clock[TIME] for mark in self._marks])
         which = np.searchsorted(begins, instants, side="right") - 1
         for k in np.unique(which):
             own = which == k
@@ -131,18 +132,18 @@ def move(
     initial: Sequence[float] | None = None,
 ) -> FlowMotion:
     """The course of a flow by Dormand and Prince's method of order 8, at a tolerance of 1e-13."""
-    from ._flow_steps import MORE, states
+    from ._flow_steps import states
 
     length = number("duration", duration, above=0, most=LONGEST)
     start = number("transient", transient, least=0.0, most=LONGEST)
     running = Running(flow, None, initial)
     course, end = running.course, np.array([start + length])
-    marks, status, out = [_copy(course)], MORE, np.empty((1, running.field.size))
-    while status == MORE:
+    marks, status, out = [_copy(course)], EXHAUSTED, np.empty((1, running.field.size))
+    while status == EXHAUSTED:
         status, done = states(
             running.tableau, running.field, running.scratch, course, end, out, 0, STEPS
         )
-        if status == MORE:
+        if status == EXHAUSTED:
             marks.append(_copy(course))
     stop = float(end[0]) if done else running.time
     return FlowMotion(

@@ -13,15 +13,33 @@ from .._arguments import number
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts, exact
 from ..oscillators import Oscillator, Rigid
-from ._events import IMPACT, PART, RELEASE, STICK, TOUCH, Engine
+from ._contract import Engine
+from ._events import (
+    IMPACT,
+    IMPACT_COUNT,
+    LOST,
+    LOW,
+    MODE,
+    PART,
+    PHASE,
+    RELEASE,
+    ROW_APPROACH,
+    ROW_KIND,
+    ROW_STOP,
+    STICK,
+    STICK_COUNT,
+    TOUCH,
+    TURN,
+    TURNS,
+    Q,
+    V,
+)
 from ._frame import base_motion, pace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .spectrum import PowerSpectrum
-
-TURN = 2 * math.pi
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -146,7 +164,7 @@ class Motion:
     @cached_property
     def _begins(self) -> np.ndarray:
         """Angle of the reference at the events."""
-        return self._segments[:, 0] * TURN + self._segments[:, 1]
+        return self._segments[:, TURNS] * TURN + self._segments[:, PHASE]
 
     def _at(self, turns: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity at instants given as turns and phases of the reference."""
@@ -215,13 +233,13 @@ def assemble(
     def seconds(turns: Any, at: Any) -> Any:
         return (turns * TURN + (at - phase)) * unit
 
-    start, stop = seconds(first[0], first[1]), seconds(clock[0], clock[1])
+    start, stop = seconds(first[TURNS], first[PHASE]), seconds(clock[TURNS], clock[PHASE])
     impacts, sticks = None, None
     if len(rows):
         rows.flags.writeable = False
-        time = np.minimum(seconds(rows[:, 0], rows[:, 1]), stop)
+        time = np.minimum(seconds(rows[:, TURNS], rows[:, PHASE]), stop)
         sticks = _sticks(rows, time, stop)
-        end = float(clock[0]), float(clock[1])
+        end = float(clock[TURNS]), float(clock[PHASE])
         known = _impacts(oscillator, engine, rows, time, end, stop)
         impacts = Impacts(
             start=float(start),
@@ -229,30 +247,30 @@ def assemble(
             source=oscillator.name or "simulated",
             **known,
         )
-    own = phases_of(pace(oscillator), clock[:1], clock[1:2])
+    own = phases_of(pace(oscillator), clock[:PHASE], clock[PHASE:LOW])
     at, moving = base_motion(oscillator, own[0])
-    q = float(engine.place(count[0], state[0]))
+    q = float(engine.place(count[MODE], state[Q]))
     return Motion(
         oscillator,
         float(start),
         float(stop - start),
         impacts,
         sticks,
-        int(count[2]),
-        int(count[3]),
-        float(state[3] * oscillator.mass * omega**2),
-        (float(q + at), float(state[1] * omega + moving), float(clock[1])),
+        int(count[IMPACT_COUNT]),
+        int(count[STICK_COUNT]),
+        float(state[LOST] * oscillator.mass * omega**2),
+        (float(q + at), float(state[V] * omega + moving), float(clock[PHASE])),
         status,
         engine,
         phase,
         rows,
-        (float(first[0]), float(first[1])),
-        (float(clock[0]), float(clock[1])),
+        (float(first[TURNS]), float(first[PHASE])),
+        (float(clock[TURNS]), float(clock[PHASE])),
     )
 
 
 def _sticks(rows: np.ndarray, time: np.ndarray, stop: float) -> np.ndarray:
-    begin, end = time[rows[:, 2] == STICK], time[rows[:, 2] == RELEASE]
+    begin, end = time[rows[:, ROW_KIND] == STICK], time[rows[:, ROW_KIND] == RELEASE]
     if len(end) < len(begin):
         end = np.append(end, stop)
     return np.stack([begin, end], axis=1)
@@ -267,11 +285,11 @@ def _impacts(
     stop: float,
 ) -> dict[str, Any]:
     """What `Impacts` tells of the impacts among the events."""
-    kind, which_stop = rows[:, 2], rows[:, 3]
+    kind, which_stop = rows[:, ROW_KIND], rows[:, ROW_STOP]
     which = np.flatnonzero((kind == IMPACT) | (kind == TOUCH))
     known: dict[str, Any] = {
         "time": time[which],
-        "approach_velocity": rows[which, 7] * engine.omega,
+        "approach_velocity": rows[which, ROW_APPROACH] * engine.omega,
         "stop_index": which_stop[which],
         **exact(len(which)),
     }

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ._events import IMPACT, PART, RELEASE, STICK, TOUCH
+from ._events import BEAM_APPROACH, IMPACT, PART, PHASE, RELEASE, ROW_KIND, STICK, TOUCH
 from .beam_motion import BeamMotion
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
     side, m = motion._regimes.side, len(motion.frequencies)
     before, after = rows[begins[opens]].copy(), rows[ends[last]]
     if motion._regimes.restitution >= 0:  # a row holds the state after its impact
-        jump = (1 + motion._regimes.restitution) * before[:, 5] / m
+        jump = (1 + motion._regimes.restitution) * before[:, BEAM_APPROACH] / m
         before[:, -m:] += side * jump[:, None]
     u, v = (side * motion._omega * (r[:, -m] + _base(motion, r)) for r in (before, after))
     # Of one at either end of the span nobody knows whether it is all.
@@ -143,7 +143,7 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
 
 def _base(motion: BeamMotion, rows: np.ndarray) -> np.ndarray:
     """Velocity of the base, by the angular frequency of the reference, at rows."""
-    return -(motion._base * np.exp(1j * rows[:, 1])).imag
+    return -(motion._base * np.exp(1j * rows[:, PHASE])).imag
 
 
 def _touches(motion: BeamMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -151,7 +151,7 @@ def _touches(motion: BeamMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     An impact leaves where it meets, unless the stop holds the tip next.
     """
-    kind = motion._rows[:, 2]
+    kind = motion._rows[:, ROW_KIND]
     held = kind == TOUCH
     held[:-1] |= (kind[:-1] == IMPACT) & (kind[1:] == STICK)
     begins = motion._impact_rows

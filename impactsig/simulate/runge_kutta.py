@@ -12,9 +12,11 @@ import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ..oscillators import KelvinVoigt, Oscillator, Rigid
-from ._events import COUNTERS
+from ..oscillators import Oscillator
+from ._events import COUNTERS, MODE
 from ._frame import forcing, pace, reference_frequency, swings
+from ._laws import HERTZ, PLACE, PUSHER, RIGID, spring_push
+from ._stops import columns
 from ._tableau import DEGREE, tableau
 from ._user import compiled, restitution_laws
 
@@ -80,7 +82,7 @@ class FixedStep:
 
 
 class SteppingEngine:
-    """An `Engine` (see `_events`) for forces of any kind.
+    """An `Engine` (see `_contract`) for forces of any kind.
 
     State and counters go on after the contract's entries with what the next step needs, so that a
     run that is cut where its buffer is full goes on as if it had not been cut. A row MARK is
@@ -135,7 +137,7 @@ class SteppingEngine:
         A start inside a Lankarani-Nikravesh stop takes for its approach velocity that from which
         the contact, without loss, would have come there.
         """
-        from ._rates import HERTZ, PUSHER, PUSHING, RIGID, SLACK
+        from ._rates import PUSHING, SLACK
 
         p = self._problem = self._problem._replace(start=float(phase))
         mode, at = 0, 0.0
@@ -148,7 +150,7 @@ class SteppingEngine:
             if law == RIGID:
                 q = place
                 continue
-            slack = law == PUSHER and stiffness * depth + loss * side * v <= 0
+            slack = law == PUSHER and spring_push(stiffness, loss, depth, side * v) <= 0
             mode += int(weight) * (SLACK if slack else PUSHING)
             at = place
             if law == HERTZ:
@@ -157,7 +159,7 @@ class SteppingEngine:
         slow = 1e-6 * (np.abs(p.waves[:, 1]).sum() + abs(p.constant))
         state = np.array([q - at, v, slow, 0.0, p.fixed, abs(v), *approach])
         count = np.zeros(COUNTERS + 2, np.int64)
-        count[0] = mode
+        count[MODE] = mode
         return state, count
 
     def run(
@@ -180,7 +182,7 @@ class SteppingEngine:
 
     def place(self, mode: Any, q: Any) -> Any:
         """Position in the coordinates of the stops, of positions from the origins of modes."""
-        from ._rates import PLACE, WEIGHT
+        from ._rates import WEIGHT
 
         p = self._problem
         origin = np.zeros(np.shape(mode))
@@ -228,7 +230,7 @@ def _reading(rows: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=64)
 def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float) -> Problem:
     """The kernel's problem, in coordinates in which the stops rest; kept for the next run of it."""
-    from ._rates import HERTZ, PUSHER, RIGID, SPRING, Problem
+    from ._rates import Problem
 
     omega = reference_frequency(oscillator)
     mass, damping, stiffness = oscillator.mass, oscillator.damping, oscillator.stiffness
@@ -245,15 +247,7 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
     for k, stop in enumerate(oscillator.stops):
         law = stop.law
         side = 1.0 if stop.side == "upper" else -1.0
-        if isinstance(law, Rigid):
-            r = -1.0 if callable(law.restitution) else law.restitution
-            row = (RIGID, 0.0, 0.0, 1.0, r)
-        elif isinstance(law, KelvinVoigt):
-            kind = SPRING if law.ends == "gap" else PUSHER
-            row = (kind, law.stiffness / inertia, law.damping / (mass * omega), 1.0, -1.0)
-        else:
-            r = -1.0 if law.restitution is None else law.restitution
-            row = (HERTZ, law.stiffness / inertia, law.damping * omega, law.exponent, r)
+        row = columns(law, inertia, mass * omega, omega)
         stops.append((stop.position, side, *row, 3.0 ** (k + 1)))
     order = sorted(range(len(stops)), key=lambda k: (-stops[k][1], stops[k][1] * stops[k][0]))
 

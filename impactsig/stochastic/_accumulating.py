@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..simulate._flow import inlined, inner, kernel
-from ._equation import EXPONENT, HERTZ, LAW, PLACE, SIDE, STIFFNESS, ground_at
+from .._compiled import inlined, inner, kernel
+from ..simulate._laws import EXPONENT, HERTZ, LAW, PLACE, SIDE, STIFFNESS
+from ._equation import ground_at
 
 # Columns of `Kept.sums`.
 ENERGY, ENERGY2, DISPLACEMENT, DISPLACEMENT2, VELOCITY, VELOCITY2, SUMS = range(7)

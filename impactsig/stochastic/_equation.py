@@ -11,18 +11,31 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..simulate._flow import inlined, inner
+from .._compiled import inlined, inner
+from ..simulate import _laws
+from ..simulate._laws import (
+    EXPONENT,
+    HERTZ,
+    LAW,
+    LAW_COLUMNS,
+    LOSS,
+    PLACE,
+    PUSHER,
+    RESTITUTION,
+    SIDE,
+    STIFFNESS,
+)
 
-# Kinds of soft stop: contact ends at zero gap (SPRING) or at zero force (PUSHER).
-SPRING, PUSHER, HERTZ = range(3)
-# Columns of `Problem.soft`. LOSS is the damping of a Kelvin-Voigt stop, or the loss per velocity of
-# Hunt and Crossley; RETURN the restitution coefficient of Lankarani and Nikravesh, or -1.
-PLACE, SIDE, LAW, STIFFNESS, LOSS, EXPONENT, RETURN, STOP = range(8)
+# Columns of `Problem.soft`: those of `simulate._laws`, and the number of the stop.
+STOP = LAW_COLUMNS
 # Rows of the state: position, velocity, the filtered force, then for each soft stop the approach
 # velocity of its last contact.
 Q, V, F, APPROACH = range(4)
 # Columns of the events that a path is asked for: instant, stop, approach velocity.
 INSTANT, WHICH, SPEED, COLUMNS = range(4)
+hertz_push = inlined(_laws.hertz_push)
+hertz_loss = inlined(_laws.hertz_loss)
+spring_push = inlined(_laws.spring_push)
 BLOCK = 64  # steps whose random numbers are drawn together
 
 
@@ -37,7 +50,7 @@ class Problem(NamedTuple):
     soft: np.ndarray
     low: float  # the rigid stops, infinite where there is none
     high: float
-    low_restitution: float  # -1: a function of the velocity
+    low_restitution: float  # negative: a function of the velocity
     high_restitution: float
     low_stop: int  # their numbers among the oscillator's stops
     high_stop: int
@@ -92,14 +105,11 @@ def contact_force(p, state, lane, q, v):
             continue
         kind, stiffness, loss = p.soft[k, LAW], p.soft[k, STIFFNESS], p.soft[k, LOSS]
         if kind == HERTZ:
-            n, r = p.soft[k, EXPONENT], p.soft[k, RETURN]
-            if r >= 0:
-                speed = state[APPROACH + k, lane]
-                loss = 0.75 * (1 - r * r) / speed if speed > 0 else 0.0
-            power = depth * math.sqrt(depth) if n == 1.5 else depth**n
-            force = stiffness * power * (1 + loss * side * v)
+            if p.soft[k, RESTITUTION] >= 0:
+                loss = hertz_loss(p.soft[k, RESTITUTION], state[APPROACH + k, lane])
+            force = hertz_push(stiffness, p.soft[k, EXPONENT], loss, depth, side * v)
         else:
-            force = stiffness * depth + loss * side * v
+            force = spring_push(stiffness, loss, depth, side * v)
             if kind == PUSHER:
                 force = max(force, 0.0)
         a -= side * force

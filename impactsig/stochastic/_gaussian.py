@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..simulate._flow import inlined, inner, kernel
+from .._compiled import inlined, inner, kernel
 from ._equation import BLOCK, Q, V, ground_at, note, restitution
 from ._random import Numbers, draw, draw_pair, numbers
 

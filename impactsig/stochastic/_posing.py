@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..oscillators import Hertz, KelvinVoigt, Noise, Oscillator, Rigid
+from ..oscillators import Hertz, Noise, Oscillator, Rigid
 from ..simulate._frame import forcing, reference_frequency
 from ..simulate._user import compiled, restitution_laws
 
@@ -22,7 +22,8 @@ NODES = 4097  # of a law's potential
 
 def pose(oscillator: Oscillator, step: float, phase: float, unfold: bool = False) -> Problem:
     """The oscillator per mass, in its own units of time and length."""
-    from ._equation import HERTZ, PUSHER, SPRING, Problem
+    from ..simulate._stops import columns, restitution_of
+    from ._equation import Problem
 
     mass, omega = oscillator.mass, reference_frequency(oscillator)
     turned = phase / omega  # the reference has come to `phase` at t = 0
@@ -35,17 +36,10 @@ def pose(oscillator: Oscillator, step: float, phase: float, unfold: bool = False
     for number, stop in enumerate(oscillator.stops):
         law = stop.law
         if isinstance(law, Rigid):
-            r = -1.0 if callable(law.restitution) else law.restitution
-            walls[stop.side] = stop.position, r, number
+            walls[stop.side] = stop.position, restitution_of(law), number
             continue
-        if isinstance(law, KelvinVoigt):
-            kind = SPRING if law.ends == "gap" else PUSHER
-            loss, exponent, r = law.damping / mass, 1.0, -1.0
-        else:
-            kind, loss, exponent = HERTZ, law.damping, law.exponent
-            r = -1.0 if law.restitution is None else law.restitution
         side = 1.0 if stop.side == "upper" else -1.0
-        soft.append((stop.position, side, kind, law.stiffness / mass, loss, exponent, r, number))
+        soft.append((stop.position, side, *columns(law, mass, mass, 1.0), number))
 
     noise, friction = oscillator.noise or Noise(0.0), oscillator.friction
     tau = noise.correlation_time

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..simulate._flow import inlined, kernel
+from .._compiled import inlined, kernel
 
 FORCE, BRIDGE, RUB = range(3)  # what the numbers are for: a part of the counter
 START = 0xFFFFF  # number of the pair that a path starts from

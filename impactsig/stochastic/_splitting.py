@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..simulate._flow import inlined, kernel
+from .._compiled import inlined, kernel
 from ._equation import (
     BLOCK,
     F,

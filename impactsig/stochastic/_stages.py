@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from ..simulate._flow import inlined, inner, kernel
+from .._compiled import inlined, inner, kernel
 from ._equation import (
     BLOCK,
     F,
