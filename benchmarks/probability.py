@@ -43,14 +43,9 @@ def record(sensor: str, level: float, seed: int, duration: float):
 
 
 def outcomes(sensor: str, level: float, seed: int, duration: float):
-    """Stated probabilities, and whether each is of an impact; None where none is stated."""
+    """Stated probabilities, and whether each is of an impact."""
     recording, time = record(sensor, level, seed, duration)
-    try:
-        found = impactsig.detect_impacts(recording, least_probability=LEAST)
-    except impactsig.InvalidInput:  # a detector without this dial
-        found = impactsig.detect_impacts(recording)
-    if found.probability is None:
-        return None
+    found = impactsig.detect_impacts(recording, least_probability=LEAST)
     matched = impactsig.match_impacts(found, impactsig.Impacts(time), 1e-3, delay=None)
     return found.probability, np.isin(np.arange(len(found)), matched.pairs[:, 0])
 
@@ -94,10 +89,6 @@ def main() -> None:
         for level, ax in zip(asked.levels, axes, strict=True):
             ax.set_title(f"{sensor}, {level:g} dB", loc="left", fontsize="medium")
             parts = [outcomes(sensor, level, seed, asked.duration) for seed in seeds]
-            if any(part is None for part in parts):
-                print(f"{sensor:6} {level:4g}  states no probability", flush=True)
-                ax.text(0.5, 0.5, "states no probability", ha="center")
-                continue
             probability, outcome = map(np.concatenate, zip(*parts, strict=True))
             plot.calibration_curve(probability, outcome, ax)
             line = row(sensor, level, probability, outcome)

@@ -119,7 +119,7 @@ def detect_impacts(
     between impacts within eight seconds of it, and hum is taken off by a fit; single samples that
     stand alone among longer pulses are glitches. An impact is certain where Gaussian noise would
     exceed its response once in fifty minutes, or once in 2000 impacts. Where five are certain
-    within two seconds or so, and one in twenty-five of them stands little above that level, fainter
+    within two seconds or so, and one in sixteen of them stands little above that level, fainter
     ones of their width are looked for as well, and `probability` is the share of impacts among
     responses as high as its own: responses that point the wrong way show how often the noise makes
     one (`impactsig.detect._probability`). Where fewer are certain it only orders what was found,

@@ -26,7 +26,7 @@ APART, FLANKS = 3.0, 6.5
 the flanks of a response, which it draws down."""
 DRAWING = 4.0
 """Standard deviations from which on so does what may be one."""
-LITTLE, SOME = 1.5, 0.04
+LITTLE, SOME = 1.5, 0.06
 """Times the level of certainty that a faint impact stands at most, and their least share of all."""
 LEAST_WIDTH = 3.0
 """Samples: a faint pulse that is narrower cannot be told from a glitch, or from ringing."""
@@ -101,7 +101,7 @@ class Judge:
     def _rings(self, events: np.ndarray) -> np.ndarray:
         """Events that are the ringing of a sensor: narrower and far weaker than one just before."""
         rings = np.empty(len(events), np.bool_)
-        ringing(events, self.near, self.widest, rings)
+        ringing(events, self.near, rings)
         return rings
 
     def _lobes(self, events: np.ndarray) -> np.ndarray:

@@ -196,22 +196,25 @@ def alone(rows):
 
 
 @njit(nogil=True)
-def ringing(events, near, widest, out):
+def ringing(events, near, out):
     """Mark in `out` the events that ring: narrower and far weaker than one just before.
 
     Parameters
     ----------
     events, near : arrays (n, EVENT), (m, EVENT)
         Both in the order of time, but for what two seconds share at their border.
-    widest : float
-        Greatest width in `near`.
     """
     following = 0
+    widest, strongest = 0.0, 0.0
+    for i in range(len(near)):
+        widest, strongest = max(widest, near[i, 1]), max(strongest, near[i, 2])
     for k in range(len(events)):
         centre, width, height = events[k, 0], events[k, 1], events[k, 2]
         while following < len(near) and near[following, 0] < centre:
             following += 1
         out[k] = False
+        if width > NARROWER * widest or height > WEAKER * strongest:
+            continue
         for i in range(following - 1, -1, -1):
             apart = centre - near[i, 0]
             if apart > RINGING * widest:

@@ -10,6 +10,7 @@ import impactsig
 from benchmarks.disturbances import stationary
 from benchmarks.recordings import PULSES, add_pulses, score
 from impactsig.detect._probability import CRESTS, GAUSSIAN, LEFT, LOWEST, excursions, probabilities
+from impactsig.detect._spans import Spans
 
 WIDTHS = 20_000.0
 
@@ -113,3 +114,13 @@ def test_a_threshold_takes_the_place_of_the_dial():
     found = detect(truth, threshold="4.5 sigma")
     assert len(found) == len(detect(truth, threshold="4.5 sigma", least_probability=0.9))
     assert found.probability.min() < 0.5
+
+
+def test_nothing_is_looked_for_again_where_no_impact_stands_near_the_level(monkeypatch):
+    looks = []
+    look = Spans.faint
+    monkeypatch.setattr(Spans, "faint", lambda *span: looks.append(span) or look(*span))
+    detect(stationary(601, noise=0.03))
+    assert not looks
+    detect(stationary(601, noise=0.3))
+    assert looks
