@@ -132,7 +132,7 @@ def sound_records(duration: float = DURATION) -> list[Case]:
     for codec in CODECS:
         for rate in SLOW:
             put(f"{codec}, {rate / 1000:.0f} kHz", coded, rate=rate, codec=codec)
-    for threshold in (0.2, 0.3, 0.5):
+    for threshold in (0.3, 0.4, 0.5):
         put(f"gate, {threshold}", gated, threshold=threshold)
     for time in (0.1, 0.3, 1.0):
         put(f"room, {time} s", reverberant, time=time)

@@ -161,6 +161,10 @@ def probability(c, b, likelihood, known, spacing, spread, rate, hop):
         sample = np.sort(c[128 * max(g - reach, 0) : 128 * (g + reach + 1) : 16])
         rattle = max(50 * sample[int(0.75 * len(sample))], 12 * sample[int(0.9 * len(sample))])
         a = spread * (1.9 + 9 * spread)
+        around = np.sort(c[place[(place >= j - 1 / frame) & (place < j + 1 / frame)]])
+        crowd = around[-80] if len(around) >= 80 else 0.0
+        least = min(4 * a, 0.3 * around[-1] + 0.1 * rattle)
+        rattle = min(rattle, max(least, 50 * (crowd - 0.75 * spread)))
         beside = place[(place >= j - 0.02 / frame) & (place < j + 0.02 / frame)]
         certain = likelihood[near].max() / 36 if c[j] == c[beside].max() else 0.0
         octaves[int(j)] = min(c[j] / (a + rattle) + certain, c[j] / (0.35 * a + rattle), bound)

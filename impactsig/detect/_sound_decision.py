@@ -3,10 +3,11 @@
 C is the rise in octaves, B that in narrow bands, G the likelihood of a rise in one of them
 (`_sound.py`). With s the standard deviation of C in noise, a = s (1.9 + 9 s) is about the greatest
 C of an hour of noise, which is skewed the more the fewer coefficients it has. The rattle r is the
-greater of 50 times the 0.75-quantile and 12 times the 0.9-quantile of C within a second, but no
-more than 4 a, or 50 times what the 80th highest crest of these two seconds is above 0.75 s, if that
-is more: dense impacts fill the quantiles as rattling does, but make no such number of crests. The
-evidence of a crest of C by octaves is
+greater of 50 times the 0.75-quantile and 12 times the 0.9-quantile of C within a second. It is no
+more than 4 a, than 0.3 C_max + r / 10, C_max the greatest C within a second, or, if that is more,
+than 50 times what the 80th highest crest of these two seconds is above 0.75 s: dense impacts fill
+the quantiles as rattling does, but make no such number of crests, and faint knocks have faint
+tails. The evidence of a crest of C by octaves is
 
     min(C / (a + r) + G / 36, C / (0.35 a + r)),
 
@@ -44,6 +45,7 @@ RATTLE_WITHIN = 1.0  # [s]
 CRESTS = 40.0  # a second, that only rattling makes
 ABOVE, IN_NOISE = 50.0, 0.75  # times what such a crest is above so many s
 FEW = 4.0  # times a: rattle without a number of crests, as of a room that rings
+TAIL, STEADY = 0.3, 0.1  # of the greatest C nearby and of the rattle: nor more than their sum
 CERTAIN = 36.0  # likelihood of a rise in one narrow band that is evidence of 1
 LEAST_OCTAVES = 0.35  # times a: rise in octaves without which that counts little
 ALONE = 20e-3  # [s] within which C must be greatest for that to count
@@ -125,18 +127,17 @@ def octave_evidence(
     needed = np.maximum(BORNE_OUT, around[beside])
     borne_out = np.where(known, greatest_within(b, 2)[beside] / needed, np.inf)
     likelihood = greatest_within(np.concatenate(passage.likelihood), 2)[beside]
-    likelihood[~greatest_of(place, height, ALONE / seconds)] = 0.0
+    likelihood[height < greatest_near(place, height, ALONE / seconds)] = 0.0
     audible = spread * (SIGMAS + SKEW * spread)
     evidence = np.minimum(height / audible + likelihood / CERTAIN, borne_out)
     far = evidence < FAINT
     evidence[far] = 0.0
     near = ~far
-    rattle = np.minimum(
-        rattling(np.concatenate(passage.octaves), place[near], seconds),
-        np.maximum(
-            ABOVE * (crowd(place, height, near, seconds) - IN_NOISE * spread), FEW * audible
-        ),
-    )
+    rattle = rattling(np.concatenate(passage.octaves), place[near], seconds)
+    loudest = greatest_near(place, height, RATTLE_WITHIN / seconds)[near]
+    without_crowd = np.minimum(FEW * audible, TAIL * loudest + STEADY * rattle)
+    crowded = ABOVE * (crowd(place, height, near, seconds) - IN_NOISE * spread)
+    rattle = np.minimum(rattle, np.maximum(without_crowd, crowded))
     calm = np.minimum(
         height[near] / (audible + rattle) + likelihood[near] / CERTAIN,
         height[near] / (LEAST_OCTAVES * audible + rattle),
@@ -176,11 +177,12 @@ def crowd(place: np.ndarray, height: np.ndarray, asked: np.ndarray, seconds: flo
     return found
 
 
-def greatest_of(place: np.ndarray, height: np.ndarray, reach: float) -> np.ndarray:
-    """Whether no other height at most `reach` away is greater."""
+def greatest_near(place: np.ndarray, height: np.ndarray, reach: float) -> np.ndarray:
+    """The greatest height at most `reach` away from each place."""
     first, last = np.searchsorted(place, (place - reach, place + reach))
     padded = np.append(height, -np.inf)
-    return height >= np.maximum.reduceat(padded, np.stack((first, last), axis=1).ravel())[::2]
+    ends = np.stack((first, last), axis=1).ravel()
+    return np.asarray(np.maximum(height, np.maximum.reduceat(padded, ends)[::2]))
 
 
 def local_mean(values: np.ndarray, before: int, after: int) -> np.ndarray:
