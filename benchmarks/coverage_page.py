@@ -11,6 +11,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from impactsig import correlation_dimension
 from tests import series
@@ -28,7 +29,8 @@ half-width.
 The truth of a slope is the slope of a noise-free series of 200 000 values between the same two
 scales; where the truths of D2 and D1 are from is said in `benchmarks/coverage.py`. *Answered* is
 the share of the series for which a dimension is given; noise has none. The error of an instant or
-of a value is given, not estimated. With so many series a share of 95 % scatters by {scatter}.
+of a value is given, not estimated. Two standard deviations of
+a share of 95 % are {scatter}.
 
 ![Local slopes](dimension_coverage.svg)
 
@@ -60,8 +62,8 @@ def pooled(lines: dict[str, list[dict]]) -> str:
 
 
 def scatter(count: float) -> str:
-    """Two standard deviations of a share of 95 %."""
-    return f"{200 * np.sqrt(0.95 * 0.05 / count):.0f} points at {count:.0f} series"
+    """Two standard deviations of a share of 95 %, of the median number of series."""
+    return f"{200 * np.sqrt(0.95 * 0.05 / count):.0f} points of {count:.0f} series"
 
 
 SHOWN = (
@@ -106,7 +108,8 @@ def draw() -> None:
             ax.fill_between(found.scales, low, high, color=f"C{colour}", alpha=0.2, linewidth=0)
             ax.plot(found.scales, found.slopes, f"C{colour}.-", label=level, markersize=3)
         ax.axhline(d2, color="0.3", linestyle="--", linewidth=0.8)
-        ax.set(title=name, xlabel=label, ylabel="D(H)", xscale="log", ylim=(d2 - 1, d2 + 1))
+        ax.set(title=name, xlabel=label, ylabel="D(H)", xscale="log", ylim=(d2 - 0.6, d2 + 0.6))
+        ax.xaxis.set_minor_formatter(NullFormatter())
         ax.legend(title="noise", fontsize="small")
     with mpl.rc_context({"svg.hashsalt": "impactsig"}):
         figure.savefig(FIGURE, metadata={"Date": None})
