@@ -192,7 +192,7 @@ def accelerate(law, control, leg, waves, hertz, tau, y, v):
         side, n = hertz[i, 0], hertz[i, 3]
         depth = side * (y - hertz[i, 1])
         if depth > 0:
-            a -= side * hertz_push(hertz[i, 2], n, hertz[i, 4], depth, side * v)
+            a -= hertz_push(side * hertz[i, 2], n, side * hertz[i, 4], depth, v)
     if leg.forced:
         x, u = y + leg.origin, v
         if leg.swing != 0.0:
