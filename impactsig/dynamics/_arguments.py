@@ -48,7 +48,7 @@ def recurring(name: str, oscillator: Any) -> Oscillator:
     """
     if not isinstance(oscillator, Oscillator) or oscillator.forcing_frequency is None:
         raise InvalidInput(name, oscillator, "an Oscillator with forcing, to count its periods")
-    without_noise(oscillator)
+    without_noise(oscillator, name)
     if not oscillator.forcing_recurs:
         timed = " and a law that depends on time" if oscillator.law_depends_on_time else ""
         raise InvalidInput(

@@ -15,6 +15,7 @@ from ..oscillators import Cantilever, Oscillator
 from ..oscillators.flows import Flow
 from ..simulate import FixedStep, RungeKutta, simulate
 from ..simulate._course import Running
+from ..simulate._run import without_noise
 from ._batch import batch_error
 from ._follow import Follower
 from .tangent import SYSTEMS, why_not
@@ -181,6 +182,7 @@ def lyapunov_spectrum(
     >>> lyapunov_spectrum(scenes.karpodinis(20.3355), periods=100_000).exponents
     """
     if isinstance(system, Oscillator):
+        without_noise(system, "system")
         options: dict[str, Any] = {
             "periods": periods, "duration": duration, "phase": phase,
             "method": method, "chatter": chatter,

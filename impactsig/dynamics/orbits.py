@@ -15,6 +15,7 @@ from ..oscillators import Cantilever, Oscillator
 from ..oscillators.flows import Flow
 from ..simulate import FixedStep, RungeKutta, simulate
 from ..simulate.simulation import what_it_is
+from ._arguments import recurring
 from ._beam_orbits import BeamShooting
 from ._shooting import Shooting, two_numbers
 from .flow_orbits import FlowOrbit, find_flow_orbit
@@ -210,7 +211,7 @@ def find_periodic_orbit(  # type: ignore[misc]
         return _of_beam(BeamShooting(system, periods, phase, method, tolerance), guess, impacts)
     if impacts is not None:
         impacts = whole("impacts", impacts, 0)
-    shooting = Shooting(system, periods, phase, method, tolerance)
+    shooting = Shooting(recurring("system", system), periods, phase, method, tolerance)
     if guess is not None:
         return _settled(shooting, two_numbers("guess", guess))
     least: PeriodicOrbit | None = None

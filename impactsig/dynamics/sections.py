@@ -81,7 +81,7 @@ def impact_map(motion: Motion | BeamMotion | Any, stop: int | None = None) -> Se
     InvalidInput
         If only counts were kept, or there is no such stop.
     """
-    if hasattr(motion, "impacts") and not isinstance(motion, Motion):
+    if not isinstance(motion, Motion) and hasattr(motion, "impacts") and hasattr(motion, "sample"):
         return _of_impacts(motion, stop)
     motion = _motion(motion)
     if stop is not None and whole("stop", stop, 0) >= len(motion.system.stops):

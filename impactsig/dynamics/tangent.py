@@ -13,6 +13,7 @@ from ..oscillators import Cantilever, Oscillator
 from ..oscillators.flows import Flow
 from ..simulate import simulate
 from ..simulate._course import state_of
+from ..simulate._run import without_noise
 from ._follow import Follower
 
 SYSTEMS = "an Oscillator without noise, a Cantilever or a Flow"
@@ -114,6 +115,7 @@ def tangent_map(system: Any, **options: Any) -> TangentMap:
     >>> tangent_map(beam, periods=1, initial=motion.final[:2]).multipliers
     """
     if isinstance(system, Oscillator):
+        without_noise(system, "system")
         return _of_oscillator(system, options)
     if isinstance(system, Cantilever):
         return _of_beam(system, options)

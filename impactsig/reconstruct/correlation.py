@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -70,14 +70,10 @@ class CorrelationSum:
     dimensions: tuple[int, ...]
     delay: int
     theiler: int
-    norm: Norm = "max"
-    kernel: Kernel = "step"
-    q: float = 2.0
-    sums: np.ndarray = field(default_factory=lambda: np.empty(0))
-
-    def __post_init__(self) -> None:
-        if not self.sums.size:
-            object.__setattr__(self, "sums", self.counts / self.pairs[:, None])
+    norm: Norm
+    kernel: Kernel
+    q: float
+    sums: np.ndarray
 
     @property
     def slope_radii(self) -> np.ndarray:
@@ -299,7 +295,8 @@ def correlation_sum(
         counts = count_pairs(values, wanted, delay, window, chosen, workers)
         kept = _kept(counts)
         chosen, counts = chosen[kept], counts[:, kept]
-    return CorrelationSum(chosen, counts, pairs, wanted, delay, window)
+    sums = counts / pairs[:, None]
+    return CorrelationSum(chosen, counts, pairs, wanted, delay, window, "max", "step", 2.0, sums)
 
 
 def _two_dimensional(x: Any) -> bool:

@@ -118,7 +118,7 @@ class Run:
                 return STATUS[found], np.concatenate(parts)
 
 
-def without_noise(oscillator: Oscillator) -> None:
+def without_noise(oscillator: Oscillator, name: str = "oscillator") -> None:
     """Refuse an oscillator that moves at random.
 
     Raises
@@ -128,7 +128,7 @@ def without_noise(oscillator: Oscillator) -> None:
     """
     if oscillator.noise is not None and oscillator.noise.intensity > 0:
         raise InvalidInput(
-            "oscillator", repr(oscillator.noise), "an oscillator without noise",
+            name, repr(oscillator.noise), "an oscillator without noise",
             "Under noise, simulate_ensemble() gives densities and simulate() a path; "
             "replace(oscillator, noise=None) moves without it",
         )  # fmt: skip

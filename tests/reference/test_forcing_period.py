@@ -229,9 +229,9 @@ NEVER = {
 @pytest.mark.parametrize(
     ("ask", "argument"),
     [
-        (lambda one: find_periodic_orbit(one), "oscillator"),
+        (lambda one: find_periodic_orbit(one), "system"),
         (lambda one: find_periodic_orbits(one), "oscillator"),
-        (lambda one: continue_orbit(lambda _: one, (0.0, 1.0)), "oscillator"),
+        (lambda one: continue_orbit(lambda _: one, (0.0, 1.0)), "scene_of_parameter"),
         (lambda one: orbit_period(simulate(one, periods=4)), "motion"),
     ],
 )

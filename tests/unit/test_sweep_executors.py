@@ -327,10 +327,10 @@ def test_packages_that_are_called_travel_with_a_function():
     # As in a notebook that has simulated before: cloudpickle takes along the packages named.
     lines = """
 import impactsig
-impactsig.simulate, impactsig.control
+impactsig.simulate
 def ratio(frequency):
     beam = impactsig.scenes.karpodinis(frequency)
-    return impactsig.simulate(beam, periods=2).oscillator.forces[0].frequency
+    return impactsig.simulate(beam, periods=2).system.forces[0].frequency
 study = impactsig.sweep(ratio, {"frequency": [11.1, 22.2]}, executor="processes", workers=1)
 assert study["value"].tolist() == [0.5, 1.0], study["value"]
 """
