@@ -77,7 +77,7 @@ def test_other_results_are_refused_by_name(name, given):
 def test_a_section_is_of_a_motion(make, given):
     for kind, result in given.items():
         if kind not in ("motion", "counts"):
-            with pytest.raises(InvalidInput, match="a Motion|a forced motion"):
+            with pytest.raises(InvalidInput, match=r"a (Motion|forced motion)"):
                 make(result)
     with pytest.raises(InvalidInput, match="threshold_crossings"):
         impactsig.impact_map(given["flow"], stop=0)
