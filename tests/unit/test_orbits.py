@@ -32,7 +32,7 @@ FREE = impactsig.simulate(Oscillator(), duration=3)
         (lambda: impactsig.orbit_period(MOTION, longest=0), "longest"),
         (lambda: impactsig.orbit_period(MOTION, tolerance=0), "tolerance"),
         (lambda: impactsig.orbit_period(impactsig.simulate(BEAM, periods=0.5)), "motion"),
-        (lambda: impactsig.find_periodic_orbit(Oscillator()), "oscillator"),
+        (lambda: impactsig.find_periodic_orbit(Oscillator()), "system"),
         (lambda: impactsig.find_periodic_orbit(BEAM, 0), "periods"),
         (lambda: impactsig.find_periodic_orbit(BEAM, guess=(1,)), "guess"),
         (lambda: impactsig.find_periodic_orbit(BEAM, guess=("a", 1)), "guess"),
