@@ -91,7 +91,7 @@ def flow(table: Beam, regime: int, tau: float) -> np.ndarray:
 
 
 def rate(table: Beam, regime: int, state: np.ndarray, phase: float) -> np.ndarray:
-    """Y' in a regime, shape (2 modes,)."""
+    """Rate of the state in a regime, shape (2 modes,)."""
     count, turned = table.sizes[regime], np.exp(1j * phase)
     off = state - table.rest[regime] - (table.forced[regime] * turned).real
     vectors = table.vectors[regime][:, :count] * table.rates[regime][:count]
