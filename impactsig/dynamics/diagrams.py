@@ -1,4 +1,4 @@
-"""What an oscillator does over one parameter: everything the papers draw over frequency."""
+"""What a system does over one parameter: everything the papers draw over frequency."""
 
 from __future__ import annotations
 
@@ -12,20 +12,22 @@ import numpy as np
 
 from .._arguments import flag, function, number, thread_count, whole
 from ..errors import InvalidInput
-from ..oscillators import Oscillator, Rigid
-from ..simulate._frame import reference_frequency
+from ..oscillators import Cantilever, Oscillator, Rigid
 from ._arguments import parameter_names, parameter_values
 from ._settling import ground, settle
+from ._whole_motions import moved_whole, whole_motion
 from .lyapunov import lyapunov_spectrum
-from .tangent import tangent_map
+from .tangent import tangent_map, why_not
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+SYSTEMS = "an Oscillator, a Cantilever with forcing or a Controlled oscillator"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BifurcationDiagram:
-    """What an oscillator does over one parameter, after the transient.
+    """What a system does over one parameter, after the transient.
 
     Attributes
     ----------
@@ -41,10 +43,11 @@ class BifurcationDiagram:
     impacts_per_period : numpy.ndarray, shape (n,)
         a_i.
     energy_per_period : numpy.ndarray, shape (n,)
-        a_e, energy lost at stops and by friction in a forcing period.
+        a_e, energy lost at stops and by friction in a forcing period; NaN of a cantilever before a
+        soft stop, and under control.
     sticking : numpy.ndarray, shape (n,)
         Share of the time at rest against a stop or held by friction.
-    exponents : numpy.ndarray, shape (n, 2), or None
+    exponents : numpy.ndarray, shape (n, d), or None
         Lyapunov exponents per unit of the oscillator's time, where they were asked for: of an orbit
         that has closed from its multipliers, of any other over the span. -inf where neighbours
         become one.
@@ -94,7 +97,7 @@ class _Cell(NamedTuple):
 
 
 def bifurcation_diagram(
-    scene: Callable[[float], Oscillator],
+    scene: Callable[[float], Any],
     values: Any,
     *,
     periods: int = 100,
@@ -107,12 +110,17 @@ def bifurcation_diagram(
     skip: bool = True,
     workers: int | None = None,
 ) -> BifurcationDiagram:
-    """What an oscillator does over one parameter.
+    """What a system does over one parameter.
+
+    An oscillator ends as soon as its orbit has closed. A cantilever, and an oscillator that is
+    controlled, run for as long as is asked, and their orbit is looked for in the strobes, of a
+    cantilever in those of all its modes.
 
     Parameters
     ----------
     scene : callable
-        The oscillator for a value of the parameter, such as ``scenes.karpodinis``.
+        The `Oscillator`, `Cantilever` or `Controlled` oscillator for a value of the parameter, such
+        as ``scenes.karpodinis``.
     values : array_like
         Values of the parameter; with `carry` in the order in which they are gone through.
     periods, transient : int
@@ -123,9 +131,10 @@ def bifurcation_diagram(
         Phase of the forcing at starts and strobes [rad].
     carry : bool
         Start each value where the last one ended, relative to the stops and with its velocity by
-        the forcing frequency, instead of at `initial`. Then the values go one by one.
+        the forcing frequency, instead of at `initial`. Then the values go one by one. Of
+        oscillators only.
     exponents : bool
-        Whether to work out the Lyapunov exponents.
+        Whether to work out the Lyapunov exponents. Not under control.
     closed : float
         Tolerance within which an orbit closes, as a share of the size of displacement and velocity.
         Where the transient is too short for it, the orbit is looked for as in `periodicity_chart`.
@@ -152,13 +161,13 @@ def bifurcation_diagram(
         flag("skip", skip),
         flag("exponents", exponents),
     )
-    function("scene", scene, "a function of the parameter that makes an Oscillator")
+    function("scene", scene, f"a function of the parameter that makes {SYSTEMS}")
     threads = thread_count(workers)
     if flag("carry", carry):
         cells = list(_carried(scene, chosen, look, options))
     else:
         with ThreadPoolExecutor(threads) as pool:
-            cells = list(pool.map(lambda at: look.cell(_made(scene, at), **options)[0], chosen))
+            cells = list(pool.map(lambda at: look.any_cell(scene(float(at)), **options), chosen))
 
     def column(name: str) -> np.ndarray:
         return np.array([getattr(cell, name) for cell in cells])
@@ -181,7 +190,8 @@ def bifurcation_diagram(
 def _made(scene: Callable[[float], Oscillator], value: float) -> Oscillator:
     oscillator = scene(float(value))
     if not isinstance(oscillator, Oscillator):
-        raise InvalidInput("scene", oscillator, "a function that makes an Oscillator")
+        required = "a function that makes an Oscillator, where each value goes on from the last"
+        raise InvalidInput("scene", oscillator, required)
     return oscillator
 
 
@@ -193,6 +203,37 @@ class _Look(NamedTuple):
     closed: float
     skip: bool
     exponents: bool
+
+    def any_cell(self, system: Any, **start: Any) -> _Cell:
+        """What a system does from a start."""
+        if isinstance(system, Oscillator):
+            return self.cell(system, **start)[0]
+        if not moved_whole(system):
+            raise InvalidInput(
+                "scene", system, f"a function that makes {SYSTEMS}",
+                "A flow has no forcing period to strobe it by: threshold_crossings cuts it",
+            )  # fmt: skip
+        if self.exponents and not isinstance(system, Cantilever):
+            raise InvalidInput("exponents", True, "False for a controlled system", why_not(system))
+        found = whole_motion(system, self.periods, self.transient, **start)
+        if isinstance(found, str):
+            return _Cell(status=found, exponents=np.full(getattr(system, "dimension", 2), math.nan))
+        motion, n = found.motion, found.closed(self.closed)
+        span = n or self.periods
+        hits = motion.impacts.between(motion.stop - span * system.forcing_period)
+        cell = _Cell(
+            strobe=found.strobe[-span:],
+            velocity=np.asarray(hits.approach_velocity),
+            periods=n,
+            impacts=len(hits) if n else -1,
+            impacts_per_period=len(hits) / span,
+            energy_per_period=_lost(motion) / self.periods,
+            sticking=float(np.diff(np.maximum(motion.sticks, found.start)).sum())
+            / (motion.stop - found.start),
+        )
+        if self.exponents:
+            cell = cell._replace(exponents=_exponents(system, n, self.periods, motion.final))
+        return cell
 
     def cell(
         self, oscillator: Oscillator, **start: Any
@@ -221,16 +262,22 @@ class _Look(NamedTuple):
         return cell, motion.final
 
 
-def _exponents(
-    oscillator: Oscillator, closed: int, periods: int, at: tuple[float, float, float]
-) -> np.ndarray:
-    """Both exponents of the orbit that passes a point, from its multipliers where it has closed."""
+def _lost(motion: Any) -> float:
+    """Energy lost in the span; NaN where that of the span alone is not known."""
+    known = isinstance(motion.system, Cantilever) and motion.energy_lost is not None
+    return float(motion.energy_lost) if known else math.nan
+
+
+def _exponents(system: Oscillator | Cantilever, closed: int, periods: int, at: Any) -> np.ndarray:
+    """All exponents of the orbit that passes a point, from its multipliers where it has closed."""
     if not closed:
-        return lyapunov_spectrum(oscillator, periods=periods, initial=at[:2], phase=at[2]).exponents
-    multipliers = tangent_map(oscillator, periods=closed, initial=at[:2], phase=at[2]).multipliers
+        return lyapunov_spectrum(system, periods=periods, initial=at[:2], phase=at[2]).exponents
+    multipliers = tangent_map(system, periods=closed, initial=at[:2], phase=at[2]).multipliers
     with np.errstate(divide="ignore"):
         grown = np.log(np.abs(multipliers))
-    return grown * reference_frequency(oscillator) / (2 * math.pi * closed)
+    frequency = system.forcing_frequency
+    assert frequency is not None
+    return grown * frequency / (2 * math.pi * closed)
 
 
 def _carried(
