@@ -1,4 +1,4 @@
-"""Cells of a diagram of systems that are simulated whole: cantilevers, and oscillators controlled.
+"""Cells of a diagram, chart or response of cantilevers and controlled oscillators.
 
 An oscillator is followed strobe by strobe and ends once its orbit has closed (`_settling`); these
 are run for as long as is asked, and the orbit is looked for in their strobes.
@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import InvalidInput
 from ..oscillators import Cantilever, Oscillator
 from ..simulate import simulate
 
@@ -34,10 +35,27 @@ class Whole(NamedTuple):
         return 0
 
 
+SYSTEMS = "an Oscillator, a Cantilever with forcing or a Controlled oscillator"
+NO_PERIOD = "A flow has no forcing period to strobe it by: threshold_crossings cuts it"
+
+
 def moved_whole(system: Any) -> bool:
     """Whether a system is simulated whole, and has forcing periods to strobe it by."""
     controlled = isinstance(getattr(system, "system", None), Oscillator)
     return (isinstance(system, Cantilever) or controlled) and system.forcing_period is not None
+
+
+def checked_whole(system: Any) -> Any:
+    """A system that is simulated whole.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none.
+    """
+    if not moved_whole(system):
+        raise InvalidInput("scene", system, f"a function that makes {SYSTEMS}", NO_PERIOD)
+    return system
 
 
 def whole_motion(

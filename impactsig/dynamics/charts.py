@@ -15,6 +15,7 @@ from ..simulate._events import STROBE_IMPACTS
 from ..simulate._run import without_noise
 from ._arguments import parameter_names, parameter_values
 from ._settling import settle_all
+from ._whole_motions import SYSTEMS, checked_whole, whole_motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,7 +73,7 @@ class PeriodicityChart:
 
 
 def periodicity_chart(
-    scene: Callable[[float, float], Oscillator],
+    scene: Callable[[float, float], Any],
     x: Any,
     y: Any,
     *,
@@ -93,8 +94,10 @@ def periodicity_chart(
     Parameters
     ----------
     scene : callable
-        The oscillator for a pair of parameters, such as ``lambda gamma, friction:
-        scenes.begley_virgin(gamma, 1.5, friction)``.
+        The `Oscillator`, `Cantilever` or `Controlled` oscillator for a pair of parameters, such as
+        ``lambda gamma, friction: scenes.begley_virgin(gamma, 1.5, friction)``. Cantilevers and
+        controlled oscillators run for all `periods`, and have closed where the last strobes have
+        returned within `closed`, after at most a quarter of these.
     x, y : array_like
         Values of the first and of the second parameter.
     periods : int
@@ -122,7 +125,7 @@ def periodicity_chart(
     axes = parameter_values("x", x), parameter_values("y", y)
     periods = whole("periods", periods, 1)
     closed = number("closed", closed, above=0, most=1e-2)
-    function("scene", scene, "a function of both parameters that makes an Oscillator")
+    function("scene", scene, f"a function of both parameters that makes {SYSTEMS}")
     flag("skip", skip)
     threads = thread_count(workers)
     pairs = [(a, b) for b in axes[1].tolist() for a in axes[0].tolist()]
@@ -131,9 +134,10 @@ def periodicity_chart(
 
     def some(first: int) -> list[tuple[int, int, int, bool]]:
         machines = [scene(a, b) for a, b in pairs[first : first + together]]
+        if not all(isinstance(machine, Oscillator) for machine in machines):
+            return [_whole_cell(machine, periods, closed, initial, phase) for machine in machines]
         for machine in machines:
-            if isinstance(machine, Oscillator):  # what is none is refused where it is posed
-                without_noise(machine)
+            without_noise(machine)
         motions = settle_all(
             machines, periods, tolerance=closed, ends=skip, initial=initial, phase=phase
         )
@@ -152,3 +156,16 @@ def periodicity_chart(
         np.array(column).reshape(len(axes[1]), len(axes[0])) for column in zip(*cells, strict=True)
     )
     return PeriodicityChart(n, impacts, followed, failed, *axes, parameter_names(scene, 2))
+
+
+def _whole_cell(
+    system: Any, periods: int, closed: float, initial: Any, phase: float
+) -> tuple[int, int, int, bool]:
+    """A cell of a system that is simulated whole: n, m, periods followed, whether it failed."""
+    look = max(periods // 2, 1)
+    found = whole_motion(checked_whole(system), look, periods - look, initial, phase)
+    if isinstance(found, str):
+        return 0, -1, 0, True
+    n = found.closed(closed)
+    start = found.motion.stop - n * system.forcing_period * (1 + 1e-12)
+    return n, len(found.motion.impacts.between(start)) if n else -1, periods, False

@@ -15,14 +15,12 @@ from ..errors import InvalidInput
 from ..oscillators import Cantilever, Oscillator, Rigid
 from ._arguments import parameter_names, parameter_values
 from ._settling import ground, settle
-from ._whole_motions import moved_whole, whole_motion
+from ._whole_motions import SYSTEMS, checked_whole, whole_motion
 from .lyapunov import lyapunov_spectrum
 from .tangent import tangent_map, why_not
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-SYSTEMS = "an Oscillator, a Cantilever with forcing or a Controlled oscillator"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -208,11 +206,7 @@ class _Look(NamedTuple):
         """What a system does from a start."""
         if isinstance(system, Oscillator):
             return self.cell(system, **start)[0]
-        if not moved_whole(system):
-            raise InvalidInput(
-                "scene", system, f"a function that makes {SYSTEMS}",
-                "A flow has no forcing period to strobe it by: threshold_crossings cuts it",
-            )  # fmt: skip
+        checked_whole(system)
         if self.exponents and not isinstance(system, Cantilever):
             raise InvalidInput("exponents", True, "False for a controlled system", why_not(system))
         found = whole_motion(system, self.periods, self.transient, **start)

@@ -1,4 +1,4 @@
-"""How far an oscillator swings over one parameter, once it has settled."""
+"""How far a system swings over one parameter, once it has settled."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import function, number, thread_count, whole
-from ..errors import InvalidInput
-from ..oscillators import Oscillator
-from ..simulate import Motion
+from ..oscillators import Cantilever, Oscillator, Rigid
 from ._arguments import parameter_names, parameter_values
 from ._settling import settle
+from ._whole_motions import SYSTEMS, checked_whole, whole_motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,7 +65,7 @@ class ResponseSpectrum:
 
 
 def response_spectrum(
-    scene: Callable[[float], Oscillator],
+    scene: Callable[[float], Any],
     values: Any,
     *,
     periods: int = 20,
@@ -75,12 +74,12 @@ def response_spectrum(
     closed: float = 1e-9,
     workers: int | None = None,
 ) -> ResponseSpectrum:
-    """How far an oscillator swings over one parameter, once it has settled.
+    """How far an oscillator, or the tip of a cantilever, swings over one parameter, once settled.
 
     Parameters
     ----------
     scene : callable
-        The oscillator for a value of the parameter.
+        The `Oscillator`, `Cantilever` or `Controlled` oscillator for a value of the parameter.
     values : array_like
         Values of the parameter.
     periods, transient : int
@@ -109,13 +108,22 @@ def response_spectrum(
     chosen = parameter_values("values", values)
     periods, transient = whole("periods", periods, 1), whole("transient", transient, 1)
     closed = number("closed", closed, above=0, most=1e-2)
-    function("scene", scene, "a function of the parameter that makes an Oscillator")
+    function("scene", scene, f"a function of the parameter that makes {SYSTEMS}")
     threads = thread_count(workers)
+
+    def whole_cell(system: Any) -> tuple[float, float, float, int, str]:
+        found = whole_motion(system, periods, transient, initial, 0.0)
+        if isinstance(found, str):
+            return math.nan, math.nan, math.nan, 0, found
+        motion, n = found.motion, found.closed(closed)
+        start = motion.stop - (n or periods) * system.forcing_period
+        rest = float(np.diff(np.maximum(motion.sticks, start)).sum() / (motion.stop - start))
+        return *_extremes(motion, max(start, motion.start)), rest, n, motion.status
 
     def cell(value: float) -> tuple[float, float, float, int, str]:
         oscillator = scene(value)
         if not isinstance(oscillator, Oscillator):
-            raise InvalidInput("scene", oscillator, "a function that makes an Oscillator")
+            return whole_cell(checked_whole(oscillator))
         settled = settle(oscillator, transient, tolerance=closed, initial=initial).closing()
         motion = settled.motion(settled.closed or periods)
         if motion.status != "complete":
@@ -138,12 +146,16 @@ def response_spectrum(
     )
 
 
-def _extremes(motion: Motion) -> tuple[float, float]:
+def _extremes(motion: Any, start: float | None = None) -> tuple[float, float]:
     """Greatest and least displacement: at turns, impacts, or the ends."""
     own = motion.system
-    period = 2 * math.pi / own.frequencies[0] * own.time_unit
-    count = 1 + math.ceil(SAMPLES * motion.duration / period)
-    time = np.linspace(motion.start, motion.stop, count)
+    if isinstance(own, Cantilever):
+        period = 1 / float(motion.frequencies[-1])
+    else:
+        period = 2 * math.pi / own.frequencies[0] * own.time_unit
+    start = motion.start if start is None else start
+    count = 1 + math.ceil(SAMPLES * (motion.stop - start) / period)
+    time = np.linspace(start, motion.stop, count)
     x, v = motion.sample(time)
     turns = np.flatnonzero(v[:-1] * v[1:] < 0)
     step = time[1] - time[0]
@@ -151,9 +163,15 @@ def _extremes(motion: Motion) -> tuple[float, float]:
     place, speed = motion.sample(near)
     # From a sample to the turn the velocity falls evenly, as nearly as it matters.
     before = np.flatnonzero((speed[:-1] * speed[1:] < 0) & (np.diff(near) > 0))
+    hits = motion.impacts
+    stops = (own.stop,) if isinstance(own, Cantilever) else own.stops
+    rigid = [k for k, stop in enumerate(stops) if stop is not None and isinstance(stop.law, Rigid)]
+    jumps = hits.time[np.isin(hits.stop_index, rigid)]
+    # At a rigid stop the velocity does not fall, it jumps.
+    passed = np.searchsorted(jumps, near)
+    before = before[passed[before] == passed[before + 1]]
     falls = speed[before] - speed[before + 1]
     turned = place[before] + speed[before] ** 2 / falls * (step / (WITHIN - 1)) / 2
-    assert motion.impacts is not None
-    touched, _ = motion.sample(motion.impacts.time)
+    touched, _ = motion.sample(hits.time[hits.time >= start])
     seen = np.concatenate([x, turned, touched])
     return float(seen.max()), float(seen.min())

@@ -19,6 +19,8 @@ from impactsig import (
     Stop,
     bifurcation_diagram,
     flows,
+    periodicity_chart,
+    response_spectrum,
     scenes,
 )
 
@@ -73,6 +75,21 @@ def test_feedback_locks_over_its_gain():
     assert list(found.impacts) == [-1, 1]
 
 
+def test_one_mode_has_the_response_and_the_chart_of_its_oscillator():
+    values = [19.0, 20.5, 21.5]
+    look = {"periods": 20, "transient": 250}
+    found = response_spectrum(shaken, values, **look)
+    expected = response_spectrum(one_mode, values, **look)
+    closed = expected.periods > 0
+    np.testing.assert_array_equal(found.periods, expected.periods)
+    np.testing.assert_allclose(found.greatest[closed], expected.greatest[closed], rtol=1e-9)
+    np.testing.assert_allclose(found.least[closed], expected.least[closed], rtol=1e-5)
+    one = periodicity_chart(lambda f, r: shaken(f), values, [0.6], periods=250)
+    other = periodicity_chart(lambda f, r: one_mode(f), values, [0.6], periods=250)
+    np.testing.assert_array_equal(one.periods, other.periods)
+    np.testing.assert_array_equal(one.impacts, other.impacts)
+
+
 @pytest.mark.parametrize(
     ("scene", "options", "argument"),
     [
@@ -90,3 +107,9 @@ def test_what_has_no_diagram_is_refused(scene, options, argument):
     with pytest.raises(InvalidInput) as caught:
         bifurcation_diagram(scene, [21.0], periods=3, transient=3, **options)
     assert caught.value.argument == argument
+
+
+def test_nothing_swings_beyond_a_rigid_stop():
+    found = response_spectrum(one_mode, [19.0, 20.5, 21.5, 22.5], periods=20, transient=100)
+    assert found.greatest.max() < 1e-3 * (1 + 1e-12)
+    assert found.greatest.min() > 1e-3 * (1 - 1e-12)
