@@ -2,9 +2,8 @@
 
 In a regime of the beam (`simulate._beam_regimes`) ``y' = A (y - y_p) + y_p'``, y_p the response to
 the forcing. So differences grow by ``exp(A tau) = Re(V exp(lambda tau) W)``, V and W the
-eigenvectors that the simulation uses.
-At an event with the gap g = n' y + w(t) and the reset R they jump by the
-saltation matrix [Muller1995]_, of any dimension,
+eigenvectors that the simulation uses. At an event with the gap g = n' y + w(t) and the reset R they
+jump by the saltation matrix [Muller1995]_, of any dimension,
 
     S = R_y + (f+ - R_y f- - R_t) n' / (n' f- + g_t),    f = y' before and after.
 
@@ -20,6 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..simulate._beam import CONTACT, FREE
 from ..simulate._events import (
     BEAM_APPROACH,
     HEAD,
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from ..simulate._beam_flow import Beam
     from ..simulate.beam_motion import BeamMotion
 
-FREE, HELD = 0, 1  # regimes, as in `simulate._beam`
 SLOW = 1e-12  # share of the modes' velocities: an event that comes more slowly has no derivative
 
 
@@ -128,7 +127,7 @@ def saltation(
         after[m:] += change * come
     if abs(come) <= SLOW * np.abs(state[m:]).sum():
         return reset, True
-    regime = HELD if held else int(row[ROW_REGIME])
+    regime = CONTACT if held else int(row[ROW_REGIME])
     gone = rate(table, regime, after, phase)
     came = rate(table, int(before[ROW_REGIME]), state, phase)
     return reset + np.outer(gone - reset @ came - by_time, normal) / come, False

@@ -39,12 +39,6 @@ SYSTEMS = "an Oscillator, a Cantilever with forcing or a Controlled oscillator"
 NO_PERIOD = "A flow has no forcing period to strobe it by: threshold_crossings cuts it"
 
 
-def moved_whole(system: Any) -> bool:
-    """Whether a system is simulated whole, and has forcing periods to strobe it by."""
-    controlled = isinstance(getattr(system, "system", None), Oscillator)
-    return (isinstance(system, Cantilever) or controlled) and system.forcing_period is not None
-
-
 def checked_whole(system: Any) -> Any:
     """A system that is simulated whole.
 
@@ -53,7 +47,8 @@ def checked_whole(system: Any) -> Any:
     InvalidInput
         If it is none.
     """
-    if not moved_whole(system):
+    controlled = isinstance(getattr(system, "system", None), Oscillator)
+    if not (isinstance(system, Cantilever) or controlled) or system.forcing_period is None:
         raise InvalidInput("scene", system, f"a function that makes {SYSTEMS}", NO_PERIOD)
     return system
 

@@ -145,19 +145,11 @@ def _of_oscillator(oscillator: Oscillator, options: dict[str, Any]) -> TangentMa
     unit = np.array([[1, 1 / omega], [omega, 1]])
     # A column that begins without motion is no direction of the start's: stops carry none of it.
     scaled = unit * follower.columns
-    with np.errstate(over="ignore", under="ignore"):
-        matrix = scaled * np.exp(totals[FIRST])
-    return TangentMap(
-        matrix=matrix,
-        scaled=scaled,
-        log_scale=float(totals[FIRST]),
-        log_determinant=float(totals[DETERMINANT]),
-        impacts=int(totals[IMPACTS]),
-        collapses=int(totals[LINES] + totals[POINTS]),
-        grazings=int(totals[SINGULAR]),
-        final=motion.final,
-        status=status,
-    )
+    collapses = int(totals[LINES] + totals[POINTS])
+    return _result(
+        scaled, float(totals[FIRST]), float(totals[DETERMINANT]), motion, int(totals[IMPACTS]),
+        collapses, int(totals[SINGULAR]), status,
+    )  # fmt: skip
 
 
 def _of_beam(beam: Cantilever, options: dict[str, Any]) -> TangentMap:
@@ -178,7 +170,9 @@ def _of_beam(beam: Cantilever, options: dict[str, Any]) -> TangentMap:
         collapses, grazings = collapses + lost, grazings + step.grazed
     unit = np.repeat([1.0, motion._omega], m)
     scaled = scaled * unit[:, None] / unit
-    return _result(scaled, scale, determinant, motion, len(motion.impacts), collapses, grazings)
+    return _result(
+        scaled, scale, determinant, motion, len(motion.impacts), collapses, grazings, motion.status
+    )
 
 
 def _of_flow(flow: Flow, options: dict[str, Any]) -> TangentMap:
@@ -196,16 +190,16 @@ def _of_flow(flow: Flow, options: dict[str, Any]) -> TangentMap:
         )  # fmt: skip
     size = float(np.abs(matrix).max()) or 1.0
     determinant = float(np.linalg.slogdet(matrix)[1])
-    return _result(matrix / size, math.log(size), determinant, motion, 0, 0, 0)
+    return _result(matrix / size, math.log(size), determinant, motion, 0, 0, 0, motion.status)
 
 
 def _result(
     scaled: np.ndarray, scale: float, determinant: float, motion: Any, impacts: int,
-    collapses: int, grazings: int,
+    collapses: int, grazings: int, status: str,
 ) -> TangentMap:  # fmt: skip
     with np.errstate(over="ignore", under="ignore"):
         matrix = scaled * np.exp(scale)
     return TangentMap(
         matrix, scaled, scale, determinant, impacts, int(collapses), int(grazings), motion.final,
-        motion.status,
+        status,
     )  # fmt: skip

@@ -13,6 +13,7 @@ from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ._course import STEPS, Running
 from ._events import EXHAUSTED, TIME
+from ._run import LONGEST
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from ._flow_steps import Course
     from .spectrum import PowerSpectrum
 
-LONGEST = 1e15
 AT_A_TIME = 64  # steps between two looks whether all that was asked for is there
 
 
