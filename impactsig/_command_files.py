@@ -26,7 +26,7 @@ def impacts_of(path: Path, chosen: argparse.Namespace) -> Impacts:
 def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
     """The impacts found in a recording, with the options of the command line."""
     from ._corrections import in_words
-    from .report.channels import detect_file
+    from .detect.files import detect_file
 
     impacts = detect_file(path, reading(chosen), given(chosen, DETECTING))
     if words := in_words(impacts):

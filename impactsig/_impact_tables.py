@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import csv
 import json
+from collections.abc import Mapping
 from dataclasses import fields
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ._atomic import atomic_path
-from ._impact_columns import COLUMNS
+from ._impact_columns import COLUMNS, columns
 from .errors import MissingExtra, UnreadableFile
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from .impacts import Impacts
 
 HEAD = "# impactsig "
@@ -25,7 +27,10 @@ def write_csv(impacts: Impacts, path: Any) -> None:
     """As `Impacts.to_csv`."""
     if hasattr(path, "write"):
         path.write(f"{HEAD}{json.dumps(_run(impacts), ensure_ascii=True)}\n")
-        impacts.to_frame().to_csv(path, index=False, lineterminator="\n")
+        table = columns(impacts)
+        path.write(",".join(table) + "\n")
+        rows = zip(*(map(repr, values.tolist()) for values in table.values()), strict=True)
+        path.writelines(",".join(row) + "\n" for row in rows)
         return
     with (
         atomic_path(path) as temporary,
@@ -36,26 +41,26 @@ def write_csv(impacts: Impacts, path: Any) -> None:
 
 def read_csv(kind: type[Impacts], path: Any) -> Impacts:
     """As `Impacts.read_csv`."""
-    import pandas as pd
-
     try:
-        with Path(path).open(encoding="utf-8") as file:
+        with Path(path).open(encoding="utf-8-sig", newline="") as file:
             head = file.readline()
-        run = json.loads(head[len(HEAD) :]) if head.startswith(HEAD) else {}
-        # As text: Python's own conversion to float is exact, that of pandas is not.
-        frame = pd.read_csv(path, comment="#", dtype=str)
-    except (OSError, ValueError) as error:
+            run = json.loads(head[len(HEAD) :]) if head.startswith(HEAD) else {}
+            file.seek(0)
+            lines = (line.partition("#")[0] for line in file)
+            names, *rows = csv.reader(line for line in lines if line.strip())
+            cells = zip(*((cell.strip() for cell in row) for row in rows), strict=True)
+            table = dict(zip(names, cells, strict=True)) if rows else dict.fromkeys(names, ())
+    except (OSError, ValueError, csv.Error) as error:
         raise UnreadableFile(path, f"not a table of impacts ({error})") from error
-    return _made(kind, path, frame, run)
+    return _made(kind, path, {name: np.array(cells) for name, cells in table.items()}, run)
 
 
 def write_parquet(impacts: Impacts, path: Any) -> None:
     """As `Impacts.to_parquet`."""
     arrow, parquet = _pyarrow()
-    table = arrow.Table.from_pandas(impacts.to_frame(), preserve_index=False)
-    note = {**(table.schema.metadata or {}), b"impactsig": json.dumps(_run(impacts)).encode()}
+    table = arrow.table(columns(impacts), metadata={"impactsig": json.dumps(_run(impacts))})
     with atomic_path(path) as temporary:
-        parquet.write_table(table.replace_schema_metadata(note), temporary)
+        parquet.write_table(table, temporary)
 
 
 def read_parquet(kind: type[Impacts], path: Any) -> Impacts:
@@ -66,7 +71,7 @@ def read_parquet(kind: type[Impacts], path: Any) -> Impacts:
         run = json.loads((table.schema.metadata or {}).get(b"impactsig", b"{}"))
     except (OSError, ValueError, arrow.ArrowException) as error:
         raise UnreadableFile(path, f"not a Parquet table of impacts ({error})") from error
-    return _made(kind, path, table.to_pandas(), run)
+    return _made(kind, path, {name: table[name].to_numpy() for name in table.column_names}, run)
 
 
 def _run(impacts: Impacts) -> dict[str, Any]:
@@ -79,14 +84,18 @@ def _run(impacts: Impacts) -> dict[str, Any]:
     return run
 
 
-def _made(kind: type[Impacts], path: Any, frame: pd.DataFrame, run: dict[str, Any]) -> Impacts:
-    if "time" not in frame:
-        raise UnreadableFile(path, f"no column 'time' among {list(frame.columns)}")
+def _made(
+    kind: type[Impacts], path: Any, table: Mapping[str, np.ndarray], run: dict[str, Any]
+) -> Impacts:
+    if "time" not in table:
+        raise UnreadableFile(path, f"no column 'time' among {list(table)}")
     names = {item.name for item in fields(kind)}
-    values: dict[str, Any] = {name: frame[name].to_numpy() for name in COLUMNS if name in frame}
     try:
-        if "flags" in values:  # of CSV they are text
-            values["flags"] = values["flags"].astype(int)
+        values: dict[str, Any] = {
+            name: table[name].astype(float) for name in COLUMNS if name in table
+        }
+        if "flags" in values:
+            values["flags"] = table["flags"].astype(int)
         run = {key: value for key, value in run.items() if key in names}
         if run.get("recorded_at"):
             run["recorded_at"] = datetime.fromisoformat(run["recorded_at"])

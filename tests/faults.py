@@ -40,6 +40,7 @@ LEFT = "left = out * (1 / up + kept / down) / (1 - r * kept)"
 CHANGE = "change = abs(jerk(p, f, leg, s, state[Q])) + most * left"
 FALLS = "falls = g3 < 0 or (g3 == 0.0 and g4 < 0)"
 BENDS = "(way * f1 > 0 or (f1 == 0.0 and way * f2 > 0))"
+CALM = "calm = min(time_until(clock, end_turns, end_phase), smooth)"
 TOUCH = "contact = touch(x, top, 1, extent.right_limit, edge) - start"
 
 FAULTS = tuple(
@@ -114,15 +115,15 @@ FAULTS = tuple(
         (
             "control: chatter beyond what is smooth",
             "control/_run.py",
-            "ahead = min(end, smooth)",
-            "ahead = end",
+            CALM,
+            CALM.replace("min(", "").replace(", smooth)", ""),
             f"{REST} -k 'under_control or ends_in_time'",
         ),
         (
             "control: chatter beyond the end",
             "control/_run.py",
-            "ahead = min(end, smooth)",
-            "ahead = smooth",
+            CALM,
+            "calm = smooth",
             f"{REST} -k 'under_control or ends_in_time'",
         ),
         (
@@ -277,7 +278,7 @@ FAULTS = tuple(
             "LVM: one clock for all",
             "io/_lvm.py",
             "not (shared and column.delta_x != first.delta_x)",
-            "not shared",
+            "not (column.delta_x != first.delta_x)",
             "tests/unit/test_io_lvm.py -k x_column",
         ),
         (
@@ -343,7 +344,13 @@ FAULTS = tuple(
             "contact = min(contact, len(x) - start)",
             f"{PULSES} -k outlasts",
         ),
-        ("pulses: end of the contact", "detect/_pulse.py", TOUCH, TOUCH[:-8], f"{PULSES} -k rise"),
+        (
+            "pulses: end of the contact",
+            "detect/_pulse.py",
+            TOUCH,
+            TOUCH[:-8],
+            "tests/unit/test_detect_pulses.py tests/unit/test_detect_force.py",
+        ),
         (
             "pulses: half-way to a neighbour",
             "detect/_pulse_extent.py",

@@ -235,9 +235,9 @@ def _estimate(problem: Problem) -> Estimate | None:
 def _intervals(
     problem: Any, psi: np.ndarray, covariance: np.ndarray
 ) -> dict[str, tuple[float, float]]:
-    from scipy.stats import norm
+    from scipy.special import ndtri
 
-    half = norm.ppf(0.5 + CONFIDENCE / 2) * np.sqrt(np.diag(covariance))
+    half = ndtri(0.5 + CONFIDENCE / 2) * np.sqrt(np.diag(covariance))
     told = {}
     for name, centre, reach in zip(problem.names, psi, half, strict=True):
         kind = problem.kind(name)

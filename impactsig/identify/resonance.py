@@ -239,14 +239,14 @@ def identify_resonance(
 
 def _unevenness(left: np.ndarray) -> float:
     """Probability that exponential numbers of one mean are spread as unevenly over the band."""
-    from scipy.stats import kstwobign
+    from scipy.special import kolmogorov
 
     total = float(left.sum())
     if total <= 0:
         return 1.0
     along = np.cumsum(left)[:-1] / total
     off = float(np.abs(along - np.arange(1, len(left)) / len(left)).max())
-    return float(kstwobign.sf(off * math.sqrt(len(left))))
+    return float(kolmogorov(off * math.sqrt(len(left))))
 
 
 def _textbook(band: Band, fit: Fit, kind: str, seed: Seed) -> list[Estimate]:

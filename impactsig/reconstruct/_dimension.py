@@ -6,7 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from ._faults import with_faults
 from ._fits import Fit, least_squares
@@ -132,7 +132,7 @@ def estimate(given: Setting, noise: Noise, embedding: int | None) -> Correlation
     if sums.vectors < FEW:
         warnings.append(f"{sums.vectors} vectors are few: such intervals hold less often than 95 %")
     blocks = len(sums.parts)
-    reach = float(stats.t.ppf(0.975, blocks - 1))
+    reach = float(stdtrit(blocks - 1, 0.975))
     half = reach * math.hypot(*errors.values())
     low, high = (given.unit * scale for scale in found.scales)
     result = ScaleSlope(value, (value - half, value + half), (low, high), m, errors)

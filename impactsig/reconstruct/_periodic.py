@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
 from scipy.spatial import cKDTree
+from scipy.special import chdtri
 
 CYCLES = 8
 """Cycles that must have been seen for their scatter to mean anything."""
@@ -88,7 +88,7 @@ def _uncorrelated(rest: np.ndarray) -> bool:
     if not -0.5 - near < lagged[1] < near:
         return False
     total = n * (lagged[2:] ** 2).sum() / (1 + 2 * lagged[1] ** 2)
-    return bool(total < stats.chi2.isf(0.001, most - 1))
+    return bool(total < chdtri(most - 1, 0.001))
 
 
 def _foretold(rest: np.ndarray, steps: int) -> bool:

@@ -6,8 +6,8 @@ The only place that decides it: `correlation_dimension`, the report and the comm
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
 from scipy.spatial import cKDTree
+from scipy.special import ndtri
 
 from ..impacts import Impacts
 from ..intervals import identify_period
@@ -94,14 +94,14 @@ def shared_innovations(x: np.ndarray, theiler: int) -> float:
     of time are to be asked, as a motion driven at random is foretold only backwards. The values are
     made normal by their ranks first, which undoes a monotone instrument.
     """
-    x = stats.norm.ppf((stats.rankdata(x[:MOST]) - 0.5) / min(len(x), MOST))
+    x = ndtri((_ranks(x[:MOST]) - 0.5) / min(len(x), MOST))
     order = min(ORDER, len(x) // 10)
     lagged = np.lib.stride_tricks.sliding_window_view(x, order + 1)
     design = np.column_stack([lagged[:, :-1], np.ones(len(lagged))])
     left = lagged[:, -1] - design @ np.linalg.lstsq(design, lagged[:, -1], rcond=None)[0]
     if not left.std() > 0:
         return 0.0
-    ranks = stats.rankdata(left)  # so that a few rare innovations do not decide
+    ranks = _ranks(left)  # so that a few rare innovations do not decide
     ranks = (ranks - ranks.mean()) / ranks.std()
     states = lagged[:, order - COORDINATES : -1]
     _, near = cKDTree(states).query(states, k=min(NEIGHBOURS + 2 * theiler + 1, len(states)))
@@ -113,3 +113,9 @@ def shared_innovations(x: np.ndarray, theiler: int) -> float:
     _, once = np.unique(low * len(near) + high, return_index=True)
     products = ranks[low[once]] * ranks[high[once]]
     return float(products.sum() / np.sqrt(max(len(products), 1)))
+
+
+def _ranks(x: np.ndarray) -> np.ndarray:
+    """Ranks from 1 on; equal values share the mean of theirs."""
+    _, place, count = np.unique(x, return_inverse=True, return_counts=True)
+    return (np.cumsum(count) - (count - 1) / 2)[place]

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 BLOCKS = 30
 """Blocks of successive references that the scatter is told by."""
@@ -114,7 +114,7 @@ def standard_error(line: Line) -> float:
 
 def interval(line: Line) -> tuple[float, float]:
     """95 % interval of the slope."""
-    reach = float(student.ppf(0.975, BLOCKS - 1)) * standard_error(line)
+    reach = float(stdtrit(BLOCKS - 1, 0.975)) * standard_error(line)
     return line.slope - reach, line.slope + reach
 
 

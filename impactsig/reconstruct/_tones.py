@@ -6,7 +6,8 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from scipy import fft, stats
+from scipy import fft
+from scipy.special import chdtri
 
 MOST = 16
 """Tones that are tried."""
@@ -96,7 +97,7 @@ def _is_noise(left: np.ndarray) -> bool:
     n = len(left)
     lagged = np.array([left[k:] @ left[: n - k] for k in range(13)]) / (left @ left)
     total = n * (lagged[2:] ** 2).sum() / (1 + 2 * lagged[1] ** 2)
-    return bool(total < stats.chi2.isf(0.001, 11))
+    return bool(total < chdtri(11, 0.001))
 
 
 def _independent(frequencies: np.ndarray, tolerance: float) -> int:

@@ -13,9 +13,10 @@ import numpy as np
 
 from .._arguments import number
 from .._corrections import in_words
+from ..detect.files import channel_readings, open_recording
 from ..errors import ImpactsigWarning, InvalidInput
 from ..recording import Recording, Sensor
-from .channels import around, channel_readings, open_recording, overviews_of, typical
+from .channels import around, overviews_of, typical
 from .dynamics import Dynamics, read_dynamics
 
 if TYPE_CHECKING:

@@ -160,7 +160,7 @@ def write_reports(
 
 
 def _detect(path: Path, options: dict[str, Any]) -> Impacts:
-    from .channels import detect_file
+    from ..detect.files import detect_file
 
     reading = {name: value for name, value in options.items() if name in READING}
     detecting = {name: value for name, value in options.items() if name not in READING}

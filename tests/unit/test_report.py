@@ -26,8 +26,8 @@ from impactsig import (
     write_report,
 )
 from impactsig._impact_columns import columns
+from impactsig.detect import files
 from impactsig.report import Analysis, analyse, write_page
-from impactsig.report import channels as channels_module
 from impactsig.report.analysis import mean_and_spread
 from impactsig.report.channels import overview_of, typical
 from impactsig.report.contents import download, notes, printable, table
@@ -131,7 +131,7 @@ def test_excerpts_hold_their_impact_at_full_rate(found):
 
 
 def test_blocks_give_what_the_whole_gives(recording, found, monkeypatch):
-    monkeypatch.setattr(channels_module, "WHOLE_BELOW", 1000)
+    monkeypatch.setattr(files, "WHOLE_BELOW", 1000)
     blockwise = analyse(recording, sensor="force", unit="V", forcing_frequency=20.0)
     for name in ("time", "contact_time", "peak"):
         np.testing.assert_array_equal(
@@ -145,14 +145,12 @@ def test_blocks_give_what_the_whole_gives(recording, found, monkeypatch):
 def test_warnings_are_kept_and_passed_on(recording, monkeypatch):
     import warnings
 
-    from impactsig import io as readers
-
     def warn(path, **options):
         warnings.warn("channel b was left out", ImpactsigWarning, stacklevel=2)
         return original(path, **options)
 
-    original = readers.read
-    monkeypatch.setattr(readers, "read", warn)
+    original = files.read
+    monkeypatch.setattr(files, "read", warn)
     with pytest.warns(ImpactsigWarning, match="left out"):
         result = analyse(recording, sensor="force")
     assert result.warnings == ("channel b was left out",)
