@@ -269,7 +269,7 @@ def _exponents(system: Oscillator | Cantilever, closed: int, periods: int, at: A
     multipliers = tangent_map(system, periods=closed, initial=at[:2], phase=at[2]).multipliers
     with np.errstate(divide="ignore"):
         grown = np.log(np.abs(multipliers))
-    frequency = system.forcing_frequency
+    frequency = system.angular_forcing_frequency
     assert frequency is not None
     return grown * frequency / (2 * math.pi * closed)
 

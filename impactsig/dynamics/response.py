@@ -152,7 +152,7 @@ def _extremes(motion: Any, start: float | None = None) -> tuple[float, float]:
     if isinstance(own, Cantilever):
         period = 1 / float(motion.frequencies[-1])
     else:
-        period = 2 * math.pi / own.frequencies[0] * own.time_unit
+        period = 2 * math.pi / own.angular_frequencies[0] * own.time_unit
     start = motion.start if start is None else start
     count = 1 + math.ceil(SAMPLES * (motion.stop - start) / period)
     time = np.linspace(start, motion.stop, count)
