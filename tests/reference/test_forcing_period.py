@@ -311,7 +311,7 @@ def test_the_force_of_ogy_has_the_frequency_of_the_force_that_it_moves():
     x, v = course.sample(time)
     a = (course.sample(time + h)[1] - course.sample(time - h)[1]) / (2 * h)
     at = time + 2.0 / oscillator.angular_forcing_frequency
-    pull = sum(f.amplitude * np.cos(f.frequency * at + f.phase) for f in forces)
+    pull = sum(f.amplitude * np.cos(f.angular_frequency * at + f.phase) for f in forces)
     lacking = a + DAMPING * v + x - pull
     assert np.abs(course.force(time)).max() > 1e-4
     np.testing.assert_allclose(course.force(time), lacking, atol=1e-6)

@@ -78,7 +78,7 @@ class Scene:
         places = np.abs(x) + sum(abs(stop.position) for stop in machine.stops)
         places = places + (abs(machine.load) + self.kinetic) * stiff / np.where(stiff, k, 1.0)
         speeds = np.abs(v)
-        waves = [(f.frequency, f.amplitude) for f in machine.forces]
+        waves = [(f.angular_frequency, f.amplitude) for f in machine.forces]
         if machine.base is not None:
             w = machine.base.angular_frequency
             pull = machine.stiffness + machine.damping * w + m * w * w
@@ -144,7 +144,7 @@ class State:
         at, moving, pace = self.base
         parts = [machine.load, -machine.stiffness * self.x, -machine.damping * self.v]
         parts += [hangs * at, drags * moving]
-        parts += [f.amplitude * np.cos(f.frequency * t + f.phase) for f in machine.forces]
+        parts += [f.amplitude * np.cos(f.angular_frequency * t + f.phase) for f in machine.forces]
         total, size = sum(parts), sum(np.abs(part) for part in parts)
         rate = sum(f.amplitude * f.angular_frequency for f in machine.forces)
         rate = rate + np.abs(hangs * moving) + np.abs(drags * pace)
