@@ -155,7 +155,7 @@ def valid_calls(t: Things) -> dict[str, tuple[tuple[Any, ...], dict[str, Any]]]:
     call("averaged_density", im.scenes.van_der_pol_duffing())
     call("averaged_false_neighbors", t.x)
     call("basins_of_attraction", t.oscillator, [-1.0, 0.4], [-1.0, 1.0])
-    call("bifurcation_diagram", driven, [1.0, 1.1], periods=5, transient=5)
+    call("bifurcation_diagram", driven, [1.0, 1.1], periods=5, transient=5, seed=1)
     call("coefficient_of_variation", t.intervals)
     call("combine_impacts", [t.train, t.train])
     call("compare", t.train, t.train)
