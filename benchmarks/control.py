@@ -44,7 +44,7 @@ from tests import naive_control
 
 RESULTS = Path(__file__).parent / "results"
 BEAM = scenes.karpodinis(20.3355)
-OMEGA = BEAM.forcing_frequency
+OMEGA = BEAM.angular_forcing_frequency
 PERIODS, START, LONG = 8, 2, 1000
 GAIN, LIMIT = 0.15, 0.1
 FEEDBACK = DelayedFeedback(GAIN, 1, LIMIT)

@@ -67,7 +67,7 @@ def optimisers(samples: ContactSamples) -> None:
 
 
 def stops(samples: ContactSamples) -> None:
-    fit = fit_soft_stop(RESTITUTION, samples=samples)
+    fit = fit_soft_stop(RESTITUTION, samples=samples, seed=0)
     dampings = {
         "fitted": fit.stop.damping,
         "printed": 10.3288336,
@@ -95,7 +95,7 @@ def plane(cells: int) -> None:
 
 
 def main() -> None:
-    samples = ContactSamples.draw(1000)
+    samples = ContactSamples.draw(1000, seed=0)
     equivalence_error(KelvinVoigt(1e4, 10.0), RESTITUTION, samples)  # compiled
     optimisers(samples)
     stops(samples)

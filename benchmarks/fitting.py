@@ -69,7 +69,7 @@ def fitted(seed: int, noise: float | None) -> dict | None:
     begin = time.process_time()
     try:
         found = fit_oscillator(
-            measured(impacts, noise, seed), frequency,
+            measured(impacts, noise, seed), 1 / frequency,
             natural_frequency=scenes.NATURAL_FREQUENCY, seed=seed,
         )  # fmt: skip
     except InvalidInput as refusal:

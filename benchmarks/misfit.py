@@ -101,7 +101,7 @@ def fitted(seed: int) -> dict[str, Any]:
     begin = time.process_time()
     try:
         found = fit_oscillator(
-            measured(impacts, seed), frequency, natural_frequency=NATURAL, seed=seed
+            measured(impacts, seed), 1 / frequency, natural_frequency=NATURAL, seed=seed
         )
     except InvalidInput as refusal:
         return row | {"outcome": "refused", "why": str(refusal)}

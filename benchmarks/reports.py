@@ -58,12 +58,12 @@ def record(path: Path, periods: int, seed: int) -> Path:
 
 def page_table(folder: Path) -> list[dict]:
     path, page = record(folder / "long.wav", 1326, 1), folder / "long.html"
-    analysis = analyse(path, forcing_frequency=HERTZ)  # compiles, and imports what it needs
+    analysis = analyse(path, forcing_period=1 / HERTZ)  # compiles, and imports what it needs
     write_page(analysis, page)
     seconds: dict[str, list[float]] = {"analyse": [], "write": []}
     for _ in range(5):
         start = time.perf_counter()
-        analysis = analyse(path, forcing_frequency=HERTZ)
+        analysis = analyse(path, forcing_period=1 / HERTZ)
         seconds["analyse"].append(time.perf_counter() - start)
         start = time.perf_counter()
         write_page(analysis, page)
@@ -109,7 +109,7 @@ def batch_table(folder: Path) -> list[dict]:
     files = [record(folder / f"{k:03}.wav", 221, k) for k in range(FILES)]
     ways: dict[str, Callable[[list[Path], int], object]] = {
         "reports": lambda some, workers: write_reports(
-            some, folder / f"pages{workers}", workers=workers, forcing_frequency=HERTZ
+            some, folder / f"pages{workers}", workers=workers, forcing_period=1 / HERTZ
         ),
         "impacts": lambda some, workers: detect_many(some, workers=workers),
     }

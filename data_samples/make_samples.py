@@ -49,7 +49,7 @@ def scene(sample: Sample):
     beam = scenes.karpodinis(sample.frequency)
     if "grazing" not in sample.name:
         return beam
-    omega = beam.forcing_frequency
+    omega = beam.angular_forcing_frequency
     strong, weak = GRAZING
     return replace(beam, forces=(Force(strong, omega), Force(weak, omega * (1 + 1 / BEAT))))
 

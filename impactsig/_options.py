@@ -248,6 +248,14 @@ def number(text: str) -> float:
     return value
 
 
+def period(text: str) -> float:
+    """The period [s] of a positive frequency [Hz]."""
+    hertz = number(text)
+    if hertz <= 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive frequency [Hz]")
+    return 1 / hertz
+
+
 def stops(text: str) -> list[int | None]:
     """A stop, or none, for each channel."""
     words = [word.strip() for word in text.split(",")]

@@ -32,8 +32,8 @@ from ._options import (
     detecting_options,
     file_options,
     given,
-    number,
     one_line,
+    period,
     raw_layout,
     reading,
     reading_options,
@@ -106,7 +106,7 @@ def report(chosen: argparse.Namespace) -> None:
     """Analyse files and write an HTML report of each."""
     from .report import analyse_to_page
 
-    options = reading(chosen) | given(chosen, ("forcing_frequency", "dynamics", *DETECTING))
+    options = reading(chosen) | given(chosen, ("forcing_period", "dynamics", *DETECTING))
     if len(chosen.files) > 1:
         _report_all(chosen.files, chosen.output or Path(_REPORTS), chosen.workers, options)
         return
@@ -151,9 +151,6 @@ def compare(chosen: argparse.Namespace) -> None:
     from .comparison import compare as side_by_side
 
     check_ending(chosen.output, FIGURES)
-    frequency = chosen.forcing_frequency
-    if frequency is not None and frequency <= 0:
-        raise InvalidInput("forcing_frequency", frequency, "a positive frequency [Hz]")
     a, b = (impacts_of(path, chosen) for path in chosen.files)
     first, second = chosen.files
     if first.name != second.name:
@@ -161,7 +158,7 @@ def compare(chosen: argparse.Namespace) -> None:
     result = side_by_side(
         a,
         b,
-        forcing_period=None if frequency is None else 1 / frequency,
+        forcing_period=chosen.forcing_period,
         names=(one_line(first), one_line(second)),
     )
     print(result)
@@ -249,7 +246,7 @@ def demo(chosen: argparse.Namespace) -> None:
         "impactsig-demo.html",
         sensor="force",
         unit="V",
-        forcing_frequency=22.1,
+        forcing_period=1 / 22.1,
     )
     print(analysis.summary())
     print(f"report: {one_line(path.resolve())}")
@@ -322,7 +319,11 @@ def _parser() -> argparse.ArgumentParser:
             add_dimension_options(command)
         if name in _FORCING:
             command.add_argument(
-                "--forcing-frequency", type=number, metavar="HZ", help=_FORCING[name]
+                "--forcing-frequency",
+                dest="forcing_period",
+                type=period,
+                metavar="HZ",
+                help=_FORCING[name],
             )
         if name in _OUTPUT:
             command.add_argument("-o", "--output", type=Path, metavar="OUT", help=_OUTPUT[name])

@@ -19,7 +19,7 @@ def recorded_motion(
     *,
     velocity: str | int | None = None,
     forcing: str | int | None = None,
-    frequency: float | None = None,
+    forcing_period: float | None = None,
     smoothing: float | None = None,
 ) -> RecordedMotion:
     """Read a recorded displacement, or velocity, as a motion.
@@ -39,8 +39,9 @@ def recorded_motion(
     displacement, velocity, forcing : str or int, optional
         Channels. By default the only channel is the displacement; where `velocity` alone is given,
         there is no displacement.
-    frequency : float, optional
-        Forcing frequency [Hz], where no channel tells it; phase 0 is then the recording's time 0.
+    forcing_period : float, optional
+        Period of the forcing [s], where no channel holds it; phase 0 is then the recording's
+        time 0.
     smoothing : float, optional
         Length of both windows [s], of a displacement alone.
 
@@ -52,13 +53,15 @@ def recorded_motion(
     ------
     InvalidInput
         If there are several channels and none is chosen, one is given twice, samples are not
-        finite, the record is too short, the forcing does not vary, both `forcing` and `frequency`
-        are given, or `smoothing` beside a velocity.
+        finite, the record is too short, the forcing does not vary, both `forcing` and
+        `forcing_period` are given, or `smoothing` beside a velocity.
     """
     if not isinstance(recording, Recording):
         raise InvalidInput("recording", recording, "a Recording", "impactsig.read makes one")
-    if forcing is not None and frequency is not None:
-        raise InvalidInput("forcing, frequency", f"{forcing!r}, {frequency:g}", "one of the two")
+    if forcing is not None and forcing_period is not None:
+        raise InvalidInput(
+            "forcing, forcing_period", f"{forcing!r}, {forcing_period!r}", "one of the two"
+        )
     if smoothing is not None and velocity is not None:
         raise InvalidInput("smoothing", smoothing, "its default where the velocity was recorded")
     given = {"displacement": displacement, "velocity": velocity, "forcing": forcing}
@@ -87,8 +90,8 @@ def recorded_motion(
     phase = None
     if forcing is not None:
         phase = _phase(_finite(recording.channel(forcing).samples, "forcing"))
-    elif frequency is not None:
-        phase = TURN * number("frequency", frequency, above=0) * time
+    elif forcing_period is not None:
+        phase = TURN * time / number("forcing_period", forcing_period, above=0)
     return RecordedMotion(
         time, x, v, samples, rate, *noises, *windows, phase, unit, recording.source
     )

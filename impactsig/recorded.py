@@ -90,11 +90,14 @@ class RecordedMotion:
         Raises
         ------
         InvalidInput
-            If neither a forcing channel nor a frequency was given.
+            If neither a forcing channel nor a forcing period was given.
         """
         if self.phase is None:
             raise InvalidInput(
-                "phase", phase, "a motion whose forcing is known", "Give `forcing` or `frequency`"
+                "phase",
+                phase,
+                "a motion whose forcing is known",
+                "Give `forcing` or `forcing_period`",
             )
         phase = number("phase", phase)
         first = math.ceil((self.phase[0] - phase) / TURN)

@@ -21,10 +21,10 @@ def simulate_beam(beam, stop, modes, forcing, damping_ratio, duration, initial):
 
     def base(t):
         if isinstance(forcing, BaseMotion):
-            angle = forcing.frequency * t + forcing.phase
+            angle = forcing.angular_frequency * t + forcing.phase
             b = forcing.amplitude * math.cos(angle)
-            v = -forcing.amplitude * forcing.frequency * math.sin(angle)
-            return b, v, -(forcing.frequency**2) * b
+            v = -forcing.amplitude * forcing.angular_frequency * math.sin(angle)
+            return b, v, -(forcing.angular_frequency**2) * b
         return 0.0, 0.0, 0.0
 
     def carried(t):
@@ -33,7 +33,7 @@ def simulate_beam(beam, stop, modes, forcing, damping_ratio, duration, initial):
 
     def push(t):
         if isinstance(forcing, Force):
-            return forcing.amplitude * math.cos(forcing.frequency * t + forcing.phase) / m
+            return forcing.amplitude * math.cos(forcing.angular_frequency * t + forcing.phase) / m
         return -beam.participation(modes) * base(t)[2]
 
     def rates(contact):

@@ -57,14 +57,14 @@ class Machine:
     def __init__(self, oscillator, phase=0.0):
         self.machine = o = oscillator
         sources = [*o.forces, *([o.base] if o.base else [])]
-        reference = sources[0].frequency if sources else 1.0
+        reference = sources[0].angular_frequency if sources else 1.0
         self.size = 3 + 2 * len(sources)
         self.start = [1.0]
         self.matrix = np.zeros((self.size, self.size))
         force, self.base = np.zeros(self.size), np.zeros((2, self.size))
         force[0], force[1], force[2] = -o.stiffness, -o.damping, o.load
         for n, source in enumerate(sources):
-            at, w = 3 + 2 * n, source.frequency
+            at, w = 3 + 2 * n, source.angular_frequency
             angle = w / reference * phase + source.phase
             self.start += [math.cos(angle), math.sin(angle)]
             self.matrix[at, at + 1], self.matrix[at + 1, at] = -w, w

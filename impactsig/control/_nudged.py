@@ -121,7 +121,7 @@ class Nudged:
     def _pace(self) -> float:
         """Frequency of the force whose amplitude is moved, over that of the reference."""
         forces = self.oscillator.forces
-        return multiple(self.oscillator, forces[0].frequency) if forces else 1.0
+        return multiple(self.oscillator, forces[0].angular_frequency) if forces else 1.0
 
     @property
     def _angle(self) -> float:
@@ -197,7 +197,7 @@ def run_nudged(
 
 def _nudge(how: OGY, state: np.ndarray) -> float:
     """How far to move the parameter for a state at the section."""
-    scale = np.array([1.0, 1 / how.orbit.system.forcing_frequency])
+    scale = np.array([1.0, 1 / how.orbit.system.angular_forcing_frequency])
     k = int(np.argmin(np.hypot(*((how.points - state) * scale).T)))
     by = -float(how.gain[k] @ (state - how.points[k]))
     return by if abs(by) <= how.limit else 0.0

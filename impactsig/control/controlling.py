@@ -84,7 +84,7 @@ class Controlled:
                 "system", system, "an Oscillator or a Flow",
                 "A cantilever is controlled in its first mode: scenes.cantilever(...)",
             )  # fmt: skip
-        if isinstance(system, Oscillator) and system.forcing_frequency is None:
+        if isinstance(system, Oscillator) and system.angular_forcing_frequency is None:
             raise InvalidInput(
                 "system", system, "an oscillator with forcing", "Control is counted in its periods"
             )

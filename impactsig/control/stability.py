@@ -70,7 +70,7 @@ class ControlledStability:
             return -math.inf
         if isinstance(orbit, FlowOrbit):
             return math.log(self.growth) / orbit.period
-        frequency = orbit.system.forcing_frequency
+        frequency = orbit.system.angular_forcing_frequency
         assert frequency is not None
         return math.log(self.growth) * frequency / (orbit.periods * 2 * math.pi)
 

@@ -53,7 +53,7 @@ class Continuation:
     ) -> None:
         self.scene, self.first, self.last, self.start = scene, first, last, start
         self.options = options
-        omega = start.system.forcing_frequency or 1.0
+        omega = start.system.angular_forcing_frequency or 1.0
         x, v = start.motion().sample(np.linspace(0, 0.99, 64) * start.periods * seconds_of(start))
         size = max(np.ptp(x), np.ptp(v) / omega, 1e-12)
         self.unit = np.array([size, size * omega, abs(last - first)])

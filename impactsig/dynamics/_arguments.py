@@ -46,14 +46,15 @@ def recurring(name: str, oscillator: Any) -> Oscillator:
     InvalidInput
         If it is no oscillator, is not forced, or its forcing does not recur.
     """
-    if not isinstance(oscillator, Oscillator) or oscillator.forcing_frequency is None:
+    if not isinstance(oscillator, Oscillator) or oscillator.angular_forcing_frequency is None:
         raise InvalidInput(name, oscillator, "an Oscillator with forcing, to count its periods")
     without_noise(oscillator, name)
     if not oscillator.forcing_recurs:
         timed = " and a law that depends on time" if oscillator.law_depends_on_time else ""
         raise InvalidInput(
             name,
-            f"frequencies {', '.join(f'{w:.15g}' for w in oscillator.frequencies)}{timed}",
+            f"angular frequencies "
+            f"{', '.join(f'{w:.15g}' for w in oscillator.angular_frequencies)}{timed}",
             "a common period of all forcing, of at most 8 periods of the first frequency",
             "Without one no motion is periodic; give frequencies in a ratio of whole numbers",
         )

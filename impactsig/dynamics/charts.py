@@ -12,8 +12,8 @@ import numpy as np
 from .._arguments import flag, function, number, thread_count, whole
 from ..oscillators import Oscillator
 from ..simulate._events import STROBE_IMPACTS
-from ..simulate._run import without_noise
 from ._arguments import parameter_names, parameter_values
+from ._flow_sections import Section, checked_section
 from ._settling import settle_all
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
 
@@ -78,8 +78,9 @@ def periodicity_chart(
     y: Any,
     *,
     periods: int = 200,
-    initial: tuple[float, float] = (0.0, 0.0),
+    initial: Any = None,
     phase: float = 0.0,
+    section: tuple[str | int, float] | None = None,
     closed: float = 1e-6,
     skip: bool = True,
     workers: int | None = None,
@@ -94,18 +95,21 @@ def periodicity_chart(
     Parameters
     ----------
     scene : callable
-        The `Oscillator`, `Cantilever` or `Controlled` oscillator for a pair of parameters, such as
-        ``lambda gamma, friction: scenes.begley_virgin(gamma, 1.5, friction)``. Cantilevers and
-        controlled oscillators run for all `periods`, and have closed where the last strobes have
-        returned within `closed`, after at most a quarter of these.
+        The `Oscillator`, `Cantilever`, `Flow` or `Controlled` oscillator for a pair of parameters,
+        such as ``lambda gamma, friction: scenes.begley_virgin(gamma, 1.5, friction)``. All but
+        oscillators run for all `periods`, and have closed where the last strobes have returned
+        within `closed`, after at most a quarter of these. Of a flow both n and m count returns to
+        the section; (1, 0) is rest.
     x, y : array_like
         Values of the first and of the second parameter.
     periods : int
-        Forcing periods that a cell is followed for.
-    initial : (float, float)
-        Displacement and velocity at the start.
+        Forcing periods, or returns of a flow, that a cell is followed for.
+    initial : optional
+        State at the start, as for `simulate`; at rest, or that of the flow, unless given.
     phase : float
-        Phase of the forcing at start and strobes [rad].
+        Phase of the forcing at start and strobes [rad]. Not for flows.
+    section : (str or int, float), optional
+        Of flows: name or number of a coordinate, and the level that it crosses upwards.
     closed : float
         Tolerance as a share of the size of displacement and velocity.
     skip : bool
@@ -127,6 +131,8 @@ def periodicity_chart(
     closed = number("closed", closed, above=0, most=1e-2)
     function("scene", scene, f"a function of both parameters that makes {SYSTEMS}")
     flag("skip", skip)
+    cut = checked_section(section)
+    at_rest = (0.0, 0.0) if initial is None else initial
     threads = thread_count(workers)
     pairs = [(a, b) for b in axes[1].tolist() for a in axes[0].tolist()]
 
@@ -134,12 +140,10 @@ def periodicity_chart(
 
     def some(first: int) -> list[tuple[int, int, int, bool]]:
         machines = [scene(a, b) for a, b in pairs[first : first + together]]
-        if not all(isinstance(machine, Oscillator) for machine in machines):
-            return [_whole_cell(machine, periods, closed, initial, phase) for machine in machines]
-        for machine in machines:
-            without_noise(machine)
+        if not all(isinstance(own, Oscillator) and own.noise is None for own in machines):
+            return [_whole_cell(own, periods, closed, initial, phase, cut) for own in machines]
         motions = settle_all(
-            machines, periods, tolerance=closed, ends=skip, initial=initial, phase=phase
+            machines, periods, tolerance=closed, ends=skip, initial=at_rest, phase=phase
         )
         found = []
         for settled in motions:
@@ -159,13 +163,13 @@ def periodicity_chart(
 
 
 def _whole_cell(
-    system: Any, periods: int, closed: float, initial: Any, phase: float
+    system: Any, periods: int, closed: float, initial: Any, phase: float, section: Section | None
 ) -> tuple[int, int, int, bool]:
     """A cell of a system that is simulated whole: n, m, periods followed, whether it failed."""
     look = max(periods // 2, 1)
-    found = whole_motion(checked_whole(system), look, periods - look, initial, phase)
+    checked_whole(system, section)
+    found = whole_motion(system, look, periods - look, initial, phase, section)
     if isinstance(found, str):
         return 0, -1, 0, True
     n = found.closed(closed)
-    start = found.motion.stop - n * system.forcing_period * (1 + 1e-12)
-    return n, len(found.motion.impacts.between(start)) if n else -1, periods, False
+    return n, len(found.speeds_since(found.since(n))) if n else -1, periods, False

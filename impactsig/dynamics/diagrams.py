@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .._arguments import flag, function, number, thread_count, whole
+from .._arguments import Seed, flag, function, number, streams, thread_count, whole
 from ..errors import InvalidInput
 from ..oscillators import Cantilever, Oscillator, Rigid
+from ..oscillators.flows import Flow
+from ..simulate.simulation import what_it_is
 from ._arguments import parameter_names, parameter_values
+from ._flow_sections import Section, checked_section
 from ._settling import ground, settle
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
 from .lyapunov import lyapunov_spectrum
@@ -32,25 +35,29 @@ class BifurcationDiagram:
     values : numpy.ndarray, shape (n,)
         Values of the parameter.
     strobe : tuple of numpy.ndarray
-        For each value displacement and velocity once a forcing period, shape (k, 2); of an orbit
-        that has closed, its points once.
+        For each value displacement and velocity once a forcing period, shape (k, 2), or the states
+        of a flow where it crosses the section, shape (k, d); of an orbit that has closed, its
+        points once.
     velocity : tuple of numpy.ndarray
-        For each value the approach velocities of its impacts over the same span.
+        For each value the approach velocities of its impacts over the same span; of a flow the
+        rates of the coordinate at its crossings.
     periods, impacts : numpy.ndarray of int, shape (n,)
         period(m, n): impacts m in n forcing periods of the orbit; 0 and -1 where it has not closed.
+        Of a flow both count its returns to the section: (1, 0) at rest.
     impacts_per_period : numpy.ndarray, shape (n,)
         a_i.
     energy_per_period : numpy.ndarray, shape (n,)
         a_e, energy lost at stops and by friction in a forcing period; NaN of a cantilever before a
-        soft stop, and under control.
+        soft stop, of a flow, under control and under noise.
     sticking : numpy.ndarray, shape (n,)
-        Share of the time at rest against a stop or held by friction.
+        Share of the time at rest against a stop or held by friction; NaN of a flow and under noise.
     exponents : numpy.ndarray, shape (n, d), or None
         Lyapunov exponents per unit of the oscillator's time, where they were asked for: of an orbit
         that has closed from its multipliers, of any other over the span. -inf where neighbours
         become one.
     status : tuple of str
-        As of `Motion`, for each value. What is not known of a motion that ended early is NaN.
+        As of `Motion`, for each value; "no return" of a flow that neither crosses its section nor
+        comes to rest. What is not known of a motion that ended early is NaN.
     parameter : str
         What the parameter is called: what the scene calls it.
     """
@@ -100,44 +107,52 @@ def bifurcation_diagram(
     *,
     periods: int = 100,
     transient: int = 400,
-    initial: tuple[float, float] = (0.0, 0.0),
+    initial: Any = None,
     phase: float = 0.0,
+    section: tuple[str | int, float] | None = None,
     carry: bool = False,
     exponents: bool = False,
     closed: float = 1e-9,
     skip: bool = True,
+    seed: Seed = None,
     workers: int | None = None,
 ) -> BifurcationDiagram:
     """What a system does over one parameter.
 
     An oscillator ends as soon as its orbit has closed. A cantilever, and an oscillator that is
     controlled, run for as long as is asked, and their orbit is looked for in the strobes, of a
-    cantilever in those of all its modes.
+    cantilever in those of all its modes. A flow is looked at where it crosses a section, and its
+    returns to it are its periods. Under noise nothing closes, and the strobes are of one path.
 
     Parameters
     ----------
     scene : callable
-        The `Oscillator`, `Cantilever` or `Controlled` oscillator for a value of the parameter, such
-        as ``scenes.karpodinis``.
+        The `Oscillator`, `Cantilever`, `Flow` or `Controlled` oscillator for a value of the
+        parameter, such as ``scenes.karpodinis``.
     values : array_like
         Values of the parameter; with `carry` in the order in which they are gone through.
     periods, transient : int
-        Forcing periods that are looked at, and that are left out before.
-    initial : (float, float)
-        Displacement and velocity at the start.
+        Forcing periods, or returns of a flow, that are looked at, and that are left out before.
+    initial : optional
+        State at the start, as for `simulate`; at rest, or that of the flow, unless given.
     phase : float
-        Phase of the forcing at starts and strobes [rad].
+        Phase of the forcing at starts and strobes [rad]. Not for flows.
+    section : (str or int, float), optional
+        Of flows: name or number of a coordinate, and the level that it crosses upwards.
     carry : bool
         Start each value where the last one ended, relative to the stops and with its velocity by
         the forcing frequency, instead of at `initial`. Then the values go one by one. Of
         oscillators only.
     exponents : bool
-        Whether to work out the Lyapunov exponents. Not under control.
+        Whether to work out the Lyapunov exponents. Not under control or noise.
     closed : float
         Tolerance within which an orbit closes, as a share of the size of displacement and velocity.
         Where the transient is too short for it, the orbit is looked for as in `periodicity_chart`.
     skip : bool
         Whether a motion ends as soon as its orbit has closed, and the rest is known from it.
+    seed : int, SeedSequence or Generator, optional
+        Of the noise, which is another for each value. The same seed gives the same result; a
+        Generator is drawn from and moves on.
     workers : int, optional
         Threads; as many as there are cores unless given. The result does not depend on it.
 
@@ -158,14 +173,20 @@ def bifurcation_diagram(
         number("closed", closed, above=0, most=1e-2),
         flag("skip", skip),
         flag("exponents", exponents),
+        checked_section(section),
     )
+    seeds = streams(seed, len(chosen))
     function("scene", scene, f"a function of the parameter that makes {SYSTEMS}")
     threads = thread_count(workers)
     if flag("carry", carry):
         cells = list(_carried(scene, chosen, look, options))
     else:
         with ThreadPoolExecutor(threads) as pool:
-            cells = list(pool.map(lambda at: look.any_cell(scene(float(at)), **options), chosen))
+            cells = list(
+                pool.map(
+                    lambda at, own: look.any_cell(scene(float(at)), own, **options), chosen, seeds
+                )
+            )
 
     def column(name: str) -> np.ndarray:
         return np.array([getattr(cell, name) for cell in cells])
@@ -201,31 +222,38 @@ class _Look(NamedTuple):
     closed: float
     skip: bool
     exponents: bool
+    section: Section | None
 
-    def any_cell(self, system: Any, **start: Any) -> _Cell:
+    def any_cell(self, system: Any, seed: Seed, **start: Any) -> _Cell:
         """What a system does from a start."""
-        if isinstance(system, Oscillator):
+        if isinstance(system, Oscillator) and system.noise is None:
             return self.cell(system, **start)[0]
-        checked_whole(system)
-        if self.exponents and not isinstance(system, Cantilever):
-            raise InvalidInput("exponents", True, "False for a controlled system", why_not(system))
-        found = whole_motion(system, self.periods, self.transient, **start)
+        checked_whole(system, self.section, noise=True)
+        if self.exponents and not isinstance(system, (Cantilever, Flow)):
+            raise InvalidInput(
+                "exponents", True, f"False for {what_it_is(system)}", why_not(system)
+            )
+        found = whole_motion(
+            system, self.periods, self.transient, section=self.section, seed=seed, **start
+        )
         if isinstance(found, str):
             return _Cell(status=found, exponents=np.full(getattr(system, "dimension", 2), math.nan))
         motion, n = found.motion, found.closed(self.closed)
         span = n or self.periods
-        hits = motion.impacts.between(motion.stop - span * system.forcing_period)
+        speeds = found.speeds_since(found.since(span))
         cell = _Cell(
             strobe=found.strobe[-span:],
-            velocity=np.asarray(hits.approach_velocity),
+            velocity=speeds,
             periods=n,
-            impacts=len(hits) if n else -1,
-            impacts_per_period=len(hits) / span,
+            impacts=len(speeds) if n else -1,
+            impacts_per_period=len(speeds) / span,
             energy_per_period=_lost(motion) / self.periods,
-            sticking=float(np.diff(np.maximum(motion.sticks, found.start)).sum())
-            / (motion.stop - found.start),
+            sticking=found.resting(found.start),
         )
-        if self.exponents:
+        if self.exponents and isinstance(system, Flow):
+            run = {"duration": motion.duration, "transient": 0.0, "initial": motion.final}
+            cell = cell._replace(exponents=lyapunov_spectrum(system, **run).exponents)
+        elif self.exponents:
             cell = cell._replace(exponents=_exponents(system, n, self.periods, motion.final))
         return cell
 
@@ -233,6 +261,8 @@ class _Look(NamedTuple):
         self, oscillator: Oscillator, **start: Any
     ) -> tuple[_Cell, tuple[float, float, float] | None]:
         """What an oscillator does from a start, and where it ends."""
+        if start["initial"] is None:
+            start["initial"] = (0.0, 0.0)
         settled = settle(oscillator, self.transient, tolerance=self.closed, ends=self.skip, **start)
         settled = settled.closing()
         n = settled.closed
@@ -269,7 +299,7 @@ def _exponents(system: Oscillator | Cantilever, closed: int, periods: int, at: A
     multipliers = tangent_map(system, periods=closed, initial=at[:2], phase=at[2]).multipliers
     with np.errstate(divide="ignore"):
         grown = np.log(np.abs(multipliers))
-    frequency = system.forcing_frequency
+    frequency = system.angular_forcing_frequency
     assert frequency is not None
     return grown * frequency / (2 * math.pi * closed)
 

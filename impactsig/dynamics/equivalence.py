@@ -31,8 +31,8 @@ class ContactSamples:
 
     Attributes
     ----------
-    amplitude, frequency, phase : numpy.ndarray
-        Of the forcing, the phase at the touch [rad].
+    amplitude, angular_frequency, phase : numpy.ndarray
+        Of the forcing: A, omega, and the phase at the touch [rad].
     velocity : numpy.ndarray
         Approach velocity.
     damping_ratio : numpy.ndarray
@@ -42,18 +42,22 @@ class ContactSamples:
     """
 
     amplitude: np.ndarray
-    frequency: np.ndarray
+    angular_frequency: np.ndarray
     phase: np.ndarray
     velocity: np.ndarray
     damping_ratio: np.ndarray
     gap: float = 1.0
 
     def __post_init__(self) -> None:
-        names = ("velocity", "amplitude", "frequency", "phase", "damping_ratio")
+        names = ("velocity", "amplitude", "angular_frequency", "phase", "damping_ratio")
         shape: Any = None
         for name in names:
             given = getattr(self, name)
-            kind = {"frequency": "positive", "velocity": "positive", "damping_ratio": ">= 0"}
+            kind = {
+                "angular_frequency": "positive",
+                "velocity": "positive",
+                "damping_ratio": ">= 0",
+            }
             least = {"positive": 5e-324, ">= 0": 0.0}.get(kind.get(name, ""), -math.inf)
             required = f"finite {kind.get(name, '')} numbers, one for each contact".replace(
                 "  ", " "
@@ -78,11 +82,11 @@ class ContactSamples:
         count: int = 1000,
         *,
         amplitude: Range = (0.1, 2.0),
-        frequency: Range = (0.5, 4.0),
+        angular_frequency: Range = (0.5, 4.0),
         velocity: Range = (0.05, 4.0),
         damping_ratio: Range = (0.01, 0.05),
         gap: float = 1.0,
-        seed: Seed = 0,
+        seed: Seed = None,
     ) -> ContactSamples:
         """Contacts drawn evenly from a box, the phase from a whole turn.
 
@@ -90,13 +94,13 @@ class ContactSamples:
         ----------
         count : int
             How many.
-        amplitude, frequency, velocity, damping_ratio : (float, float)
+        amplitude, angular_frequency, velocity, damping_ratio : (float, float)
             Least and greatest. The paper's ranges are not in the text that is left; these are
             our choice.
         gap : float
             Where the stop is; 1 is our choice.
-        seed : int, SeedSequence or Generator
-            Where the draw starts.
+        seed : int, SeedSequence or Generator, optional
+            The same seed gives the same result; a Generator is drawn from and moves on.
 
         Raises
         ------
@@ -113,7 +117,7 @@ class ContactSamples:
 
         return cls(
             evenly("amplitude", amplitude, positive=False),
-            evenly("frequency", frequency),
+            evenly("angular_frequency", angular_frequency),
             rng.uniform(0, 2 * math.pi, count),
             evenly("velocity", velocity),
             evenly("damping_ratio", damping_ratio, positive=False),
@@ -163,7 +167,7 @@ def equivalence_error(
     restitution : float
         Restitution coefficient of the rigid stop, 0 to 1.
     samples : ContactSamples, optional
-        The contacts; 1000 of `ContactSamples.draw` unless given.
+        The contacts; by default ``ContactSamples.draw(seed=0)``, 1000 of them.
 
     Raises
     ------
@@ -218,7 +222,7 @@ def fit_soft_stop(
     stiffness: Range = (10.0, 1e4),
     damping: Range = (0.1, 1e3),
     samples: ContactSamples | None = None,
-    seed: Seed = 0,
+    seed: Seed = None,
     evaluations: int = 10_000,
 ) -> SoftStopFit:
     """The soft stop with the least e_g, by annealed differential evolution [Tian]_.
@@ -235,9 +239,9 @@ def fit_soft_stop(
         The box, in the units of `equivalence_error`; the greatest stiffness is the paper's, the
         rest our choice.
     samples : ContactSamples, optional
-        The contacts; 1000 of `ContactSamples.draw` unless given.
-    seed : int, SeedSequence or Generator
-        Where the search starts.
+        The contacts; by default ``ContactSamples.draw(seed=0)``, 1000 of them.
+    seed : int, SeedSequence or Generator, optional
+        Of the search. The same seed gives the same result; a Generator is drawn from and moves on.
     evaluations : int
         How often e_g may be worked out.
 
@@ -280,7 +284,7 @@ def fit_soft_stop(
 
 def _samples(given: ContactSamples | None) -> ContactSamples:
     if given is None:
-        return ContactSamples.draw()
+        return ContactSamples.draw(seed=0)
     if not isinstance(given, ContactSamples):
         raise InvalidInput("samples", given, "ContactSamples(...), or nothing")
     return given
@@ -296,7 +300,7 @@ def _errors(
     flights(
         np.full(len(samples), 1 + stiffness),
         samples.damping_ratio + damping / 2,
-        samples.frequency,
+        samples.angular_frequency,
         samples.amplitude * np.sin(samples.phase),
         samples.amplitude * np.cos(samples.phase),
         np.full(len(samples), -samples.gap),

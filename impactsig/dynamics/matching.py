@@ -124,7 +124,7 @@ def match_rate(
     below : float
         The distance from which on a cell does not match; 0.1 in the paper.
     workers : int, optional
-        Threads; as many as there are cores unless given.
+        Threads; as many as there are cores unless given. The result does not depend on it.
 
     Raises
     ------

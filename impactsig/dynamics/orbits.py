@@ -90,7 +90,7 @@ class PeriodicOrbit:
     @property
     def exponents(self) -> np.ndarray:
         """Lyapunov exponents per unit of the oscillator's time, ``ln |multiplier| / (n T)``."""
-        period = 2 * math.pi / self.system.forcing_frequency
+        period = 2 * math.pi / self.system.angular_forcing_frequency
         with np.errstate(divide="ignore"):
             return np.log(np.abs(self.multipliers)) / (self.periods * period)
 
@@ -289,7 +289,7 @@ def _of_beam(shooting: BeamShooting, guess: Any, impacts: int | None) -> Periodi
             iterations, status,
         )  # fmt: skip
         hits = orbit.motion().impacts
-        angle = shooting.phase + hits.time * shooting.beam.forcing_frequency
+        angle = shooting.phase + hits.time * shooting.beam.angular_forcing_frequency
         orbit = replace(
             orbit, impacts=len(hits), approach_velocity=hits.approach_velocity,
             impact_phase=angle % (2 * math.pi),

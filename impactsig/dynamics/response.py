@@ -12,7 +12,10 @@ import numpy as np
 
 from .._arguments import function, number, thread_count, whole
 from ..oscillators import Cantilever, Oscillator, Rigid
+from ..oscillators.flows import Flow
+from ..simulate._course import coordinate_of
 from ._arguments import parameter_names, parameter_values
+from ._flow_sections import checked_section
 from ._settling import settle
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
 
@@ -70,23 +73,31 @@ def response_spectrum(
     *,
     periods: int = 20,
     transient: int = 400,
-    initial: tuple[float, float] = (0.0, 0.0),
+    initial: Any = None,
+    section: tuple[str | int, float] | None = None,
     closed: float = 1e-9,
     workers: int | None = None,
 ) -> ResponseSpectrum:
-    """How far an oscillator, or the tip of a cantilever, swings over one parameter, once settled.
+    """How far a system swings over one parameter, once it has settled.
+
+    Of a cantilever it is the tip that swings, of a flow the coordinate of the section.
 
     Parameters
     ----------
     scene : callable
-        The `Oscillator`, `Cantilever` or `Controlled` oscillator for a value of the parameter.
+        The `Oscillator`, `Cantilever`, `Flow` or `Controlled` oscillator for a value of the
+        parameter.
     values : array_like
         Values of the parameter.
     periods, transient : int
-        Forcing periods that are looked at where the orbit does not close, and that are left out
-        before. Of an orbit that closes, the rest of the transient is left out.
-    initial : (float, float)
-        Displacement and velocity at the start.
+        Forcing periods, or returns of a flow, that are looked at where the orbit does not close,
+        and that are left out before. Of an orbit that closes, the rest of the transient is left
+        out.
+    initial : optional
+        State at the start, as for `simulate`; at rest, or that of the flow, unless given.
+    section : (str or int, float), optional
+        Of flows: name or number of the coordinate whose extremes are wanted, and a level that it
+        crosses upwards, by which its returns are counted.
     closed : float
         Tolerance within which an orbit closes, as for `bifurcation_diagram`.
     workers : int, optional
@@ -110,21 +121,27 @@ def response_spectrum(
     closed = number("closed", closed, above=0, most=1e-2)
     function("scene", scene, f"a function of the parameter that makes {SYSTEMS}")
     threads = thread_count(workers)
+    cut = checked_section(section)
+    at_rest = (0.0, 0.0) if initial is None else initial
 
     def whole_cell(system: Any) -> tuple[float, float, float, int, str]:
-        found = whole_motion(system, periods, transient, initial, 0.0)
+        found = whole_motion(system, periods, transient, initial, 0.0, cut)
         if isinstance(found, str):
             return math.nan, math.nan, math.nan, 0, found
         motion, n = found.motion, found.closed(closed)
-        start = motion.stop - (n or periods) * system.forcing_period
-        rest = float(np.diff(np.maximum(motion.sticks, start)).sum() / (motion.stop - start))
-        return *_extremes(motion, max(start, motion.start)), rest, n, motion.status
+        start = max(found.since(n or periods), motion.start)
+        if isinstance(system, Flow):
+            assert cut is not None  # by checked_whole
+            reached = _extremes_of_flow(motion, start, coordinate_of(system, cut[0]), n or periods)
+        else:
+            reached = _extremes(motion, start)
+        return *reached, found.resting(start), n, motion.status
 
     def cell(value: float) -> tuple[float, float, float, int, str]:
         oscillator = scene(value)
-        if not isinstance(oscillator, Oscillator):
-            return whole_cell(checked_whole(oscillator))
-        settled = settle(oscillator, transient, tolerance=closed, initial=initial).closing()
+        if not isinstance(oscillator, Oscillator) or oscillator.noise is not None:
+            return whole_cell(checked_whole(oscillator, cut))
+        settled = settle(oscillator, transient, tolerance=closed, initial=at_rest).closing()
         motion = settled.motion(settled.closed or periods)
         if motion.status != "complete":
             return math.nan, math.nan, math.nan, 0, motion.status
@@ -146,13 +163,33 @@ def response_spectrum(
     )
 
 
+def _extremes_of_flow(motion: Any, start: float, column: int, returns: int) -> tuple[float, float]:
+    """Greatest and least of a coordinate: of parabolas through its samples about a turn."""
+    count = 1 + SAMPLES * returns
+    time = np.linspace(start, motion.stop, count)
+    y = motion.sample(time)[:, column]
+    step = (time[1] - time[0]) / WITHIN
+    seen = [y]
+    turns = time[1:-1][(y[1:-1] - y[:-2]) * (y[2:] - y[1:-1]) < 0]
+    if len(turns):
+        beside = step * np.arange(-WITHIN, WITHIN + 1)
+        near = np.clip(turns[:, None] + beside, start, motion.stop)
+        fine = motion.sample(near.ravel())[:, column].reshape(near.shape)
+        a, b, c = fine[:, :-2], fine[:, 1:-1], fine[:, 2:]
+        at_turn = (b - a) * (c - b) < 0
+        bend = (a - 2 * b + c)[at_turn]
+        seen.append(b[at_turn] - (c - a)[at_turn] ** 2 / (8 * bend))
+    values = np.concatenate(seen)
+    return float(values.max()), float(values.min())
+
+
 def _extremes(motion: Any, start: float | None = None) -> tuple[float, float]:
     """Greatest and least displacement: at turns, impacts, or the ends."""
     own = motion.system
     if isinstance(own, Cantilever):
         period = 1 / float(motion.frequencies[-1])
     else:
-        period = 2 * math.pi / own.frequencies[0] * own.time_unit
+        period = 2 * math.pi / own.angular_frequencies[0] * own.time_unit
     start = motion.start if start is None else start
     count = 1 + math.ceil(SAMPLES * (motion.stop - start) / period)
     time = np.linspace(start, motion.stop, count)

@@ -100,7 +100,7 @@ def parameters_of(scene: Oscillator) -> dict[str, float]:
             scene.name or "an oscillator",
             "a spring, a damper, one harmonic force and one rigid stop, short of it at rest",
         )
-    natural = scene.natural_frequency
+    natural = scene.angular_natural_frequency
     gap = abs(scene.stops[0].position)
     law: Any = scene.stops[0].law
     return {

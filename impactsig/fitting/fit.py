@@ -49,14 +49,14 @@ Strengths = Literal["auto", "impulse", "peak", "approach_velocity"]
 
 def fit_oscillator(
     impacts: Impacts,
-    forcing_frequency: float,
+    forcing_period: float,
     free: Sequence[str] = ("restitution", "damping", "amplitude"),
     *,
     natural_frequency: float | None = None,
     scene: Oscillator | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     strengths: Strengths | None = "auto",
-    seed: Seed = 0,
+    seed: Seed = None,
 ) -> OscillatorFit:
     """Find the impact oscillator that a measured, irregular train of impacts comes from.
 
@@ -87,8 +87,8 @@ def fit_oscillator(
     ----------
     impacts : Impacts
         200 or more, of a motion that is not periodic. Inferred impacts are left out.
-    forcing_frequency : float
-        Forcing frequency [Hz], right to 0.2 %.
+    forcing_period : float
+        Period of the forcing [s], right to 0.2 %.
     free : sequence of str
         Which parameters to find: of "restitution", "damping", "amplitude", "natural_frequency".
     natural_frequency : float, optional
@@ -105,7 +105,7 @@ def fit_oscillator(
         the first of the impulse, the peak and the approach velocity that is there, None uses the
         instants only.
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result.
+        The same seed gives the same result; a Generator is drawn from and moves on.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def fit_oscillator(
     """
     if not isinstance(impacts, Impacts):
         raise InvalidInput("impacts", impacts, "Impacts", "Of instants make them by from_times")
-    frequency = number("forcing_frequency", forcing_frequency, above=0)
+    frequency = 1 / number("forcing_period", forcing_period, above=0)
     names = free_parameters(free)
     known = known_parameters(names, natural_frequency, scene)
     limits = limits_of(names, known, bounds)
@@ -200,7 +200,7 @@ def _fit(
         tuple(problem.kind(name).logarithmic for name in names),
         chain,
         spread,
-        frequency,
+        1 / frequency,
         machine,
         used,
         estimate.explained,

@@ -46,8 +46,8 @@ class OscillatorFit:
         all, below which it shrinks no further: that of s is the share of ``hypot(s, floor)``.
     chain_intervals : dict of str to (float, float)
         95 % intervals of these but of the floor.
-    forcing_frequency : float
-        As given, refined within 0.2 % on the impacts' phases [Hz].
+    forcing_period : float
+        As given, refined within 0.2 % on the impacts' phases [s].
     oscillator : Oscillator
         What to simulate: dimensionless, in units of the gap.
     strengths : str or None
@@ -82,7 +82,7 @@ class OscillatorFit:
     logarithmic: tuple[bool, ...] = field(repr=False)
     chain: Mapping[str, float]
     chain_intervals: Mapping[str, tuple[float, float]] = field(repr=False)
-    forcing_frequency: float
+    forcing_period: float
     oscillator: Oscillator = field(repr=False)
     strengths: str | None
     explained: float | None

@@ -132,7 +132,7 @@ def identify_resonance(
     *,
     band: tuple[float, float] | None = None,
     quantity: Literal["displacement", "velocity", "acceleration"] = "displacement",
-    seed: Seed = 0,
+    seed: Seed = None,
 ) -> Resonance:
     """Natural frequency and damping ratio of one mode, with their errors.
 
@@ -154,8 +154,9 @@ def identify_resonance(
     quantity : {"displacement", "velocity", "acceleration"}
         What was recorded, under noise: the flanks of the peak depend on it. Strain and the force
         of a load cell are displacements.
-    seed : int, SeedSequence or Generator
-        For the records that tell the errors of the textbooks' estimates.
+    seed : int, SeedSequence or Generator, optional
+        Of the records from which the errors of the textbook estimates are taken. The same seed
+        gives the same result; a Generator is drawn from and moves on.
 
     Returns
     -------

@@ -30,8 +30,8 @@ def read_many(
     files : iterable of path-like
         The recordings.
     workers : int, optional
-        Threads that read, and how many recordings are held ahead; as many as there are cores by
-        default.
+        Threads; as many as there are cores unless given. The result does not depend on it. As
+        many recordings are held ahead.
     progress : bool, optional
         Whether to show how far it is; by default where a terminal or notebook is watching.
     **options

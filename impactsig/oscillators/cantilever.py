@@ -109,14 +109,14 @@ class Cantilever:
         return 2 * self.modes
 
     @property
-    def forcing_frequency(self) -> float | None:
+    def angular_forcing_frequency(self) -> float | None:
         """Angular frequency of the forcing [rad/s], or None where there is no forcing."""
-        return None if self.forcing is None else self.forcing.frequency
+        return None if self.forcing is None else self.forcing.angular_frequency
 
     @property
     def forcing_period(self) -> float | None:
         """Period of the forcing [s], or None where there is no forcing."""
-        return None if self.forcing is None else 2 * math.pi / self.forcing.frequency
+        return None if self.forcing is None else 2 * math.pi / self.forcing.angular_frequency
 
     @property
     def damping_ratios(self) -> tuple[float, ...]:
@@ -209,10 +209,15 @@ class Cantilever:
         return shape(b[-1], above[-1], (-1.0) ** (mode - 1), x / self.length)
 
     def tuned(self, frequency: float) -> Cantilever:
-        """The beam with the modulus that gives its first mode a measured frequency [Hz].
+        """The beam with the modulus that gives its first mode a measured frequency.
 
         A clamp that gives way, or a sensor's mass, lowers a frequency; this puts it down to the
         modulus, and so lowers all modes alike.
+
+        Parameters
+        ----------
+        frequency : float
+            Measured natural frequency of the first mode [Hz].
 
         Raises
         ------

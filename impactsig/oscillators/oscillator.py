@@ -112,7 +112,7 @@ class Oscillator:
             raise InvalidInput("law", self.law, "a function of t, x and v, or None")
         self._check_stops()
         natural = self.stiffness / self.mass
-        for frequency in self.frequencies:
+        for frequency in self.angular_frequencies:
             # The forced response grows as 1 / |difference|, and digits are lost in that measure.
             detuning = abs(natural - frequency**2) / frequency**2
             loss = self.damping / (self.mass * frequency)
@@ -162,20 +162,20 @@ class Oscillator:
         return tuple(sorted(own, key=lambda stop: sign * stop.position))
 
     @property
-    def natural_frequency(self) -> float:
-        """Angular natural frequency, undamped, per unit of the oscillator's time."""
+    def angular_natural_frequency(self) -> float:
+        """Angular natural frequency, undamped [rad per unit of the oscillator's time]."""
         return math.sqrt(self.stiffness / self.mass)
 
     @property
-    def frequencies(self) -> tuple[float, ...]:
-        """Angular frequencies of the forces in their order, and then of the base."""
-        of_forces = tuple(force.frequency for force in self.forces)
-        return of_forces + ((self.base.frequency,) if self.base else ())
+    def angular_frequencies(self) -> tuple[float, ...]:
+        """Angular frequencies of the forces in order, then of the base [rad per unit of time]."""
+        of_forces = tuple(force.angular_frequency for force in self.forces)
+        return of_forces + ((self.base.angular_frequency,) if self.base else ())
 
     @property
-    def forcing_frequency(self) -> float | None:
-        """Angular frequency of the forcing period, or None where there is no forcing."""
-        return self._recurrence.frequency if self.frequencies else None
+    def angular_forcing_frequency(self) -> float | None:
+        """One turn per forcing period [rad per unit of time], or None where there is no forcing."""
+        return self._recurrence.frequency if self.angular_frequencies else None
 
     @property
     def forcing_period(self) -> float | None:
@@ -186,20 +186,22 @@ class Oscillator:
         no longer than 8 periods of the first. Without a common period (`forcing_recurs` is False)
         it is the period of the first force, or else of the base.
         """
-        omega = self.forcing_frequency
+        omega = self.angular_forcing_frequency
         return None if omega is None else 2 * math.pi / omega * self.time_unit
 
     @property
     def forcing_recurs(self) -> bool:
         """Whether there is forcing, and all of it recurs after `forcing_period`."""
-        return bool(self.frequencies) and self._recurrence.recurs
+        return bool(self.angular_frequencies) and self._recurrence.recurs
 
     @property
     def law_depends_on_time(self) -> bool:
         """Whether `law` depends on t, by its values at some instants and states."""
         if self.law is None:
             return False
-        period = 2 * math.pi / (self.frequencies or (self.natural_frequency or 1.0,))[0]
+        period = (
+            2 * math.pi / (self.angular_frequencies or (self.angular_natural_frequency or 1.0,))[0]
+        )
         shares = (0.3819660112501051, 0.8541019662496845)  # of no common measure with the period
         size = self._size
         speed = size * 2 * math.pi / period
@@ -207,7 +209,7 @@ class Oscillator:
 
     @property
     def _recurrence(self) -> Recurrence:
-        return recurrence(self.frequencies, self.law, self._size)
+        return recurrence(self.angular_frequencies, self.law, self._size)
 
     @property
     def _size(self) -> float:
@@ -261,12 +263,18 @@ class Oscillator:
             stiffness=self.stiffness * m / t**2,
             load=self.load * newton,
             forces=tuple(
-                replace(force, amplitude=force.amplitude * newton, frequency=force.frequency / t)
+                replace(
+                    force,
+                    amplitude=force.amplitude * newton,
+                    angular_frequency=force.angular_frequency / t,
+                )
                 for force in self.forces
             ),
             base=self.base
             and replace(
-                self.base, amplitude=self.base.amplitude * x, frequency=self.base.frequency / t
+                self.base,
+                amplitude=self.base.amplitude * x,
+                angular_frequency=self.base.angular_frequency / t,
             ),
             stops=tuple(
                 replace(stop, position=stop.position * x, law=contact(stop.law))

@@ -14,14 +14,14 @@ from .equivalents import stop_damping
 
 @dataclass(frozen=True)
 class Force:
-    """A harmonic force ``amplitude * cos(frequency * t + phase)`` on the mass.
+    """A harmonic force ``amplitude * cos(angular_frequency * t + phase)`` on the mass.
 
     Parameters
     ----------
     amplitude : float
         Amplitude [N].
-    frequency : float
-        Angular frequency [rad/s], positive.
+    angular_frequency : float
+        Angular frequency [rad/s], positive; with other units of time, in radians per unit.
     phase : float
         Phase at t = 0 [rad]; -pi/2 makes it a sine.
 
@@ -32,24 +32,26 @@ class Force:
     """
 
     amplitude: float
-    frequency: float
+    angular_frequency: float
     phase: float = 0.0
 
     def __post_init__(self) -> None:
         numbers(self, "amplitude", "phase")
-        numbers(self, "frequency", above=0.0)
+        numbers(self, "angular_frequency", above=0.0)
 
 
 @dataclass(frozen=True)
 class BaseMotion:
-    """Harmonic motion ``amplitude * cos(frequency * t + phase)`` of what the mass hangs on.
+    """Harmonic motion of what the mass hangs on.
+
+    Its displacement is ``amplitude * cos(angular_frequency * t + phase)``.
 
     Parameters
     ----------
     amplitude : float
         Amplitude [m].
-    frequency : float
-        Angular frequency [rad/s], positive.
+    angular_frequency : float
+        Angular frequency [rad/s], positive; with other units of time, in radians per unit.
     phase : float
         Phase at t = 0 [rad]; -pi/2 makes it a sine.
     spring, damper : bool
@@ -65,7 +67,7 @@ class BaseMotion:
     """
 
     amplitude: float
-    frequency: float
+    angular_frequency: float
     phase: float = 0.0
     spring: bool = True
     damper: bool = True
@@ -73,7 +75,7 @@ class BaseMotion:
 
     def __post_init__(self) -> None:
         numbers(self, "amplitude", "phase")
-        numbers(self, "frequency", above=0.0)
+        numbers(self, "angular_frequency", above=0.0)
         for name in ("spring", "damper", "stops"):
             flag(name, getattr(self, name))
 

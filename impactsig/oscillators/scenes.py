@@ -79,7 +79,7 @@ def okolewski(
     Parameters
     ----------
     eta : float
-        Forcing frequency, 2 to 10 in the paper.
+        Angular frequency of the base, 2 to 10 in the paper.
     restitution : float
         Restitution coefficient; of the soft stop, that of its free contact
         (`KelvinVoigt.equivalent`), which we take for the paper's measure of equal dissipation
@@ -188,8 +188,8 @@ def begley_virgin(
     Parameters
     ----------
     gamma : float
-        Frequency of the base in natural frequencies; 1.338 with sigma = 1.6 and friction = 0.05
-        has four attractors.
+        Angular frequency of the base by that of the natural oscillation; 1.338 with
+        sigma = 1.6 and friction = 0.05 has four attractors.
     sigma : float or (float, float)
         Where the walls stand, from where the spring is at rest: at -sigma and sigma, or left and
         right.

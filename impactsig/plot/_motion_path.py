@@ -110,9 +110,9 @@ def span_drawn(
 
 def swing(motion: Motion) -> float:
     """Time that the motion takes for about one swing [s]."""
-    own = motion.system.natural_frequency
+    own = motion.system.angular_natural_frequency
     natural = 2 * math.pi / own * motion.system.time_unit if own else motion.duration / 10
-    forced = motion.system.frequencies
+    forced = motion.system.angular_frequencies
     return 2 * math.pi / forced[0] * motion.system.time_unit if forced else natural
 
 

@@ -97,7 +97,7 @@ def phase_portrait(
     ax = axes(ax, width=4.8, height=4.4)
     ax.plot(path.x, path.v, color=BLUE, linewidth=0.7)
     ax.vlines(*spans_jumped(path), color=BLUE, linewidth=1.4, linestyle=(0, (3, 2)), zorder=2.5)
-    if phase is not None and motion.system.forcing_frequency is not None:
+    if phase is not None and motion.system.angular_forcing_frequency is not None:
         time = strobe_times(motion, number("phase", phase, "a finite angle [rad]"))
         x, v = motion._from_stops(time)
         label = "once a period" if phase == 0 else f"once a period, at phase {phase:.3g}"
@@ -187,7 +187,8 @@ def power_spectrum(
     from ..simulate.spectrum import PowerSpectrum
 
     spectrum = result if isinstance(result, PowerSpectrum) else result.power_spectrum()
-    forcing, top = spectrum.forcing_frequency, float(spectrum.frequency[-1])
+    top = float(spectrum.frequency[-1])
+    forcing = 1 / spectrum.forcing_period if spectrum.forcing_period else None
     if highest is None:
         highest = min(10.5 * forcing, top) if forcing else top
     elif not number("highest", highest, "a positive frequency [Hz]") > 0:

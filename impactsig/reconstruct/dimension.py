@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import number, whole
+from .._arguments import number, thread_count, whole
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ._arguments import finite_range
@@ -298,7 +298,7 @@ def correlation_dimension(
         How the slope is read: the line through all scales, the median of the slopes between any
         two, or a function fit(x, y) of ln H and ln K that returns the slope.
     workers : int, optional
-        Threads of the counting; the result does not depend on it.
+        Threads; as many as there are cores unless given. The result does not depend on it.
 
     Returns
     -------
@@ -313,7 +313,7 @@ def correlation_dimension(
     values = finite_range(series(x))
     m = None if dimension is None else whole("dimension", dimension, 1)
     delay = whole("delay", delay, 1)
-    workers = workers if workers is None else whole("workers", workers, 1)
+    thread_count(workers)
     rule = fit_of(fit)
     step = None if resolution is None else number("resolution", resolution, above=0)
     chosen = None if scales is None else _scales(scales)

@@ -14,7 +14,7 @@ import numpy as np
 from .._arguments import number
 from .._corrections import in_words
 from ..detect.files import channel_readings, open_recording
-from ..errors import ImpactsigWarning, InvalidInput
+from ..errors import ImpactsigWarning
 from ..recording import Recording, Sensor
 from .channels import around, overviews_of, typical
 from .dynamics import Dynamics, read_dynamics
@@ -47,8 +47,8 @@ class Analysis:
         What the intervals say of the motion; its costly parts only where they were asked for.
     reading, detecting : mapping
         The options given, by name.
-    forcing_frequency : float or None
-        [Hz]
+    forcing_period : float or None
+        As given [s].
     warnings : tuple of str
         What was warned of on the way.
     """
@@ -62,7 +62,7 @@ class Analysis:
     dynamics: Dynamics
     reading: Mapping[str, Any]
     detecting: Mapping[str, Any]
-    forcing_frequency: float | None
+    forcing_period: float | None
     warnings: tuple[str, ...]
 
     def summary(self) -> str:
@@ -84,7 +84,7 @@ class Analysis:
 def analyse(
     path: str | Path,
     *,
-    forcing_frequency: float | None = None,
+    forcing_period: float | None = None,
     dynamics: bool = False,
     channel: str | int | Sequence[str | int] | None = None,
     start: float | None = None,
@@ -115,8 +115,8 @@ def analyse(
     ----------
     path : path-like
         The recording.
-    forcing_frequency : float, optional
-        Frequency of the forcing [Hz]; periods are then counted in forcing periods.
+    forcing_period : float, optional
+        Period of the forcing [s]; periods are then counted in forcing periods.
     dynamics : bool, optional
         Whether to add what takes seconds: the correlation dimension of the intervals, their largest
         Lyapunov exponent, and the test against surrogates. A train that is periodic for certain has
@@ -154,11 +154,8 @@ def analyse(
     from ..intervals import identify_period
     from ..io import info
 
-    required = "a positive frequency [Hz]"
-    if forcing_frequency is not None and (
-        number("forcing_frequency", forcing_frequency, required) <= 0
-    ):
-        raise InvalidInput("forcing_frequency", forcing_frequency, required)
+    if forcing_period is not None:
+        number("forcing_period", forcing_period, "a positive period [s]", above=0)
     reading = _given(
         channel=channel,
         start=start,
@@ -188,9 +185,8 @@ def analyse(
         sources = [open_recording(file, **one) for one in each]
         channels = [one.get("channel", 0) for one in each]
         impacts = detect_opened(sources, channels, path, **detecting)
-        period = None if forcing_frequency is None else 1 / forcing_frequency
-        periodicity = identify_period(impacts, forcing_period=period)
-        found = read_dynamics(impacts, periodicity, forcing_frequency, dynamics)
+        periodicity = identify_period(impacts, forcing_period=forcing_period)
+        found = read_dynamics(impacts, periodicity, forcing_period, dynamics)
         overviews = overviews_of(sources, impacts)
         excerpts = tuple(
             (index, around(impacts, index, sources, each)) for index in typical(impacts)
@@ -205,7 +201,7 @@ def analyse(
         dynamics=found,
         reading=reading,
         detecting=detecting,
-        forcing_frequency=forcing_frequency,
+        forcing_period=forcing_period,
         warnings=tuple(told),
     )
 

@@ -76,7 +76,7 @@ def detect_many(
     files : iterable of path-like
         The recordings. Those too long for memory are taken in blocks.
     workers : int, optional
-        Processes; as many as there are cores by default. The result does not depend on it.
+        Processes; as many as there are cores unless given. The result does not depend on it.
     progress : bool, optional
         Whether to show how far it is; by default where a terminal or notebook is watching.
     **options
@@ -119,8 +119,10 @@ def write_reports(
         The recordings.
     directory : path-like
         Where the pages go, each named after its recording, and ``index.html``; made if need be.
-    workers, progress
-        As for `detect_many`.
+    workers : int, optional
+        Processes; as many as there are cores unless given. The result does not depend on it.
+    progress : bool, optional
+        Whether to show how far it is; by default where a terminal or notebook is watching.
     **options
         As for `write_report`, the same for all files.
 

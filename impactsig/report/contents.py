@@ -279,8 +279,8 @@ def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
         detection.append(("corrected by hand", words))
     kinds = [one.kind for one in impacts.disturbances]
     detection += [(KINDS[kind], f"{kinds.count(kind)}") for kind in dict.fromkeys(kinds)]
-    if analysis.forcing_frequency is not None:
-        detection.append(("forcing frequency", f"{analysis.forcing_frequency:g} Hz"))
+    if analysis.forcing_period is not None:
+        detection.append(("forcing frequency", f"{1 / analysis.forcing_period:g} Hz"))
     dynamics = _settings_of_dynamics(analysis)
     software = [("impactsig", __version__), ("Python", platform.python_version())]
     software += [(name, version) for name in LIBRARIES if (version := _version(name))]

@@ -193,7 +193,7 @@ def short_time(seconds: float) -> str:
 
 
 def read_dynamics(
-    impacts: Impacts, period: Periodicity, forcing_frequency: float | None, asked: bool
+    impacts: Impacts, period: Periodicity, forcing_period: float | None, asked: bool
 ) -> Dynamics:
     """What the intervals of a train say of the motion behind them.
 
@@ -205,8 +205,8 @@ def read_dynamics(
         As found.
     period : Periodicity
         What `impactsig.identify_period` says of them.
-    forcing_frequency : float or None
-        [Hz]; with it, what a repair of the train would change.
+    forcing_period : float or None
+        [s]; with it, what a repair of the train would change.
     asked : bool
         Whether to work out what takes seconds: dimension, exponent, surrogate test, determinism.
     """
@@ -229,8 +229,8 @@ def read_dynamics(
         return None
 
     repair = None
-    if forcing_frequency is not None and len(impacts) <= REPAIRED:
-        repair = part("repair", lambda: intervals.repair_intervals(impacts, 1 / forcing_frequency))
+    if forcing_period is not None and len(impacts) <= REPAIRED:
+        repair = part("repair", lambda: intervals.repair_intervals(impacts, forcing_period))
     if is_certain(period):
         found = of_kind(of_period(period))
         determinism = None

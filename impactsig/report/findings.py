@@ -56,7 +56,7 @@ def care(analysis: Analysis) -> list[str]:
             "No impact is clearly missed or spurious (impactsig.repair_intervals); in an aperiodic "
             "train not every one can be told."
         )
-    elif analysis.forcing_frequency is None:
+    elif analysis.forcing_period is None:
         told.append(
             "Whether impacts were missed or are spurious was not looked into: that takes the "
             "forcing frequency (--forcing-frequency)."

@@ -48,7 +48,7 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
         The page, a name ending in .html or .htm; ``impactsig-report-NAME.html`` in the current
         folder by default.
     **options
-        As for `impactsig.report.analyse`: forcing_frequency, dynamics, threshold, polarity,
+        As for `impactsig.report.analyse`: forcing_period, dynamics, threshold, polarity,
         contact_level, contact_time, merge_within, dead_time, gaps, least_probability, channel,
         stops, separate_stops, start, stop, scale, offset, unit, rate, sensor, raw.
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 def command(analysis: Analysis) -> str:
     """The command line that makes this report again."""
     given = {**_as_options(analysis.reading), **analysis.detecting}
-    if analysis.forcing_frequency is not None:
-        given["forcing_frequency"] = analysis.forcing_frequency
+    if analysis.forcing_period is not None:
+        given["forcing_frequency"] = _hertz(analysis.forcing_period)
     options = [word for name, value in given.items() for word in _words(name, value)]
     if analysis.dynamics.asked:
         options.append("--dynamics")
@@ -38,6 +38,12 @@ def _words(name: str, value: Any) -> list[str]:
         return [option, *map(str, value)]
     # An equals sign keeps a value that begins with a minus from being taken for an option.
     return [f"{option}={one}" for one in (value if isinstance(value, (list, tuple)) else [value])]
+
+
+def _hertz(period: float) -> str:
+    """The shortest frequency [Hz] whose inverse is the period."""
+    texts = (f"{1 / period:.{digits}g}" for digits in range(1, 17))
+    return next((text for text in texts if 1 / float(text) == period), repr(1 / period))
 
 
 def _as_options(reading: Mapping[str, Any]) -> dict[str, Any]:
@@ -60,8 +66,8 @@ def python_lines(analysis: Analysis) -> str:
     separated = analysis.detecting.get("separate_stops", False)
     given = {name: one for name, one in analysis.detecting.items() if name != "separate_stops"}
     detecting = _arguments(given)
-    hertz = analysis.forcing_frequency
-    period = f", forcing_period=1 / {hertz!r}" if hertz is not None else ""
+    forced = analysis.forcing_period
+    period = f", forcing_period=1 / {_hertz(forced)}" if forced is not None else ""
     path = repr(str(analysis.file.path))
     if len(analysis.overviews) > 1:
         found = [f"impacts = impactsig.report.analyse({path}{reading}{detecting}).impacts"]

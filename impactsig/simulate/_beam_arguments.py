@@ -18,7 +18,7 @@ def forces_of(beam: Cantilever) -> tuple[np.ndarray, complex]:
     if isinstance(forcing, Force):
         return np.full(modes, forcing.amplitude * np.exp(1j * forcing.phase)), 0j
     moves = forcing.amplitude * np.exp(1j * forcing.phase)
-    push = beam.participation(modes) * beam.modal_mass * forcing.frequency**2 * moves
+    push = beam.participation(modes) * beam.modal_mass * forcing.angular_frequency**2 * moves
     return push, 0j if forcing.stops else complex(moves)
 
 
@@ -26,7 +26,7 @@ def check_resonance(rates: np.ndarray, ratios: np.ndarray, forcing: Any) -> None
     """Refuse a motion without a bound."""
     if forcing is None:
         return
-    ratio = rates / forcing.frequency
+    ratio = rates / forcing.angular_frequency
     near = np.hypot(ratio**2 - 1, 2 * ratios * ratio) < 1e-6
     if near.any():
         mode = int(np.argmax(near))

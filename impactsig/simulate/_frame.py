@@ -15,7 +15,7 @@ from ..oscillators import Oscillator, Rigid
 
 def reference_frequency(oscillator: Oscillator) -> float:
     """Angular frequency of the forcing period, the reference; any will do without forcing."""
-    return oscillator.forcing_frequency or oscillator.natural_frequency or 1.0
+    return oscillator.angular_forcing_frequency or oscillator.angular_natural_frequency or 1.0
 
 
 def multiple(oscillator: Oscillator, frequency: float) -> float:
@@ -26,14 +26,14 @@ def multiple(oscillator: Oscillator, frequency: float) -> float:
 
 def swings(oscillator: Oscillator) -> float:
     """Periods of the first force, or else of the base, in one of the reference; 1 without any."""
-    frequencies = oscillator.frequencies
+    frequencies = oscillator.angular_frequencies
     return multiple(oscillator, frequencies[0]) if frequencies else 1.0
 
 
 def pace(oscillator: Oscillator) -> float:
     """Frequency of the base over that of the reference; 1 where there is no base."""
     base = oscillator.base
-    return multiple(oscillator, base.frequency) if base else 1.0
+    return multiple(oscillator, base.angular_frequency) if base else 1.0
 
 
 def base_motion(oscillator: Oscillator, phase: Any) -> tuple[Any, Any]:
@@ -42,7 +42,7 @@ def base_motion(oscillator: Oscillator, phase: Any) -> tuple[Any, Any]:
     if base is None or not base.stops:
         return 0.0 * phase, 0.0 * phase
     angle = phase + base.phase
-    velocity = -base.frequency * base.amplitude * np.sin(angle)
+    velocity = -base.angular_frequency * base.amplitude * np.sin(angle)
     return base.amplitude * np.cos(angle), velocity
 
 
@@ -96,10 +96,10 @@ def forcing(oscillator: Oscillator) -> list[tuple[float, complex]]:
     total = {omega: 0j}
     for force in oscillator.forces:
         pull = force.amplitude * cmath.exp(1j * force.phase)
-        total[force.frequency] = total.get(force.frequency, 0) + pull
+        total[force.angular_frequency] = total.get(force.angular_frequency, 0) + pull
     if base is not None:
         # q = x - base: what hangs on the base pulls no more, and inertia pushes back.
-        w = base.frequency
+        w = base.angular_frequency
         spring = (base.spring - base.stops) * oscillator.stiffness
         drag = (base.damper - base.stops) * oscillator.damping
         push = (spring + base.stops * mass * w * w) + 1j * w * drag

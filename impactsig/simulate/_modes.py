@@ -48,9 +48,9 @@ def tables(oscillator: Oscillator, chatter: float, skip: bool) -> Tables:
 def shape(oscillator: Oscillator) -> tuple[Any, ...]:
     """What oscillators have in common whose tables can be stacked."""
     frequencies = {reference_frequency(oscillator)}
-    frequencies |= {force.frequency for force in oscillator.forces}
+    frequencies |= {force.angular_frequency for force in oscillator.forces}
     if oscillator.base is not None:
-        frequencies.add(oscillator.base.frequency)
+        frequencies.add(oscillator.base.angular_frequency)
     return structure(oscillator), len(frequencies), restitution_laws(oscillator)
 
 

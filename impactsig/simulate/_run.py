@@ -63,7 +63,7 @@ class Run:
                 "periods, duration", f"{periods}, {duration}", "one of them, and only one"
             )
         chatter = number("chatter", chatter, above=0, most=1e-2)
-        if periods is not None and oscillator.forcing_frequency is None:
+        if periods is not None and oscillator.angular_forcing_frequency is None:
             raise InvalidInput(
                 "periods", periods, "an oscillator with forcing to count by",
                 "There is no forcing: give duration= in seconds",

@@ -100,12 +100,12 @@ def _view(motion: Motion, rate: float | None, skip: bool) -> _View:
     oscillator = motion.system
     if not oscillator.stops:
         raise InvalidInput("noise", repr(motion), "a motion with a stop to measure from")
-    pace = [oscillator.natural_frequency, oscillator.damping / oscillator.mass]
-    pace += [force.frequency for force in oscillator.forces]
+    pace = [oscillator.angular_natural_frequency, oscillator.damping / oscillator.mass]
+    pace += [force.angular_frequency for force in oscillator.forces]
     if oscillator.base:
-        pace.append(oscillator.base.frequency)
+        pace.append(oscillator.base.angular_frequency)
     if rate is None:
-        counted = (oscillator.frequencies or (oscillator.natural_frequency,))[0]
+        counted = (oscillator.angular_frequencies or (oscillator.angular_natural_frequency,))[0]
         if not counted:
             raise InvalidInput("rate", rate, "samples per second, as there is no period to go by")
         rate = SAMPLES_PER_PERIOD * counted / (2 * math.pi * oscillator.time_unit)
@@ -155,8 +155,8 @@ def _level(view: _View, noise: float) -> _Level:
     bend = 0.0
     if base:
         swing = abs(base.amplitude)
-        push += (oscillator.stiffness + oscillator.damping * base.frequency) * swing
-        bend = swing * base.frequency**2
+        push += (oscillator.stiffness + oscillator.damping * base.angular_frequency) * swing
+        bend = swing * base.angular_frequency**2
     if oscillator.friction:
         push += oscillator.friction.static or 0.0
     # Twice: between coarse samples x and v may be greater than at them, by some per cent.

@@ -64,7 +64,7 @@ def move(
     phase = math.fmod(number("phase", phase), TURN) % TURN
 
     rates, ratios = TURN * beam.frequencies(beam.modes), np.array(beam.damping_ratios)
-    omega = beam.forcing_frequency or float(rates[0])
+    omega = beam.angular_forcing_frequency or float(rates[0])
     push, base = forces_of(beam)
     check_resonance(rates, ratios, beam.forcing)
     from ._beam_regimes import regimes

@@ -85,7 +85,7 @@ def simulate_many(
     phase : float or array_like, shape (n,)
         Phase of the forcing at t = 0 [rad].
     workers : int, optional
-        Threads; as many as there are cores unless given.
+        Threads; as many as there are cores unless given. The result does not depend on it.
     **options
         As for `simulate`; the same for all.
 

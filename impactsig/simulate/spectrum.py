@@ -39,8 +39,8 @@ class PowerSpectrum:
         Samples per second [Hz].
     segments : int
         Spans averaged over, each overlapping half of the next.
-    forcing_frequency : float or None
-        One over the forcing period [Hz].
+    forcing_period : float or None
+        Period of the forcing [s]; None where there is none.
     source : str
         What moved.
     in_seconds : bool
@@ -52,7 +52,7 @@ class PowerSpectrum:
     quantity: str
     rate: float
     segments: int
-    forcing_frequency: float | None
+    forcing_period: float | None
     source: str
     in_seconds: bool = True
 
@@ -118,7 +118,7 @@ def power_spectrum(
     own = motion.system
     segments = whole("segments", segments, 1)
     name, column = _quantity(own, quantity)
-    forcing, period = own.forcing_period, _period(own)
+    period = _period(own)
     start = motion.start
     if rate is not None:
         rate = number("rate", rate, "a positive number [Hz]", above=0)
@@ -148,7 +148,7 @@ def power_spectrum(
     values = states[column] if isinstance(states, tuple) else states[:, column]
     frequency, density = welch(values, rate, "hann", size, detrend="constant")
     return PowerSpectrum(
-        frequency, density, name, float(rate), segments, forcing and 1 / forcing,
+        frequency, density, name, float(rate), segments, own.forcing_period,
         getattr(own, "name", ""), own.in_seconds,
     )  # fmt: skip
 
@@ -168,5 +168,5 @@ def _period(system: Any) -> float | None:
         return system.forcing_period
     if isinstance(system, Cantilever):
         return 1 / float(system.frequencies(1)[0])
-    own = system.natural_frequency
+    own = system.angular_natural_frequency
     return 2 * math.pi / own * system.time_unit if own else None

@@ -84,12 +84,12 @@ def course(
         )
     unit = 1.0  # of transient and duration, in the oscillator's unit of time
     if periods is not None:
-        if oscillator.forcing_frequency is None:
+        if oscillator.angular_forcing_frequency is None:
             raise InvalidInput(
                 "periods", periods, "an oscillator with forcing to count by",
                 "There is no forcing: give duration= in seconds",
             )  # fmt: skip
-        unit = TURN / oscillator.forcing_frequency
+        unit = TURN / oscillator.angular_forcing_frequency
         span = number("periods", periods, above=0, most=LONGEST) * unit
     else:
         unit = 1 / oscillator.time_unit

@@ -73,8 +73,8 @@ def pose(oscillator: Oscillator, step: float, phase: float, unfold: bool = False
         mass=mass,
         fold=fold,
         swing=carried.amplitude if carried else 0.0,
-        pace=carried.frequency if carried else 1.0,
-        sway=carried.phase + carried.frequency * turned if carried else 0.0,
+        pace=carried.angular_frequency if carried else 1.0,
+        sway=carried.phase + carried.angular_frequency * turned if carried else 0.0,
     )
 
 

@@ -65,7 +65,7 @@ def known_rates(oscillator: Oscillator) -> list[tuple[float, str]]:
     """Rates that the numbers of an oscillator tell, and whose they are."""
     mass, stiffness, damping = oscillator.mass, oscillator.stiffness, oscillator.damping
     rates = [
-        (oscillator.natural_frequency, "the natural oscillation"),
+        (oscillator.angular_natural_frequency, "the natural oscillation"),
         (damping / mass, "the damping"),
     ]
     for stop in oscillator.stops:
@@ -74,9 +74,10 @@ def known_rates(oscillator: Oscillator) -> list[tuple[float, str]]:
             rates.append((math.sqrt((stiffness + stop.law.stiffness) / mass), contact))
             rates.append(((damping + stop.law.damping) / mass, contact))
     for force in oscillator.forces:
-        rates.append((force.frequency, f"the forcing at frequency {force.frequency:g}"))
+        omega = force.angular_frequency
+        rates.append((omega, f"the forcing at angular frequency {omega:g}"))
     if oscillator.base:
-        rates.append((oscillator.base.frequency, "the motion of the base"))
+        rates.append((oscillator.base.angular_frequency, "the motion of the base"))
     if oscillator.noise and oscillator.noise.correlation_time:
         rates.append((1 / oscillator.noise.correlation_time, "the filtered noise"))
     return rates

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import Seed, whole
+from .._arguments import Seed, thread_count, whole
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._arguments import Course, course
@@ -156,7 +155,7 @@ def simulate_ensemble(
     phase : float
         Phase of the forcing at t = 0 [rad].
     seed : int, SeedSequence or Generator, optional
-        What the noise is drawn from.
+        Of the noise. The same seed gives the same result; a Generator is drawn from and moves on.
     method : {"splitting", "runge-kutta", "zhuravlev", "gaussian"}
         "splitting" solves flights with impacts, friction, and a kick by forces and noise in turn,
         each exactly but for Heun's method in the kick; it moves every oscillator.
@@ -177,7 +176,7 @@ def simulate_ensemble(
     energy_range, displacement_range, velocity_range : (float, float), optional
         What the cells span; by default what a few short paths meet and some more.
     workers : int, optional
-        Threads; as many as there are cores unless given.
+        Threads; as many as there are cores unless given. The result does not depend on it.
 
     Returns
     -------
@@ -190,7 +189,7 @@ def simulate_ensemble(
         method cannot move this oscillator.
     """
     paths, bins = whole("paths", paths, 2), whole("bins", bins, 8)
-    threads = os.cpu_count() or 1 if workers is None else whole("workers", workers, 1)
+    threads = thread_count(workers)
     found = course(
         oscillator, paths, periods=periods, duration=duration, transient=transient,
         initial=initial, phase=phase, method=method, step=step, every=every, look=LOOK,

@@ -182,7 +182,7 @@ def move(
     hit = np.concatenate(hits)
     hit = hit[(hit[:, 0] * unit >= start) & (hit[:, 0] * unit <= start + span)]
     hit = hit[np.argsort(hit[:, 0], kind="stable")]
-    last = found.phase + (start + span) / unit * (oscillator.forcing_frequency or 0.0)
+    last = found.phase + (start + span) / unit * (oscillator.angular_forcing_frequency or 0.0)
     end = (math.nan, math.nan) if not good else (float(x[good - 1]), float(v[good - 1]))
     return NoisyMotion(
         system=oscillator,

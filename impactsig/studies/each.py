@@ -31,7 +31,7 @@ def each(
     things : sequence
         Must be picklable, as what is returned.
     workers : int, optional
-        Processes; as many as there are cores by default. One works in the caller's.
+        Processes; as many as there are cores unless given. One works in the caller's.
     progress : bool, optional
         As for `sweep`.
 

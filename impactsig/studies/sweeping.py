@@ -86,7 +86,8 @@ def sweep(
         as `impactsig.simulate` and kernels compiled with ``nogil=True``. A GPU is for functions of
         one cell that numba can compile; it needs one of NVIDIA's, and ``impactsig[gpu]``.
     workers : int, optional
-        Threads or processes; as many as there are cores by default.
+        Threads or processes; as many as there are cores unless given. The result does not depend
+        on it.
     client : distributed.Client or str, optional
         Work on this dask cluster, or on that of the scheduler at this address, in place of
         `executor`. Needs ``impactsig[studies]`` here, and the same code there.
@@ -101,8 +102,7 @@ def sweep(
         What to say of axes and observables, such as ``{"frequency": {"units": "Hz"}}``; it goes
         into the store, into xarray and onto figures.
     progress : bool, optional
-        Whether to show how far it is and the time remaining; by default where a terminal or
-        notebook is watching.
+        Whether to show how far it is; by default where a terminal or notebook is watching.
 
     Returns
     -------

@@ -112,7 +112,7 @@ def compare(seeds, case, method, noise):
         machine, start = random_machine(rng, law, **options)
         run = {"periods": rng.uniform(0.3, 1.5), "method": method}
         found = impactsig.tangent_map(machine, initial=start, **run)
-        told = derivative(machine, start, (1e-3, 1e-3 * machine.forcing_frequency), **run)
+        told = derivative(machine, start, (1e-3, 1e-3 * machine.angular_forcing_frequency), **run)
         if told is None or found.grazings:
             continue
         matrix, error = told

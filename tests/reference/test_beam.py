@@ -161,7 +161,7 @@ def test_forced_and_damped_energy_is_balanced(restitution):
     time = middle[:, None] + half[:, None] * nodes
     _q, v = motion.modal(time)
     rates = 2 * math.pi * motion.frequencies
-    push = forcing.amplitude * np.cos(forcing.frequency * time + forcing.phase)
+    push = forcing.amplitude * np.cos(forcing.angular_frequency * time + forcing.phase)
     power = push * v.sum(axis=-1) - (2 * ratio * rates * BEAM.modal_mass * v**2).sum(axis=-1)
     work = float((power * weights * half[:, None]).sum())
     before, after = motion.energy([motion.start, motion.start + motion.duration]).sum(axis=1)
@@ -181,7 +181,11 @@ def test_the_stop_holds_the_tip_with_one_force_that_pushes():
     q, v = motion.modal(time)
     a = (motion.modal(time + h)[1] - motion.modal(time - h)[1]) / (2 * h)
     rates = 2 * math.pi * motion.frequencies
-    push = forcing.amplitude * np.cos(forcing.frequency * time + forcing.phase) / BEAM.modal_mass
+    push = (
+        forcing.amplitude
+        * np.cos(forcing.angular_frequency * time + forcing.phase)
+        / BEAM.modal_mass
+    )
     force = a + 0.06 * rates * v + rates**2 * q - push[:, None]
     assert force == pytest.approx(force[:, :1] * np.ones(5), rel=1e-4, abs=1e-2)
     assert np.all(force[:, 0] < 0)

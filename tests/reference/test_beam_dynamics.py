@@ -49,7 +49,7 @@ def test_the_tangent_map_is_the_difference_of_neighbours(case):
         assert found.impacts >= 3
     assert (found.collapses > 0) == ("sticks" in case)
     assert found.grazings == 0
-    omega = beam.forcing_frequency
+    omega = beam.angular_forcing_frequency
     unit = np.repeat([1.0, omega], m)
     columns = []
     for j in range(2 * m):

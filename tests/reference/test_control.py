@@ -49,7 +49,7 @@ def second():
 def in_many_digits(end, **options):
     """Pieces, impacts and forcing period of the beam under a gain of 0.15 from 2 periods on."""
     with mpmath.workdps(25):
-        omega = mpmath.mpf(BEAM.forcing_frequency)
+        omega = mpmath.mpf(BEAM.angular_forcing_frequency)
         period = 2 * mpmath.pi / omega
         known = (mpmath.mpf(0.03), omega, mpmath.mpf(0.25), mpmath.mpf(0.2), mpmath.mpf(0.15))
         start = tuple(mpmath.mpf(value) for value in START)
@@ -206,7 +206,7 @@ def test_without_gain_the_multipliers_are_the_orbits(first):
     np.testing.assert_allclose(told.multipliers[:2], first.multipliers, rtol=1e-8)
     assert np.abs(told.multipliers[2:]).max() < 1e-8  # what is fed back with no gain is forgotten
     assert told.exponent == pytest.approx(first.exponents[0], rel=1e-8)
-    period = 2 * math.pi / BEAM.forcing_frequency
+    period = 2 * math.pi / BEAM.angular_forcing_frequency
     assert told.exponent == pytest.approx(math.log(abs(first.multipliers[0])) / period, rel=1e-8)
 
 
@@ -291,7 +291,7 @@ def test_ogy_moves_between_orbits_and_its_motion_is_that_of_the_perturbed_oscill
         for low, high in zip(edges[:-1] + 1e-9, edges[1:] - 1e-9, strict=True):
             time = (low + high) / 2 + (high - low) / 2 * nodes
             x, v = motion.sample(time)
-            force = 0.25 * np.cos(BEAM.forcing_frequency * time / BEAM.time_unit)
+            force = 0.25 * np.cos(BEAM.angular_forcing_frequency * time / BEAM.time_unit)
             push = force + motion.force(time) - 0.06 * v - x
             gained = push @ weights * (high - low) / 2 / BEAM.time_unit
             ends = motion.sample([low, high])[1]

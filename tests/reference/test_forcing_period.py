@@ -46,7 +46,7 @@ def steady(forces, time):
     """Displacement and velocity of the steady response without contact, in closed form."""
     x = v = 0.0
     for force in forces:
-        w = force.frequency
+        w = force.angular_frequency
         response = force.amplitude * np.exp(1j * force.phase) / complex(1 - w * w, DAMPING * w)
         turned = response * np.exp(1j * w * np.asarray(time))
         x, v = x + turned.real, v + (1j * w * turned).real
@@ -82,7 +82,7 @@ def test_the_period_is_the_least_common_one(frequencies, expected):
     for one in (oscillator, on_base):
         assert one.forcing_recurs == (expected is not None)
         found = frequencies[0] if expected is None else expected
-        assert one.forcing_frequency == pytest.approx(found, rel=1e-14)
+        assert one.angular_forcing_frequency == pytest.approx(found, rel=1e-14)
         assert one.forcing_period == pytest.approx(2 * math.pi / found, rel=1e-14)
 
 
@@ -130,7 +130,7 @@ def test_a_law_has_a_share_in_the_period(law, timed, expected):
     oscillator = machine((Force(0.5, 0.9),), law=law)
     assert oscillator.law_depends_on_time == timed
     assert oscillator.forcing_recurs == (expected is not None)
-    assert oscillator.forcing_frequency == pytest.approx(expected or 0.9, rel=1e-14)
+    assert oscillator.angular_forcing_frequency == pytest.approx(expected or 0.9, rel=1e-14)
 
 
 def test_without_forcing_there_is_no_period():
@@ -173,7 +173,7 @@ def test_a_spectrum_has_the_lines_of_all_forces():
     found = motion.power_spectrum()
     assert found.rate == pytest.approx(128 * 0.9 / (2 * math.pi))
     for force in PAIR:
-        w = force.frequency
+        w = force.angular_frequency
         response = force.amplitude / abs(complex(1 - w * w, DAMPING * w))
         line, width = w / (2 * math.pi), 1.1 * found.resolution
         assert found.power(line - width, line + width) == pytest.approx(response**2 / 2, rel=1e-9)
@@ -310,8 +310,8 @@ def test_the_force_of_ogy_has_the_frequency_of_the_force_that_it_moves():
     time = time[clear]
     x, v = course.sample(time)
     a = (course.sample(time + h)[1] - course.sample(time - h)[1]) / (2 * h)
-    at = time + 2.0 / oscillator.forcing_frequency
-    pull = sum(f.amplitude * np.cos(f.frequency * at + f.phase) for f in forces)
+    at = time + 2.0 / oscillator.angular_forcing_frequency
+    pull = sum(f.amplitude * np.cos(f.angular_frequency * at + f.phase) for f in forces)
     lacking = a + DAMPING * v + x - pull
     assert np.abs(course.force(time)).max() > 1e-4
     np.testing.assert_allclose(course.force(time), lacking, atol=1e-6)

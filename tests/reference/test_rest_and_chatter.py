@@ -51,7 +51,7 @@ def test_two_springs_one_behind_the_other_lose_what_the_mass_has_lost(method, lo
 
 def pressed(forces, load, friction=None, stops=(), sign=1):
     """A free mass at rest under a load and forces, all of them turned by the sign."""
-    forces = tuple(Force(sign * f.amplitude, f.frequency, f.phase) for f in forces)
+    forces = tuple(Force(sign * f.amplitude, f.angular_frequency, f.phase) for f in forces)
     return Oscillator(stiffness=0, load=sign * load, forces=forces, friction=friction, stops=stops)
 
 

@@ -66,7 +66,7 @@ def random_machine(rng):
     )
     phase, x = rng.uniform(0, 6.2), 0.0
     if base is not None and base.stops:
-        x = base.amplitude * math.cos(base.frequency / omega * phase + base.phase)
+        x = base.amplitude * math.cos(base.angular_frequency / omega * phase + base.phase)
     return machine, (x, rng.normal()), phase
 
 

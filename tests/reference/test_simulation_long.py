@@ -51,7 +51,7 @@ def phase_and_speed(beam, periods):
     """Forcing phase and approach velocity of the first impact after so many periods from rest."""
     x, v, phase = impactsig.simulate(beam, periods=periods, keep="counts").final
     impacts = impactsig.simulate(beam, periods=2, initial=(x, v), phase=phase).impacts
-    passed = impacts.time[0] / beam.time_unit * beam.forcing_frequency
+    passed = impacts.time[0] / beam.time_unit * beam.angular_forcing_frequency
     return (phase + passed) % (2 * pi), impacts.approach_velocity[0]
 
 
@@ -62,7 +62,7 @@ def test_impacts_stay_at_their_phase(periods):
     """That of Shaw's and Holmes' orbit, whether ten thousand impacts came before or a million."""
     pytest.importorskip("mpmath")
     beam = scenes.karpodinis(22.1)
-    speed, phase = naive_simulate.one_impact_orbit(0.03, 0.25, beam.forcing_frequency, 0.2)
+    speed, phase = naive_simulate.one_impact_orbit(0.03, 0.25, beam.angular_forcing_frequency, 0.2)
     found = phase_and_speed(beam, periods)
     assert abs(found[0] - float(phase)) < 1e-14
     assert abs(found[1] - float(speed)) < 1e-14

@@ -199,14 +199,14 @@ SCENES = {
 @pytest.mark.parametrize("name", SCENES)
 def test_linear_scenes_are_those_of_the_exact_engine(name):
     oscillator, x, v = SCENES[name]
-    base, omega = oscillator.base, oscillator.forcing_frequency
+    base, omega = oscillator.base, oscillator.angular_forcing_frequency
     duration = 12 * 2 * pi / omega
     motion, time, approach = exact_impacts(
         oscillator, duration * oscillator.time_unit, initial=(x, v), phase=0.6
     )
     moving = base is not None and base.stops
     at = base.amplitude * cos(0.6 + base.phase) if moving else 0.0
-    rate = -base.amplitude * base.frequency * np.sin(0.6 + base.phase) if moving else 0.0
+    rate = -base.amplitude * base.angular_frequency * np.sin(0.6 + base.phase) if moving else 0.0
     run = drive(oscillator, FINE, duration, x - at, v - rate, phase=0.6)
     assert run.status == DONE
     hits = np.flatnonzero(np.isin(run.kind, (IMPACT, TOUCH)))
@@ -220,9 +220,9 @@ def test_linear_scenes_are_those_of_the_exact_engine(name):
     times = np.random.default_rng(1).uniform(0, duration, 200)
     q, u = run.at(times)
     if moving:
-        angle = base.frequency * times + 0.6 + base.phase
+        angle = base.angular_frequency * times + 0.6 + base.phase
         q = q + base.amplitude * np.cos(angle)
-        u = u - base.amplitude * base.frequency * np.sin(angle)
+        u = u - base.amplitude * base.angular_frequency * np.sin(angle)
     expected, velocity = motion.sample(times * oscillator.time_unit)
     assert q == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
     near = np.abs(u - velocity) > 1e-6 * np.abs(velocity).max()

@@ -84,7 +84,7 @@ def test_a_microphone_finds_the_impacts_of_the_beam(frequency, seed):
 def test_a_grazing_beam_is_heard_and_felt_though_it_is_silent_most_of_the_time(seed):
     """Two forces that beat: impacts for some 30 forcing periods, then none for 46 and more."""
     scene = impactsig.scenes.karpodinis(frequency=21.55)
-    omega = scene.forcing_frequency
+    omega = scene.angular_forcing_frequency
     forces = (Force(0.082, omega), Force(0.0123, omega * (1 + 1 / 80)))
     truth = impactsig.simulate(
         replace(scene, forces=forces), periods=1600, transient=240, phase=np.pi

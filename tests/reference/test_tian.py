@@ -26,7 +26,7 @@ def exact(stop, samples, n):
         z, w, a, phi, v = (
             mpmath.mpf(float(x[n]))
             for x in (
-                samples.damping_ratio, samples.frequency, samples.amplitude, samples.phase,
+                samples.damping_ratio, samples.angular_frequency, samples.amplitude, samples.phase,
                 samples.velocity,
             )
         )  # fmt: skip
@@ -86,7 +86,7 @@ def test_printed_optimum_has_the_error_of_the_reference():
 
 
 def test_fit_finds_the_printed_optimum_within_the_spread_of_the_boxes():
-    fit = fit_soft_stop(0.85)
+    fit = fit_soft_stop(0.85, seed=0)
     assert fit.converged
     assert fit.stop.stiffness == 1e4
     assert fit.at_edge == ("stiffness",)
@@ -98,7 +98,7 @@ def test_fit_finds_the_printed_optimum_within_the_spread_of_the_boxes():
 
 
 def test_no_worse_than_scipy_in_no_more_evaluations():
-    samples = ContactSamples.draw(300)
+    samples = ContactSamples.draw(300, seed=0)
 
     def objective(x):
         return equivalence_error(KelvinVoigt(*np.exp(x)), 0.85, samples).value
@@ -124,7 +124,8 @@ def test_evolution_finds_the_lowest_of_many_hollows():
 
 
 def test_same_seed_same_fit():
-    one, other = (fit_soft_stop(0.7, seed=5, samples=ContactSamples.draw(50)) for _ in range(2))
+    samples = ContactSamples.draw(50, seed=0)
+    one, other = (fit_soft_stop(0.7, seed=5, samples=samples) for _ in range(2))
     assert one.stop == other.stop
 
 
@@ -140,7 +141,7 @@ def test_same_seed_same_fit():
         (lambda: fit_soft_stop(0.8, evaluations=3), "evaluations"),
         (lambda: fit_soft_stop(0.8, seed="a"), "seed"),
         (lambda: ContactSamples.draw(0), "count"),
-        (lambda: ContactSamples.draw(frequency=(0, 1)), "frequency"),
+        (lambda: ContactSamples.draw(angular_frequency=(0, 1)), "angular_frequency"),
         (lambda: ContactSamples.draw(gap=-1.0), "gap"),
         (lambda: ContactSamples([1.0], [1.0], [0.0], [-1.0], [0.1]), "velocity"),
         (lambda: ContactSamples([1.0, 2.0], [1.0], [0.0], [1.0], [0.1]), "amplitude"),

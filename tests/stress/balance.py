@@ -76,7 +76,9 @@ def check_work(scene, motion, spans):
     state = State(scene, (spans.begin + spans.end) / 2)
     k, c = state.pressed()
     way = np.sign(state.v - state.moving)[:, None]  # friction acts one way throughout
-    waves = [f.frequency for f in machine.forces] + [machine.base.frequency if machine.base else 0]
+    waves = [f.angular_frequency for f in machine.forces] + [
+        machine.base.angular_frequency if machine.base else 0
+    ]
     lasting = np.maximum(scene.lasting(k, c), max(waves))
     first = spans.begin + np.where(jumps, digit, -digit)
     last = np.minimum(spans.end - digit, spans.begin + LONGEST * unit / lasting)

@@ -38,7 +38,9 @@ class Scene:
     def __init__(self, machine, phase, motion):
         self.machine, self.motion = machine, motion
         self.unit = machine.time_unit
-        self.reference = machine.forcing_frequency or machine.natural_frequency or 1.0
+        self.reference = (
+            machine.angular_forcing_frequency or machine.angular_natural_frequency or 1.0
+        )
         self.ahead = phase / self.reference
         self.rigid = [stop for stop in machine.stops if isinstance(stop.law, Rigid)]
         self.soft = [stop for stop in machine.stops if isinstance(stop.law, KelvinVoigt)]
@@ -54,7 +56,7 @@ class Scene:
         base = self.machine.base
         if base is None:
             return 0.0, 0.0, 0.0
-        w = base.frequency
+        w = base.angular_frequency
         angle = w * (time / self.unit + self.ahead) + base.phase
         c, s = base.amplitude * np.cos(angle), base.amplitude * np.sin(angle)
         return c, -w * s, -w * w * c
@@ -76,9 +78,9 @@ class Scene:
         places = np.abs(x) + sum(abs(stop.position) for stop in machine.stops)
         places = places + (abs(machine.load) + self.kinetic) * stiff / np.where(stiff, k, 1.0)
         speeds = np.abs(v)
-        waves = [(f.frequency, f.amplitude) for f in machine.forces]
+        waves = [(f.angular_frequency, f.amplitude) for f in machine.forces]
         if machine.base is not None:
-            w = machine.base.frequency
+            w = machine.base.angular_frequency
             pull = machine.stiffness + machine.damping * w + m * w * w
             waves.append((w, pull * machine.base.amplitude))
         for w, amplitude in waves:
@@ -86,7 +88,7 @@ class Scene:
             places, speeds = places + response, speeds + w * response
         places, speeds = FEW * places, FEW * (speeds + self.lasting(k, c) * places)
         if machine.base is not None and machine.base.stops:
-            w, swing = machine.base.frequency, self.late * machine.base.amplitude
+            w, swing = machine.base.angular_frequency, self.late * machine.base.amplitude
             places, speeds = places + w * swing, speeds + w * w * swing
         return places, speeds
 
@@ -142,9 +144,9 @@ class State:
         at, moving, pace = self.base
         parts = [machine.load, -machine.stiffness * self.x, -machine.damping * self.v]
         parts += [hangs * at, drags * moving]
-        parts += [f.amplitude * np.cos(f.frequency * t + f.phase) for f in machine.forces]
+        parts += [f.amplitude * np.cos(f.angular_frequency * t + f.phase) for f in machine.forces]
         total, size = sum(parts), sum(np.abs(part) for part in parts)
-        rate = sum(f.amplitude * f.frequency for f in machine.forces)
+        rate = sum(f.amplitude * f.angular_frequency for f in machine.forces)
         rate = rate + np.abs(hangs * moving) + np.abs(drags * pace)
         blurred = 0.0
         for law, sign, depth, push, drag, blur in self.contacts:

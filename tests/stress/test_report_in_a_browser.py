@@ -50,7 +50,7 @@ def long_page(tmp_path_factory):
     record = synthesize(motion.impacts, cell, rate=50_000, seed=1)
     assert len(record) >= 2_999_000
     soundfile.write(folder / "long.wav", np.asarray(record.samples, np.float32), 50_000, "FLOAT")
-    return write_report(folder / "long.wav", folder / "page.html", forcing_frequency=22.1)
+    return write_report(folder / "long.wav", folder / "page.html", forcing_period=1 / 22.1)
 
 
 def test_a_long_record_is_drawn_whole_and_asks_for_nothing(browser, long_page, page):

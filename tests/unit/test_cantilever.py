@@ -137,14 +137,14 @@ def test_what_cannot_be_is_refused_by_name(make, argument):
 def test_scene_is_the_first_mode():
     machine = scene(loading="tip", amplitude=0.1, damping_ratio=0.01)
     first = 2 * math.pi * BEAM.frequencies(1)[0]
-    assert machine.natural_frequency == pytest.approx(first, rel=1e-14)
+    assert machine.angular_natural_frequency == pytest.approx(first, rel=1e-14)
     assert machine.damping == pytest.approx(2 * 0.01 * machine.mass * first)
     assert machine.mass == BEAM.modal_mass
     assert machine.forces == (Force(0.1, 2 * math.pi * 20),)
     assert machine.stops == (Stop(1e-3, Rigid(0.2)),)
     assert machine.time_unit == machine.length_unit == machine.mass_unit == 1.0
     measured = scene(natural_frequency=22.2)
-    assert measured.natural_frequency == pytest.approx(2 * math.pi * 22.2)
+    assert measured.angular_natural_frequency == pytest.approx(2 * math.pi * 22.2)
     assert measured.mass == machine.mass
     soft = Stop(1e-3, KelvinVoigt(1e4, 0.1))
     assert scene(stops=soft).stops == (soft,)
@@ -156,7 +156,7 @@ def test_shaken_clamp_drives_the_tip_by_its_share(loading):
     omega, a = 100.0, 1e-4
     machine = scene(1.0, omega / (2 * math.pi), a, loading=loading, damping_ratio=0.05)
     motion = simulate(machine, periods=2, transient=400)
-    first = machine.natural_frequency
+    first = machine.angular_natural_frequency
     share = 1.5659835120792516
     relative = share * omega**2 / (first**2 - omega**2 + 0.1j * first * omega)
     tip = a * (relative + (loading == "clamp"))

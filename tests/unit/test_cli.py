@@ -261,6 +261,7 @@ def test_a_rate_that_is_none_is_refused_by_info(recording, capsys):
         ["detect", "x.wav", "--threshold", "six"],
         ["detect", "x.wav", "--sensor", "smell"],
         ["detect", "x.wav", "--thresh", "6sigma"],
+        ["report", "x.wav", "--forcing-frequency", "0"],
     ],
 )
 def test_a_wrong_command_line_exits_with_2(words, capsys):

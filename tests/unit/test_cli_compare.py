@@ -129,7 +129,6 @@ def test_empty_tables_are_told(tmp_path, capsys):
         (("none.parquet", "model.csv"), "none.parquet"),
         (("broken.csv", "model.csv"), "broken.csv"),
         (("model.csv", "model.csv", "-o", "figure.xlsx"), ".png or .pdf or .svg"),
-        (("model.csv", "model.csv", "--forcing-frequency", "0"), "forcing_frequency"),
         (("model.csv", "model.csv", "-o", "no/such.png"), "such.png"),
     ],
 )

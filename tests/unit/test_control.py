@@ -125,13 +125,13 @@ def pushes(oscillator, time, x, v):
     base = oscillator.base
     at = moving = 0.0
     if base is not None:
-        angle = base.frequency * time + base.phase
+        angle = base.angular_frequency * time + base.phase
         at = base.amplitude * np.cos(angle)
-        moving = -base.amplitude * base.frequency * np.sin(angle)
+        moving = -base.amplitude * base.angular_frequency * np.sin(angle)
         total = total + base.spring * oscillator.stiffness * at
         total = total + base.damper * oscillator.damping * moving
     for force in oscillator.forces:
-        total = total + force.amplitude * np.cos(force.frequency * time + force.phase)
+        total = total + force.amplitude * np.cos(force.angular_frequency * time + force.phase)
     if base is not None and not base.stops:
         at = moving = 0.0
     if oscillator.friction is not None:

@@ -404,7 +404,9 @@ def test_a_regression_leaves_out_trains_of_another_kind():
 
 @pytest.fixture(scope="module")
 def fitted():
-    return fit_oscillator(measured(chaos(count=500), 1), 20.1, natural_frequency=NATURAL, seed=1)
+    return fit_oscillator(
+        measured(chaos(count=500), 1), 1 / 20.1, natural_frequency=NATURAL, seed=1
+    )
 
 
 def test_a_fit_finds_the_truth_within_its_intervals(fitted):
@@ -428,7 +430,7 @@ def test_a_fit_finds_what_the_measuring_chain_did(fitted):
     assert fitted.chain["strength_floor"] == 0
     assert fitted.chain["missed"] == pytest.approx(0.02, abs=0.015)
     assert fitted.chain["spurious"] == pytest.approx(0.01, abs=0.01)
-    assert fitted.forcing_frequency == pytest.approx(20.1, rel=1e-5)
+    assert 1 / fitted.forcing_period == pytest.approx(20.1, rel=1e-5)
 
 
 def test_a_fit_can_be_simulated_described_and_drawn(fitted):
@@ -454,7 +456,7 @@ def test_a_fit_can_be_simulated_described_and_drawn(fitted):
 def test_one_parameter_is_found_from_instants_alone():
     train = replace(measured(chaos(count=400), 2), impulse=None)
     scene = scenes.karpodinis(20.1)
-    found = fit_oscillator(train, 20.1, ("restitution",), scene=scene, seed=2)
+    found = fit_oscillator(train, 1 / 20.1, ("restitution",), scene=scene, seed=2)
     low, high = found.intervals["restitution"]
     assert abs(found.values["restitution"] - 0.2) < 1.5 * (high - low)
     assert high - low < 0.12
@@ -469,7 +471,7 @@ def test_one_parameter_is_found_from_instants_alone():
 @pytest.mark.slow
 def test_jitter_that_hides_a_period_does_not_make_it_a_measurement():
     truth = simulate(scenes.karpodinis(20.1, restitution=0.4), periods=2500, transient=300).impacts
-    found = fit_oscillator(measured(truth, 1), 20.1, natural_frequency=NATURAL)
+    found = fit_oscillator(measured(truth, 1), 1 / 20.1, natural_frequency=NATURAL)
     assert found.warnings
     assert not any(math.isfinite(low) for low, _ in found.intervals.values())
 
@@ -533,43 +535,43 @@ def periodic():
 
 FULL = {"natural_frequency": NATURAL}
 BAD = {
-    "no impacts": (lambda: [1.0, 2.0], 20.1, FULL, "impacts"),
-    "too few": (lambda: chaos()[:150], 20.1, FULL, "200 or more"),
-    "periodic": (periodic, 22.1, FULL, r"period\(1,1\)"),
-    "no frequency": (chaos, -1.0, FULL, "forcing_frequency"),
-    "no natural frequency": (chaos, 20.1, {}, "natural_frequency"),
-    "unknown parameter": (chaos, 20.1, {**FULL, "free": ("mass",)}, "free"),
-    "a parameter twice": (chaos, 20.1, {**FULL, "free": ("damping", "damping")}, "free"),
-    "nothing free": (chaos, 20.1, {**FULL, "free": ()}, "free"),
-    "one that is not known": (chaos, 20.1, {**FULL, "free": ("damping",)}, "restitution among"),
-    "a bound of none": (chaos, 20.1, {**FULL, "bounds": {"mass": (0, 1)}}, "bounds"),
-    "bounds in disorder": (chaos, 20.1, {**FULL, "bounds": {"damping": (0.1, 0.01)}}, "bounds"),
-    "no such strength": (chaos, 20.1, {**FULL, "strengths": "loudness"}, "strengths"),
-    "strength not measured": (chaos, 20.1, {**FULL, "strengths": "peak"}, "measured peak"),
+    "no impacts": (lambda: [1.0, 2.0], 1 / 20.1, FULL, "impacts"),
+    "too few": (lambda: chaos()[:150], 1 / 20.1, FULL, "200 or more"),
+    "periodic": (periodic, 1 / 22.1, FULL, r"period\(1,1\)"),
+    "no period": (chaos, -1.0, FULL, "forcing_period"),
+    "no natural frequency": (chaos, 1 / 20.1, {}, "natural_frequency"),
+    "unknown parameter": (chaos, 1 / 20.1, {**FULL, "free": ("mass",)}, "free"),
+    "a parameter twice": (chaos, 1 / 20.1, {**FULL, "free": ("damping", "damping")}, "free"),
+    "nothing free": (chaos, 1 / 20.1, {**FULL, "free": ()}, "free"),
+    "one that is not known": (chaos, 1 / 20.1, {**FULL, "free": ("damping",)}, "restitution among"),
+    "a bound of none": (chaos, 1 / 20.1, {**FULL, "bounds": {"mass": (0, 1)}}, "bounds"),
+    "bounds in disorder": (chaos, 1 / 20.1, {**FULL, "bounds": {"damping": (0.1, 0.01)}}, "bounds"),
+    "no such strength": (chaos, 1 / 20.1, {**FULL, "strengths": "loudness"}, "strengths"),
+    "strength not measured": (chaos, 1 / 20.1, {**FULL, "strengths": "peak"}, "measured peak"),
     "strengths all alike": (
-        lambda: replace(chaos(), peak=np.ones(len(chaos()))), 20.1, {**FULL, "strengths": "peak"},
-        "strengths=None",
+        lambda: replace(chaos(), peak=np.ones(len(chaos()))), 1 / 20.1,
+        {**FULL, "strengths": "peak"}, "strengths=None",
     ),
     "no strengths to speak of": (
-        lambda: replace(chaos(), impulse=np.zeros(len(chaos()))), 20.1, FULL, "differ",
+        lambda: replace(chaos(), impulse=np.zeros(len(chaos()))), 1 / 20.1, FULL, "differ",
     ),
-    "no scene": (chaos, 20.1, {"scene": "beam"}, "scene"),
+    "no scene": (chaos, 1 / 20.1, {"scene": "beam"}, "scene"),
     "a soft stop": (
-        chaos, 20.1,
+        chaos, 1 / 20.1,
         {"scene": replace(scenes.karpodinis(), stops=(Stop(1.0, KelvinVoigt(1e3, 1.0)),))},
         "rigid stop",
     ),
     "friction": (
-        chaos, 20.1, {"scene": replace(scenes.karpodinis(), friction=Friction(0.1))}, "scene",
+        chaos, 1 / 20.1, {"scene": replace(scenes.karpodinis(), friction=Friction(0.1))}, "scene",
     ),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("case", BAD, ids=list(BAD))
 def test_bad_input_is_named(case):
-    impacts, frequency, options, told = BAD[case]
+    impacts, period, options, told = BAD[case]
     with pytest.raises(InvalidInput, match=told):
-        fit_oscillator(impacts(), frequency, **options)
+        fit_oscillator(impacts(), period, **options)
 
 
 def test_inferred_impacts_do_not_count():
@@ -577,7 +579,7 @@ def test_inferred_impacts_do_not_count():
     flags = np.zeros(len(train), np.uint8)
     flags[150:] = 16
     with pytest.raises(InvalidInput, match="150 impacts"):
-        fit_oscillator(replace(train, flags=flags), 20.1, **FULL)
+        fit_oscillator(replace(train, flags=flags), 1 / 20.1, **FULL)
 
 
 def test_as_train_counts_in_periods():

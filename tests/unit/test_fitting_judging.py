@@ -126,7 +126,7 @@ def estimates(monkeypatch):
 def test_a_wrong_machine_is_not_believed(estimates, monkeypatch):
     monkeypatch.setattr(fit, "TRIES", 2)
     wrong = scenes.karpodinis(20.1, amplitude=0.3)  # it is 0.25
-    found = fit_oscillator(measured(chaos(count=250), 2), 20.1, ("restitution",), scene=wrong)
+    found = fit_oscillator(measured(chaos(count=250), 2), 1 / 20.1, ("restitution",), scene=wrong)
     assert found.p_value <= 0.05
     assert found.distance > 2
     assert "does not explain" in found.warnings[-1]
@@ -147,7 +147,7 @@ def test_a_misfit_is_reported_before_all_trains_are_nearer(rank, misfit):
 def test_where_no_search_ends_at_impacts_the_fit_is_refused(monkeypatch):
     monkeypatch.setattr(fit, "_estimate", lambda problem: None)
     with pytest.raises(InvalidInput, match="one rigid stop") as caught:
-        fit_oscillator(chaos(count=250), 20.1, natural_frequency=22.2)
+        fit_oscillator(chaos(count=250), 1 / 20.1, natural_frequency=22.2)
     assert caught.value.argument == "impacts"
     assert "second stop" in str(caught.value)
 
@@ -166,7 +166,7 @@ def test_a_machine_with_two_stops_is_refused_or_warned_of(frequency, amplitude, 
     train = replace(measured(truth, 1), impulse=None)
     found, refusal = None, ""
     try:
-        found = fit_oscillator(train, frequency, natural_frequency=NATURAL, seed=1)
+        found = fit_oscillator(train, 1 / frequency, natural_frequency=NATURAL, seed=1)
     except InvalidInput as error:
         refusal = str(error)
     if found is None:

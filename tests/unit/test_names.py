@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import pickle
 import pydoc
+import re
 import subprocess
 import sys
 
@@ -57,3 +58,67 @@ def test_help_shows_the_function(name, first, last):
 def test_what_is_assigned_to_a_name_stays(monkeypatch):
     monkeypatch.setattr(impactsig, "simulate", "another")
     assert impactsig.simulate == "another"
+
+
+def _public():
+    """Every public callable: functions, classes and the public methods of these."""
+    places = {"": impactsig, "scenes.": impactsig.scenes, "flows.": impactsig.flows}
+    for prefix, place in places.items():
+        for name in getattr(place, "__all__", vars(place)):
+            thing = getattr(place, name)
+            if inspect.ismodule(thing) or not callable(thing) or name.startswith("_"):
+                continue
+            yield prefix + name, thing
+            if inspect.isclass(thing):
+                for method, one in inspect.getmembers(thing, callable):
+                    if not method.startswith("_"):
+                        yield f"{prefix}{name}.{method}", one
+
+
+def _parameters():
+    for path, thing in _public():
+        try:
+            signature = inspect.signature(thing)
+        except ValueError:  # what is built in
+            continue
+        for one in signature.parameters.values():
+            yield path, one, " ".join(_entry(thing, one.name).split())
+
+
+def _entry(thing, name):
+    """What the docstring says of a parameter, or of several named together."""
+    entry = re.search(
+        rf"^(?:[\w, ]+, )?{name}(?:, [\w, ]+)? : .*\n(?:    .*\n|\n)+",
+        (inspect.getdoc(thing) or "") + "\n",
+        re.MULTILINE,
+    )
+    return entry.group(0) if entry else ""
+
+
+SAME = {
+    "seed": "The same seed gives the same result; a Generator is drawn from and moves on.",
+    "workers": "as many as there are cores unless given. The result does not depend on it.",
+    "progress": "Whether to show how far it is; by default where a terminal or notebook is",
+}
+
+
+def test_seed_workers_and_progress_mean_and_default_to_the_same_everywhere():
+    seen = set()
+    for path, one, text in _parameters():
+        if one.name not in SAME:
+            continue
+        seen.add(one.name)
+        assert one.default is None, path
+        if (path, one.name) != ("sweep", "seed"):  # which makes a seed of every cell
+            assert SAME[one.name] in text, (path, one.name, text)
+    assert seen == set(SAME)
+
+
+def test_every_frequency_says_its_unit_and_forcing_is_given_by_its_period():
+    seen = set()
+    for path, one, text in _parameters():
+        assert "forcing_frequency" not in one.name, path
+        if "frequency" in one.name:
+            seen.add(path)
+            assert "angular" in one.name or "[Hz]" in text, (path, one.name, text)
+    assert {"Force", "BaseMotion", "scenes.karpodinis", "Cantilever.tuned"} <= seen

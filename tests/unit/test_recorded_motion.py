@@ -65,7 +65,7 @@ def test_of_a_velocity_alone_the_displacement_is_its_integral():
     for seed in range(12):
         noise = 10.0 * np.random.default_rng(seed).standard_normal(len(t))
         v = -2 * np.pi * 21.3 * np.sin(phase) + 3.0 + noise  # an offset as well
-        motion = recorded_motion(Recording(v, RATE, "mm/s"), velocity=0, frequency=21.3)
+        motion = recorded_motion(Recording(v, RATE, "mm/s"), velocity=0, forcing_period=1 / 21.3)
         ratios.append(np.mean((motion.x - np.cos(phase)) ** 2) / motion.noise**2)
     assert motion.unit == "mm"
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.5)  # few draws of a random walk
@@ -137,7 +137,7 @@ def test_restitution_of_a_recorded_velocity_and_uncertain_instants():
     assert 3 not in exact.restitution(train).impacts
 
 
-def test_stroboscopic_by_channel_and_by_frequency():
+def test_stroboscopic_by_channel_and_by_period():
     _, x, forcing = swing(1e-4)
     by_channel = recorded_motion(record(x, forcing), "c0", forcing="c1")
     # The forcing is greatest where the swing goes up through 0.
@@ -145,8 +145,8 @@ def test_stroboscopic_by_channel_and_by_frequency():
     assert len(xs) == pytest.approx(105, abs=1)
     assert xs[2:-2] == pytest.approx(0, abs=2e-3)
     assert vs[2:-2] == pytest.approx(2 * np.pi * 21, rel=2e-3)
-    by_frequency = recorded_motion(record(x), frequency=21.0)
-    xs, vs = by_frequency.stroboscopic(np.pi / 2)
+    by_period = recorded_motion(record(x), forcing_period=1 / 21.0)
+    xs, vs = by_period.stroboscopic(np.pi / 2)
     assert xs == pytest.approx(0, abs=2e-3)
     assert vs[2:-2] == pytest.approx(-2 * np.pi * 21, rel=2e-3)
     with pytest.raises(InvalidInput, match="forcing"):
@@ -190,7 +190,7 @@ def test_the_restitution_coefficient_is_found(noise):
 
 def test_a_phase_portrait_is_drawn():
     _, x, _ = swing(1e-4, duration=0.5)
-    ax = plot.phase_portrait(recorded_motion(record(x), frequency=21.0))
+    ax = plot.phase_portrait(recorded_motion(record(x), forcing_period=1 / 21.0))
     assert ax.get_xlabel() == "displacement $x$ [mm]"
     assert len(ax.lines) == 2
 
@@ -200,7 +200,7 @@ def test_refusals():
     with pytest.raises(InvalidInput, match="displacement"):
         recorded_motion(record(x, forcing))
     with pytest.raises(InvalidInput, match="one of the two"):
-        recorded_motion(record(x, forcing), "c0", forcing="c1", frequency=21.0)
+        recorded_motion(record(x, forcing), "c0", forcing="c1", forcing_period=1 / 21.0)
     with pytest.raises(InvalidInput, match="nan at sample 3"):
         recorded_motion(record(np.where(np.arange(len(x)) == 3, np.nan, x)))
     with pytest.raises(InvalidInput, match="velocity: got c0; required: another channel"):

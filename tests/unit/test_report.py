@@ -55,7 +55,7 @@ def recording(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(recording):
-    return analyse(recording, sensor="force", unit="V", forcing_frequency=20.0)
+    return analyse(recording, sensor="force", unit="V", forcing_period=1 / 20.0)
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +132,7 @@ def test_excerpts_hold_their_impact_at_full_rate(found):
 
 def test_blocks_give_what_the_whole_gives(recording, found, monkeypatch):
     monkeypatch.setattr(files, "WHOLE_BELOW", 1000)
-    blockwise = analyse(recording, sensor="force", unit="V", forcing_frequency=20.0)
+    blockwise = analyse(recording, sensor="force", unit="V", forcing_period=1 / 20.0)
     for name in ("time", "contact_time", "peak"):
         np.testing.assert_array_equal(
             getattr(blockwise.impacts, name), getattr(found.impacts, name)
@@ -178,10 +178,10 @@ def test_channels_are_offered_under_the_numbers_by_which_they_are_chosen(tmp_pat
     assert analyse(path, rate=100.0, channel="1").overviews[0].channels == ("b",)
 
 
-@pytest.mark.parametrize("frequency", [0.0, -1.0, float("nan"), float("inf"), "20"])
-def test_a_forcing_frequency_is_positive(recording, frequency):
-    with pytest.raises(InvalidInput, match="forcing_frequency"):
-        analyse(recording, forcing_frequency=frequency)
+@pytest.mark.parametrize("period", [0.0, -1.0, float("nan"), float("inf"), "20"])
+def test_a_forcing_period_is_positive(recording, period):
+    with pytest.raises(InvalidInput, match="forcing_period"):
+        analyse(recording, forcing_period=period)
 
 
 def test_the_overview_keeps_every_spike_at_its_time():

@@ -42,12 +42,12 @@ def read(impacts, asked=True, frequency=None):
 
 @pytest.fixture(scope="module")
 def periodic():
-    return analyse(PERIODIC, sensor="force", unit="V", forcing_frequency=22.1, dynamics=True)
+    return analyse(PERIODIC, sensor="force", unit="V", forcing_period=1 / 22.1, dynamics=True)
 
 
 @pytest.fixture(scope="module")
 def chaotic():
-    return analyse(CHAOTIC, sensor="force", unit="V", forcing_frequency=20.1, dynamics=True)
+    return analyse(CHAOTIC, sensor="force", unit="V", forcing_period=1 / 20.1, dynamics=True)
 
 
 @pytest.fixture(scope="module")
@@ -68,13 +68,14 @@ def noise(chaotic):
 
 def of(analysis, impacts, asked=True, frequency=None):
     """That analysis, had these impacts been found in it."""
-    period = identify_period(impacts, None if frequency is None else 1 / frequency)
+    forced = None if frequency is None else 1 / frequency
+    period = identify_period(impacts, forced)
     return replace(
         analysis,
         impacts=impacts,
         periodicity=period,
-        dynamics=read_dynamics(impacts, period, frequency, asked),
-        forcing_frequency=frequency,
+        dynamics=read_dynamics(impacts, period, forced, asked),
+        forcing_period=forced,
     )
 
 
@@ -337,9 +338,9 @@ def test_missed_impacts_are_spoken_of_where_the_forcing_is_known(periodic):
     assert care(of(periodic, impacts)) == []
 
 
-def test_without_a_forcing_frequency_no_impact_is_checked(chaotic):
+def test_without_a_forcing_period_no_impact_is_checked(chaotic):
     unknown = replace(chaotic.dynamics, repair=None)
-    asked = replace(chaotic, forcing_frequency=None, dynamics=unknown)
+    asked = replace(chaotic, forcing_period=None, dynamics=unknown)
     assert "takes the forcing frequency" in care(asked)[0]
 
 

@@ -113,8 +113,10 @@ def acceleration(oscillator, t, x, v):
     """x'' as `Oscillator`, `Force`, `BaseMotion`, `KelvinVoigt` and `Friction` document it."""
 
     def harmonic(part):
-        angle = part.frequency * t + part.phase
-        return part.amplitude * math.cos(angle), -part.amplitude * part.frequency * math.sin(angle)
+        angle = part.angular_frequency * t + part.phase
+        return part.amplitude * math.cos(
+            angle
+        ), -part.amplitude * part.angular_frequency * math.sin(angle)
 
     at, moving = harmonic(oscillator.base) if oscillator.base else (0.0, 0.0)
     base = oscillator.base

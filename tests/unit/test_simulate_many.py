@@ -188,8 +188,8 @@ def numbers_of(machine):
     found = [machine.mass, machine.damping, machine.stiffness, machine.load]
     found += [machine.time_unit, machine.length_unit, machine.mass_unit]
     for force in machine.forces:
-        found += [force.amplitude, force.frequency, force.phase]
-    found += [machine.base.amplitude, machine.base.frequency, machine.base.phase]
+        found += [force.amplitude, force.angular_frequency, force.phase]
+    found += [machine.base.amplitude, machine.base.angular_frequency, machine.base.phase]
     for stop in machine.stops:
         found += [stop.position, *(v for v in vars(stop.law).values() if isinstance(v, float))]
     return [*found, machine.friction.kinetic, machine.friction.static]

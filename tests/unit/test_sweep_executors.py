@@ -330,7 +330,7 @@ import impactsig
 impactsig.simulate
 def ratio(frequency):
     beam = impactsig.scenes.karpodinis(frequency)
-    return impactsig.simulate(beam, periods=2).system.forces[0].frequency
+    return impactsig.simulate(beam, periods=2).system.forces[0].angular_frequency
 study = impactsig.sweep(ratio, {"frequency": [11.1, 22.2]}, executor="processes", workers=1)
 assert study["value"].tolist() == [0.5, 1.0], study["value"]
 """

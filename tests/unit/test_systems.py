@@ -146,20 +146,29 @@ def tangent(column):
     return matrix.shape == (system(column).dimension,) * 2
 
 
+def cut(column):
+    """Of a flow: the section by which its returns are counted."""
+    return {"section": ("z", 27.0)} if column == "flow" else {}
+
+
 def diagram(column):
     make, value, _ = COLUMNS[column]
-    return len(im.bifurcation_diagram(make, [value], periods=5, transient=5, workers=1).values) == 1
+    look = {"periods": 5, "transient": 5, "workers": 1, **cut(column)}
+    found = im.bifurcation_diagram(make, [value], **look)
+    return found.status == ("complete",) and len(found.strobe[0]) > 0
 
 
 def chart(column):
     make, value, _ = COLUMNS[column]
-    found = im.periodicity_chart(lambda a, b: make(a), [value], [0.0, 1.0], periods=5, workers=1)
-    return found.classes.size == 2 if hasattr(found, "classes") else True
+    look = {"periods": 5, "workers": 1, **cut(column)}
+    found = im.periodicity_chart(lambda a, b: make(a), [value], [0.0, 1.0], **look)
+    return found.classes.size == 2 and not found.failed.any()
 
 
 def response(column):
     make, value, _ = COLUMNS[column]
-    return im.response_spectrum(make, [value], periods=5, transient=5, workers=1) is not None
+    look = {"periods": 5, "transient": 5, "workers": 1, **cut(column)}
+    return im.response_spectrum(make, [value], **look).amplitude[0] > 0
 
 
 def continued(column):

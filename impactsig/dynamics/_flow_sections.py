@@ -1,0 +1,91 @@
+"""The returns of a flow to a section: the level of a coordinate, crossed upwards."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .._arguments import number
+from ..errors import InvalidInput
+from ..oscillators.flows import Flow
+from ..simulate import simulate
+from ..simulate._course import Running, coordinate_of
+from ..simulate._events import DIVERGED, ENDLESS, EXHAUSTED
+from ..simulate.flow_motion import FlowMotion
+from ._flow_shooting import rate_at
+
+Section = tuple[str | int, float]
+
+STEPS = 64  # between two looks whether a flow that does not return has come to rest
+PATIENCE = 16_000  # looks without a return after which none is waited for
+AT_REST = 1e-10  # change between two looks, as a share of the greatest size, of a flow at rest
+REST = 1e-3  # share of the time that it took to come to rest, in which it is looked at there
+
+
+def checked_section(section: Any) -> Section | None:
+    """A coordinate and a level, or None.
+
+    Raises
+    ------
+    InvalidInput
+        If it is neither. Whether a flow has the coordinate is seen later.
+    """
+    if section is None:
+        return None
+    required = "the name or number of a coordinate, and a level"
+    try:
+        signal, level = section
+    except (TypeError, ValueError):
+        raise InvalidInput("section", section, required) from None
+    if not isinstance(signal, (str, int)) or isinstance(signal, bool):
+        raise InvalidInput("section", section, required)
+    return signal, number("section", level, required)
+
+
+def cut(
+    flow: Flow, section: Section, count: int, transient: int, initial: Any
+) -> tuple[FlowMotion, np.ndarray, np.ndarray, np.ndarray] | str:
+    """A motion of so many returns, and its instants, states and rates on the section.
+
+    The first of ``count + 1`` instants ends the transient. A flow that comes to rest has as many
+    states, all alike, but no rates. Of one that does neither, what it does instead.
+    """
+    from ..simulate._flow_spikes import Task, spikes
+
+    signal, level = section
+    column = coordinate_of(flow, signal)
+    running = Running(flow, signal, initial)
+    wanted, found, size = transient + count + 1, list[float](), 0.0
+    task = Task(False, level, True, False, np.inf, wanted)
+    before, silent, rests, span = running.course.state.copy(), 0, False, 0.0
+    while len(found) < wanted and silent < PATIENCE and not rests:
+        span = running.time
+        status, times = spikes(
+            running.tableau, running.field, task._replace(wanted=wanted - len(found)),
+            running.scratch, running.course, STEPS,
+        )  # fmt: skip
+        found.extend(times.tolist())
+        now = running.course.state.copy()
+        if status in (DIVERGED, ENDLESS):
+            return "diverged" if status == DIVERGED else "no return"
+        size = max(size, float(np.abs(now).max()), float(np.abs(before).max()))
+        silent = 0 if len(times) else silent + 1
+        rests = status == EXHAUSTED and bool(np.abs(now - before).max() <= AT_REST * size)
+        before = now
+    if len(found) == wanted:
+        returns = np.array(found[transient:])
+        motion = simulate(
+            flow, duration=returns[-1] - returns[0], transient=returns[0], initial=initial
+        )
+        points = motion.sample(np.clip(returns, motion.start, motion.stop))
+        rates = np.array([
+            rate_at(flow, t, y)[column] for t, y in zip(returns[1:], points[1:], strict=True)
+        ])  # fmt: skip
+        return motion, returns, points, rates
+    if not rests:
+        return "no return"
+    span = max(span, 1.0)
+    motion = simulate(flow, duration=REST * span, transient=span, initial=initial)
+    points = np.repeat(motion.final[None, :], count + 1, axis=0)
+    return motion, np.linspace(motion.start, motion.stop, count + 1), points, np.empty(0)
