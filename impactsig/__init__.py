@@ -97,6 +97,7 @@ if TYPE_CHECKING:
         stop_restitution,
         stop_stiffness,
     )
+    from .oscillators.batch import OscillatorBatch
     from .oscillators.flows import Flow
     from .reading_motion import recorded_motion
     from .reconstruct import (
@@ -145,6 +146,7 @@ if TYPE_CHECKING:
     from .simulate.firing import integrate_and_fire, threshold_crossings
     from .simulate.flow_motion import FlowMotion
     from .simulate.measuring import Measured, measure
+    from .simulate.motions import Motions
     from .simulate.restitution import ApparentRestitution, apparent_restitution
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
@@ -236,6 +238,7 @@ _HOME = {
         "averaged_false_neighbors",
         "false_nearest_neighbors",
     ),
+    "oscillators.batch": ("OscillatorBatch",),
     "oscillators.flows": ("Flow",),
     "reconstruct.determinism": ("ReturnMapDeterminism", "return_map_determinism"),
     "reconstruct.information": ("mutual_information",),
@@ -267,6 +270,7 @@ _HOME = {
         "simulate_many",
     ),
     "simulate.measuring": ("Measured", "measure"),
+    "simulate.motions": ("Motions",),
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
     "dynamics.basins": ("Attractor", "Basins", "basins_of_attraction"),
@@ -358,11 +362,13 @@ __all__ = [
     "Microphone",
     "MissingExtra",
     "Motion",
+    "Motions",
     "Noise",
     "NoisyMotion",
     "OrbitPeriod",
     "OrdinalPatterns",
     "Oscillator",
+    "OscillatorBatch",
     "OscillatorFit",
     "PBifurcation",
     "PeriodTrack",

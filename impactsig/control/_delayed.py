@@ -23,7 +23,7 @@ from ..simulate._events import (
     row_of,
 )
 from ..simulate._frame import first_place
-from ..simulate._run import CHUNK, LEGS_AT_LEAST, LEGS_PER_PERIOD, _after
+from ..simulate._run import CHUNK, after, work
 from ..simulate._tableau import DEGREE
 from ..simulate.motion import Motion, assemble
 from ..simulate.runge_kutta import RungeKutta, SteppingEngine
@@ -93,8 +93,8 @@ class DelayedRun:
         count[AT] = locate(
             self.line, count[NUMBER], clock[TURNS] - fb.turns, clock[PHASE] - fb.phase
         )
-        end = _after(self.phase, until)
-        legs = LEGS_AT_LEAST + int(min(LEGS_PER_PERIOD * max(end[0] - clock[TURNS], 0), 2**62))
+        end = after(self.phase, until)
+        legs = int(work(end[0] - clock[TURNS]))
         engine = self.engine
         count[LEG_COUNT] = 0
         while True:

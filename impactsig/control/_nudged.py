@@ -31,7 +31,7 @@ from ..simulate._events import (
     row_of,
 )
 from ..simulate._frame import base_motion, first_place, multiple, pace
-from ..simulate._run import CHUNK, LEGS_PER_PERIOD, _after, _engine
+from ..simulate._run import CHUNK, LEGS_PER_PERIOD, _engine, after
 from ..simulate.motion import Motion, assemble
 from ..simulate.runge_kutta import SteppingEngine
 from .ogy import OGY
@@ -178,7 +178,7 @@ def run_nudged(
         engine = going.period(clock[TURNS], clock[PHASE], how, by)
         if n > 0:
             rows += _marks(clock, state, count)
-        end = _after(phase, min(n + 1.0, length))
+        end = after(phase, min(n + 1.0, length))
         count[LEG_COUNT] = 0
         while True:
             found = engine.run(clock, state, count, buffer, *end, LEGS_PER_PERIOD)

@@ -11,7 +11,7 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate._events import APPROACH, COLUMNS, MODE, PHASE, START, Q, V, row_of
 from ..simulate._exact import ExactEngine
-from ..simulate._run import Run, _after
+from ..simulate._run import Run, after
 from ..simulate.runge_kutta import FixedStep
 
 ROOM = 8192  # events that are held at a time
@@ -69,7 +69,7 @@ class Follower:
         from ._columns import NEXT
 
         run, status = self.run, self.run.status
-        instants = np.array([_after(run.phase, edge * run.per_turn) for edge in edges])
+        instants = np.array([after(run.phase, edge * run.per_turn) for edge in edges])
         instants = instants.reshape(-1, 2)
         taken = np.empty((len(instants), len(self.totals)))
         self.place[NEXT] = 0

@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import Motion
+from ..simulate._columns import columns_of, form_of
 from ..simulate._events import (
     COLUMNS,
     DONE,
@@ -27,11 +28,11 @@ from ..simulate._events import (
     Q,
     V,
 )
-from ..simulate._exact import ExactEngine, begun, piecewise_linear, stacked
-from ..simulate._frame import base_motion, first_phase, first_place, pace, reference_frequency
-from ..simulate._modes import shape
+from ..simulate._exact import ExactEngine, piecewise_linear, room
+from ..simulate._frame import base_motion, first_phase, pace, reference_frequency
+from ..simulate._modes import Stack, stacks
+from ..simulate._moving import Moving
 from ..simulate._run import Run
-from ..simulate._user import restitution_laws
 from ._strobing import FOUND, closing, follow, follow_machines, least
 from .tangent import tangent_map
 
@@ -188,7 +189,7 @@ def settle_all(
         # Where the forcing does not recur, no motion closes.
         longest = LONGEST if oscillator.forcing_recurs else 0
         if piecewise_linear(oscillator):
-            alike.setdefault((longest, shape(oscillator)), []).append(k)
+            alike.setdefault((longest, form_of(oscillator)), []).append(k)
         else:
             rule = float(tolerance), longest, ends, LEGS
             found[k] = _stepped(oscillator, periods, rule, start)
@@ -198,7 +199,10 @@ def settle_all(
         if len(machines) == 1:  # its tables are kept for what else is asked of it
             found[members[0]] = _alone(machines[0], periods, rule, start)
         else:
-            found |= zip(members, _together(machines, periods, rule, start), strict=True)
+            for stack in stacks(columns_of(machines), CHATTER, skip=True):
+                mine = [machines[k] for k in stack.which]
+                places = [members[k] for k in stack.which]
+                found |= zip(places, _together(stack, mine, periods, rule, start), strict=True)
     return [found[k] for k in range(len(oscillators))]
 
 
@@ -216,23 +220,16 @@ def _alone(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, Any
 
 
 def _together(
-    oscillators: list[Oscillator], periods: int, rule: Any, start: dict[str, Any]
+    stack: Stack, oscillators: list[Oscillator], periods: int, rule: Any, start: dict[str, Any]
 ) -> Iterator[Settled]:
-    """Those of one shape, by the exact engine."""
-    plan, many, scratch = stacked(oscillators, CHATTER)
-    phase = first_phase(start["phase"])
-    starts = []
-    for k, oscillator in enumerate(oscillators):
-        place = first_place(oscillator, start["initial"], phase)
-        bound = float(many.force_bound[k, 0])
-        starts.append(begun(oscillator, plan, many.origin[k], bound, *place))
-    states, counts = (np.array(column) for column in zip(*starts, strict=True))
-    clocks = np.zeros((len(oscillators), 3))
-    clocks[:, PHASE] = phase
-    strobes = np.empty((len(oscillators), periods + 1, STROBE))
-    ended = np.full((len(oscillators), FOUND), -1, np.int64)
-    laws = restitution_laws(oscillators[0])
-    follow_machines(many, scratch, *laws, clocks, states, counts, strobes, rule, ended)
+    """Those of one layout, by the exact engine."""
+    n = len(oscillators)
+    initial = np.broadcast_to(np.asarray(start["initial"], float), (n, 2))
+    moving = Moving(stack, initial, np.full(n, first_phase(start["phase"])))
+    strobes = np.empty((n, periods + 1, STROBE))
+    ended = np.full((n, FOUND), -1, np.int64)
+    many, clocks, states, counts = stack.problem, moving.clocks, moving.states, moving.counts
+    follow_machines(many, room(many), *stack.laws, clocks, states, counts, strobes, rule, ended)
     for k, (status, closed, _caught, last) in enumerate(ended.tolist()):
         where = clocks[k], states[k], counts[k]
         yield Settled(oscillators[k], start, strobes[k, : last + 1], closed, STATUS[status], where)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from .._compiled import njit
+from ..simulate._batch_kernels import machine
 from ..simulate._engine import run
 from ..simulate._events import (
     COLUMNS,
@@ -23,7 +24,6 @@ from ..simulate._events import (
     Q,
     V,
 )
-from ..simulate._flow import Problem
 from ..simulate._passing import set_clock
 
 NOISE = 1e-13  # returns this close, as a share of the size, are exact but for rounding
@@ -163,7 +163,7 @@ def follow_all(p, scratch, upper, lower, phase, states, modes, strobes, rule, kn
 def follow_machines(many, scratch, upper, lower, clocks, states, counts, strobes, rule, found):
     """Follow one start of each machine of a layout, from where the clocks and states are.
 
-    `many` are their tables as `simulate._modes.problems` makes them; `found`, of shape
+    `many` are their tables as `simulate._modes.stacks` makes them; `found`, of shape
     (machines, FOUND), is filled with the status, the period of the orbit and the periods taken.
     """
     known = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
@@ -175,40 +175,3 @@ def follow_machines(many, scratch, upper, lower, clocks, states, counts, strobes
             p, scratch, upper, lower, clocks[k], states[k], counts[k], strobes[k], rule, known
         )
         found[k, STATUS_OF], found[k, CLOSED], found[k, TAKEN] = status, m, last
-
-
-@njit(nogil=True, inline="always")
-def machine(many, k):
-    """The tables of one of them."""
-    return Problem(
-        many.kappa[k],
-        many.delta[k],
-        many.root[k],
-        many.sort[k],
-        many.constant[k],
-        many.rest[k],
-        many.drift[k],
-        many.cosine[k],
-        many.sine[k],
-        many.reach[k],
-        many.rate[k],
-        many.ratio[k],
-        many.force_cos[k],
-        many.force_sin[k],
-        many.force_bound[k],
-        many.pressed,
-        many.gaps,
-        many.leans[k],
-        many.gap[k],
-        many.means,
-        many.land[k],
-        many.origin[k],
-        many.side,
-        many.restitution[k],
-        many.speed[k],
-        many.kinetic[k],
-        many.static[k],
-        many.rubs,
-        many.chatter,
-        many.skip,
-    )

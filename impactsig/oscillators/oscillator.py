@@ -11,7 +11,18 @@ from typing import Any
 from .._arguments import flag, text
 from ..errors import InvalidInput
 from ._recurrence import Recurrence, recurrence, repeats
-from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Noise, Rigid, Stop, numbers
+from .parts import (
+    BaseMotion,
+    Force,
+    Friction,
+    Hertz,
+    KelvinVoigt,
+    Noise,
+    Rigid,
+    Stop,
+    columns_allowed,
+    numbers,
+)
 
 
 @dataclass(frozen=True)
@@ -110,6 +121,8 @@ class Oscillator:
             raise InvalidInput("noise", self.noise, "Noise(...) or None")
         if self.law is not None and not callable(self.law):
             raise InvalidInput("law", self.law, "a function of t, x and v, or None")
+        if columns_allowed.get():  # the batch compares its columns with each other
+            return
         self._check_stops()
         natural = self.stiffness / self.mass
         for frequency in self.angular_frequencies:

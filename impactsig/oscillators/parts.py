@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from .._arguments import choice, flag
 from ..errors import InvalidInput
 from .equivalents import stop_damping
+
+columns_allowed: ContextVar[bool] = ContextVar("columns_allowed", default=False)
+"""Whether numbers may be columns: while a scene makes a batch of arrays, and never else."""
 
 
 @dataclass(frozen=True)
@@ -289,7 +293,7 @@ def numbers(
     least: float = -math.inf,
     most: float = math.inf,
 ) -> None:
-    """Make the named fields floats.
+    """Make the named fields floats; of a batch they may be columns, one number a machine.
 
     Raises
     ------
@@ -298,6 +302,13 @@ def numbers(
     """
     for name in names:
         value = getattr(owner, name)
+        if columns_allowed.get() and (hasattr(value, "ndim") or hasattr(least, "ndim")):
+            wrong = (value != value) | (abs(value) == math.inf)
+            wrong = wrong | (value <= above) | (value < least) | (value > most)
+            if not wrong.any():
+                continue
+            first = int(wrong.argmax())  # refused below as it is alone
+            value, least = (one[first] if hasattr(one, "ndim") else one for one in (value, least))
         try:
             number = float(value)
         except (TypeError, ValueError):

@@ -1,5 +1,8 @@
 """The systems of the papers, with their parameters; a value that is our choice is marked so.
 
+Those that are linear between events take arrays for their parameters: shapes broadcast, and what
+they make is an `OscillatorBatch`.
+
 Those without dimensions tell no seconds: their time is in units of the papers' equations.
 """
 
@@ -13,14 +16,26 @@ from typing import Any, Literal
 
 from .._arguments import choice
 from ..errors import InvalidInput
+from .batch import takes_arrays
 from .cantilever import Cantilever
 from .oscillator import Oscillator
-from .parts import BaseMotion, Force, Friction, KelvinVoigt, Noise, Rigid, Stop, numbers
+from .parts import (
+    BaseMotion,
+    Force,
+    Friction,
+    KelvinVoigt,
+    Noise,
+    Rigid,
+    Stop,
+    columns_allowed,
+    numbers,
+)
 
 NATURAL_FREQUENCY = 22.2
 """First natural frequency of the beam of [Karpodinis]_ [Hz]."""
 
 
+@takes_arrays()
 def karpodinis(
     frequency: float = 22.1,
     *,
@@ -59,10 +74,11 @@ def karpodinis(
         forces=(Force(amplitude, frequency / NATURAL_FREQUENCY),),
         stops=(Stop(1.0, Rigid(restitution)),),
         time_unit=1 / (2 * math.pi * NATURAL_FREQUENCY),
-        name=f"Karpodinis' beam at {frequency:g} Hz",
+        name=_named("Karpodinis' beam at {:g} Hz", frequency),
     )
 
 
+@takes_arrays()
 def okolewski(
     eta: float,
     restitution: float,
@@ -100,17 +116,18 @@ def okolewski(
     _require(above=0.0, eta=eta, stop_stiffness=stop_stiffness)
     law: Rigid | KelvinVoigt = Rigid(restitution)
     if stop == "soft":
-        law = KelvinVoigt.equivalent(restitution, stop_stiffness)
+        law = _equivalent(restitution, stop_stiffness)
     known: dict[str, Any] = {
         "damping": 0.23,
         "base": BaseMotion(0.0025, eta, -math.pi / 2, damper=False, stops=True),
         "stops": (Stop(0.0, law, "lower"),),
-        "name": f"Okolewski's {stop} stop at eta = {eta:g}",
+        "name": _named(f"Okolewski's {stop} stop at eta = {{:g}}", eta),
         "in_seconds": False,
     }
     return Oscillator(**(known | changes))
 
 
+@takes_arrays()
 def tian(
     omega: float,
     amplitude: float,
@@ -164,11 +181,12 @@ def tian(
         damping=2 * damping_ratio,
         forces=(Force(amplitude, omega, -math.pi / 2),),
         stops=(Stop(gap, soft if stop == "soft" else Rigid(restitution)),),
-        name=f"Tian's {stop} stop at omega = {omega:g}, A = {amplitude:g}",
+        name=_named(f"Tian's {stop} stop at omega = {{:g}}, A = {{:g}}", omega, amplitude),
         in_seconds=False,
     )
 
 
+@takes_arrays()
 def begley_virgin(
     gamma: float,
     sigma: float | tuple[float, float],
@@ -213,13 +231,14 @@ def begley_virgin(
     _require(least=0.0, friction=friction, damping_ratio=damping_ratio)
     _require(least=0.0, most=1.0, kinetic_ratio=kinetic_ratio)
     left, right = _both(sigma)
+    rubs = bool(friction.any() if hasattr(friction, "any") else friction)
     wall = KelvinVoigt(wall_stiffness)
     return Oscillator(
         damping=2 * damping_ratio,
         base=BaseMotion(1.0, gamma, -math.pi / 2),
         stops=(Stop(left, wall, "lower"), Stop(right, wall, "upper")),
-        friction=Friction(kinetic_ratio * friction, friction) if friction else None,
-        name=f"Begley and Virgin's walls at gamma = {gamma:g}",
+        friction=Friction(kinetic_ratio * friction, friction) if rubs else None,
+        name=_named("Begley and Virgin's walls at gamma = {:g}", gamma),
         in_seconds=False,
     )
 
@@ -280,6 +299,9 @@ def _van_der_pol_duffing(gain: float, loss: float) -> Callable[[float, float, fl
     return law
 
 
+@takes_arrays(
+    *("length", "width", "thickness", "modulus", "density", "natural_frequency"),
+)
 def cantilever(
     length: float,
     width: float,
@@ -358,7 +380,7 @@ def cantilever(
         # Relative to what it is clamped in, inertia is a force; but a lumped mass that hangs on a
         # moving spring feels its own share of that already.
         share = float(beam.participation(1)[0]) - (loading == "clamp")
-        force = share * mass * omega**2 * amplitude
+        force = share * mass * (omega * omega) * amplitude
     known: dict[str, Any] = {
         "mass": mass,
         "damping": 2 * damping_ratio * math.sqrt(mass * stiffness),
@@ -371,15 +393,43 @@ def cantilever(
     return Oscillator(**(known | changes))
 
 
-def _both(sigma: Any) -> tuple[float, float]:
+def _both(sigma: Any) -> tuple[Any, Any]:
     """The walls on the left and on the right."""
+    pair = sigma if isinstance(sigma, (tuple, list)) else None
+    required = "a positive number, or two finite ones, left < right"
     try:
-        left, right = map(float, sigma if hasattr(sigma, "__len__") else (-sigma, sigma))
+        left, right = pair if pair else (-sigma, sigma)
+        if not columns_allowed.get():
+            left, right = float(left), float(right)
     except (TypeError, ValueError):
-        left = right = math.nan
-    if not (math.isfinite(left) and math.isfinite(right) and left < right):
-        raise InvalidInput("sigma", sigma, "a positive number, or two finite ones, left < right")
+        raise InvalidInput("sigma", sigma, required) from None
+    for value in (left, right):
+        numbers(SimpleNamespace(sigma=value), "sigma")
+    right_order = left < right
+    if not (right_order.all() if hasattr(right_order, "all") else right_order):
+        raise InvalidInput("sigma", sigma, required)
     return left, right
+
+
+def _equivalent(restitution: Any, stiffness: Any) -> KelvinVoigt:
+    """`KelvinVoigt.equivalent`, of a batch for one machine after the other."""
+    if not columns_allowed.get():
+        return KelvinVoigt.equivalent(restitution, stiffness)
+    import numpy as np
+
+    pairs = np.stack(np.broadcast_arrays(restitution, stiffness), axis=-1).reshape(-1, 2)
+    known, which = np.unique(pairs, axis=0, return_inverse=True)
+    token = columns_allowed.set(False)
+    try:
+        damping = np.array([KelvinVoigt.equivalent(*pair).damping for pair in known.tolist()])
+    finally:
+        columns_allowed.reset(token)
+    return KelvinVoigt(stiffness, damping[which.ravel()])
+
+
+def _named(words: str, *values: Any) -> str:
+    """A name with numbers in it; a batch has none, its oscillators have."""
+    return "" if columns_allowed.get() else words.format(*values)
 
 
 def _require(

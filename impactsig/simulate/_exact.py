@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..oscillators import Hertz, KelvinVoigt, Oscillator, Rigid
-from ._events import COUNTERS, MODE
-from ._frame import reference_frequency
-from ._laws import spring_push
-from ._layout import Layout, layout, only_pushes, structure
-from ._modes import problems, tables
+from ..oscillators import Hertz, KelvinVoigt, Oscillator
+from ._modes import Stack, tables, taken
+from ._starts import begun
 
 if TYPE_CHECKING:
     from ._flow import Problem, Scratch
@@ -23,8 +19,17 @@ class ExactEngine:
 
     def __init__(self, oscillator: Oscillator, chatter: float, skip: bool) -> None:
         self.oscillator = oscillator
-        self.omega, self.layout, self.problem, self.laws = tables(oscillator, chatter, skip)
+        self.omega, self.problem, self.laws, self.stack = tables(oscillator, chatter, skip)
         self.scratch = room(self.problem)
+
+    @classmethod
+    def of(cls, oscillator: Oscillator, stack: Stack, k: int) -> ExactEngine:
+        """The engine of one machine of a stack."""
+        engine = cls.__new__(cls)
+        engine.oscillator = oscillator
+        engine.omega, engine.problem, engine.laws, engine.stack = taken(stack, k)
+        engine.scratch = room(engine.problem)
+        return engine
 
     def __reduce__(self) -> tuple[Any, ...]:
         """To other processes: made anew there, since compiled functions cannot go."""
@@ -32,8 +37,8 @@ class ExactEngine:
 
     def begin(self, q: float, v: float, phase: float) -> tuple[np.ndarray, np.ndarray]:
         """State and counters of a start; the stops that are pressed on follow from it."""
-        p = self.problem
-        return begun(self.oscillator, self.layout, p.origin, float(p.force_bound[0]), q, v)
+        states, counts = begun(self.stack, np.array([q]), np.array([v]))
+        return states[0], counts[0]
 
     def run(
         self,
@@ -88,44 +93,9 @@ def piecewise_linear(oscillator: Oscillator) -> bool:
     return not (oscillator.law or any(isinstance(stop.law, Hertz) for stop in oscillator.stops))
 
 
-def stacked(oscillators: Sequence[Oscillator], chatter: float) -> tuple[Layout, Problem, Scratch]:
-    """Layout, tables and room of machines whose tables have the same `shape`."""
-    plan = layout(structure(oscillators[0]))
-    many = problems(oscillators, plan, chatter, skip=True)
-    return plan, many, room(many)
-
-
 def room(problem: Problem) -> Scratch:
     """Room for a leg."""
     from ._flow import COMPLETE, Scratch
 
     components, gaps = problem.ratio.shape[-1], problem.gap.shape[-2]
     return Scratch(np.empty((components, 5)), np.empty(COMPLETE + 1), np.empty((gaps, 4)))
-
-
-def begun(
-    oscillator: Oscillator, plan: Layout, origin: np.ndarray, force_bound: float, q: float, v: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """State and counters of a start; the stops that are pressed on follow from it."""
-    omega = reference_frequency(oscillator)
-    side, level, lifted = 0, 0, frozenset[int]()
-    for name, sign in (("upper", 1), ("lower", -1)):
-        for stop in oscillator.stops_on(name):
-            depth = sign * (q - stop.position)
-            if depth <= 0:
-                break
-            if isinstance(stop.law, Rigid):
-                q = stop.position
-                break
-            side, level = sign, level + 1
-            force = spring_push(stop.law.stiffness, stop.law.damping * omega, depth, sign * v)
-            if force < 0 and only_pushes(stop):
-                lifted |= {level - 1}
-    mode = plan.modes[side, level, lifted]
-    if plan.way[mode]:
-        mode += v < 0
-    count = np.zeros(COUNTERS, np.int64)
-    count[MODE] = mode
-    # A first touch at next to no speed must not set the scale of chatter.
-    slow = 1e-6 * (force_bound + abs(oscillator.load) / (oscillator.mass * omega**2))
-    return np.array([q - origin[mode], v, slow, 0.0]), count

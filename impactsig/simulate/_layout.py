@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..oscillators import KelvinVoigt, Oscillator, Rigid, Stop
-from ._laws import PUSHER, RIGID, SPRING
+from ._columns import Columns, kinds_of_stops, order_of_stops
+from ._laws import PUSHER, RIGID
 
 
 class Structure(NamedTuple):
@@ -29,6 +29,7 @@ class Layout:
     stop + `halt`, gamma = `toward` times the way from the mode's origin to the stop.
     """
 
+    form: Structure
     modes: dict[tuple[int, int, frozenset[int]], int]  # by side, level and what is lifted
     soft: np.ndarray  # whether each mode presses on each stop, shape (modes, stops)
     at: np.ndarray  # the stop that is the mode's origin, -1 for the rest position
@@ -45,23 +46,14 @@ class Layout:
     side: np.ndarray  # of each stop: 1 upper, -1 lower
 
 
-def structure(oscillator: Oscillator) -> Structure:
-    """What decides an oscillator's layout."""
-    rows: dict[str, list[tuple[float, int, int]]] = {"upper": [], "lower": []}
-    for number, stop in enumerate(oscillator.stops):
-        reached = stop.position if stop.side == "upper" else -stop.position
-        kind = RIGID if isinstance(stop.law, Rigid) else PUSHER if only_pushes(stop) else SPRING
-        rows[stop.side].append((reached, number, kind))
-    upper, lower = (
-        tuple((number, kind) for _, number, kind in sorted(row)) for row in rows.values()
-    )
-    friction = oscillator.friction
-    return Structure(upper, lower, bool(friction and friction.static))
-
-
-def only_pushes(stop: Stop) -> bool:
-    """Whether the mass parts from a stop before the gap to it opens."""
-    return isinstance(stop.law, KelvinVoigt) and stop.law.ends == "force" and stop.law.damping > 0
+def structure(columns: Columns) -> Structure:
+    """What decides the layout of machines that are of one group (`_columns.groups`)."""
+    kinds = kinds_of_stops(columns)[:, :1]
+    upper, lower = [], []
+    for number in order_of_stops(columns)[:, :1].ravel().tolist():
+        row = upper if columns.form.stops[number][0] > 0 else lower
+        row.append((number, int(kinds[number, 0])))
+    return Structure(tuple(upper), tuple(lower), bool(columns.static[0] > 0))
 
 
 @dataclass
@@ -142,6 +134,7 @@ def layout(form: Structure) -> Layout:
         for number, _ in row:
             sides[number] = sign
     return Layout(
+        form=form,
         modes={key: len(ways) * k for key, k in known.items()},
         soft=soft,
         at=at,

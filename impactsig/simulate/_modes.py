@@ -1,19 +1,29 @@
-"""Oscillators in the units of the exact engine: their modes and gaps, as tables of numbers."""
+"""Machines in the units of the exact engine: their modes and gaps, as tables of numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..oscillators import KelvinVoigt, Oscillator
-from ._frame import forcing, reference_frequency
-from ._laws import NO_NUMBER
+from ..oscillators import Oscillator
+from ._columns import (
+    DAMPER,
+    POSITION,
+    RESTITUTION,
+    SPRING_RATE,
+    Columns,
+    Forcing,
+    chosen,
+    columns_of,
+    components,
+    driven,
+    forcing_of,
+    groups,
+)
 from ._layout import Layout, layout, structure
-from ._stops import restitution_of
-from ._user import restitution_laws
+from ._user import laws_of
 
 if TYPE_CHECKING:
     from ._flow import Problem
@@ -23,9 +33,24 @@ class Tables(NamedTuple):
     """What the exact engine moves; all runs of an oscillator share it."""
 
     omega: float  # angular frequency of the reference
-    layout: Layout
     problem: Problem
     laws: tuple[Any, Any]  # restitution functions of the upper and of the lower stop
+    stack: Stack  # of this machine alone
+
+
+class Stack(NamedTuple):
+    """Machines of one layout, and the tables that the exact engine moves them by."""
+
+    which: np.ndarray  # their numbers among those that were stacked
+    columns: Columns
+    forcing: Forcing
+    layout: Layout
+    problem: Problem  # all fields but those in `SHARED` have a first axis for the machines
+    laws: tuple[Any, Any]
+
+
+SCALARS = ("speed", "kinetic", "static")  # one number a machine
+SHARED = ("rubs", "chatter", "skip", "pressed", "gaps", "means", "side")  # one for all of a layout
 
 
 @lru_cache(maxsize=64)
@@ -37,43 +62,66 @@ def tables(oscillator: Oscillator, chatter: float, skip: bool) -> Tables:
     InvalidInput
         If numba cannot compile a restitution that is a function.
     """
-    plan = layout(structure(oscillator))
-    many = problems([oscillator], plan, chatter, skip)
-    arrays = {name: value[0] for name, value in many._asdict().items() if name not in SHARED}
+    (stack,) = stacks(columns_of([oscillator]), chatter, skip)
+    return taken(stack, 0)
+
+
+def taken(stack: Stack, k: int) -> Tables:
+    """The tables of one machine of a stack."""
+    many = stack.problem
+    arrays = {name: value[k] for name, value in many._asdict().items() if name not in SHARED}
     scalars = {name: float(arrays[name]) for name in SCALARS}
     problem = many._replace(**arrays | scalars)
-    return Tables(problem.speed, plan, problem, restitution_laws(oscillator))
+    if len(stack.which) > 1:
+        which = slice(k, k + 1)
+        columns, forcing = chosen(stack.columns, which), driven(stack.forcing, which)
+        stack = stack._replace(
+            which=stack.which[which], columns=columns, forcing=forcing,
+            problem=many._replace(**{name: value[None] for name, value in arrays.items()}),
+        )  # fmt: skip
+    return Tables(problem.speed, problem, stack.laws, stack)
 
 
-def shape(oscillator: Oscillator) -> tuple[Any, ...]:
-    """What oscillators have in common whose tables can be stacked."""
-    frequencies = {reference_frequency(oscillator)}
-    frequencies |= {force.angular_frequency for force in oscillator.forces}
-    if oscillator.base is not None:
-        frequencies.add(oscillator.base.angular_frequency)
-    return structure(oscillator), len(frequencies), restitution_laws(oscillator)
+def stacks(columns: Columns, chatter: float, skip: bool) -> list[Stack]:
+    """The tables of machines of one form, one stack a layout.
+
+    Raises
+    ------
+    InvalidInput
+        If numba cannot compile a restitution that is a function.
+    """
+    forcing = forcing_of(columns)
+    laws = laws_of(columns.form)
+    found = []
+    for which in groups(columns, forcing):
+        mine, waves = columns, forcing
+        if len(which) < len(columns):
+            mine, waves = chosen(columns, which), driven(forcing, which)
+        plan = layout(structure(mine))
+        problem = _problem(mine, waves, plan, chatter, skip)
+        found.append(Stack(which, mine, waves, plan, problem, laws))
+    return found
 
 
-SCALARS = ("speed", "kinetic", "static")  # one number a machine
-SHARED = ("rubs", "chatter", "skip", "pressed", "gaps", "means", "side")  # one for all of a layout
-
-
-def problems(
-    oscillators: Sequence[Oscillator], plan: Layout, chatter: float, skip: bool
+def _problem(
+    columns: Columns, forcing: Forcing, plan: Layout, chatter: float, skip: bool
 ) -> Problem:
-    """The kernel's tables of oscillators of one layout and as many forcing frequencies.
+    """The kernel's tables of machines of one layout.
 
-    All fields but those in `SHARED` have an axis more, the first, for the oscillators. Every
-    operation goes number by number, so that a machine's tables are the same alone and among others.
+    Every operation goes number by number, so that a machine's tables are the same alone and among
+    others.
     """
     from ._flow import Problem
 
-    numbers, stops, forced = zip(*map(_numbers, oscillators), strict=True)
-    mass, damping, stiffness, load, omega, kinetic, static = _columns(numbers)
-    position, spring, damper, restitution = _columns(stops)
-    ratio, force_cos, force_sin = _columns(forced)
-    inertia = mass * omega**2
-    kinetic, static = kinetic / inertia, static / inertia
+    mass, damping, stiffness, load = columns[1:5]
+    omega, inertia = forcing.omega, forcing.inertia
+    kinetic, static = columns.kinetic / inertia, columns.static / inertia
+    stops = columns.stops if len(columns.stops) else np.zeros((1, 4, len(columns)))
+    position, spring, damper, restitution = (
+        np.ascontiguousarray(stops[:, row].T)
+        for row in (POSITION, SPRING_RATE, DAMPER, RESTITUTION)
+    )
+    ratio, force_cos, force_sin = components(forcing)
 
     # A touched stop is the origin of its mode, so that nothing cancels there.
     origin = np.where(plan.at >= 0, position[:, plan.at], 0.0)
@@ -150,32 +198,3 @@ def problems(
         chatter=chatter,
         skip=bool(skip),
     )
-
-
-def _columns(rows: Any) -> np.ndarray:
-    """The last axis first."""
-    table = np.array(rows)
-    return np.ascontiguousarray(table.transpose(-1, *range(table.ndim - 1)))
-
-
-def _numbers(oscillator: Oscillator) -> tuple[tuple[float, ...], list[Any], list[Any]]:
-    """An oscillator's numbers; position, spring, damper and restitution of stops; its forcing."""
-    friction = oscillator.friction
-    machine = (
-        oscillator.mass,
-        oscillator.damping,
-        oscillator.stiffness,
-        oscillator.load,
-        reference_frequency(oscillator),
-        friction.kinetic if friction else 0.0,
-        (friction.static or 0.0) if friction else 0.0,
-    )
-    stops = []
-    for stop in oscillator.stops:
-        law: Any = stop.law
-        if isinstance(law, KelvinVoigt):
-            stops.append((stop.position, law.stiffness, law.damping, NO_NUMBER))
-        else:
-            stops.append((stop.position, 0.0, 0.0, restitution_of(law)))
-    waves = [(ratio, pull.real, -pull.imag) for ratio, pull in forcing(oscillator)]
-    return machine, stops or [(0.0, 0.0, 0.0, 0.0)], waves

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from typing import Any
 
 import numpy as np
 
@@ -58,19 +58,9 @@ class Run:
         if not isinstance(oscillator, Oscillator):
             raise InvalidInput("oscillator", oscillator, "an Oscillator, as impactsig.scenes makes")
         without_noise(oscillator)
-        if (periods is None) == (duration is None):
-            raise InvalidInput(
-                "periods, duration", f"{periods}, {duration}", "one of them, and only one"
-            )
+        forced = bool(oscillator.angular_frequencies)
+        self.length, self.before = span(periods, duration, transient, forced)
         chatter = number("chatter", chatter, above=0, most=1e-2)
-        if periods is not None and oscillator.angular_forcing_frequency is None:
-            raise InvalidInput(
-                "periods", periods, "an oscillator with forcing to count by",
-                "There is no forcing: give duration= in seconds",
-            )  # fmt: skip
-        name, length = ("periods", periods) if duration is None else ("duration", duration)
-        self.length = number(name, length, above=0, most=LONGEST)
-        self.before = number("transient", transient, least=0.0, most=LONGEST)
         self.phase = first_phase(phase)
         self.oscillator = oscillator
         self.engine = _engine(
@@ -104,9 +94,9 @@ class Run:
 
     def _move(self, until: float, buffer: np.ndarray) -> tuple[str, np.ndarray]:
         """Call the engine until it is done; its status, and the events of all calls."""
-        end = _after(self.phase, until * self.per_turn)
+        end = after(self.phase, until * self.per_turn)
         count = self.count
-        legs = LEGS_AT_LEAST + int(min(LEGS_PER_PERIOD * max(end[0] - self.clock[TURNS], 0), 2**62))
+        legs = int(work(end[0] - self.clock[TURNS]))
         parts = []
         count[LEG_COUNT] = 0
         while True:
@@ -116,6 +106,32 @@ class Run:
             parts.append(buffer[: count[ROW_COUNT]].copy())
             if found != FULL:
                 return STATUS[found], np.concatenate(parts)
+
+
+def span(
+    periods: float | None, duration: float | None, transient: float, forced: bool
+) -> tuple[float, float]:
+    """How long to look and how long to wait before, in forcing periods or seconds.
+
+    Raises
+    ------
+    InvalidInput
+        If both or none are given, or one is out of its range.
+    """
+    if (periods is None) == (duration is None):
+        raise InvalidInput(
+            "periods, duration", f"{periods}, {duration}", "one of them, and only one"
+        )
+    if periods is not None and not forced:
+        raise InvalidInput(
+            "periods", periods, "an oscillator with forcing to count by",
+            "There is no forcing: give duration= in seconds",
+        )  # fmt: skip
+    name, length = ("periods", periods) if duration is None else ("duration", duration)
+    return (
+        number(name, length, above=0, most=LONGEST),
+        number("transient", transient, least=0.0, most=LONGEST),
+    )
 
 
 def without_noise(oscillator: Oscillator, name: str = "oscillator") -> None:
@@ -147,9 +163,15 @@ def _engine(
     return SteppingEngine(oscillator, method, chatter)
 
 
-def _after(phase: float, turns: float) -> tuple[float, float]:
+def after(phase: Any, turns: Any) -> tuple[Any, Any]:
     """Turns and phase after so many turns more; whole ones leave the phase as it is."""
-    whole = math.floor(turns)
+    whole = np.floor(turns)
     last = phase + TURN * (turns - whole)
     more = last >= TURN
-    return float(whole + more), last - TURN * more
+    return whole + more, last - TURN * more
+
+
+def work(turns: Any) -> Any:
+    """Legs that so many turns may take, after which a run is given up."""
+    legs = np.minimum(LEGS_PER_PERIOD * np.maximum(turns, 0.0), 2.0**62)
+    return LEGS_AT_LEAST + legs.astype(np.int64)

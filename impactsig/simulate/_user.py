@@ -8,7 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 from ..errors import InvalidInput
-from ..oscillators import Oscillator, Rigid
+from ..oscillators import Oscillator
+from ._columns import Form, form_of
 
 
 @lru_cache(maxsize=256)
@@ -52,13 +53,18 @@ def compiled(argument: str, function: Callable[..., float], arguments: int) -> A
 
 def restitution_laws(oscillator: Oscillator) -> tuple[Any, Any]:
     """Restitution of the upper and of the lower stop as C functions; stand-ins for numbers."""
+    return laws_of(form_of(oscillator))
+
+
+def laws_of(form: Form) -> tuple[Any, Any]:
+    """The same, of all machines of a form."""
     from ._passing import constant_law
 
-    found = {"upper": constant_law, "lower": constant_law}
-    for stop in oscillator.stops:
-        if isinstance(stop.law, Rigid) and callable(stop.law.restitution):
-            found[stop.side] = compiled("restitution", stop.law.restitution, 1)
-    return found["upper"], found["lower"]
+    found = {1: constant_law, -1: constant_law}
+    for (side, _), function in zip(form.stops, form.functions, strict=True):
+        if function is not None:
+            found[side] = compiled("restitution", function, 1)
+    return found[1], found[-1]
 
 
 def plain(function: Callable[..., Any]) -> Callable[..., Any]:

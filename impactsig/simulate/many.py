@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from itertools import chain
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from .._arguments import entries, instance, number, reals, thread_count
+from .._arguments import choice, entries, flag, instance, number, reals, thread_count
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ._run import Run, without_noise
+from ..oscillators.batch import OscillatorBatch
+from ._columns import Columns, columns_of, form_of, spread
+from ._exact import piecewise_linear
+from ._modes import stacks
+from ._moving import Moving
+from ._run import Run, span, without_noise
+from ._starts import first_phases
 from .motion import Motion
-from .simulation import simulate
+from .motions import Motions
+from .simulation import CHATTER, simulate
 
 
 def simulate_blocks(
@@ -64,6 +70,9 @@ def _pieces(run: Run, block: float) -> Iterator[Motion]:
 
 
 MACHINES = "an Oscillator or several"
+EXACT = frozenset(
+    ("periods", "duration", "transient", "method", "chatter", "keep", "skip_unreachable")
+)
 
 
 def simulate_many(
@@ -73,13 +82,15 @@ def simulate_many(
     phase: Any = 0.0,
     workers: int | None = None,
     **options: Any,
-) -> tuple[Motion, ...]:
+) -> Motions:
     """Many motions in parallel: each is what `simulate` gives for it, to the last bit.
+
+    Oscillators that are linear between events are moved together by one compiled call a thread.
 
     Parameters
     ----------
-    oscillators : Oscillator or sequence of Oscillator
-        One for all, or one each.
+    oscillators : Oscillator, OscillatorBatch or sequence of Oscillator
+        One for all, or one each. A batch, as scenes make of arrays, costs least.
     initial : array_like, shape (2,) or (n, 2)
         Displacement and velocity at t = 0, one for all or one each.
     phase : float or array_like, shape (n,)
@@ -91,8 +102,9 @@ def simulate_many(
 
     Returns
     -------
-    tuple of Motion
-        In the order of what was given.
+    Motions
+        A sequence of `Motion`, in the order of what was given, each made when asked for; and
+        arrays of their numbers.
 
     Raises
     ------
@@ -102,35 +114,100 @@ def simulate_many(
     threads = thread_count(workers)
     starts = reals("initial", initial, "of each start a displacement and a velocity")
     phases = reals("phase", phase, "an angle [rad], or one for each start")
-    if starts.ndim not in (1, 2) or starts.shape[-1] != 2:
-        raise InvalidInput("initial", f"shape {starts.shape}", "shape (2,) or (n, 2)")
     alone = isinstance(oscillators, Oscillator)
-    machines = [oscillators] if alone else list(entries("oscillators", oscillators, MACHINES))
-    for machine in machines:
-        without_noise(instance("oscillators", machine, Oscillator, MACHINES))
-    counts = {len(machines), len(np.atleast_2d(starts)), phases.size} - {1}
-    if len(counts) > 1 or phases.ndim > 1:
+    batch = oscillators if isinstance(oscillators, OscillatorBatch) else None
+    if starts.ndim == 0 or starts.shape[-1] != 2:
+        raise InvalidInput("initial", f"shape {starts.shape}", "shape (2,) or (n, 2)")
+    machines: Any = batch
+    if batch is None:
+        machines = [oscillators] if alone else list(entries("oscillators", oscillators, MACHINES))
+        for machine in machines:
+            without_noise(instance("oscillators", machine, Oscillator, MACHINES))
+    counts = {len(machines), starts.size // 2, phases.size} - {1}
+    if len(counts) > 1 or (batch is None and (starts.ndim > 2 or phases.ndim > 1)):
         raise InvalidInput(
             "oscillators, initial, phase",
-            f"{len(machines)}, {len(np.atleast_2d(starts))}, {phases.size} of them",
+            f"{len(machines)}, {starts.size // 2}, {phases.size} of them",
             "as many of each, or one for all",
         )
     n = counts.pop() if counts else 1
-    each = list(
-        zip(
-            machines * n if len(machines) == 1 else machines,
-            np.broadcast_to(starts, (n, 2)),
-            np.broadcast_to(phases, n),
-            strict=True,
-        )
-    )
+    starts = np.ascontiguousarray(np.broadcast_to(starts.reshape(-1, 2), (n, 2)))
+    phases = np.ascontiguousarray(np.broadcast_to(phases.ravel(), n))
+    exact, others = _sorted(machines, n, options)
+    found = {}
+    if others:
 
-    def some(cases: list[tuple[Oscillator, np.ndarray, float]]) -> list[Motion]:
-        return [
-            simulate(machine, initial=(x, v), phase=at, **options) for machine, (x, v), at in cases
-        ]
+        def one(k: int) -> Motion:
+            machine = machines[k if len(machines) > 1 else 0]
+            start = tuple(starts[k].tolist())
+            return simulate(machine, initial=start, phase=float(phases[k]), **options)
 
-    size = max(1, min(64, n // (8 * threads)))  # short runs are not worth a task each
-    tasks = [each[k : k + size] for k in range(0, n, size)]
-    with ThreadPoolExecutor(threads) as pool:
-        return tuple(chain.from_iterable(pool.map(some, tasks)))
+        with ThreadPoolExecutor(threads) as pool:
+            found = dict(zip(others, pool.map(one, others), strict=True))
+    moved = _moved(exact, starts, phases, threads, **options) if exact else []
+    shape = batch.shape if batch is not None and len(batch) == n else (n,)
+    parameters = batch.parameters if batch is not None else {}
+    return Motions(machines, shape, moved, found, options.get("keep") != "counts", parameters)
+
+
+def move(batch: OscillatorBatch, *, initial: Any = (0.0, 0.0), phase: Any = 0.0,
+    periods: float | None = None, duration: float | None = None, transient: float = 0.0,
+    chatter: float = CHATTER, keep: Literal["all", "counts"] = "all",
+    skip_unreachable: bool = True,
+) -> Motions:  # fmt: skip
+    """The motions of a batch."""
+    return simulate_many(
+        batch, initial=initial, phase=phase, periods=periods, duration=duration,
+        transient=transient, chatter=chatter, keep=keep, skip_unreachable=skip_unreachable,
+    )  # fmt: skip
+
+
+def _sorted(
+    machines: Any, n: int, options: dict[str, Any]
+) -> tuple[list[tuple[np.ndarray, Columns]], list[int]]:
+    """Numbers and columns of the machines of each form; and those to be moved one by one."""
+    if options.get("method") is not None or not set(options) <= EXACT:
+        return [], list(range(n))
+    if isinstance(machines, OscillatorBatch):
+        return [(np.arange(n), spread(machines.columns, n))], []
+    if len(machines) == 1:
+        if piecewise_linear(machines[0]):
+            return [(np.arange(n), spread(machines[0], n))], []
+        return [], list(range(n))
+    others, forms = [], {}
+    for k, machine in enumerate(machines):
+        if piecewise_linear(machine):
+            forms.setdefault(form_of(machine), []).append(k)
+        else:
+            others.append(k)
+    return [
+        (np.array(which), columns_of(machines[k] for k in which)) for which in forms.values()
+    ], others
+
+
+def _moved(
+    exact: list[tuple[np.ndarray, Columns]], starts: np.ndarray, phases: np.ndarray, threads: int,
+    *, periods: float | None = None, duration: float | None = None, transient: float = 0.0,
+    method: None = None, chatter: float = CHATTER, keep: str = "all", skip_unreachable: bool = True,
+) -> list[tuple[np.ndarray, Moving]]:  # fmt: skip
+    """Machines moved past the transient and through the span, stack by stack."""
+    choice("keep", keep, ("all", "counts"))
+    chatter = number("chatter", chatter, above=0, most=1e-2)
+    skip = flag("skip_unreachable", skip_unreachable)
+    phases = first_phases(phases)
+    if not np.isfinite(starts).all():
+        raise InvalidInput("initial", starts, "finite displacements and velocities")
+    found = []
+    for which, columns in exact:
+        forced = columns.form.forces > 0 or columns.form.base is not None
+        length, before = span(periods, duration, transient, forced)
+        for stack in stacks(columns, chatter, skip):
+            mine = which[stack.which]
+            moving = Moving(stack, starts[mine], phases[mine])
+            per_turn = moving.per_turn(duration is not None)
+            if before > 0:
+                moving.to(before * per_turn, False, threads)
+            moving.forget()
+            moving.to((before + length) * per_turn, keep == "all", threads)
+            found.append((mine, moving))
+    return found

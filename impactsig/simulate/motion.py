@@ -258,7 +258,7 @@ def assemble(
         sticks,
         int(count[IMPACT_COUNT]),
         int(count[STICK_COUNT]),
-        float(state[LOST] * oscillator.mass * omega**2),
+        float(state[LOST] * oscillator.mass * (omega * omega)),
         (float(q + at), float(state[V] * omega + moving), float(clock[PHASE])),
         status,
         engine,

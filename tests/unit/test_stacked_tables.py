@@ -20,8 +20,8 @@ from impactsig import (
     scenes,
 )
 from impactsig.dynamics._settling import settle, settle_all
-from impactsig.simulate._layout import layout, structure
-from impactsig.simulate._modes import SHARED, problems, shape, tables
+from impactsig.simulate._columns import columns_of, form_of
+from impactsig.simulate._modes import SHARED, stacks, tables
 
 
 def machine(rng):
@@ -58,17 +58,21 @@ def machines():
 
 
 def test_tables_are_the_same_alone_and_among_others(machines):
-    groups = defaultdict(list)
+    forms = defaultdict(list)
     for oscillator in machines:
-        groups[shape(oscillator)].append(oscillator)
-    assert max(map(len, groups.values())) > 5
-    for members in groups.values():
-        many = problems(members, layout(structure(members[0])), 1e-6, True)
-        for k, oscillator in enumerate(members):
-            alone = tables(oscillator, 1e-6, True).problem
-            for name, value in many._asdict().items():
-                own = value if name in SHARED else value[k]
-                assert np.array_equal(own, getattr(alone, name)), name
+        forms[form_of(oscillator)].append(oscillator)
+    sizes = []
+    for members in forms.values():
+        found = stacks(columns_of(members), 1e-6, True)
+        assert sorted(np.concatenate([stack.which for stack in found])) == [*range(len(members))]
+        for stack in found:
+            sizes.append(len(stack.which))
+            for k, number in enumerate(stack.which):
+                alone = tables(members[number], 1e-6, True).problem
+                for name, value in stack.problem._asdict().items():
+                    own = value if name in SHARED else value[k]
+                    assert np.array_equal(own, getattr(alone, name)), name
+    assert max(sizes) > 5
 
 
 def test_forced_response_fulfils_the_equation_of_motion(machines):

@@ -1,0 +1,190 @@
+"""Many oscillators that differ in numbers only: one structure, with columns in place of numbers."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import itertools
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+import numpy as np
+
+from .._arguments import reals
+from ..errors import InvalidInput
+from .oscillator import Oscillator
+from .parts import Rigid, columns_allowed
+
+Scene = TypeVar("Scene", bound=Callable[..., Any])
+
+
+class OscillatorBatch(Sequence[Oscillator]):
+    """Oscillators that a scene makes of arrays; `simulate` moves all of them in one compiled call.
+
+    Its items are the oscillators, made when asked for, in the order of the flattened arrays.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Shape of the arrays, broadcast.
+    parameters : mapping of str to ndarray
+        The arrays by the names of the scene's parameters, each of that shape.
+    columns : Oscillator
+        The structure, whose numbers are arrays of one number for each oscillator.
+
+    Examples
+    --------
+    >>> beams = scenes.karpodinis(np.linspace(18, 26, 10_000))
+    >>> simulate(beams, periods=100, transient=50, keep="counts").impacts_per_period
+    """
+
+    moved_by = "impactsig.simulate.many"
+
+    def __init__(
+        self,
+        columns: Oscillator,
+        parameters: Mapping[str, np.ndarray],
+        shape: tuple[int, ...],
+        item: Callable[[int], Oscillator],
+    ) -> None:
+        self.columns, self.shape = columns, shape
+        self.parameters = MappingProxyType(dict(parameters))
+        self._item = item
+
+    def __len__(self) -> int:
+        return math.prod(self.shape)
+
+    def __getitem__(self, which: Any) -> Any:
+        if isinstance(which, slice):
+            return [self[k] for k in range(*which.indices(len(self)))]
+        return self._item(index(which, self.shape))
+
+    def __iter__(self) -> Iterator[Oscillator]:
+        return map(self._item, range(len(self)))
+
+    def __repr__(self) -> str:
+        names = ", ".join(self.parameters)
+        return f"OscillatorBatch({len(self)} oscillators over {names})"
+
+
+def index(which: Any, shape: tuple[int, ...]) -> int:
+    """Place in the flattened array of an index, which is a number or one for each axis."""
+    if isinstance(which, tuple):
+        which = np.ravel_multi_index(
+            tuple(k + n * (k < 0) for k, n in zip(which, shape, strict=True)), shape
+        )
+    size = math.prod(shape)
+    if not -size <= which < size:
+        raise IndexError(f"no item {which} among {size}")
+    return int(which) % size
+
+
+def takes_arrays(*numbers: str) -> Callable[[Scene], Scene]:
+    """Let a scene take arrays for its parameters, but for some that must be `numbers`.
+
+    With arrays it makes an `OscillatorBatch`, whose items are what it makes of their entries.
+    """
+
+    def decorate(scene: Scene) -> Scene:
+        signature = inspect.signature(scene)
+
+        @functools.wraps(scene)
+        def made(*args: Any, **options: Any) -> Any:
+            arrays = [value for value in (*args, *options.values()) if _is_array(value)]
+            if not arrays:
+                return scene(*args, **options)
+            given = signature.bind(*args, **options).arguments
+            more = given.pop("changes", {})
+            return _batch(scene, given, more, numbers)
+
+        return made  # type: ignore[return-value]
+
+    return decorate
+
+
+def _is_array(value: Any) -> bool:
+    """Whether a value is one number, or a pair of them, for each machine."""
+    if isinstance(value, (tuple, list)):
+        return any(_is_array(one) for one in value)
+    return getattr(value, "ndim", 0) > 0
+
+
+def _batch(
+    scene: Callable[..., Any], given: dict[str, Any], more: dict[str, Any], numbers: tuple[str, ...]
+) -> OscillatorBatch:
+    """The batch that a scene makes of arrays."""
+    parameters: dict[str, Any] = {}
+    for name, value in given.items():
+        if not _is_array(value):
+            continue
+        required = "a number, or an array of numbers"
+        if name in numbers:
+            raise InvalidInput(name, value, "a number, the same for all oscillators of a batch")
+        if isinstance(value, (tuple, list)):
+            parts: Any = [reals(name, one, required) for one in value]
+            parameters |= {f"{name}[{k}]": part for k, part in enumerate(parts)}
+        else:
+            parameters[name] = reals(name, value, required)
+    for name, value in more.items():
+        if _is_array(value):
+            raise InvalidInput(name, value, "one value for all oscillators of a batch")
+    try:
+        shape = np.broadcast_shapes(*(value.shape for value in parameters.values()))
+    except ValueError:
+        shapes = ", ".join(str(value.shape) for value in parameters.values())
+        raise InvalidInput(
+            ", ".join(parameters), f"shapes {shapes}", "shapes that broadcast against each other",
+            "Give one an axis of length 1, as in frequency[:, None]",
+        ) from None  # fmt: skip
+    if not math.prod(shape):
+        raise InvalidInput(", ".join(parameters), f"shape {shape}", "at least one number")
+    full = {name: np.broadcast_to(value, shape) for name, value in parameters.items()}
+    flat = {name: np.ascontiguousarray(value).ravel() for name, value in full.items()}
+    for value in flat.values():
+        value.flags.writeable = False
+
+    def arguments(pick: Callable[[np.ndarray], Any]) -> dict[str, Any]:
+        """The scene's arguments, with something picked of every array."""
+        found = dict(given)
+        for name in given:
+            if name in flat:
+                found[name] = pick(flat[name])
+            elif f"{name}[0]" in flat:
+                found[name] = tuple(pick(flat[f"{name}[{k}]"]) for k in range(len(given[name])))
+        return found
+
+    def item(k: int) -> Oscillator:
+        return scene(**arguments(lambda values: float(values[k])), **more)
+
+    token = columns_allowed.set(True)
+    try:
+        columns = scene(**arguments(lambda values: values), **more)
+    finally:
+        columns_allowed.reset(token)
+    first = suspicious(columns)
+    if first is not None:
+        item(first)  # which is refused with the reason
+    return OscillatorBatch(columns, full, shape, item)
+
+
+def suspicious(columns: Oscillator) -> int | None:
+    """The first machine whose stops stand where none can, or that is forced at resonance."""
+    wrong: Any = np.zeros(1, bool)
+    for a, b in itertools.combinations(columns.stops, 2):
+        if a.side != b.side:
+            lower, upper = (a, b) if a.side == "lower" else (b, a)
+            wrong = wrong | (np.asarray(lower.position) >= upper.position)
+            continue
+        sign = 1 if a.side == "upper" else -1
+        wrong = wrong | (np.asarray(a.position) == b.position)
+        for near, far in ((a, b), (b, a)):
+            if isinstance(near.law, Rigid):
+                wrong = wrong | (sign * np.asarray(near.position) < sign * far.position)
+    natural = columns.stiffness / columns.mass
+    for frequency in columns.angular_frequencies:
+        square = np.square(frequency)
+        loss = columns.damping / (columns.mass * frequency)
+        wrong = wrong | (np.hypot((natural - square) / square, loss) < 2e-6)
+    return int(np.argmax(wrong)) if np.any(wrong) else None
