@@ -47,8 +47,12 @@ class BifurcationDiagram:
     impacts_per_period : numpy.ndarray, shape (n,)
         a_i.
     energy_per_period : numpy.ndarray, shape (n,)
-        a_e, energy lost at stops and by friction in a forcing period; NaN of a cantilever before a
-        soft stop, of a flow, under control and under noise.
+        Energy lost at stops, relative to them, and by friction in a forcing period; NaN of a
+        cantilever before a soft stop, of a flow, under control and under noise.
+    kinetic_energy_per_period : numpy.ndarray, shape (n,)
+        Change of the body's kinetic energy in impacts in a forcing period, against the ground
+        (`Motion.kinetic_energy_gained`): a_e of [Okolewski2021]_. NaN of a cantilever, of a flow,
+        under control and under noise.
     sticking : numpy.ndarray, shape (n,)
         Share of the time at rest against a stop or held by friction; NaN of a flow and under noise.
     exponents : numpy.ndarray, shape (n, d), or None
@@ -69,6 +73,7 @@ class BifurcationDiagram:
     impacts: np.ndarray
     impacts_per_period: np.ndarray
     energy_per_period: np.ndarray
+    kinetic_energy_per_period: np.ndarray
     sticking: np.ndarray
     exponents: np.ndarray | None
     status: tuple[str, ...]
@@ -96,6 +101,7 @@ class _Cell(NamedTuple):
     impacts: int = -1
     impacts_per_period: float = math.nan
     energy_per_period: float = math.nan
+    kinetic_energy_per_period: float = math.nan
     sticking: float = math.nan
     exponents: np.ndarray = np.full(2, math.nan)
     status: str = "complete"
@@ -199,6 +205,7 @@ def bifurcation_diagram(
         impacts=column("impacts"),
         impacts_per_period=column("impacts_per_period"),
         energy_per_period=column("energy_per_period"),
+        kinetic_energy_per_period=column("kinetic_energy_per_period"),
         sticking=column("sticking"),
         exponents=column("exponents") if exponents else None,
         status=tuple(cell.status for cell in cells),
@@ -279,6 +286,7 @@ class _Look(NamedTuple):
             impacts=motion.impact_count if n else -1,
             impacts_per_period=motion.impact_count / span,
             energy_per_period=motion.energy_lost / span,
+            kinetic_energy_per_period=motion.kinetic_energy_gained() / span,
             sticking=float(np.diff(motion.sticks).sum() / motion.duration),
         )
         if self.exponents:

@@ -35,6 +35,7 @@ LABELS = {
     "velocity": "approach velocity",
     "impacts": "impacts per period",
     "energy": "energy lost per period",
+    "kinetic energy": "kinetic energy gained per period",
     "sticking": "share of the time at rest",
     "exponents": "Lyapunov exponents",
 }
@@ -51,7 +52,7 @@ def bifurcation_diagram(
     ax: Axes | None = None,
     *,
     observe: Literal[
-        "displacement", "velocity", "impacts", "energy", "sticking", "exponents"
+        "displacement", "velocity", "impacts", "energy", "kinetic energy", "sticking", "exponents"
     ] = "displacement",
 ) -> Axes:
     """Draw one quantity over the parameter.
@@ -62,7 +63,7 @@ def bifurcation_diagram(
         From `impactsig.bifurcation_diagram`.
     observe : str
         "displacement" once a forcing period; approach "velocity"; "impacts" and "energy" lost per
-        period; "sticking" share; "exponents".
+        period, and "kinetic energy" that the body gains; "sticking" share; "exponents".
 
     Raises
     ------
@@ -102,6 +103,7 @@ def bifurcation_diagram(
         line = {
             "impacts": result.impacts_per_period,
             "energy": result.energy_per_period,
+            "kinetic energy": result.kinetic_energy_per_period,
             "sticking": result.sticking,
         }[observe]
         ax.plot(result.values, line, color=BLUE, linewidth=0.8)

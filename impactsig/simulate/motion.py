@@ -190,6 +190,27 @@ class Motion:
         at, moving = base_motion(self.system, own)
         return at.reshape(turns.shape), moving.reshape(turns.shape)
 
+    def kinetic_energy_gained(self) -> float:
+        """Change of the body's kinetic energy in impacts and contacts, against the ground.
+
+        `energy_lost` is what a stop dissipates, relative to the stop; where the stop moves, it also
+        does work on the body, and this is the sum of both: at an elastic stop nothing is lost, but
+        the body may gain. The average of [Okolewski2021]_, a_e, is its size in a forcing period.
+
+        Returns
+        -------
+        float
+            Positive where the body gains, in the oscillator's units.
+
+        Raises
+        ------
+        InvalidInput
+            If only counts were kept.
+        """
+        from ._body_energy import kinetic_energy_gained
+
+        return kinetic_energy_gained(self)
+
     def power_spectrum(self, quantity: str | None = None, **options: Any) -> PowerSpectrum:
         """Power spectral density; see `impactsig.simulate.spectrum.power_spectrum`."""
         from .spectrum import power_spectrum

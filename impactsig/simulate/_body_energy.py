@@ -1,0 +1,51 @@
+"""What impacts change in the kinetic energy of the body, whatever moves the stops."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ._events import (
+    IMPACT,
+    PART,
+    PHASE,
+    ROW_APPROACH,
+    ROW_KIND,
+    ROW_STOP,
+    ROW_V,
+    TOUCH,
+    TURNS,
+)
+
+if TYPE_CHECKING:
+    from .motion import Motion
+
+
+def kinetic_energy_gained(motion: Motion) -> float:
+    """As `Motion.kinetic_energy_gained`.
+
+    A contact with several stops counts from the first touch to the last. One that the span cuts
+    counts with the end that is in it, so that over a whole number of periods of an orbit the sum is
+    that of whole contacts.
+    """
+    if motion.impacts is None:
+        raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
+    rows = motion._segments
+    kind = rows[:, ROW_KIND]
+    _, moving = motion._stops_at(rows[:, TURNS], rows[:, PHASE])
+    after = rows[:, ROW_V] * motion._engine.omega + moving
+
+    hit = kind == IMPACT
+    sides = np.array([1.0 if stop.side == "upper" else -1.0 for stop in motion.system.stops])
+    approach = rows[hit, ROW_APPROACH] * motion._engine.omega
+    before = moving[hit] + sides[rows[hit, ROW_STOP].astype(int)] * approach
+    gained = float(np.sum(after[hit] ** 2 - before**2))
+
+    step = (kind == TOUCH).astype(int) - (kind == PART)
+    pushing = np.cumsum(step)
+    pushing -= min(int(pushing.min()), 0)  # those that pushed when the span began
+    first, last = (step == 1) & (pushing == 1), (step == -1) & (pushing == 0)
+    gained += float(np.sum(after[last] ** 2) - np.sum(after[first] ** 2))
+    return 0.5 * motion.system.mass * gained
