@@ -58,6 +58,8 @@ if TYPE_CHECKING:
         UnreadableFile,
         UnwritableFile,
     )
+    from .experiment.experiment import Experiment
+    from .experiment.rig import Rig
     from .fitting import OscillatorFit, fit_oscillator
     from .identify import Resonance, identify_resonance
     from .impacts import Impacts
@@ -297,6 +299,8 @@ _HOME = {
     "recorded": ("RecordedMotion",),
     "calibration": ("Calibration", "fit_calibration"),
     "combining": ("Combination", "combine_impacts"),
+    "experiment.experiment": ("Experiment",),
+    "experiment.rig": ("Rig",),
     "fitting": ("OscillatorFit", "fit_oscillator"),
     "plot": (),
 }
@@ -332,6 +336,7 @@ __all__ = [
     "Detected",
     "Ensemble",
     "EquivalenceError",
+    "Experiment",
     "FalseNeighbors",
     "FixedStep",
     "Flow",
@@ -379,6 +384,7 @@ __all__ = [
     "Resonance",
     "ResponseSpectrum",
     "ReturnMapDeterminism",
+    "Rig",
     "Rigid",
     "RungeKutta",
     "Section",

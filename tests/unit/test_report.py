@@ -26,8 +26,8 @@ from impactsig import (
     write_report,
 )
 from impactsig._impact_columns import columns
+from impactsig.detect import _files
 from impactsig.report import Analysis, analyse, write_page
-from impactsig.report import channels as channels_module
 from impactsig.report.analysis import mean_and_spread
 from impactsig.report.channels import overview_of, typical
 from impactsig.report.contents import download, notes, printable, table
@@ -131,7 +131,7 @@ def test_excerpts_hold_their_impact_at_full_rate(found):
 
 
 def test_blocks_give_what_the_whole_gives(recording, found, monkeypatch):
-    monkeypatch.setattr(channels_module, "WHOLE_BELOW", 1000)
+    monkeypatch.setattr(_files, "WHOLE_BELOW", 1000)
     blockwise = analyse(recording, sensor="force", unit="V", forcing_frequency=20.0)
     for name in ("time", "contact_time", "peak"):
         np.testing.assert_array_equal(
