@@ -58,6 +58,8 @@ if TYPE_CHECKING:
         UnreadableFile,
         UnwritableFile,
     )
+    from .experiment.experiment import Experiment
+    from .experiment.rig import Rig
     from .fitting import OscillatorFit, fit_oscillator
     from .identify import Resonance, identify_resonance
     from .impacts import Impacts
@@ -301,6 +303,8 @@ _HOME = {
     "recorded": ("RecordedMotion",),
     "calibration": ("Calibration", "fit_calibration"),
     "combining": ("Combination", "combine_impacts"),
+    "experiment.experiment": ("Experiment",),
+    "experiment.rig": ("Rig",),
     "fitting": ("OscillatorFit", "fit_oscillator"),
     "plot": (),
 }
@@ -336,6 +340,7 @@ __all__ = [
     "Detected",
     "Ensemble",
     "EquivalenceError",
+    "Experiment",
     "FalseNeighbors",
     "FixedStep",
     "Flow",
@@ -385,6 +390,7 @@ __all__ = [
     "Resonance",
     "ResponseSpectrum",
     "ReturnMapDeterminism",
+    "Rig",
     "Rigid",
     "RungeKutta",
     "Section",

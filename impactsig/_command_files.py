@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ._options import DETECTING, given, one_line, reading
+from ._options import one_line, reading_and_detecting
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -26,9 +26,9 @@ def impacts_of(path: Path, chosen: argparse.Namespace) -> Impacts:
 def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
     """The impacts found in a recording, with the options of the command line."""
     from ._corrections import in_words
-    from .detect.files import detect_file
+    from .detect._files import detect_file
 
-    impacts = detect_file(path, reading(chosen), given(chosen, DETECTING))
+    impacts = detect_file(path, *reading_and_detecting(path, chosen))
     if words := in_words(impacts):
         # Standard output may hold the table.
         print(f"corrections: {one_line(words)}", file=sys.stderr)

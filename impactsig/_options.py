@@ -6,12 +6,14 @@ import argparse
 import math
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from ._arguments import PER_CHANNEL, READING
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
+    from .experiment.rig import Rig
     from .io import RawLayout
 
 DETECTING = (
@@ -105,10 +107,42 @@ def reading(chosen: argparse.Namespace) -> dict[str, Any]:
     return told | ({} if layout is None else {"raw": layout})
 
 
+def rig_of(path: Path, chosen: argparse.Namespace) -> Rig | None:
+    """The rig that was given, or that lies beside a recording."""
+    from .experiment.rig import Rig
+
+    return Rig.beside(path) if chosen.rig is None else Rig.read(chosen.rig)
+
+
+def reading_and_detecting(
+    path: Path, chosen: argparse.Namespace
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """How a recording is read and searched: by its rig, but for what the command line says.
+
+    Where that chooses channels, nothing of the rig's channels is taken.
+    """
+    said, asked = reading(chosen), given(chosen, DETECTING)
+    rig = rig_of(path, chosen)
+    if rig is None:
+        return said, asked
+    of_rig, searched = rig.reading_options(), rig.detecting_options()
+    if "channel" in said:
+        of_rig = {name: one for name, one in of_rig.items() if name not in PER_CHANNEL}
+        searched.pop("stops", None)
+    return of_rig | said, searched | asked
+
+
 def reading_options() -> Parser:
     """How a recording is read."""
     options = Parser(add_help=False)
     group = options.add_argument_group("reading")
+    group.add_argument(
+        "--rig",
+        type=Path,
+        metavar="FILE",
+        help="take channels, calibration and detection from this file (impactsig rig writes one; "
+        "default: rig.toml beside the recording, where there is one)",
+    )
     group.add_argument(
         "--channel",
         action="append",

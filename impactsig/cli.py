@@ -27,7 +27,6 @@ from ._command_files import (
 )
 from ._dimension_command import add_dimension_options, dimension_in_words
 from ._options import (
-    DETECTING,
     Parser,
     detecting_options,
     file_options,
@@ -35,8 +34,9 @@ from ._options import (
     one_line,
     period,
     raw_layout,
-    reading,
+    reading_and_detecting,
     reading_options,
+    rig_of,
     with_negative_numbers,
 )
 from ._simulate_options import add_scenes, in_words, simulated
@@ -106,24 +106,36 @@ def report(chosen: argparse.Namespace) -> None:
     """Analyse files and write an HTML report of each."""
     from .report import analyse_to_page
 
-    options = reading(chosen) | given(chosen, ("forcing_period", "dynamics", *DETECTING))
+    each = [_report_options(path, chosen) for path in chosen.files]
     if len(chosen.files) > 1:
-        _report_all(chosen.files, chosen.output or Path(_REPORTS), chosen.workers, options)
+        _report_all(chosen.files, chosen.output or Path(_REPORTS), chosen.workers, each)
         return
-    analysis, path = analyse_to_page(chosen.files[0], chosen.output, **options)
+    analysis, path = analyse_to_page(chosen.files[0], chosen.output, **each[0])
     print(one_line(analysis.summary()))
     if chosen.dynamics:
         print(f"dynamics: {analysis.dynamics}")
     print(f"report: {one_line(path)}")
 
 
+def _report_options(path: Path, chosen: argparse.Namespace) -> dict[str, Any]:
+    """How the report of a file is made: by its rig, but for what the command line says."""
+    read, searched = reading_and_detecting(path, chosen)
+    options = read | searched | given(chosen, ("forcing_period", "dynamics"))
+    if "forcing_period" not in options and (rig := rig_of(path, chosen)) is not None:
+        from .experiment.parameter import stated_frequency
+
+        frequency = stated_frequency(rig, path)
+        options |= {} if frequency is None else {"forcing_period": 1 / frequency}
+    return options
+
+
 def _report_all(
-    files: list[Path], folder: Path, workers: int | None, options: dict[str, Any]
+    files: list[Path], folder: Path, workers: int | None, each: list[dict[str, Any]]
 ) -> None:
     """The reports of several files, and the page that lists them."""
-    from .report import write_reports
+    from .report.batches import write_each_report
 
-    entries = write_reports(files, folder, workers=workers, **options)
+    entries = write_each_report(files, folder, each, workers=workers)
     for entry in entries:
         if entry.page is not None:
             print(f"{one_line(entry.path)}: {one_line(entry.summary)}")
@@ -237,6 +249,22 @@ def _tell(path: Path, layout: RawLayout | None, rate: float | None) -> None:
         print(f"{row} {channel.length:>12} {span:>12}".rstrip())
 
 
+def rig(chosen: argparse.Namespace) -> None:
+    """Write a rig.toml, every key explained, from what a recording says of itself."""
+    from ._atomic import atomic_path
+    from .experiment.rig import Rig
+    from .experiment.writing import rig_of_recording
+
+    text = rig_of_recording(chosen.file)
+    if chosen.output is None:
+        print(text, end="")
+        return
+    with atomic_path(chosen.output) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    Rig.read(chosen.output)
+    print(f"rig: {one_line(chosen.output)}")
+
+
 def demo(chosen: argparse.Namespace) -> None:
     """Analyse a recording that comes with the package; its report is written to this folder."""
     from .report import analyse_to_page
@@ -271,6 +299,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
     "sweep": sweep,
     "plot": plot,
     "info": info,
+    "rig": rig,
     "demo": demo,
 }
 
@@ -345,6 +374,7 @@ _OUTPUT = {
     "detect": "a .csv or .parquet file (default: CSV to standard output)",
     "compare": "a .png, .pdf or .svg file for the figure (default: none)",
     "dimension": "a .png, .pdf or .svg file for the figure (default: none)",
+    "rig": "the .toml file to write (default: to standard output)",
 }
 
 

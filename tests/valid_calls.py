@@ -146,6 +146,7 @@ def valid_calls(t: Things) -> dict[str, tuple[tuple[Any, ...], dict[str, Any]]]:
     call("Oscillator")
     call("RawLayout", "int16")
     call("Recording", np.ones((5, 1)), 10.0)
+    call("Rig", [{"number": 0}], reading={"start": 0.0})
     call("Rigid", 0.7)
     call("RungeKutta")
     call("Stop", 1.0, im.Rigid(0.7))

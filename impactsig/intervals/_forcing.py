@@ -25,7 +25,7 @@ def forcing_cycles(forcing: Forcing, time: np.ndarray) -> tuple[np.ndarray, floa
     InvalidInput
         If they do not cover the times, or do not come once in each period.
     """
-    instants = _rises(forcing) if isinstance(forcing, Recording) else _instants(forcing)
+    instants = rising_instants(forcing) if isinstance(forcing, Recording) else _instants(forcing)
     if len(instants) < 2 or (np.diff(instants) <= 0).any():
         raise InvalidInput(
             "forcing",
@@ -68,7 +68,7 @@ def _instants(forcing: Iterable[float]) -> np.ndarray:
     return values
 
 
-def _rises(recording: Recording) -> np.ndarray:
+def rising_instants(recording: Recording) -> np.ndarray:
     """When a signal rises through its middle, having been a quarter of its range to both sides."""
     samples = recording.samples
     if samples.ndim > 1 and samples.shape[1] > 1:

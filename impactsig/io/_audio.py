@@ -65,6 +65,7 @@ def open_source(path: Path, limits: Limits) -> Source:
         close=file.close,
         audio=True,
         truncated=truncated,
+        metadata=file.copy_metadata(),
     )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from datetime import datetime
 from os import PathLike
 from pathlib import Path
@@ -50,6 +51,8 @@ class FileInfo:
         Beginning of the first channel that has one; with a time zone where the file tells it.
     truncated : bool
         The file ends before its header says it does.
+    metadata : mapping of str to str
+        What TDMS and audio files say of themselves beside their channels.
     """
 
     path: str
@@ -58,6 +61,7 @@ class FileInfo:
     channels: tuple[ChannelInfo, ...]
     recorded_at: datetime | None
     truncated: bool
+    metadata: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         lines = [f"{self.path}: {self.format}, {self.bytes} bytes"]
@@ -106,4 +110,5 @@ def info(
         channels,
         next((s.recorded_at for s in source.signals if s.recorded_at is not None), None),
         bool(source.truncated),
+        source.metadata,
     )

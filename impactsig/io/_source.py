@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from datetime import datetime
 
 import numpy as np
@@ -72,6 +72,8 @@ class Source:
         What the user should know of (a column left out, a header that contradicts the data).
     times : callable, optional
         ``times()`` returns the time of each row [s], where these are uneven.
+    metadata : mapping of str to str
+        What the file says of the whole of it beside its channels.
     """
 
     format: str
@@ -83,6 +85,7 @@ class Source:
     truncated: str = ""
     notes: tuple[str, ...] = ()
     times: Callable[[], np.ndarray] | None = None
+    metadata: Mapping[str, str] = field(default_factory=dict)
 
 
 def memory_reader(columns: list[np.ndarray]) -> Callable[[list[int], int, int], np.ndarray]:

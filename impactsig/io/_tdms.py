@@ -100,6 +100,7 @@ def open_source(path: Path, limits: Limits) -> Source:
         close=file.close,
         truncated=truncated,
         notes=tuple(notes),
+        metadata={str(name): str(value) for name, value in tdms.properties.items()},
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from .._arguments import number
 from .._corrections import in_words
-from ..detect.files import channel_readings, open_recording
+from ..detect._files import channel_readings, open_recording
 from ..errors import ImpactsigWarning
 from ..recording import Recording, Sensor
 from .channels import around, overviews_of, typical
@@ -93,6 +93,7 @@ def analyse(
     offset: float | Sequence[float] | None = None,
     unit: str | Sequence[str] | None = None,
     rate: float | None = None,
+    resample: float | None = None,
     sensor: Sensor | Sequence[Sensor] | None = None,
     raw: RawLayout | None = None,
     stops: Sequence[int | None] | None = None,
@@ -121,7 +122,7 @@ def analyse(
         Whether to add what takes seconds: the correlation dimension of the intervals, their largest
         Lyapunov exponent, and the test against surrogates. A train that is periodic for certain has
         the dimension 0 in any case.
-    channel, start, stop, scale, offset, unit, rate, sensor, raw : optional
+    channel, start, stop, scale, offset, unit, rate, resample, sensor, raw : optional
         As for `impactsig.read`. Several channels are sensors of one machine, whose impacts make one
         train; scale, offset, unit and sensor are then one for all, or a sequence with one for each.
     stops : sequence of int or None, optional
@@ -164,6 +165,7 @@ def analyse(
         offset=offset,
         unit=unit,
         rate=rate,
+        resample=resample,
         sensor=sensor,
         raw=raw,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import resources
@@ -139,14 +139,29 @@ def write_reports(
         If the directory cannot be made, or the index not be written.
     """
     paths, folder = _paths(files), path_of("directory", directory)
+    return write_each_report(
+        paths, folder, [options] * len(paths), workers=workers, progress=progress
+    )
+
+
+def write_each_report(
+    files: Iterable[Path],
+    folder: Path,
+    options: Sequence[dict[str, Any]],
+    *,
+    workers: int | None = None,
+    progress: bool | None = None,
+) -> tuple[Entry, ...]:
+    """As `write_reports`, with options of its own for each recording."""
+    paths = _paths(files)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UnwritableFile(folder, f"cannot be made ({error.strerror})") from None
     pages = _pages(paths, folder)
     found = each(
-        partial(_report, options=options),
-        list(zip(paths, pages, strict=True)),
+        _report,
+        list(zip(paths, pages, options, strict=True)),
         workers=workers,
         progress=progress,
     )
@@ -162,18 +177,18 @@ def write_reports(
 
 
 def _detect(path: Path, options: dict[str, Any]) -> Impacts:
-    from ..detect.files import detect_file
+    from ..detect._files import detect_file
 
     reading = {name: value for name, value in options.items() if name in READING}
     detecting = {name: value for name, value in options.items() if name not in READING}
     return detect_file(path, reading, detecting)
 
 
-def _report(task: tuple[Path, Path], options: dict[str, Any]) -> Entry:
+def _report(task: tuple[Path, Path, dict[str, Any]]) -> Entry:
     from .contents import tiles
     from .page import analyse_to_page
 
-    path, page = task
+    path, page, options = task
     analysis, page = analyse_to_page(path, page, **options)
     return Entry(path, page, analysis.summary(), tuple(tiles(analysis)))
 

@@ -26,7 +26,7 @@ from impactsig import (
     write_report,
 )
 from impactsig._impact_columns import columns
-from impactsig.detect import files
+from impactsig.detect import _files
 from impactsig.report import Analysis, analyse, write_page
 from impactsig.report.analysis import mean_and_spread
 from impactsig.report.channels import overview_of, typical
@@ -131,7 +131,7 @@ def test_excerpts_hold_their_impact_at_full_rate(found):
 
 
 def test_blocks_give_what_the_whole_gives(recording, found, monkeypatch):
-    monkeypatch.setattr(files, "WHOLE_BELOW", 1000)
+    monkeypatch.setattr(_files, "WHOLE_BELOW", 1000)
     blockwise = analyse(recording, sensor="force", unit="V", forcing_period=1 / 20.0)
     for name in ("time", "contact_time", "peak"):
         np.testing.assert_array_equal(
@@ -149,8 +149,8 @@ def test_warnings_are_kept_and_passed_on(recording, monkeypatch):
         warnings.warn("channel b was left out", ImpactsigWarning, stacklevel=2)
         return original(path, **options)
 
-    original = files.read
-    monkeypatch.setattr(files, "read", warn)
+    original = _files.read
+    monkeypatch.setattr(_files, "read", warn)
     with pytest.warns(ImpactsigWarning, match="left out"):
         result = analyse(recording, sensor="force")
     assert result.warnings == ("channel b was left out",)

@@ -23,7 +23,7 @@ from impactsig import (
     plot,
     synthesize,
 )
-from impactsig.detect import files
+from impactsig.detect import _files
 from impactsig.plot._axes import BLUE, GREY, ORANGE
 from impactsig.report import analyse, channels
 from impactsig.report.contents import parameters, table
@@ -120,7 +120,7 @@ def test_the_report_shows_both_channels_and_colours_by_stop(found):
 
 
 def test_blocks_give_what_the_whole_gives(found, rig, monkeypatch):
-    monkeypatch.setattr(files, "WHOLE_BELOW", 1000)
+    monkeypatch.setattr(_files, "WHOLE_BELOW", 1000)
     blockwise = analyse(rig[0], channel=["left", "right"], stops=[0, 1])
     np.testing.assert_array_equal(blockwise.impacts.time, found.impacts.time)
     np.testing.assert_array_equal(blockwise.impacts.stop_index, found.impacts.stop_index)

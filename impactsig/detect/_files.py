@@ -1,4 +1,4 @@
-"""The channels of a file, opened as they are asked for and searched for impacts."""
+"""The impacts of a file: its channels opened as each is described, whole or in blocks."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from .._arguments import PER_CHANNEL
 from ..errors import InvalidInput
-from ..io import info, read, read_blocks
-from ._detect import detect_opened
+from ..recording import Recording
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
     from ..io import Blocks, FileInfo
-    from ..recording import Recording
 
 WHOLE_BELOW = 20_000_000
 """Samples up to which a recording is held in memory; longer ones go through in blocks."""
@@ -22,6 +20,9 @@ WHOLE_BELOW = 20_000_000
 
 def detect_file(path: Path, reading: Mapping[str, Any], detecting: Mapping[str, Any]) -> Impacts:
     """The impacts of a file, with its corrections made; a long one goes through in blocks."""
+    from ..io import info
+    from ._detect import detect_opened
+
     file = info(path, raw=reading.get("raw"))
     each = channel_readings(reading)
     sources = [open_recording(file, **one) for one in each]
@@ -62,6 +63,8 @@ def open_recording(file: FileInfo, **reading: Any) -> Recording | Blocks:
         If there are several channels and none was chosen; the message lists those of the file,
         under the numbers by which they are chosen.
     """
+    from ..io import read, read_blocks
+
     longest = max((channel.length for channel in file.channels), default=0)
     opened = read if longest <= WHOLE_BELOW else read_blocks
     source = opened(file.path, **reading)

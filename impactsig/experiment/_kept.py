@@ -1,0 +1,164 @@
+"""Runs on disk: a record each, named after the content of the recording and the settings.
+
+| file | holds |
+|---|---|
+| ``KE/KEY.csv`` | the impacts, as `Impacts.to_csv` writes them |
+| ``KE/KEY.json`` | the row of the table, or why there is none; written after the impacts |
+| ``contents.jsonl`` | digests of recordings, by path, size and time, so that none is read again |
+
+Every file is written whole or not at all, so a run whose row is there is done.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from time import time
+from typing import Any
+
+from .._atomic import atomic_path
+from .._correction_files import SUFFIX
+from ..errors import ImpactsigError, InvalidInput, UnreadableFile, UnwritableFile
+from ..impacts import Impacts
+from ._run import Run
+
+CONTENTS = "contents.jsonl"
+LASTING = {"InvalidInput": InvalidInput, "UnreadableFile": UnreadableFile}
+"""Errors that the same content and settings give again."""
+SETTLED = 2.0
+"""Age from which the time of a file tells that it has not changed [s]; clocks are coarse."""
+_BLOCK = 1 << 20
+_DIGITS = 32
+
+
+def content_of(path: Path) -> str:
+    """Digest of a recording and of the corrections beside it.
+
+    Raises
+    ------
+    UnreadableFile
+        If it cannot be read.
+    """
+    whole = hashlib.blake2b(digest_size=_DIGITS // 2)
+    for part in (path, corrections_of(path)):
+        if part is path or part.is_file():
+            try:
+                with part.open("rb") as file:
+                    while block := file.read(_BLOCK):
+                        whole.update(block)
+            except OSError as error:
+                raise UnreadableFile(part, f"cannot be read ({error.strerror})") from None
+        whole.update(b"\0end of a file")
+    return whole.hexdigest()
+
+
+def corrections_of(path: Path) -> Path:
+    """The file of corrections beside a recording."""
+    return path.with_name(path.name + SUFFIX)
+
+
+def key_of(content: str, settings: str, frequency: float | None) -> str:
+    """The name of a run."""
+    whole = f"{content} {settings} {frequency!r}".encode()
+    return hashlib.blake2b(whole, digest_size=_DIGITS // 2).hexdigest()
+
+
+class Kept:
+    """A folder of finished runs."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._stamps: dict[str, tuple[list[int], str]] = {}
+
+    def claim(self) -> None:
+        """Make the folder, and read which recordings are known.
+
+        Raises
+        ------
+        UnwritableFile
+            If it cannot be made.
+        """
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            written = (self.folder / CONTENTS).read_text(encoding="utf-8")
+        except FileNotFoundError:
+            written = ""
+        except OSError as error:
+            reason = f"cannot be used ({error.strerror or error})"
+            raise UnwritableFile(self.folder, reason, "Give another directory=") from None
+        for line in written.splitlines():
+            try:
+                name, stamp, content = json.loads(line)
+                self._stamps[name] = (stamp, content)
+            except (ValueError, TypeError):
+                continue  # cut short by a kill
+
+    def known_content(self, path: Path) -> str | None:
+        """The digest of a recording that has not changed since it was taken."""
+        stamp, content = self._stamps.get(str(path.absolute()), (None, ""))
+        return content if stamp is not None and stamp == _stamp(path) else None
+
+    def learn(self, contents: dict[Path, str]) -> None:
+        """Keep the digests of recordings, of those that have been left alone for a while."""
+        new = {}
+        for path, content in contents.items():
+            stamp = _stamp(path)
+            if stamp is not None and time() - max(stamp[1::2]) * 1e-9 > SETTLED:
+                new[str(path.absolute())] = (stamp, content)
+        if not new:
+            return
+        with (self.folder / CONTENTS).open("a", encoding="utf-8") as file:
+            file.writelines(f"{json.dumps([name, *one])}\n" for name, one in new.items())
+        self._stamps |= new
+
+    def place(self, key: str, ending: str) -> Path:
+        """The file of a run."""
+        return self.folder / key[:2] / f"{key}.{ending}"
+
+    def is_done(self, key: str) -> bool:
+        """Whether a run has been worked out."""
+        return self.place(key, "json").is_file()
+
+    def write(self, key: str, run: Run) -> None:
+        """Keep a run: its impacts, then its row."""
+        self.place(key, "csv").parent.mkdir(exist_ok=True)
+        run.impacts.to_csv(self.place(key, "csv"))
+        self._dump(key, run.summary)
+
+    def write_error(self, key: str, error: ImpactsigError) -> None:
+        """Keep why there is no run."""
+        kind = next(name for name, one in LASTING.items() if type(error) is one)
+        self.place(key, "json").parent.mkdir(exist_ok=True)
+        self._dump(key, {"error": kind, "arguments": [str(one) for one in error.__reduce__()[1]]})
+
+    def read(self, key: str) -> dict[str, Any] | ImpactsigError:
+        """The row of a run, or why there is none."""
+        place = self.place(key, "json")
+        try:
+            row: dict[str, Any] = json.loads(place.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            return UnreadableFile(place, f"is no row of a run ({error})", "Remove it, read again")
+        if "error" in row:
+            return LASTING[row["error"]](*row["arguments"])
+        return row
+
+    def impacts(self, key: str) -> Impacts:
+        """The impacts of a run."""
+        return Impacts.read_csv(self.place(key, "csv"))
+
+    def _dump(self, key: str, content: Any) -> None:
+        with atomic_path(self.place(key, "json")) as temporary:
+            temporary.write_text(json.dumps(content, sort_keys=True), encoding="utf-8")
+
+
+def _stamp(path: Path) -> list[int] | None:
+    """Sizes and times of a recording and its corrections."""
+    try:
+        own = path.stat()
+    except OSError:
+        return None
+    beside = corrections_of(path)
+    other = beside.stat() if beside.is_file() else None
+    edited = (0, 0) if other is None else (other.st_size, other.st_mtime_ns)
+    return [own.st_size, own.st_mtime_ns, *edited]

@@ -1,0 +1,97 @@
+"""Points of an experiment: a value of the parameter, the motion there, and its impacts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ._run import APERIODIC, NO_IMPACTS
+
+if TYPE_CHECKING:
+    from ..impacts import Impacts
+
+QUANTITIES = ("interval", "peak", "contact_time", "impulse", "phase")
+"""What an experiment can tell of every impact."""
+
+
+class Point(NamedTuple):
+    """One value of the parameter.
+
+    Attributes
+    ----------
+    run : int
+        Number of the run.
+    value : float
+        Of the parameter.
+    branch : str
+    motion : str
+        "period(m,n)", "aperiodic", "no impacts" or "unknown".
+    m, n : int or None
+        Of the period.
+    confidence : float
+        Probability of the motion.
+    start, stop : float
+        Span of the run that it is read from [s]; infinite for all of it.
+    """
+
+    run: int
+    value: float
+    branch: str
+    motion: str
+    m: int | None
+    n: int | None
+    confidence: float
+    start: float = -math.inf
+    stop: float = math.inf
+
+
+def points_of(run: int, row: Mapping[str, Any], value: float, branch: str) -> Iterator[Point]:
+    """The points of a run: one, or one for each window of a sweep."""
+    if "windows" not in row:
+        yield Point(run, value, branch, *motion_of(row))
+        return
+    for one in row["windows"]:
+        direction = branch or ("up" if row["rate"] >= 0 else "down")
+        yield Point(run, one["value"], direction, *motion_of(one), one["start"], one["stop"])
+
+
+def motion_of(row: Mapping[str, Any]) -> tuple[str, int | None, int | None, float]:
+    """The motion in a word, m and n where it recurs, and its probability."""
+    kind, confidence = row["kind"], row["confidence"]
+    if kind == NO_IMPACTS:
+        return NO_IMPACTS, 0, 1, confidence
+    if kind in ("periodic", "drifting") and row["n"]:
+        return f"period({row['m']},{row['n']})", row["m"], row["n"], confidence
+    if kind in APERIODIC:
+        return "aperiodic", None, None, confidence
+    return "unknown", None, None, 0.0
+
+
+def cloud_of(
+    quantity: str, point: Point, row: Mapping[str, Any], impacts: Impacts | None
+) -> np.ndarray:
+    """A quantity of the impacts of a point; empty where it was not measured."""
+    if impacts is None:
+        return np.empty(0)
+    inside = (impacts.time >= point.start) & (impacts.time < point.stop)
+    if quantity == "interval":
+        return impacts[inside].intervals()
+    if quantity == "phase":
+        return _phases(row, impacts)[inside]
+    column = getattr(impacts, quantity)
+    return np.empty(0) if column is None else column[inside]
+
+
+def _phases(row: Mapping[str, Any], impacts: Impacts) -> np.ndarray:
+    """Phases of the impacts in forcing periods, 0 to 1."""
+    if row.get("cycles") is not None:
+        return np.asarray(row["cycles"]) % 1
+    frequency = row.get("locked_frequency") or row.get("forcing_frequency")
+    if not frequency:
+        return np.full(len(impacts), np.nan)
+    turns = (impacts.time - impacts.start) * frequency
+    centre = np.angle(np.exp(2j * np.pi * turns).sum()) / (2 * np.pi)
+    return (turns - centre + 0.5) % 1 - 0.5

@@ -1,0 +1,176 @@
+"""One recording worked out: its impacts, its forcing, its period, and what is told of them."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..detect._files import detect_file
+from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput
+from ..intervals._forcing import forcing_cycles, rising_instants
+from ..intervals.period import identify_period
+from ..io import info, read
+from ._rig_tables import which
+from .parameter import _PART, recorded_value
+from .rig import Rig
+
+if TYPE_CHECKING:
+    from ..impacts import Impacts
+    from ..intervals import Periodicity
+
+NO_IMPACTS = "no impacts"
+"""The kind of motion of a run without impacts."""
+APERIODIC = ("quasi-periodic", "banded", "chaotic", "irregular")
+
+
+class Run(NamedTuple):
+    """What is kept of a recording."""
+
+    impacts: Impacts
+    summary: dict[str, Any]
+
+
+def worked_out(path: Path, rig: Rig, frequency: float | None) -> Run:
+    """Detect the impacts of a recording and identify its motion.
+
+    Parameters
+    ----------
+    path : Path
+        The recording.
+    rig : Rig
+        How it is read.
+    frequency : float or None
+        Forcing frequency [Hz] as far as it is stated; a forcing channel takes precedence.
+    """
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ImpactsigWarning)
+        impacts = detect_file(path, rig.reading_options(), rig.detecting_options())
+        instants = forcing_instants(rig, path)
+        cycles = None
+        if instants is not None:
+            if len(instants) < 2:
+                raise InvalidInput("channel", _named(rig), "a forcing that rises twice or more")
+            inside = impacts.time if len(impacts) else instants[:1]
+            cycles, period = forcing_cycles(instants, inside)
+            frequency = 1 / period
+        value = recorded_value(rig, path, info(path, raw=_raw(rig)).metadata, frequency)
+        summary = described(impacts, rig, None if rig.sweep else frequency, instants)
+    notes = [str(one.message) for one in caught if issubclass(one.category, ImpactsigWarning)]
+    return Run(
+        impacts,
+        summary
+        | {
+            "value": _plain(value),
+            "forcing_frequency": frequency,
+            "cycles": None if cycles is None else cycles[: len(impacts)].tolist(),
+            "notes": list(dict.fromkeys([*impacts.notes, *notes])),
+        },
+    )
+
+
+def forcing_instants(rig: Rig, path: Path) -> np.ndarray | None:
+    """When each forcing period begins, where the rig records that."""
+    channel = rig.forcing_channel
+    if channel is None:
+        return None
+    options = {name: one for name, one in rig.reading_options().items() if name in _PART}
+    recording = read(path, channel=which(channel), **options)
+    return rising_instants(recording)[:: channel.get("pulses", 1)]
+
+
+def described(
+    impacts: Impacts, rig: Rig, frequency: float | None, instants: np.ndarray | None
+) -> dict[str, Any]:
+    """The row of a run in the table."""
+    row: dict[str, Any] = {
+        "impacts": len(impacts),
+        "duration": impacts.duration,
+        "sensor": impacts.sensor,
+        "unit": impacts.unit,
+        "reason": impacts.reason,
+        "recorded_at": impacts.recorded_at.isoformat() if impacts.recorded_at else None,
+    }
+    intervals = impacts.intervals()
+    row |= _moments("interval", intervals)
+    for name in ("contact_time", "peak", "impulse"):
+        column = getattr(impacts, name)
+        row |= _moments(name, np.empty(0) if column is None else column)
+    timed = impacts.contact_time is not None and impacts.duration > 0
+    row["time_in_contact"] = impacts.time_in_contact() if timed else None
+    row["impacts_per_period"] = (
+        len(impacts) / (frequency * impacts.duration) if frequency and impacts.duration else None
+    )
+    row |= _period(impacts, rig, frequency, instants)
+    if rig.report.get("dimension"):
+        row |= _dimension(impacts, row)
+    return row
+
+
+def _period(
+    impacts: Impacts, rig: Rig, frequency: float | None, instants: np.ndarray | None
+) -> dict[str, Any]:
+    nothing = dict.fromkeys(("m", "n", "jitter", "missed", "spurious", "locked_frequency"))
+    if not len(impacts):
+        return {"kind": NO_IMPACTS, "period": NO_IMPACTS, "confidence": 1.0, **nothing}
+    if rig.sweep:
+        return {"kind": "swept", "period": "", "confidence": math.nan, **nothing}
+    found: Periodicity = identify_period(
+        impacts,
+        None if instants is not None or frequency is None else 1 / frequency,
+        forcing=instants,
+        max_periods=rig.report.get("periods", 8),
+    )
+    return {
+        "kind": found.kind,
+        "period": found.name,
+        "confidence": found.confidence,
+        "m": found.impacts,
+        "n": found.periods,
+        "jitter": found.jitter,
+        "missed": found.missed,
+        "spurious": found.spurious,
+        "locked_frequency": 1 / found.forcing_period if found.forcing_period else None,
+    }
+
+
+def _dimension(impacts: Impacts, row: dict[str, Any]) -> dict[str, Any]:
+    if row["kind"] in ("periodic", "drifting", NO_IMPACTS):
+        return {"dimension": 0.0, "dimension_low": 0.0, "dimension_high": 0.0}
+    from ..reconstruct.dimension import correlation_dimension
+
+    try:
+        found = correlation_dimension(impacts)
+    except ImpactsigError:
+        return dict.fromkeys(("dimension", "dimension_low", "dimension_high"))
+    low, high = found.interval or (None, None)
+    return {
+        "dimension": _plain(found.dimension),
+        "dimension_low": _plain(low),
+        "dimension_high": _plain(high),
+    }
+
+
+def _moments(name: str, values: np.ndarray) -> dict[str, Any]:
+    some = values[np.isfinite(values)]
+    return {
+        name: float(some.mean()) if len(some) else None,
+        f"{name}_spread": float(some.std(ddof=1)) if len(some) > 1 else None,
+    }
+
+
+def _plain(value: Any) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def _raw(rig: Rig) -> Any:
+    return rig.reading_options().get("raw")
+
+
+def _named(rig: Rig) -> str | int:
+    channel = rig.forcing_channel
+    assert channel is not None
+    return which(channel)

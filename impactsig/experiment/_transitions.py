@@ -1,0 +1,144 @@
+"""Where the motion changes along a branch, and by how much the branches differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ._points import Point
+
+REACH = 5
+"""Points to either side that say where a change is."""
+LEAST_DOUBT = 1e-3
+"""Probability that a motion was taken for another, at the least."""
+
+
+class Jump(NamedTuple):
+    """A change of the motion along a branch.
+
+    Attributes
+    ----------
+    branch : str
+    value : float
+        Where it is most probably, midway between two values of the parameter.
+    error : float
+        Its standard error: half of the spacing over sqrt(3), and what the doubt about the motions
+        on either side adds.
+    before, after : str
+        The motions, in the direction in which the parameter goes.
+    low, high : float
+        The last value with the motion before, and the first with the one after.
+    """
+
+    branch: str
+    value: float
+    error: float
+    before: str
+    after: str
+    low: float
+    high: float
+
+    def describe(self, unit: str = "") -> str:
+        """The change in words."""
+        where = f"{self.value:.6g} ± {self.error:.2g} {unit}".rstrip()
+        branch = f"{self.branch}: " if self.branch else ""
+        return f"{branch}{self.before} to {self.after} at {where}"
+
+
+class Hysteresis(NamedTuple):
+    """A change that is at another value of the parameter on the way back.
+
+    Attributes
+    ----------
+    below, above : str
+        The motions at lower and at higher values of the parameter.
+    up, down : Jump
+        The change on either branch.
+    width, error : float
+        Value upwards less value downwards, and its standard error.
+    """
+
+    below: str
+    above: str
+    up: Jump
+    down: Jump
+    width: float
+    error: float
+
+
+def jumps_of(points: Sequence[Point]) -> tuple[Jump, ...]:
+    """The changes along each branch, in the order in which they are met."""
+    jumps: list[Jump] = []
+    for branch in sorted({one.branch for one in points}):
+        own = [one for one in points if one.branch == branch and math.isfinite(one.value)]
+        own = [one for one in own if one.motion != "unknown"]
+        own.sort(key=lambda one: one.value, reverse=branch == "down")
+        for k, (one, other) in enumerate(pairwise(own)):
+            if one.motion != other.motion:
+                jumps.append(_jump(own, k))
+    return tuple(jumps)
+
+
+def _jump(points: Sequence[Point], k: int) -> Jump:
+    """The change after point k, placed by what the points around it say."""
+    before, after = points[k], points[k + 1]
+    first = k
+    while first > max(0, k - REACH) and points[first - 1].motion == before.motion:
+        first -= 1
+    last = k + 1
+    while last < min(len(points) - 1, k + 1 + REACH) and points[last + 1].motion == after.motion:
+        last += 1
+    near = points[first : last + 1]
+    # The log-probability of the motions if the change is after the j-th of them.
+    old = np.array([_log(one, before.motion) for one in near])
+    new = np.array([_log(one, after.motion) for one in near])
+    fits = np.cumsum(old)[:-1] + (new.sum() - np.cumsum(new))[:-1]
+    weight = np.exp(fits - fits.max())
+    weight /= weight.sum()
+    values = np.array([one.value for one in near])
+    middle, width = 0.5 * (values[1:] + values[:-1]), np.diff(values)
+    mean = float(weight @ middle)
+    spread = float(weight @ ((middle - mean) ** 2 + width**2 / 12))
+    return Jump(
+        before.branch,
+        0.5 * (before.value + after.value),
+        math.sqrt(spread),
+        before.motion,
+        after.motion,
+        before.value,
+        after.value,
+    )
+
+
+def _log(point: Point, motion: str) -> float:
+    sure = min(max(point.confidence, LEAST_DOUBT), 1 - LEAST_DOUBT)
+    return math.log(sure if point.motion == motion else 1 - sure)
+
+
+def hysteresis_of(jumps: Sequence[Jump]) -> tuple[Hysteresis, ...]:
+    """Changes of the upward branch with those of the downward one between the same motions.
+
+    Each is taken with the nearest on the other branch that is not taken yet.
+    """
+    up = [one for one in jumps if one.branch == "up"]
+    down = [one for one in jumps if one.branch == "down"]
+    pairs = sorted(
+        (abs(a.value - b.value), i, j)
+        for i, a in enumerate(up)
+        for j, b in enumerate(down)
+        if (a.before, a.after) == (b.after, b.before)
+    )
+    found: list[Hysteresis] = []
+    taken: tuple[set[int], set[int]] = (set(), set())
+    for _, i, j in pairs:
+        if i not in taken[0] and j not in taken[1]:
+            taken[0].add(i)
+            taken[1].add(j)
+            a, b = up[i], down[j]
+            error = math.hypot(a.error, b.error)
+            found.append(Hysteresis(a.before, a.after, a, b, a.value - b.value, error))
+    return tuple(sorted(found, key=lambda one: one.up.value))

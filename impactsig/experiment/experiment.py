@@ -1,0 +1,303 @@
+"""Experiment: the runs of a rig, one a recording, with what each shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._arguments import choice, instance, whole
+from .._arguments import path as path_of
+from ..errors import ImpactsigError, InvalidInput, MissingExtra
+from ..impacts import Impacts
+from ._kept import Kept
+from ._points import QUANTITIES, Point, cloud_of, points_of
+from ._reading import KEPT, read_runs
+from ._transitions import Hysteresis, Jump, hysteresis_of, jumps_of
+from .rig import RIG, Rig
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray
+
+COLUMNS = (
+    "period", "kind", "m", "n", "confidence", "forcing_frequency", "locked_frequency", "impacts",
+    "impacts_per_period", "interval", "interval_spread", "contact_time", "contact_time_spread",
+    "time_in_contact", "peak", "peak_spread", "impulse", "impulse_spread", "jitter", "missed",
+    "spurious", "dimension", "dimension_low", "dimension_high", "duration", "unit", "sensor",
+    "reason", "recorded_at",
+)  # fmt: skip
+"""Of the table of runs, after file, parameter and branch."""
+_WORDS = ("period", "kind", "unit", "sensor", "reason", "recorded_at")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Experiment:
+    """The runs of a rig, in the order of branch and parameter.
+
+    Attributes
+    ----------
+    rig : Rig
+        How the recordings are read.
+    files : tuple of Path
+        The recording of each run.
+    values : numpy.ndarray, shape (n,)
+        The parameter of each run; NaN where the rig names none.
+    branches : tuple of str
+        "up", "down", another word, or an empty text.
+    errors : dict of Path to ImpactsigError
+        The recordings of which there is no run, and why.
+    directory : Path
+        Where the runs are kept.
+    """
+
+    rig: Rig
+    files: tuple[Path, ...] = field(repr=False)
+    values: np.ndarray = field(repr=False)
+    branches: tuple[str, ...] = field(repr=False)
+    errors: dict[Path, ImpactsigError]
+    directory: Path
+    _keys: tuple[str, ...] = field(repr=False)
+
+    @classmethod
+    def read(
+        cls,
+        folder: str | PathLike[str],
+        rig: Rig | str | PathLike[str] | None = None,
+        *,
+        directory: str | PathLike[str] | None = None,
+        workers: int | None = None,
+        client: Any = None,
+        progress: bool | None = None,
+    ) -> Experiment:
+        """Work out the recordings of a folder, on several processes.
+
+        Each run is on disk as soon as it is worked out, under a name made of the content of the
+        recording, the settings of the rig and the code of this package. What is there is not
+        worked out again: an experiment that is killed goes on, and only recordings that changed,
+        or that another setting concerns, are done anew.
+
+        Parameters
+        ----------
+        folder : path-like
+            The recordings, in folders of their own or not.
+        rig : Rig or path-like, optional
+            By default the ``rig.toml`` of the folder.
+        directory : path-like, optional
+            Where the runs are kept; ``.impactsig`` in the folder by default. The processes of a
+            cluster must see it under the same name.
+        workers : int, optional
+            Processes; as many as there are cores by default. The result does not depend on it.
+        client : distributed.Client or str, optional
+            Work on this dask cluster instead, as for `sweep`.
+        progress : bool, optional
+            Whether to show how far it is; by default where a terminal or notebook is watching.
+
+        Returns
+        -------
+        Experiment
+            A recording that cannot be worked out is named in `errors`; the others are done.
+
+        Raises
+        ------
+        InvalidInput
+            If there is no rig, or no recording.
+        UnreadableFile
+            If the file of the rig, or its table, cannot be used.
+        UnwritableFile
+            If the runs cannot be kept.
+        """
+        place = path_of("folder", folder)
+        if rig is None:
+            if not (place / RIG).is_file():
+                raise InvalidInput(
+                    "rig", None, f"a Rig, or a {RIG} in the folder",
+                    f"impactsig rig FILE -o {place / RIG} writes one",
+                )  # fmt: skip
+            rig = place / RIG
+        used = rig if isinstance(rig, Rig) else Rig.read(path_of("rig", rig))
+        kept = Kept(place / KEPT if directory is None else path_of("directory", directory))
+        kept.claim()
+        found, errors = [], {}
+        for task, row in read_runs(used, place, kept, workers, client, progress):
+            if isinstance(row, ImpactsigError):
+                errors[task.path] = row
+                continue
+            told = row.get("value")
+            value = task.place.value if told is None else told
+            found.append((task.place.branch, value, task.path, task.key))
+        found.sort(key=lambda one: (one[0], np.isnan(one[1]), one[1], one[2]))
+        return cls(
+            used,
+            tuple(path for _, _, path, _ in found),
+            np.array([value for _, value, _, _ in found], float),
+            tuple(branch for branch, _, _, _ in found),
+            errors,
+            kept.folder,
+            tuple(key for _, _, _, key in found),
+        )
+
+    # -- reading ---------------------------------------------------------------------------
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    @property
+    def parameter(self) -> str:
+        """What is changed from run to run."""
+        return str(self.rig.parameter.get("name", "parameter"))
+
+    @property
+    def unit(self) -> str:
+        """Unit of the parameter."""
+        return str(self.rig.parameter.get("unit", ""))
+
+    def impacts(self, run: int) -> Impacts:
+        """The impacts of a run, by its number from 0.
+
+        Raises
+        ------
+        InvalidInput
+            If there is no such run.
+        """
+        number = whole("run", run, 0, max(len(self) - 1, 0))
+        if not len(self):
+            raise InvalidInput("run", run, "an experiment with runs")
+        return Kept(self.directory).impacts(self._keys[number])
+
+    def to_frame(self) -> pd.DataFrame:
+        """A table with a row for each run: the parameter, the period, and means over the run."""
+        import pandas as pd
+
+        columns: dict[str, list[Any]] = {
+            "file": [path.name for path in self.files],
+            self.parameter: self.values.tolist(),
+            "branch": list(self.branches),
+        }
+        rows = [{name: row.get(name) for name in COLUMNS} for row in self._rows()]
+        for name in COLUMNS:
+            values = [row[name] for row in rows]
+            columns[name] = values if name in _WORDS else [_number(one) for one in values]
+        frame = pd.DataFrame(columns)
+        for name in ("m", "n", "impacts"):
+            frame[name] = frame[name].astype("Int64")
+        return frame
+
+    def to_xarray(self, *quantities: str) -> xarray.Dataset:
+        """The table as labelled arrays over the runs, and quantities of every impact.
+
+        Parameters
+        ----------
+        *quantities : str
+            "interval", "peak", "contact_time", "impulse" or "phase": values along a dimension of
+            their own, whose coordinate ``..._run`` says which run each belongs to.
+
+        Raises
+        ------
+        InvalidInput
+            If there is no such quantity.
+        MissingExtra
+            If xarray is not installed.
+        """
+        try:
+            import xarray
+        except ImportError:
+            raise MissingExtra("xarray", "studies", "An experiment as labelled arrays") from None
+        frame = self.to_frame()
+        data: dict[str, Any] = {
+            name: ("run", frame[name].to_numpy(object if name in _WORDS else float))
+            for name in COLUMNS
+        }
+        coordinates: dict[str, Any] = {
+            "file": ("run", frame["file"].to_numpy(object)),
+            self.parameter: ("run", self.values, {"units": self.unit}),
+            "branch": ("run", np.array(self.branches, object)),
+        }
+        for name in quantities:
+            clouds = [cloud for _, cloud in self.clouds(name)]
+            dimension = f"{name}_index"
+            data[f"{name}_of_impacts"] = (dimension, np.concatenate([*clouds, np.empty(0)]))
+            points = [point.run for point in self.points()]
+            lengths = [len(cloud) for cloud in clouds]
+            coordinates[f"{name}_run"] = (dimension, np.repeat(np.array(points, int), lengths))
+        return xarray.Dataset(data, coordinates)
+
+    # -- over the parameter ----------------------------------------------------------------
+
+    def points(self) -> tuple[Point, ...]:
+        """Every value of the parameter with its motion: one of each run, many of a sweep."""
+        return tuple(
+            point
+            for run, row in enumerate(self._rows())
+            for point in points_of(run, row, float(self.values[run]), self.branches[run])
+        )
+
+    def clouds(self, quantity: str) -> Iterator[tuple[Point, np.ndarray]]:
+        """A quantity of the impacts at every value of the parameter, one value after another.
+
+        Parameters
+        ----------
+        quantity : {"interval", "peak", "contact_time", "impulse", "phase"}
+            "phase" is in forcing periods from the forcing's own zero where it was recorded, else
+            from the mean of the run.
+
+        Yields
+        ------
+        point : Point
+        values : ndarray
+        """
+        choice("quantity", quantity, QUANTITIES)
+        kept = Kept(self.directory)
+        for run, (key, row) in enumerate(zip(self._keys, self._rows(), strict=True)):
+            points = points_of(run, row, float(self.values[run]), self.branches[run])
+            impacts = kept.impacts(key) if row["impacts"] else None
+            for point in points:
+                yield point, cloud_of(quantity, point, row, impacts)
+
+    def jumps(self) -> tuple[Jump, ...]:
+        """Where the motion changes to another period, or gains or loses one, along each branch."""
+        return jumps_of(self.points())
+
+    def hysteresis(self) -> tuple[Hysteresis, ...]:
+        """Changes that happen at one value of the parameter upwards and at another downwards."""
+        return hysteresis_of(self.jumps())
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        kept = Kept(self.directory)
+        for key in self._keys:
+            row = kept.read(key)
+            if isinstance(row, ImpactsigError):
+                raise row
+            yield row
+
+    def __repr__(self) -> str:
+        runs = f"{len(self)} run{'' if len(self) == 1 else 's'}"
+        parts = [runs]
+        known = self.values[np.isfinite(self.values)]
+        if len(known):
+            span = f"{known.min():g} to {known.max():g} {self.unit}".rstrip()
+            parts.append(f"{self.parameter} {span}")
+        if set(self.branches) - {""}:
+            parts.append(", ".join(sorted(set(self.branches) - {""})))
+        if self.errors:
+            parts.append(f"{len(self.errors)} recordings failed")
+        return f"Experiment({'; '.join(parts)})"
+
+
+def _number(value: Any) -> float:
+    return np.nan if value is None else float(value)
+
+
+def checked(value: Any) -> Experiment:
+    """An experiment.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none.
+    """
+    return instance("experiment", value, Experiment)

@@ -1,0 +1,209 @@
+"""Rig: how an experiment is recorded, as data that every command reads."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from .._arguments import path as path_of
+from .._arguments import text
+from ..errors import InvalidInput, UnreadableFile
+from ._rig_lines import line_of
+from ._rig_tables import BRANCHES, TABLES, channel_tables, table, which
+
+RIG = "rig.toml"
+"""The file that is found beside recordings."""
+Table = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """How the recordings of an experiment are read, searched and ordered.
+
+    The parameters are the tables of a ``rig.toml``, with the same keys; ``impactsig rig FILE``
+    writes one with all keys explained.
+
+    Parameters
+    ----------
+    channel : sequence of mapping
+        Each channel of the files that is used: its ``name`` or ``number``, its ``use`` ("impacts",
+        "forcing" or "tacho"), ``sensor``, ``scale``, ``offset``, ``unit`` and ``stop``.
+    parameter : mapping
+        What is changed from run to run: its ``name`` and ``unit``, and where its value comes
+        ``from``: the "file name" (``pattern``, a regular expression with a group "value" and
+        perhaps one named "branch"), a "table" (a CSV file with the columns file, value and perhaps
+        branch), a "channel" (its mean, or the frequency of the forcing), or "metadata" of the file
+        (``key``). ``branch``, "up" or "down", is that of runs that say none.
+    forcing : mapping
+        ``frequency``: "parameter" where that is the forcing frequency [Hz], or a number.
+    reading, raw : mapping
+        As for `read` and `RawLayout`.
+    detection : mapping
+        As for `detect_impacts`.
+    sweep : mapping
+        Recordings in which the forcing frequency was swept: ``from`` the "channel" of the forcing,
+        a stated "law" (``start`` [Hz], ``rate`` [Hz/s]) or the "impacts" (which need both too, as
+        a first guess), and the impacts in a ``window``.
+    report : mapping
+        ``dimension``: whether the correlation dimension is worked out; ``periods``: the greatest n
+        of period(m, n).
+    files : str
+        Which files of a folder are recordings, as a pattern of `pathlib.Path.glob`; by default all
+        whose names end as those of a format do.
+
+    Raises
+    ------
+    InvalidInput
+        For an unknown key or a wrong value, named by its table and key.
+
+    Examples
+    --------
+    >>> rig = Rig(
+    ...     channel=[{"number": 0, "sensor": "force", "unit": "N"}],
+    ...     parameter={"name": "frequency", "unit": "Hz", "from": "file name",
+    ...                "pattern": "(?P<value>[0-9.]+)Hz"},
+    ...     forcing={"frequency": "parameter"},
+    ... )
+    """
+
+    channel: Sequence[Table] = ()
+    parameter: Table = field(default_factory=dict)
+    forcing: Table = field(default_factory=dict)
+    reading: Table = field(default_factory=dict)
+    raw: Table = field(default_factory=dict)
+    detection: Table = field(default_factory=dict)
+    sweep: Table = field(default_factory=dict)
+    report: Table = field(default_factory=dict)
+    files: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "channel", channel_tables(self.channel))
+        for name, keys in TABLES.items():
+            object.__setattr__(self, name, table(name, getattr(self, name), keys))
+        text("files", self.files)
+        if self.files.startswith("/") or ".." in self.files:
+            raise InvalidInput("files", self.files, "a pattern within the folder")
+        self._check_parameter()
+        self._check_forcing()
+        if self.raw and "type" not in self.raw:
+            raise InvalidInput("raw", dict(self.raw), "the type of the numbers", 'type = "int16"')
+
+    def _check_parameter(self) -> None:
+        found, needed = self.parameter, {"file name": "pattern", "metadata": "key"}
+        if not found:
+            return
+        if "from" not in found:
+            raise InvalidInput("parameter", dict(found), "a key from, which says where it is told")
+        origin = found["from"]
+        need = needed.get(origin, origin)
+        if need not in found:
+            raise InvalidInput("parameter", dict(found), f'a key {need}, as from is "{origin}"')
+        for key in ("pattern", "table", "channel", "key"):
+            if key in found and key != need:
+                raise InvalidInput(
+                    f"parameter.{key}", found[key], f'no such key where from is "{origin}"'
+                )
+
+    def _check_forcing(self) -> None:
+        frequency = self.forcing.get("frequency")
+        if isinstance(frequency, str):
+            if frequency != "parameter":
+                raise InvalidInput("forcing.frequency", frequency, '"parameter" or a number [Hz]')
+            if self.parameter.get("from") not in BRANCHES:
+                raise InvalidInput(
+                    "forcing.frequency", frequency,
+                    'a parameter from the "file name" or a "table"',
+                    "A channel of the forcing tells its frequency by itself",
+                )  # fmt: skip
+        elif frequency is not None and not frequency > 0:
+            raise InvalidInput("forcing.frequency", frequency, "a positive frequency [Hz]")
+        if not self.sweep:
+            return
+        origin = self.sweep.get("from")
+        if origin is None:
+            raise InvalidInput("sweep", dict(self.sweep), "a key from")
+        if origin == "channel" and self.forcing_channel is None:
+            raise InvalidInput("sweep.from", origin, 'a channel with use = "forcing" or "tacho"')
+        if origin != "channel" and not {"start", "rate"} <= set(self.sweep):
+            raise InvalidInput("sweep", dict(self.sweep), "start [Hz] and rate [Hz/s]")
+
+    # -- from files ------------------------------------------------------------------------
+
+    @classmethod
+    def read(cls, path: str | PathLike[str]) -> Rig:
+        """Read a ``rig.toml``.
+
+        Raises
+        ------
+        UnreadableFile
+            If it is no TOML, or holds an unknown key or a wrong value; the line is named.
+        """
+        place = path_of("path", path)
+        try:
+            written = place.read_text(encoding="utf-8")
+            tables = tomllib.loads(written)
+        except OSError as error:
+            reason = f"cannot be read ({error.strerror or error})"
+            raise UnreadableFile(place, reason) from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise UnreadableFile(place, f"is no TOML: {error}", "See toml.io") from None
+        names = ("channel", *TABLES, "files")
+        try:
+            for name in tables:
+                if name not in names:
+                    raise InvalidInput(name, tables[name], f"one of {', '.join(names)}")
+            return cls(**tables)
+        except InvalidInput as error:
+            line = line_of(written, error.argument)
+            raise UnreadableFile(
+                place, f"line {line}: {str(error).removesuffix(error.remedy).rstrip()}",
+                error.remedy or "impactsig rig FILE writes one with all keys explained",
+            ) from None  # fmt: skip
+
+    @classmethod
+    def beside(cls, recording: Path) -> Rig | None:
+        """The rig whose file lies in the folder of a recording, if there is one."""
+        place = recording.parent / RIG
+        return cls.read(place) if place.is_file() else None
+
+    # -- as options of the functions -------------------------------------------------------
+
+    @property
+    def forcing_channel(self) -> Table | None:
+        """The channel of the forcing or of a tacho."""
+        others = [one for one in self.channel if one.get("use", "impacts") != "impacts"]
+        return others[0] if others else None
+
+    def reading_options(self) -> dict[str, Any]:
+        """What `detect_many` and `write_report` take for reading."""
+        options = dict(self.reading)
+        if self.raw:
+            from ..io import RawLayout
+
+            rest = {name: value for name, value in self.raw.items() if name != "type"}
+            options["raw"] = RawLayout(self.raw["type"], **rest)
+        sensors = self._sensors()
+        if len(sensors) == 1:
+            keys = ("scale", "offset", "unit", "sensor")
+            own = {key: sensors[0][key] for key in keys if key in sensors[0]}
+            return options | own | {"channel": which(sensors[0])}
+        if sensors:
+            options["channel"] = [which(one) for one in sensors]
+            for key, usual in (("scale", 1.0), ("offset", 0.0), ("unit", None), ("sensor", None)):
+                if any(key in one for one in sensors):
+                    options[key] = [one.get(key, usual) for one in sensors]
+        return options
+
+    def detecting_options(self) -> dict[str, Any]:
+        """What `detect_impacts` takes."""
+        options, sensors = dict(self.detection), self._sensors()
+        if any("stop" in one for one in sensors):
+            options["stops"] = [one.get("stop") for one in sensors]
+        return options
+
+    def _sensors(self) -> list[Table]:
+        return [one for one in self.channel if one.get("use", "impacts") == "impacts"]

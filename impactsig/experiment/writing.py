@@ -1,0 +1,113 @@
+"""A rig file written from what a recording says, with every key explained."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ._rig_tables import CHANNEL, TABLES, Key
+
+if TYPE_CHECKING:
+    from ..io import FileInfo
+
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+_EXAMPLES: dict[str, Any] = {
+    "use": "impacts", "sensor": "force", "scale": 1.0, "offset": 0.0, "stop": 0, "pulses": 1,
+    "parameter.name": "frequency", "parameter.unit": "Hz", "parameter.from": "file name",
+    "parameter.pattern": "(?P<value>[0-9.]+)Hz", "parameter.table": "runs.csv",
+    "parameter.channel": "drive", "parameter.key": "frequency", "parameter.branch": "up",
+    "forcing.frequency": "parameter", "reading.start": 0.0, "reading.stop": 10.0,
+    "reading.rate": 50000.0, "reading.resample": 1000.0, "raw.type": "int16", "raw.channels": 1,
+    "raw.byte_order": "little", "raw.skip": 0, "detection.separate_stops": True,
+    "detection.threshold": "6 sigma", "detection.polarity": "auto", "detection.contact_level": 0.0,
+    "detection.contact_time": [0.0, 0.03], "detection.merge_within": 0.0,
+    "detection.dead_time": 0.0, "detection.gaps": "refuse", "detection.least_probability": 0.5,
+    "sweep.from": "law", "sweep.start": 18.0, "sweep.rate": 0.02, "sweep.window": 60,
+    "report.dimension": True, "report.periods": 8,
+}  # fmt: skip
+_ASIDE = 42
+"""The column at which the explanation of a key begins."""
+
+
+def rig_of_recording(path: Path) -> str:
+    """A ``rig.toml`` for recordings such as this one.
+
+    Raises
+    ------
+    UnreadableFile
+        If the recording cannot be read.
+    """
+    from ..io import info, read_blocks
+
+    file = info(path)
+    sensor = "force"
+    if any(channel.rate for channel in file.channels):
+        sensor = read_blocks(path, channel=0).sensor
+    return rig_text(file, sensor)
+
+
+def rig_text(file: FileInfo, sensor: str) -> str:
+    """A ``rig.toml`` for recordings such as this one; what is not certain is a comment."""
+    path = Path(file.path)
+    lines = [
+        f"# The rig of {_plain(path.name)} ({file.format}): how its recordings are read.",
+        "# Commands read it with --rig, or where it lies beside the recordings as rig.toml.",
+        "# A line that begins with # is not set; what it shows is an example.",
+        "",
+        f"{_entry('files', f'*{path.suffix}')}  # which files of the folder are recordings",
+    ]
+    for index, channel in enumerate(file.channels):
+        known: dict[str, Any] = {"name": channel.name} if channel.name else {"number": index}
+        known["sensor"] = sensor
+        if channel.unit:
+            known["unit"] = channel.unit
+        rate = "rate not told" if channel.rate is None else f"{channel.rate:g} Hz"
+        lines += ["", f"# channel {index}: {channel.length} samples, {rate}", "[[channel]]"]
+        lines += _keys("", CHANNEL, known)
+    set_to: dict[str, dict[str, Any]] = {}
+    if (pattern := _pattern(path.stem)) is not None:
+        set_to["parameter"] = {
+            "name": "frequency", "unit": "Hz", "from": "file name", "pattern": pattern,
+        }  # fmt: skip
+        set_to["forcing"] = {"frequency": "parameter"}
+    for name, keys in TABLES.items():
+        known = set_to.get(name, {})
+        if name == "parameter" and file.metadata and not known:
+            lines += ["", f"# metadata of this file: {_plain(', '.join(file.metadata))}"]
+        lines += ["", f"[{name}]" if known else f"# [{name}]", *_keys(f"{name}.", keys, known)]
+    return "\n".join(lines) + "\n"
+
+
+def _keys(prefix: str, keys: Mapping[str, Key], known: Mapping[str, Any]) -> list[str]:
+    lines = []
+    for key, one in keys.items():
+        if key in known:
+            entry = _entry(key, known[key])
+        elif f"{prefix}{key}" in _EXAMPLES:
+            entry = f"# {_entry(key, _EXAMPLES[f'{prefix}{key}'])}"
+        else:
+            continue
+        lines.append(f"{entry:<{_ASIDE}}  # {one.help}")
+    return lines
+
+
+def _entry(key: str, value: Any) -> str:
+    if key == "pattern" and "'" not in value:
+        return f"{key} = '{value}'"
+    # A TOML basic string, number, truth value or list is written as JSON writes it.
+    return f"{key} = {json.dumps(value)}"
+
+
+def _pattern(stem: str) -> str | None:
+    """A pattern for the number in a name that is followed by Hz, where there is one."""
+    found = re.search(rf"{_NUMBER.pattern}(\s*_?\s*)Hz", stem)
+    if found is None:
+        return None
+    return f"(?P<value>[0-9.]+){re.escape(found[1])}Hz".replace("\\ ", " ")
+
+
+def _plain(text: str) -> str:
+    return "".join(one if one.isprintable() else "?" for one in text)
