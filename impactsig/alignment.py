@@ -47,6 +47,19 @@ class Alignment:
         Indices of an aligned impact and of the reference's that it is.
     error : ndarray, shape (n,)
         How late each aligned one of a pair is [s].
+
+    See Also
+    --------
+    align_impacts, Combination
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Impacts, align_impacts
+    >>> times = np.cumsum(np.random.default_rng(1).uniform(0.03, 0.06, 100))
+    >>> found = align_impacts(Impacts.from_times(times + 2.5), Impacts.from_times(times))
+    >>> round(found.delay, 6), len(found.pairs)
+    (2.5, 100)
     """
 
     impacts: Impacts = field(repr=False)
@@ -119,13 +132,20 @@ def align_impacts(
         If the trains have too few impacts in common, or repeat themselves such that several
         delays do.
 
+    See Also
+    --------
+    match_impacts, combine_impacts, Alignment
+
     Examples
     --------
+    >>> import numpy as np
+    >>> from impactsig import Impacts, align_impacts
     >>> rng = np.random.default_rng(1)
     >>> reference = Impacts.from_times(np.cumsum(rng.uniform(0.03, 0.06, 500)))
     >>> clock = 2.5 + (1 + 5e-5) * reference.time
-    >>> print(align_impacts(Impacts.from_times(clock + rng.normal(0, 2e-5, 500)), reference))
-    500 impacts in common; delay 2.49999735 ± 2e-06 s, skew 50.113 ± 0.1 ppm
+    >>> found = align_impacts(Impacts.from_times(clock + rng.normal(0, 2e-5, 500)), reference)
+    >>> len(found.pairs), round(found.delay, 4), round(found.skew, 6)
+    (500, 2.5, 5e-05)
     """
     for name, train in (("impacts", impacts), ("reference", reference)):
         if not isinstance(train, Impacts):

@@ -27,6 +27,18 @@ class Calibration:
         Known load less fitted one.
     unit : str
         Unit of the load.
+
+    See Also
+    --------
+    fit_calibration, Recording.calibrate
+
+    Examples
+    --------
+    >>> from impactsig import Recording, fit_calibration
+    >>> found = fit_calibration([0.0, 1.0, 2.0], [0.1, 2.1, 4.1], unit="N")
+    >>> loads = found.apply(Recording([0.0, 1.5], rate=10.0, units="V"))
+    >>> loads.samples.round(6), loads.units
+    (array([0.1, 3.1]), ('N',))
     """
 
     scale: float
@@ -93,11 +105,18 @@ def fit_calibration(
         If there are fewer than three pairs (two through zero), an error is not positive, or all
         readings are alike.
 
+    See Also
+    --------
+    Recording.calibrate, plot.calibration_curve
+
     Examples
     --------
+    >>> import numpy as np
+    >>> from impactsig import fit_calibration
     >>> weights = np.array([0.0, 9.81, 19.62, 29.43])
-    >>> print(fit_calibration([0.02, 1.01, 2.03, 3.01], weights, unit="N"))
-    scale 9.81929 ± 0.05, offset -0.18577 ± 0.1 N; 4 loads
+    >>> found = fit_calibration(0.5 * weights, weights, unit="N")
+    >>> round(float(found.scale), 6), round(abs(float(found.offset)), 6)
+    (2.0, 0.0)
     """
     x, y = _numbers("reading", reading), _numbers("load", load)
     least = 2 if flag("through_zero", through_zero) else 3

@@ -37,6 +37,22 @@ class Combination:
     delays, delay_errors : ndarray, shape (sensors,)
         How late each sensor is against the first, and the standard error [s]; inf where the two
         have too few impacts in common, and the delay is taken to be 0.
+
+    See Also
+    --------
+    combine_impacts, Alignment
+
+    Examples
+    --------
+    >>> from impactsig import Impacts, combine_impacts
+    >>> left = Impacts.from_times([1.0, 1.5, 2.0])
+    >>> right = Impacts.from_times([1.5, 2.5])
+    >>> both = combine_impacts([left, right])
+    >>> both.index
+    array([[ 0, -1],
+           [ 1,  0],
+           [ 2, -1],
+           [-1,  1]])
     """
 
     impacts: Impacts
@@ -82,8 +98,13 @@ def combine_impacts(
         If there is no train, an argument is out of range, several delays suit as well as each
         other, or a sensor of a stop has impacts without peaks.
 
+    See Also
+    --------
+    align_impacts, match_impacts, detect_impacts
+
     Examples
     --------
+    >>> from impactsig import Impacts, combine_impacts
     >>> left = Impacts.from_times([1.0, 1.5, 2.0], peak=[3.0, 0.2, 3.1])
     >>> right = Impacts.from_times([1.5, 2.5], peak=[2.9, 3.3])
     >>> both = combine_impacts([left, right], stops=[0, 1])

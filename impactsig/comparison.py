@@ -112,6 +112,20 @@ class Comparison:
         differ.
     notes : tuple of str
         What was not compared, and why.
+
+    See Also
+    --------
+    compare, plot.comparison
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Impacts, compare
+    >>> steady = Impacts.from_times(0.05 * np.arange(100))
+    >>> late = Impacts.from_times(0.051 * np.arange(100))
+    >>> found = compare(steady, late)
+    >>> round(found.interval.statistic, 6)
+    1.0
     """
 
     a: Train
@@ -185,8 +199,14 @@ def compare(
     InvalidInput
         If a train is not Impacts, or `forcing_period` is not positive.
 
+    See Also
+    --------
+    match_impacts, plot.comparison
+
     Examples
     --------
+    >>> import numpy as np
+    >>> from impactsig import Impacts, compare
     >>> steady = Impacts.from_times(0.05 * np.arange(100))
     >>> late = Impacts.from_times(0.051 * np.arange(100))
     >>> round(compare(steady, late).interval.wasserstein, 6)

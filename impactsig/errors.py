@@ -7,7 +7,21 @@ from typing import Any
 
 
 class ImpactsigError(Exception):
-    """Base of every error this package raises on purpose."""
+    """Base of every error this package raises on purpose.
+
+    See Also
+    --------
+    InvalidInput, UnreadableFile, MissingExtra
+
+    Examples
+    --------
+    >>> from impactsig import ImpactsigError, read
+    >>> try:
+    ...     read("absent.wav")
+    ... except ImpactsigError as error:
+    ...     print(type(error).__name__)
+    UnreadableFile
+    """
 
 
 class InvalidInput(ImpactsigError, ValueError):
@@ -24,8 +38,13 @@ class InvalidInput(ImpactsigError, ValueError):
     remedy : str, optional
         How to mend it, where that is not obvious from `required`.
 
+    See Also
+    --------
+    ImpactsigError, UnreadableFile
+
     Examples
     --------
+    >>> from impactsig import InvalidInput
     >>> print(InvalidInput("rate", -1, "a positive number [Hz]"))
     rate: got -1; required: a positive number [Hz]
     """
@@ -55,6 +74,16 @@ class UnreadableFile(ImpactsigError, OSError):
         What is wrong with it, with the position in the file where it is known.
     remedy : str, optional
         How to mend it.
+
+    See Also
+    --------
+    ImpactsigError, UnwritableFile
+
+    Examples
+    --------
+    >>> from impactsig import UnreadableFile
+    >>> print(UnreadableFile("beam.wav", "the file is empty", "record it again"))
+    beam.wav: the file is empty. record it again
     """
 
     def __init__(self, path: Any, reason: str, remedy: str = "") -> None:
@@ -68,7 +97,21 @@ class UnreadableFile(ImpactsigError, OSError):
 
 
 class UnwritableFile(UnreadableFile):
-    """A file that cannot be written; nothing was left behind in its place."""
+    """A file that cannot be written; nothing was left behind in its place.
+
+    See Also
+    --------
+    ImpactsigError, UnreadableFile
+
+    Examples
+    --------
+    >>> from impactsig import Impacts, UnwritableFile
+    >>> try:
+    ...     Impacts.from_times([0.1]).to_csv("absent folder/impacts.csv")
+    ... except UnwritableFile:
+    ...     print("nothing was left behind")
+    nothing was left behind
+    """
 
 
 class MissingExtra(ImpactsigError, ImportError):
@@ -82,6 +125,17 @@ class MissingExtra(ImpactsigError, ImportError):
         The extra of impactsig that installs it.
     purpose : str
         What it is needed for.
+
+    See Also
+    --------
+    ImpactsigError
+
+    Examples
+    --------
+    >>> from impactsig import MissingExtra
+    >>> error = MissingExtra("nptdms", "daq", "reading TDMS files")
+    >>> "impactsig[daq]" in str(error)
+    True
     """
 
     def __init__(self, library: str, extra: str, purpose: str) -> None:
@@ -97,4 +151,15 @@ class MissingExtra(ImpactsigError, ImportError):
 
 
 class ImpactsigWarning(UserWarning):
-    """Something was done that the user should know of (a channel left out, a file cut short)."""
+    """Something was done that the user should know of (a channel left out, a file cut short).
+
+    See Also
+    --------
+    ImpactsigError
+
+    Examples
+    --------
+    >>> import warnings
+    >>> from impactsig import ImpactsigWarning
+    >>> warnings.simplefilter("error", ImpactsigWarning)  # stop where something was left out
+    """

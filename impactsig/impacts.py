@@ -133,6 +133,19 @@ class Impacts:
     InvalidInput
         If the times are not finite and ascending, the arrays differ in length, an impact lies
         outside the run, an error is negative, or a probability not between 0 and 1.
+
+    See Also
+    --------
+    detect_impacts, Motion, compare
+
+    Examples
+    --------
+    >>> from impactsig import Impacts
+    >>> train = Impacts([0.1, 0.2, 0.4], peak=[1.0, 1.2, 0.9], unit="N")
+    >>> train.intervals().round(3)
+    array([0.1, 0.2])
+    >>> train.between(0.15, 0.5).peak
+    array([1.2])
     """
 
     time: np.ndarray

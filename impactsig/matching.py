@@ -30,6 +30,19 @@ class Matching:
         What was taken off the instants that were found [s].
     within : float
         How far apart two of a pair may be [s].
+
+    See Also
+    --------
+    match_impacts, Alignment
+
+    Examples
+    --------
+    >>> from impactsig import Impacts, match_impacts
+    >>> truth = Impacts.from_times([1.0, 2.0, 3.0])
+    >>> found = match_impacts(Impacts.from_times([1.0001, 2.5, 3.0001]), truth)
+    >>> found.pairs, found.spurious, found.missed
+    (array([[0, 0],
+           [2, 2]]), array([1]), array([1]))
     """
 
     pairs: np.ndarray = field(repr=False)
@@ -103,8 +116,13 @@ def match_impacts(
     InvalidInput
         If a train is not Impacts, or a number is out of range.
 
+    See Also
+    --------
+    align_impacts, compare
+
     Examples
     --------
+    >>> from impactsig import Impacts, match_impacts
     >>> truth = Impacts.from_times([1.0, 2.0, 3.0])
     >>> print(match_impacts(Impacts.from_times([1.0001, 2.5, 3.0001]), truth))
     2 of 3 impacts found, 1 spurious; F1 0.6667 within 1 ms, 100 µs RMS

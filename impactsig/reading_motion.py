@@ -55,6 +55,20 @@ def recorded_motion(
         If there are several channels and none is chosen, one is given twice, samples are not
         finite, the record is too short, the forcing does not vary, both `forcing` and
         `forcing_period` are given, or `smoothing` beside a velocity.
+
+    See Also
+    --------
+    RecordedMotion, plot.phase_portrait
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Recording, recorded_motion
+    >>> time = np.arange(2000) / 1000
+    >>> swing = Recording(np.sin(2 * np.pi * 3 * time), 1000.0, units="mm")
+    >>> motion = recorded_motion(swing, forcing_period=1 / 3.0)
+    >>> motion.x.shape, motion.unit
+    ((2000,), 'mm')
     """
     if not isinstance(recording, Recording):
         raise InvalidInput("recording", recording, "a Recording", "impactsig.read makes one")

@@ -58,6 +58,20 @@ class RecordedMotion:
         Phase of the forcing [rad], unwrapped: 0 where the forcing is greatest.
     unit, source : str
         Unit of the displacement, and where it comes from.
+
+    See Also
+    --------
+    recorded_motion, Motion, plot.phase_portrait
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Recording, recorded_motion
+    >>> time = np.arange(2000) / 1000
+    >>> swing = Recording(np.sin(2 * np.pi * 3 * time), 1000.0, units="mm")
+    >>> motion = recorded_motion(swing, frequency=3.0)
+    >>> round(float(motion.v.max() / (2 * np.pi * 3)), 2)
+    1.0
     """
 
     time: np.ndarray = field(repr=False)

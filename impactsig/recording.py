@@ -51,6 +51,17 @@ class Recording:
     InvalidInput
         If the rate is not positive, the samples are not one- or two-dimensional numbers, or the
         names and units do not match the number of channels.
+
+    See Also
+    --------
+    read, Impacts, plot.waveform
+
+    Examples
+    --------
+    >>> from impactsig import Recording
+    >>> recording = Recording([0.0, 1.0, 0.0, 0.0], rate=1000.0, units="N", sensor="force")
+    >>> recording.duration
+    0.004
     """
 
     samples: np.ndarray

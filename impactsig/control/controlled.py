@@ -38,7 +38,16 @@ class ControlledMotion(Motion):
 
     See Also
     --------
-    impactsig.Motion : all else it holds.
+    Motion, Controlled, plot.control_force
+
+    Examples
+    --------
+    >>> from impactsig import Controlled, DelayedFeedback, scenes, simulate
+    >>> feedback = DelayedFeedback(0.15, 1, limit=0.1)
+    >>> motion = simulate(Controlled(scenes.karpodinis(20.3355), feedback, start=50), periods=100)
+    >>> time, rms = motion.effort()
+    >>> bool(rms[-1] < rms.max() / 100)
+    True
     """
 
     schedule: tuple[tuple[float, Any], ...] = ()

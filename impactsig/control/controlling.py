@@ -54,6 +54,10 @@ class Controlled:
     InvalidInput
         If the system cannot be controlled so, an orbit of an OGY is none of it, or starts overlap.
 
+    See Also
+    --------
+    DelayedFeedback, OGY, ControlledMotion, ControlledFlowMotion
+
     Notes
     -----
     `simulate` gives a `ControlledMotion` or a `ControlledFlowMotion`: the motion with the control
@@ -63,12 +67,12 @@ class Controlled:
 
     Examples
     --------
+    >>> from impactsig import Controlled, DelayedFeedback, scenes, simulate
     >>> beam = scenes.karpodinis(20.3355)
     >>> feedback = DelayedFeedback(0.15, 1, limit=0.1)
-    >>> locked = simulate(Controlled(beam, feedback, start=300), periods=600)
-    >>> time, rms = locked.effort()
-    >>> feedback = DelayedFeedback(0.2, 5.881, signal="y")
-    >>> simulate(Controlled(flows.rossler(), feedback, start=100), duration=300)
+    >>> locked = simulate(Controlled(beam, feedback, start=50), periods=100)
+    >>> locked.status
+    'complete'
     """
 
     system: Oscillator | Flow

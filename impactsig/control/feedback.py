@@ -44,10 +44,17 @@ class DelayedFeedback:
     InvalidInput
         If a value is out of its range.
 
+    See Also
+    --------
+    Controlled, orbit_stability, stability_chart, OGY
+
     Examples
     --------
+    >>> from impactsig import Controlled, DelayedFeedback, scenes, simulate
     >>> feedback = DelayedFeedback(0.15, 1, limit=0.1)
-    >>> simulate(Controlled(scenes.karpodinis(20.3355), feedback), periods=600)
+    >>> motion = simulate(Controlled(scenes.karpodinis(20.3355), feedback), periods=100)
+    >>> motion.status
+    'complete'
     """
 
     gain: float

@@ -43,6 +43,19 @@ class ControlledFlowMotion:
     status : str
         "complete"; "diverged" where a coordinate became a million times what it was without
         control, as under a gain that blows up; "work limit".
+
+    See Also
+    --------
+    Controlled, plot.controlled_flow, FlowMotion
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Controlled, DelayedFeedback, flows, simulate
+    >>> feedback = DelayedFeedback(0.2, 5.881, signal="y")
+    >>> course = simulate(Controlled(flows.rossler(), feedback, start=100), duration=300)
+    >>> float(np.abs(course.force(np.linspace(290, 300, 50))).max()) < 0.01
+    True
     """
 
     system: Flow

@@ -56,11 +56,21 @@ class OGY:
         If what is given is not an orbit, or no saddle; the limit is not positive; or the parameter
         does not move the unstable direction.
 
+    See Also
+    --------
+    DelayedFeedback, Controlled, find_periodic_orbit
+
     Examples
     --------
+    >>> from impactsig import OGY, Controlled, find_periodic_orbit, scenes, simulate
     >>> beam = scenes.karpodinis(20.3355)
-    >>> nudging = OGY(find_periodic_orbit(beam, 1, impacts=1), limit=0.02)
-    >>> simulate(Controlled(beam, nudging), periods=2000)
+    >>> orbit = find_periodic_orbit(beam, 1, impacts=1)
+    >>> nudging = OGY(orbit, limit=0.02)
+    >>> orbit.multipliers.round(2)
+    array([-1.88, -0.01])
+    >>> nudging.multipliers.round(2)
+    array([-0.01, -0.  ])
+    >>> motion = simulate(Controlled(beam, nudging), periods=100)
     """
 
     orbit: PeriodicOrbit

@@ -49,6 +49,18 @@ class ControlledStability:
         The greatest Floquet multipliers over the orbit's period, the greatest in modulus first.
         None of them where the map of differences is not linear: see `orbit_stability`. Of a flow
         whose rates do not depend on time, all but the one that is 1, along the orbit.
+
+    See Also
+    --------
+    orbit_stability, stability_chart
+
+    Examples
+    --------
+    >>> from impactsig import DelayedFeedback, find_periodic_orbit, flows, orbit_stability
+    >>> orbit = find_periodic_orbit(flows.rossler(), period=5.88)
+    >>> found = orbit_stability(orbit, DelayedFeedback(0.2, orbit.period, signal="y"))
+    >>> found.growth < 1
+    True
     """
 
     orbit: PeriodicOrbit | FlowOrbit
@@ -124,12 +136,19 @@ def orbit_stability(
         delay is no multiple of its period, or velocities are fed back on an orbit that sticks
         under friction greater at rest than in motion.
 
+    See Also
+    --------
+    stability_chart, find_periodic_orbit, DelayedFeedback
+
     Examples
     --------
+    >>> from impactsig import DelayedFeedback, find_periodic_orbit, orbit_stability, scenes
     >>> orbit = find_periodic_orbit(scenes.karpodinis(20.3355), 1, impacts=1)
-    >>> orbit_stability(orbit, DelayedFeedback(0.15, 1, limit=0.1)).growth
-    >>> orbit = find_periodic_orbit(flows.rossler(), period=5.88)
-    >>> orbit_stability(orbit, DelayedFeedback(0.2, orbit.period, signal="y")).multipliers
+    >>> orbit.stable
+    False
+    >>> found = orbit_stability(orbit, DelayedFeedback(0.15, 1, limit=0.1), laps=200)
+    >>> found.growth < 1
+    True
     """
     if not isinstance(orbit, (PeriodicOrbit, FlowOrbit)) or isinstance(orbit.system, Cantilever):
         raise InvalidInput(
@@ -194,6 +213,18 @@ def stability_chart(
     ------
     InvalidInput
         As `orbit_stability` and `sweep` do.
+
+    See Also
+    --------
+    orbit_stability, plot.stability_chart
+
+    Examples
+    --------
+    >>> from impactsig import find_periodic_orbit, flows, stability_chart
+    >>> orbit = find_periodic_orbit(flows.rossler(), period=5.88)
+    >>> chart = stability_chart(orbit, [0.1, 0.2], signal="y", laps=50)
+    >>> chart.parameters
+    {'gain': array([0.1, 0.2]), 'delay': array([ 5.88108846, 11.76217691, 17.64326537])}
     """
     from ..studies.sweeping import sweep
 

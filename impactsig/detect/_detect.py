@@ -109,6 +109,10 @@ def detect_impacts(
     UnreadableFile
         If `source` is the path of a file that cannot be read.
 
+    See Also
+    --------
+    detect_many, combine_impacts, separate_stops, identify_period
+
     Notes
     -----
     Force: the response to a width w is the mean of the samples over w less the mean over both
@@ -150,9 +154,13 @@ def detect_impacts(
 
     Examples
     --------
-    >>> impacts = impactsig.detect_impacts("beam.wav")                     # doctest: +SKIP
-    >>> impacts = impactsig.detect_impacts("hammer.tdms", channel="F", contact_level=5.0)
-    ...                                                                    # doctest: +SKIP
+    >>> import numpy as np
+    >>> from impactsig import detect_impacts
+    >>> impacts = detect_impacts("data_samples/loadcell_periodic_22.1Hz_short.csv")
+    >>> len(impacts), impacts.unit
+    (18, 'V')
+    >>> float(np.median(impacts.intervals()).round(4))  # 1 / 22.1 Hz
+    0.0452
     """
     options: dict[str, Any] = dict(
         threshold=threshold, polarity=polarity, contact_level=contact_level,

@@ -48,6 +48,18 @@ class StopSeparation:
         Between the kinds, in standard deviations of a kind along the line between them.
     reason : str
         Why the impacts cannot be separated, where that is so.
+
+    See Also
+    --------
+    separate_stops, combine_impacts
+
+    Examples
+    --------
+    >>> from impactsig import Impacts, separate_stops, synthesize
+    >>> train = Impacts.from_times([0.1, 0.2, 0.3], start=0.0, duration=0.5)
+    >>> found = separate_stops(synthesize(train, "sound", seed=1), train)
+    >>> found.reason
+    '3 impacts are too few: 20 are needed'
     """
 
     impacts: Impacts
@@ -79,9 +91,27 @@ def separate_stops(
     InvalidInput
         If an argument is of another kind, or no channel is chosen among several.
 
+    See Also
+    --------
+    detect_impacts, combine_impacts
+
     Notes
     -----
     A kind that makes up fewer than one in twenty of the impacts is not found.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> import numpy as np
+    >>> from impactsig import Impacts, Microphone, separate_stops, synthesize
+    >>> train = Impacts.from_times(0.1 * np.arange(1, 31), start=0.0, duration=3.2)
+    >>> low = synthesize(train, Microphone(modes=[(3000.0, 0.005, 1.0)], phases=[0.0]), seed=1)
+    >>> high = synthesize(train, Microphone(modes=[(6000.0, 0.003, 1.0)], phases=[0.0]), seed=2)
+    >>> turn = np.floor(np.arange(len(low.samples)) / low.rate / 0.1) % 2
+    >>> both = replace(low, samples=np.where(turn == 0, low.samples, high.samples))
+    >>> found = separate_stops(both, train)
+    >>> found.impacts.stop_index[:6]
+    array([0, 1, 0, 1, 0, 1])
     """
     if not isinstance(recording, Recording):
         raise InvalidInput("recording", recording, "a Recording", "impactsig.read makes one")

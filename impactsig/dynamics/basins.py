@@ -34,6 +34,20 @@ class Attractor:
     radius : float
         A start, or a strobe, within this distance of one of its points (velocity over forcing
         frequency) was taken to end here.
+
+    See Also
+    --------
+    basins_of_attraction, Basins
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import basins_of_attraction, scenes
+    >>> walls = scenes.begley_virgin(gamma=1.338, sigma=1.6, friction=0.05)
+    >>> found = basins_of_attraction(walls, np.linspace(-1.5, 1.5, 3), np.linspace(-1, 1, 3))
+    >>> first = found.attractors[0]
+    >>> first.periods, first.impacts
+    (2, 3)
     """
 
     strobe: np.ndarray = field(repr=False)
@@ -64,6 +78,19 @@ class Basins:
     rechecked, differing : int
         How many starts were followed again until their own orbit closed, and how many of these
         ended elsewhere than where they had been caught.
+
+    See Also
+    --------
+    basins_of_attraction, Attractor, plot.basins
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import basins_of_attraction, scenes
+    >>> walls = scenes.begley_virgin(gamma=1.338, sigma=1.6, friction=0.05)
+    >>> found = basins_of_attraction(walls, np.linspace(-1.5, 1.5, 3), np.linspace(-1, 1, 3))
+    >>> found.labels.shape, round(float(found.shares.sum()) + found.open_share, 6)
+    ((3, 3), 1.0)
     """
 
     labels: np.ndarray = field(repr=False)
@@ -130,6 +157,19 @@ def basins_of_attraction(
     ------
     InvalidInput
         If an argument is out of range, or the oscillator is stepped or has no forcing that recurs.
+
+    See Also
+    --------
+    simulate_many, periodicity_chart, plot.basins
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import basins_of_attraction, scenes
+    >>> walls = scenes.begley_virgin(gamma=1.338, sigma=1.6, friction=0.05)
+    >>> found = basins_of_attraction(walls, np.linspace(-1.5, 1.5, 3), np.linspace(-1, 1, 3))
+    >>> [(one.impacts, one.periods) for one in found.attractors]
+    [(3, 2), (2, 1), (3, 2)]
     """
     catch = flag("catch", catch)
     survey = Survey(oscillator, phase, periods, closed, workers)

@@ -62,6 +62,17 @@ class Branch:
     status : str
         Why it ends: "end of range", "grazing", "most points", or "lost", where no next orbit was
         found.
+
+    See Also
+    --------
+    continue_orbit, plot.branch
+
+    Examples
+    --------
+    >>> from impactsig import continue_orbit, scenes
+    >>> branch = continue_orbit(scenes.karpodinis, (22.1, 22.0))
+    >>> branch.impacts, branch.periods, branch.status
+    (1, 1, 'end of range')
     """
 
     periods: int

@@ -44,6 +44,19 @@ class PeriodicityChart:
         Values of the parameters.
     names : (str, str)
         What they are called: what the scene calls them.
+
+    See Also
+    --------
+    periodicity_chart, plot.periodicity_chart
+
+    Examples
+    --------
+    >>> from impactsig import periodicity_chart, scenes
+    >>> def beam(frequency, amplitude):
+    ...     return scenes.karpodinis(frequency, amplitude=amplitude)
+    >>> found = periodicity_chart(beam, [22.0, 22.1], [0.25], workers=1)
+    >>> found.impacts, found.periods
+    (array([[1, 1]]), array([[1, 1]]))
     """
 
     periods: np.ndarray = field(repr=False)
@@ -125,6 +138,18 @@ def periodicity_chart(
     ------
     InvalidInput
         If an argument is out of range, or the scene makes no oscillator.
+
+    See Also
+    --------
+    bifurcation_diagram, basins_of_attraction, plot.periodicity_chart
+
+    Examples
+    --------
+    >>> from impactsig import periodicity_chart, scenes
+    >>> def beam(frequency, amplitude):
+    ...     return scenes.karpodinis(frequency, amplitude=amplitude)
+    >>> periodicity_chart(beam, [22.0, 22.1], [0.25], workers=1).impacts
+    array([[1, 1]])
     """
     axes = parameter_values("x", x), parameter_values("y", y)
     periods = whole("periods", periods, 1)

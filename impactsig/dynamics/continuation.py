@@ -58,9 +58,16 @@ def continue_orbit(
         If an argument is out of its range, the forcing does not recur (`Oscillator.forcing_recurs`)
         at some value of the parameter, or no orbit is found to begin with.
 
+    See Also
+    --------
+    find_periodic_orbit, bifurcation_diagram, plot.branch
+
     Examples
     --------
-    >>> continue_orbit(scenes.karpodinis, (22.1, 20.1)).special
+    >>> from impactsig import continue_orbit, scenes
+    >>> branch = continue_orbit(scenes.karpodinis, (22.1, 21.9))
+    >>> branch.status, branch.special
+    ('end of range', ())
     """
     function("scene_of_parameter", scene_of_parameter, "a function of a number")
     ends = entries("values", values, BOUNDS)

@@ -64,6 +64,17 @@ class BifurcationDiagram:
         comes to rest. What is not known of a motion that ended early is NaN.
     parameter : str
         What the parameter is called: what the scene calls it.
+
+    See Also
+    --------
+    bifurcation_diagram, plot.bifurcation_diagram
+
+    Examples
+    --------
+    >>> from impactsig import bifurcation_diagram, scenes
+    >>> found = bifurcation_diagram(scenes.karpodinis, [22.0, 22.1])
+    >>> found.parameter, found.impacts, found.periods
+    ('frequency', array([1, 1]), array([1, 1]))
     """
 
     values: np.ndarray
@@ -170,6 +181,17 @@ def bifurcation_diagram(
     ------
     InvalidInput
         If an argument is out of range, or the scene makes no oscillator.
+
+    See Also
+    --------
+    periodicity_chart, continue_orbit, plot.bifurcation_diagram
+
+    Examples
+    --------
+    >>> from impactsig import bifurcation_diagram, scenes
+    >>> found = bifurcation_diagram(scenes.karpodinis, [22.0, 22.1])
+    >>> found.impacts_per_period
+    array([1., 1.])
     """
     chosen = parameter_values("values", values)
     options = {"initial": initial, "phase": phase}

@@ -39,6 +39,17 @@ class ContactSamples:
         Damping of the oscillator as a share of the critical (zeta).
     gap : float
         Where the stop is.
+
+    See Also
+    --------
+    equivalence_error, fit_soft_stop
+
+    Examples
+    --------
+    >>> from impactsig import ContactSamples
+    >>> contacts = ContactSamples.draw(count=100, seed=1)
+    >>> contacts.velocity.shape
+    (100,)
     """
 
     amplitude: np.ndarray
@@ -141,6 +152,17 @@ class EquivalenceError:
         The soft stop.
     restitution : float
         Restitution coefficient of the rigid one.
+
+    See Also
+    --------
+    equivalence_error, SoftStopFit
+
+    Examples
+    --------
+    >>> from impactsig import KelvinVoigt, equivalence_error
+    >>> found = equivalence_error(KelvinVoigt(10_000, 10.3), 0.85)
+    >>> round(found.value, 3), found.velocity.shape
+    (0.031, (1000,))
     """
 
     value: float
@@ -173,6 +195,19 @@ def equivalence_error(
     ------
     InvalidInput
         If an argument is out of range or a contact lasts for a thousand periods.
+
+    See Also
+    --------
+    fit_soft_stop, stop_damping
+
+    Examples
+    --------
+    >>> from impactsig import ContactSamples, KelvinVoigt, equivalence_error
+    >>> contacts = ContactSamples.draw(count=100, seed=1)
+    >>> stiff = equivalence_error(KelvinVoigt.equivalent(0.85, 1e6), 0.85, contacts)
+    >>> soft = equivalence_error(KelvinVoigt.equivalent(0.85, 1e3), 0.85, contacts)
+    >>> stiff.value < soft.value
+    True
     """
     if not isinstance(stop, KelvinVoigt):
         raise InvalidInput("stop", stop, "KelvinVoigt(...)")
@@ -206,6 +241,17 @@ class SoftStopFit:
         Which of "stiffness" and "damping" stand at an edge of the box, so that a wider box would
         give another stop. The contact time falls without end as the stiffness grows: the
         stiffness always does.
+
+    See Also
+    --------
+    fit_soft_stop, EquivalenceError
+
+    Examples
+    --------
+    >>> from impactsig import fit_soft_stop
+    >>> found = fit_soft_stop(0.85, evaluations=200)
+    >>> found.evaluations, "stiffness" in found.at_edge
+    (200, False)
     """
 
     stop: KelvinVoigt
@@ -249,6 +295,18 @@ def fit_soft_stop(
     ------
     InvalidInput
         If an argument is out of range.
+
+    See Also
+    --------
+    equivalence_error, match_rate, stop_damping
+
+    Examples
+    --------
+    >>> from impactsig import fit_soft_stop, stop_restitution
+    >>> found = fit_soft_stop(0.85, evaluations=1000)
+    >>> restitution = stop_restitution(found.stop.stiffness, found.stop.damping)
+    >>> round(restitution, 2)
+    0.85
     """
     restitution = number("restitution", restitution, least=0.0, most=1.0)
     evaluations = whole("evaluations", evaluations, 100)

@@ -47,6 +47,17 @@ class FlowOrbit:
     status : str
         "found"; "not converged", where the state is the best that was met; "at rest", where it is
         an equilibrium.
+
+    See Also
+    --------
+    find_periodic_orbit, PeriodicOrbit, plot.flow_orbit
+
+    Examples
+    --------
+    >>> from impactsig import find_periodic_orbit, flows
+    >>> orbit = find_periodic_orbit(flows.rossler(), period=5.88)
+    >>> orbit.status, round(orbit.period, 3)
+    ('found', 5.881)
     """
 
     system: Flow

@@ -69,6 +69,17 @@ class LyapunovSpectrum:
         Events that graze so exactly that they have no derivative; their saltation is left out.
     status : str
         "complete"; else why the motion ended early, see `simulate`.
+
+    See Also
+    --------
+    lyapunov_spectrum, LyapunovExponent, plot.lyapunov_convergence
+
+    Examples
+    --------
+    >>> from impactsig import Force, Oscillator, lyapunov_spectrum
+    >>> found = lyapunov_spectrum(Oscillator(damping=0.2, forces=(Force(1.0, 0.9),)), periods=200)
+    >>> float(found.exponents.sum().round(6))  # minus the damping
+    -0.2
     """
 
     system: Oscillator | Cantilever | Flow
@@ -177,9 +188,19 @@ def lyapunov_spectrum(
     InvalidInput
         If an argument is out of its range.
 
+    See Also
+    --------
+    lyapunov_exponent, tangent_map, plot.lyapunov_convergence
+
     Examples
     --------
-    >>> lyapunov_spectrum(scenes.karpodinis(20.3355), periods=100_000).exponents
+    >>> from impactsig import Force, Oscillator, lyapunov_spectrum, scenes
+    >>> free = Oscillator(damping=0.2, forces=(Force(1.0, 0.9),))
+    >>> float(lyapunov_spectrum(free, periods=200).exponents.sum().round(6))  # minus the damping
+    -0.2
+    >>> chaotic = lyapunov_spectrum(scenes.karpodinis(20.3355), periods=1000)
+    >>> bool(chaotic.exponents[0] > 0)
+    True
     """
     if isinstance(system, Oscillator):
         without_noise(system, "system")

@@ -36,6 +36,16 @@ def strobe_distance(first: np.ndarray, second: np.ndarray) -> float:
     ------
     InvalidInput
         If a set is not of that shape, or has other numbers than finite ones.
+
+    See Also
+    --------
+    match_rate
+
+    Examples
+    --------
+    >>> from impactsig import strobe_distance
+    >>> strobe_distance([[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.5], [0.0, 0.5]])
+    0.5
     """
     sets = []
     for name, given in (("first", first), ("second", second)):
@@ -73,6 +83,19 @@ class MatchRate:
         Cells in which a motion ended early; they count as no match.
     names : (str, str)
         What the parameters are called: what the first family calls them.
+
+    See Also
+    --------
+    match_rate, strobe_distance, plot.match_rate
+
+    Examples
+    --------
+    >>> from impactsig import match_rate, scenes
+    >>> def hard(omega, amplitude):
+    ...     return scenes.tian(omega, amplitude, "hard")
+    >>> found = match_rate(hard, hard, [1.5], [0.5, 1.0], workers=1)
+    >>> found.rate
+    1.0
     """
 
     rate: float
@@ -130,6 +153,18 @@ def match_rate(
     ------
     InvalidInput
         If an argument is out of range.
+
+    See Also
+    --------
+    strobe_distance, fit_soft_stop, plot.match_rate
+
+    Examples
+    --------
+    >>> from impactsig import match_rate, scenes
+    >>> def hard(omega, amplitude):
+    ...     return scenes.tian(omega, amplitude, "hard")
+    >>> match_rate(hard, hard, [1.5], [0.5, 1.0], workers=1).rate
+    1.0
     """
     for name, scene in (("first", first), ("second", second)):
         function(name, scene, "a function of both parameters that makes an Oscillator")

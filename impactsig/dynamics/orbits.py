@@ -56,6 +56,17 @@ class PeriodicOrbit:
     status : str
         "found"; "not converged", where the state is the best that was met; "lost", where no step
         brought it nearer, as beside a grazing impact.
+
+    See Also
+    --------
+    find_periodic_orbit, FlowOrbit, Branch
+
+    Examples
+    --------
+    >>> from impactsig import find_periodic_orbit, scenes
+    >>> orbit = find_periodic_orbit(scenes.karpodinis(22.1))
+    >>> orbit.status, orbit.stable, orbit.impacts
+    ('found', True, 1)
     """
 
     system: Any
@@ -183,12 +194,19 @@ def find_periodic_orbit(  # type: ignore[misc]
         If the system is not forced, its forcing does not recur, or an argument is out of its range
         or none of this system.
 
+    See Also
+    --------
+    find_periodic_orbits, continue_orbit, orbit_stability
+
     Examples
     --------
+    >>> from impactsig import find_periodic_orbit, flows, scenes
     >>> orbit = find_periodic_orbit(scenes.karpodinis(20.1), 1, impacts=1)
-    >>> orbit.stable, orbit.approach_velocity
+    >>> orbit.status, orbit.stable
+    ('found', False)
     >>> orbit = find_periodic_orbit(flows.rossler(), period=5.88)
-    >>> orbit.period, orbit.multipliers
+    >>> round(orbit.period, 3)
+    5.881
     """
     if isinstance(system, Flow):
         for name, value, default in (
@@ -261,6 +279,17 @@ def find_periodic_orbits(
     ------
     InvalidInput
         As `find_periodic_orbit` does.
+
+    See Also
+    --------
+    find_periodic_orbit, OGY
+
+    Examples
+    --------
+    >>> from impactsig import find_periodic_orbits, scenes
+    >>> found = find_periodic_orbits(scenes.karpodinis(20.1), guesses=20)
+    >>> [(orbit.impacts, orbit.stable) for orbit in found]
+    [(1, False)]
     """
     shooting = Shooting(oscillator, periods, phase, method, tolerance)
     found: list[PeriodicOrbit] = []

@@ -30,6 +30,17 @@ class OrbitPeriod:
         How far off the best return is: relative to the size of the motion, over the last n returns.
     tolerance : float
         What a return may be off by.
+
+    See Also
+    --------
+    orbit_period, PeriodicOrbit
+
+    Examples
+    --------
+    >>> from impactsig import orbit_period, scenes, simulate
+    >>> found = orbit_period(simulate(scenes.karpodinis(22.1), periods=40, transient=1000))
+    >>> found.impacts, found.periods
+    (1, 1)
     """
 
     periods: int | None
@@ -72,9 +83,16 @@ def orbit_period(
         If the motion is not forced, or its forcing does not recur, or there are fewer than 2
         points.
 
+    See Also
+    --------
+    identify_period, find_periodic_orbit
+
     Examples
     --------
-    >>> orbit_period(simulate(scenes.karpodinis(22.1), periods=40, transient=2000))
+    >>> from impactsig import orbit_period, scenes, simulate
+    >>> found = orbit_period(simulate(scenes.karpodinis(22.1), periods=40, transient=1000))
+    >>> print(found)
+    period(1, 1)
     """
     instance("motion", motion, Motion)
     phase = number("phase", phase)

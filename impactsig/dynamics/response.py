@@ -45,6 +45,17 @@ class ResponseSpectrum:
         As of `Motion`, for each value.
     parameter : str
         What the parameter is called: what the scene calls it.
+
+    See Also
+    --------
+    response_spectrum, plot.response_spectrum
+
+    Examples
+    --------
+    >>> from impactsig import response_spectrum, scenes
+    >>> found = response_spectrum(scenes.karpodinis, [22.0, 22.1])
+    >>> found.greatest.round(6)  # the stop is at 1
+    array([1., 1.])
     """
 
     values: np.ndarray = field(repr=False)
@@ -112,9 +123,16 @@ def response_spectrum(
     InvalidInput
         If an argument is out of range, or the scene makes no oscillator.
 
+    See Also
+    --------
+    bifurcation_diagram, plot.response_spectrum
+
     Examples
     --------
-    >>> response_spectrum(lambda gamma: scenes.begley_virgin(gamma, 50.0, 0.15), [0.5, 1.0, 2.0])
+    >>> from impactsig import response_spectrum, scenes
+    >>> found = response_spectrum(lambda gamma: scenes.begley_virgin(gamma, 50.0, 0.15), [0.5, 1.0])
+    >>> found.values, bool(found.greatest[1] > found.greatest[0])
+    (array([0.5, 1. ]), True)
     """
     chosen = parameter_values("values", values)
     periods, transient = whole("periods", periods, 1), whole("transient", transient, 1)

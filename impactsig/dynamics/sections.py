@@ -45,6 +45,17 @@ class Section:
         carries the stops. In the oscillator's units.
     stop : ndarray of int, shape (n,)
         The stop that was hit, its place in `Oscillator.stops`; -1 for a displacement.
+
+    See Also
+    --------
+    impact_map, displacement_section, plot.section
+
+    Examples
+    --------
+    >>> from impactsig import impact_map, scenes, simulate
+    >>> found = impact_map(simulate(scenes.karpodinis(22.1), periods=20, transient=500))
+    >>> found.kind, len(found.phase)
+    ('impacts', 20)
     """
 
     kind: Literal["impacts", "displacement"]
@@ -80,6 +91,18 @@ def impact_map(motion: Motion | BeamMotion | Any, stop: int | None = None) -> Se
     ------
     InvalidInput
         If only counts were kept, or there is no such stop.
+
+    See Also
+    --------
+    displacement_section, return_map, plot.section
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import impact_map, scenes, simulate
+    >>> motion = simulate(scenes.karpodinis(22.1), periods=20, transient=1000)
+    >>> float(np.ptp(impact_map(motion).phase).round(6))  # one impact, at one phase
+    0.0
     """
     if not isinstance(motion, Motion) and hasattr(motion, "impacts") and hasattr(motion, "sample"):
         return _of_impacts(motion, stop)
@@ -138,6 +161,18 @@ def displacement_section(
     ------
     InvalidInput
         If only counts were kept, or an argument is out of its range.
+
+    See Also
+    --------
+    impact_map, plot.section
+
+    Examples
+    --------
+    >>> from impactsig import Force, Oscillator, displacement_section, simulate
+    >>> free = Oscillator(damping=0.2, forces=(Force(1.0, 0.9),))
+    >>> found = displacement_section(simulate(free, periods=20, transient=50), 0.0, "up")
+    >>> len(found.velocity), bool((found.velocity > 0).all())
+    (20, True)
     """
     motion = _motion(motion)
     level = number("displacement", displacement)

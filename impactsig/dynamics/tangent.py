@@ -46,6 +46,18 @@ class TangentMap:
         State at the end (and phase of the forcing), as of the motion.
     status : str
         As of `simulate`.
+
+    See Also
+    --------
+    tangent_map, LyapunovSpectrum
+
+    Examples
+    --------
+    >>> import math
+    >>> from impactsig import Force, Oscillator, tangent_map
+    >>> found = tangent_map(Oscillator(damping=0.2, forces=(Force(1.0, 0.5),)), periods=1)
+    >>> round(found.log_determinant, 6), round(-0.2 * 2 * math.pi / 0.5, 6)
+    (-2.513274, -2.513274)
     """
 
     matrix: np.ndarray
@@ -108,11 +120,18 @@ def tangent_map(system: Any, **options: Any) -> TangentMap:
         As `simulate` does; and where neighbours are no finite number of directions, as under
         delayed feedback, or move at random.
 
+    See Also
+    --------
+    lyapunov_spectrum, find_periodic_orbit
+
     Examples
     --------
+    >>> from impactsig import scenes, simulate, tangent_map
     >>> beam = scenes.karpodinis(22.1)
-    >>> motion = simulate(beam, periods=1, transient=2000)
-    >>> tangent_map(beam, periods=1, initial=motion.final[:2]).multipliers
+    >>> motion = simulate(beam, periods=1, transient=1000)
+    >>> found = tangent_map(beam, periods=1, initial=motion.final[:2])
+    >>> bool(abs(found.multipliers).max() < 1)  # the motion is stable
+    True
     """
     if isinstance(system, Oscillator):
         without_noise(system, "system")

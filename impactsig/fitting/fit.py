@@ -118,11 +118,25 @@ def fit_oscillator(
         several parameters), no search ends at an oscillator with as many impacts, or an argument
         is out of its range.
 
+    See Also
+    --------
+    fit_soft_stop, identify_resonance, simulate, measure
+
     Notes
     -----
     The forcing must be harmonic and the stop rigid. A machine with stops on both sides cannot be
     fitted, as its impacts do not show which stop they are on: its trains are refused, or the fit
     reports a `misfit`, as it does of most soft stops. Dead time and echoes are not in the chain.
+
+    Examples
+    --------
+    >>> from impactsig import fit_oscillator, measure, scenes, simulate
+    >>> beam = scenes.karpodinis(20.1)
+    >>> motion = simulate(beam, periods=400, transient=300)
+    >>> train = measure(motion.impacts, jitter=2e-4, seed=1).impacts
+    >>> fit = fit_oscillator(train, 20.1, ["amplitude"], scene=beam)
+    >>> round(fit.values["amplitude"], 3)
+    0.25
     """
     if not isinstance(impacts, Impacts):
         raise InvalidInput("impacts", impacts, "Impacts", "Of instants make them by from_times")

@@ -73,6 +73,20 @@ class OscillatorFit:
         Trains simulated.
     warnings : tuple of str
         What to know before the numbers are used.
+
+    See Also
+    --------
+    fit_oscillator, plot.oscillator_fit
+
+    Examples
+    --------
+    >>> from impactsig import fit_oscillator, measure, scenes, simulate
+    >>> beam = scenes.karpodinis(20.1)
+    >>> motion = simulate(beam, periods=400, transient=300)
+    >>> train = measure(motion.impacts, jitter=2e-4, seed=1).impacts
+    >>> fit = fit_oscillator(train, 20.1, ["amplitude"], scene=beam)
+    >>> fit.free, fit.values["restitution"]
+    (('amplitude',), 0.2)
     """
 
     values: Mapping[str, float]

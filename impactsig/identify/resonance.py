@@ -69,12 +69,27 @@ class Resonance:
         Probability, were there one mode and white noise, of what the model leaves of the band being
         as unevenly spread over it (Bartlett's test of the cumulative periodogram).
 
+    See Also
+    --------
+    identify_resonance, plot.resonance, plot.decay
+
     Notes
     -----
     `natural_frequency` and `damping_ratio` are maximum-likelihood estimates with the errors that
     the curvature of the likelihood gives; `peak`, `half_power` and `log_decrement` are what
     textbooks read from the same band, with errors from records made with the fitted values. A
     reading that the band does not allow is nan.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Recording, identify_resonance
+    >>> time = np.arange(10_000) / 1000
+    >>> swings = np.exp(-0.7 * time) * np.cos(140 * time)
+    >>> noise = 0.02 * np.random.default_rng(1).standard_normal(10_000)
+    >>> found = identify_resonance(Recording(swings + noise, 1000), "decay")
+    >>> round(float(found.natural_frequency), 2), round(float(found.damping_ratio), 4)
+    (22.28, 0.005)
     """
 
     natural_frequency: float
@@ -168,13 +183,20 @@ def identify_resonance(
         If an argument is out of its range, the record has missing samples or several channels, the
         band holds too few frequencies, or no resonance stands out in it.
 
+    See Also
+    --------
+    scenes.cantilever, fit_oscillator, plot.resonance
+
     Examples
     --------
+    >>> import numpy as np
+    >>> from impactsig import Recording, identify_resonance
     >>> time = np.arange(10_000) / 1000
     >>> swings = np.exp(-0.7 * time) * np.cos(140 * time)
     >>> noise = 0.02 * np.random.default_rng(1).standard_normal(10_000)
-    >>> identify_resonance(Recording(swings + noise, 1000), "decay")
-    Resonance(22.282 ± 0.0002 Hz; damping ratio 0.005003 ± 1e-05; from a decay of 10 s)
+    >>> found = identify_resonance(Recording(swings + noise, 1000), "decay")
+    >>> round(float(found.natural_frequency), 2), round(float(found.damping_ratio), 4)
+    (22.28, 0.005)
     """
     choice("kind", kind, ("decay", "noise"))
     choice("quantity", quantity, QUANTITIES)

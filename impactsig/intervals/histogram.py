@@ -32,6 +32,18 @@ class IntervalHistogram:
         Intervals in each bin.
     rule : str
         How the bins were chosen.
+
+    See Also
+    --------
+    interval_histogram, plot.histogram
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import interval_histogram
+    >>> found = interval_histogram([1.0, 1.1, 1.1, 1.9], bins=2)
+    >>> found.count, float(np.sum(found.density * np.diff(found.edges)).round(6))
+    (array([3, 1]), 1.0)
     """
 
     density: np.ndarray
@@ -75,6 +87,17 @@ def interval_histogram(
     InvalidInput
         If there are no intervals (inside the edges), one is negative or not finite, or the bins
         are not a positive number or ascending edges.
+
+    See Also
+    --------
+    return_map, plot.histogram
+
+    Examples
+    --------
+    >>> from impactsig import interval_histogram
+    >>> found = interval_histogram([1.0, 1.1, 1.1, 1.9], bins=2)
+    >>> found.count
+    array([3, 1])
     """
     values = as_intervals(intervals, least=1)
     low, high = float(values.min()), float(values.max())

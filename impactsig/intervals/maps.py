@@ -30,8 +30,13 @@ def return_map(intervals: Intervals, lag: int = 1) -> tuple[np.ndarray, np.ndarr
     InvalidInput
         If an interval is negative or not finite, or `lag` is not a positive whole number.
 
+    See Also
+    --------
+    interval_histogram, return_map_determinism, plot.return_map
+
     Examples
     --------
+    >>> from impactsig import return_map
     >>> x, y = return_map([1.0, 2.0, 3.0, 5.0], lag=2)
     >>> x.tolist(), y.tolist()
     ([1.0, 2.0], [3.0, 5.0])

@@ -89,6 +89,10 @@ def identify_period(
         too short for the times to resolve it, `forcing` does not cover the run or contradicts the
         forcing period, or the gaps of the run leave nothing of it.
 
+    See Also
+    --------
+    track_period, repair_intervals, orbit_period
+
     Notes
     -----
     Too few impacts, and a run shorter than four forcing periods, give an answer that says so, not
@@ -97,6 +101,7 @@ def identify_period(
     Examples
     --------
     >>> import numpy as np
+    >>> from impactsig import Impacts, identify_period
     >>> train = Impacts.from_times(0.1 * np.arange(60) + 0.03 * (np.arange(60) % 2))
     >>> print(identify_period(train, forcing_period=0.1))
     period(2,2): 2 impacts in 2 forcing periods

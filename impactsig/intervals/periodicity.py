@@ -70,6 +70,20 @@ class SpeedDrift:
     tone : float or None
         Where the change is a single slow tone, its frequency per forcing period. Without a forcing
         channel it cannot be told from a modulation of the impacts.
+
+    See Also
+    --------
+    identify_period, Periodicity
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Impacts, identify_period
+    >>> turns = np.arange(400.0)
+    >>> train = Impacts.from_times(0.05 * turns * (1 + 1e-4 * turns))
+    >>> drift = identify_period(train, forcing_period=0.05).drift
+    >>> round(drift.range, 2)
+    0.07
     """
 
     time: np.ndarray
@@ -133,6 +147,19 @@ class Periodicity:
         Whether silence takes a tenth of the time, in intervals four times longer than nine in ten.
     candidates : tuple of Candidate
         The periods that were tried.
+
+    See Also
+    --------
+    identify_period, PeriodTrack
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Impacts, identify_period
+    >>> train = Impacts.from_times(0.1 * np.arange(60) + 0.03 * (np.arange(60) % 2))
+    >>> found = identify_period(train, forcing_period=0.1)
+    >>> found.kind, found.impacts, found.periods, found.phases.round(3)
+    ('periodic', 2, 2, array([0.  , 0.35]))
     """
 
     kind: Kind

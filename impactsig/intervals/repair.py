@@ -32,6 +32,17 @@ class Split:
         From that impact to the one put in [s].
     why : str
         The evidence.
+
+    See Also
+    --------
+    repair_intervals, Repair, Join
+
+    Examples
+    --------
+    >>> from impactsig import repair_intervals
+    >>> found = repair_intervals([0.05] * 20 + [0.1] + [0.05] * 20, 0.05)
+    >>> [(split.after, round(split.offset, 6)) for split in found.splits]
+    [(20, 0.05)]
     """
 
     after: int
@@ -49,6 +60,17 @@ class Join:
         Its index in the train as given; of intervals, the later of the two that were joined.
     why : str
         The evidence.
+
+    See Also
+    --------
+    repair_intervals, Repair, Split
+
+    Examples
+    --------
+    >>> from impactsig import repair_intervals
+    >>> found = repair_intervals([0.05] * 20 + [0.02, 0.03] + [0.05] * 20, 0.05)
+    >>> [join.impact for join in found.joins]
+    [21]
     """
 
     impact: int
@@ -72,6 +94,17 @@ class Repair:
         Impacts taken out, in the order of time.
     period : Periodicity
         What `identify_period` says of the train as given.
+
+    See Also
+    --------
+    repair_intervals, Split, Join
+
+    Examples
+    --------
+    >>> from impactsig import repair_intervals
+    >>> found = repair_intervals([0.05] * 20 + [0.1] + [0.05] * 20, 0.05)
+    >>> len(found.splits), len(found.joins), len(found.intervals)
+    (1, 0, 42)
     """
 
     intervals: np.ndarray
@@ -122,11 +155,16 @@ def repair_intervals(intervals: Intervals, forcing_period: float) -> Repair:
     InvalidInput
         If an interval is negative or not finite, or `forcing_period` is not positive.
 
+    See Also
+    --------
+    identify_period, Impacts.edit
+
     Examples
     --------
+    >>> from impactsig import repair_intervals
     >>> found = repair_intervals([0.05] * 20 + [0.1] + [0.05] * 20 + [0.02, 0.03], 0.05)
-    >>> found
-    Repair(1 missed impacts put in, 1 spurious ones taken out, by its period ...)
+    >>> len(found.splits), len(found.joins)
+    (1, 1)
     """
     forcing_period = number("forcing_period", forcing_period, above=0)
     if isinstance(intervals, Impacts):

@@ -61,6 +61,18 @@ class PeriodTrack:
         Instants at which the motion changes to another period, or loses it [s].
     stretches : tuple of Stretch
         The parts of the run between them.
+
+    See Also
+    --------
+    track_period, Periodicity, plot.period_track
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Impacts, track_period
+    >>> found = track_period(Impacts.from_times(0.05 * np.arange(120)), 0.05, max_periods=2)
+    >>> len(found.changes), found.stretches[0].period.name
+    (0, 'period(1,1)')
     """
 
     time: np.ndarray
@@ -118,14 +130,19 @@ def track_period(
         If there are fewer impacts than `window`, `window` is less than 20, no forcing is given, or
         an argument is refused by `identify_period`.
 
+    See Also
+    --------
+    identify_period, plot.period_track
+
     Examples
     --------
     >>> import numpy as np
-    >>> turns = np.arange(200.0)
-    >>> turns[101::2] += 0.2
-    >>> found = track_period(Impacts.from_times(0.05 * turns), 0.05)
-    >>> [stretch.period.name for stretch in found.stretches]
-    ['period(1,1)', 'period(2,2)']
+    >>> from impactsig import Impacts, track_period
+    >>> turns = np.arange(150.0)
+    >>> turns[75::2] += 0.2
+    >>> found = track_period(Impacts.from_times(0.05 * turns), 0.05, max_periods=2)
+    >>> found.stretches[0].period.name, found.stretches[-1].period.name
+    ('period(1,1)', 'period(2,2)')
     """
     window = whole("window", window, 20)
     if not isinstance(impacts, Impacts):

@@ -22,6 +22,16 @@ def coefficient_of_variation(intervals: Intervals) -> float:
     ------
     InvalidInput
         If there are fewer than two, one is negative or not finite, or all are zero.
+
+    See Also
+    --------
+    cv2, local_variation
+
+    Examples
+    --------
+    >>> from impactsig import coefficient_of_variation
+    >>> float(round(coefficient_of_variation([1.0, 3.0]), 6))
+    0.5
     """
     values = as_intervals(intervals, least=2)
     mean = float(values.mean())
@@ -42,6 +52,16 @@ def cv2(intervals: Intervals) -> float:
     ------
     InvalidInput
         If there is no pair, an interval is negative or not finite, or both of a pair are zero.
+
+    See Also
+    --------
+    coefficient_of_variation, local_variation
+
+    Examples
+    --------
+    >>> from impactsig import cv2
+    >>> float(round(cv2([1.0, 3.0, 1.0]), 6))
+    1.0
     """
     return float(2 * np.mean(np.abs(_contrast(intervals))))
 
@@ -58,6 +78,16 @@ def local_variation(intervals: Intervals) -> float:
     ------
     InvalidInput
         If there is no pair, an interval is negative or not finite, or both of a pair are zero.
+
+    See Also
+    --------
+    cv2, coefficient_of_variation
+
+    Examples
+    --------
+    >>> from impactsig import local_variation
+    >>> float(round(local_variation([1.0, 3.0, 1.0]), 6))
+    0.75
     """
     return float(3 * np.mean(_contrast(intervals) ** 2))
 

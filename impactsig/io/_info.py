@@ -99,6 +99,17 @@ def info(
     ------
     UnreadableFile, MissingExtra
         As `read` does.
+
+    See Also
+    --------
+    read, read_many
+
+    Examples
+    --------
+    >>> from impactsig import info
+    >>> found = info("data_samples/loadcell_periodic_22.1Hz.wav")
+    >>> [(channel.rate, channel.length) for channel in found.channels]
+    [(50000.0, 500000)]
     """
     source = open_file(path, limits, raw)
     source.close()

@@ -29,6 +29,15 @@ class Limits:
     ------
     InvalidInput
         If one of them is not positive.
+
+    See Also
+    --------
+    read, info
+
+    Examples
+    --------
+    >>> from impactsig import Limits, read
+    >>> recording = read("data_samples/loadcell_periodic_22.1Hz.wav", limits=Limits(size=10**7))
     """
 
     size: int = 2 << 30

@@ -33,8 +33,13 @@ class RawLayout:
     InvalidInput
         If the type is none of real numbers, or a count is negative or none.
 
+    See Also
+    --------
+    read, Limits
+
     Examples
     --------
+    >>> from impactsig import RawLayout
     >>> RawLayout(">i2", channels=4).sample
     dtype('>i2')
     """

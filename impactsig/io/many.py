@@ -49,11 +49,17 @@ def read_many(
     InvalidInput
         If `files` is a single path, or `workers` is not a whole number from 1 on.
 
+    See Also
+    --------
+    read, detect_many
+
     Examples
     --------
-    >>> for path, recording in read_many(sorted(Path("rig").glob("*.wav"))):
+    >>> from impactsig import ImpactsigError, read_many
+    >>> for path, recording in read_many(["data_samples/loadcell_periodic_22.1Hz.wav"], workers=1):
     ...     if not isinstance(recording, ImpactsigError):
     ...         print(path.name, recording.duration)
+    loadcell_periodic_22.1Hz.wav 10.0
     """
     return _ahead(path_list("files", files), thread_count(workers), progress, options)
 

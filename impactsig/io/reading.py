@@ -163,6 +163,17 @@ def read(
     ImpactsigWarning
         If channels are left out, the file is cut short, its header contradicts its data, or `rate`
         contradicts the file.
+
+    See Also
+    --------
+    info, read_blocks, read_many, Recording
+
+    Examples
+    --------
+    >>> from impactsig import read
+    >>> recording = read("data_samples/loadcell_periodic_22.1Hz.wav", unit="V", start=1.0, stop=3.0)
+    >>> recording.rate, recording.duration
+    (50000.0, 2.0)
     """
     opened = partial(open_file, path, limits, raw)
     source, plan = prepare(
@@ -215,6 +226,17 @@ def read_blocks(
     ------
     UnreadableFile, InvalidInput, MissingExtra
         As `read` does; what only shows in the samples is raised while iterating.
+
+    See Also
+    --------
+    read, detect_impacts
+
+    Examples
+    --------
+    >>> from impactsig import read_blocks
+    >>> blocks = read_blocks("data_samples/loadcell_periodic_22.1Hz.wav", seconds=4.0)
+    >>> [block.duration for block in blocks]
+    [4.0, 4.0, 2.0]
     """
     seconds = number("seconds", seconds, "a positive time [s]", above=0)
     opened = partial(open_file, path, limits, raw)

@@ -66,13 +66,19 @@ class Cantilever:
         thicker than a fifth of its length: shear and rotary inertia, which are left out, would
         matter.
 
+    See Also
+    --------
+    scenes.cantilever, apparent_restitution, plot.mode_shapes
+
     Examples
     --------
+    >>> from dataclasses import replace
+    >>> from impactsig import BaseMotion, Cantilever, Rigid, Stop, simulate
     >>> ruler = Cantilever(0.2, 0.025, 0.001, 210e9, 7850)
     >>> ruler.frequencies(2).round(2)
     array([ 20.89, 130.9 ])
     >>> stopped = replace(ruler, stop=Stop(1e-3, Rigid(0.6)), forcing=BaseMotion(2e-4, 130.0))
-    >>> simulate(stopped, periods=100)
+    >>> motion = simulate(stopped, periods=20)
     """
 
     length: float

@@ -49,6 +49,18 @@ def stop_restitution(
     InvalidInput
         If a number is out of range; with "work" also if the damping is more than
         ``sqrt(stiffness mass) / pi``, where that work is more than all energy.
+
+    See Also
+    --------
+    stop_damping, stop_stiffness, KelvinVoigt
+
+    Examples
+    --------
+    >>> from impactsig import stop_restitution
+    >>> stop_restitution(100.0, 0.0)
+    1.0
+    >>> round(stop_restitution(100.0, 2.0), 6)  # exp(-pi zeta / sqrt(1 - zeta^2)), zeta = 0.1
+    0.729248
     """
     _known(formula)
     stiffness = number("stiffness", stiffness, above=0)
@@ -90,6 +102,19 @@ def stop_damping(
     ------
     InvalidInput
         If a number is out of range.
+
+    See Also
+    --------
+    stop_restitution, stop_stiffness, KelvinVoigt
+
+    Examples
+    --------
+    >>> from impactsig import stop_damping, stop_restitution
+    >>> damping = stop_damping(0.85, 10_000.0)
+    >>> round(damping, 4)
+    10.3325
+    >>> round(stop_restitution(10_000.0, damping), 6)
+    0.85
     """
     _known(formula)
     stiffness = number("stiffness", stiffness, above=0)
@@ -121,6 +146,17 @@ def stop_stiffness(
     ------
     InvalidInput
         If a number is out of range.
+
+    See Also
+    --------
+    stop_restitution, stop_damping, KelvinVoigt
+
+    Examples
+    --------
+    >>> from impactsig import stop_restitution, stop_stiffness
+    >>> stiffness = stop_stiffness(0.85, 10.0)
+    >>> round(stop_restitution(stiffness, 10.0), 6)
+    0.85
     """
     _known(formula)
     damping = number("damping", damping, above=0)

@@ -9,6 +9,8 @@ from typing import Any, ClassVar
 from .._arguments import entries, number, text
 from ..errors import InvalidInput
 
+__all__ = ["Flow", "lorenz", "rossler"]
+
 
 @dataclass(frozen=True)
 class Flow:
@@ -37,11 +39,19 @@ class Flow:
         If a parameter is not what it should be. Whether numba can compile the functions is found
         out when they are used.
 
+    See Also
+    --------
+    flows.rossler, flows.lorenz, simulate, threshold_crossings
+
     Examples
     --------
+    >>> import math
+    >>> from impactsig import Flow
     >>> def duffing(t, y, damping, amplitude):
     ...     return y[1], y[0] - y[0] ** 3 - damping * y[1] + amplitude * math.cos(t)
     >>> flow = Flow(duffing, initial=(0.1, 0.0), parameters=(0.15, 0.3))
+    >>> flow.dimension, flow.coordinates
+    (2, ('x', 'y'))
     """
 
     function: Callable[..., Any]
@@ -94,6 +104,17 @@ def lorenz(sigma: float = 10.0, rho: float = 28.0, beta: float = 8 / 3) -> Flow:
     ``x' = sigma (y - x),  y' = x (rho - z) - y,  z' = x y - beta z``. The parameters are Lorenz',
     for which the largest exponent is 0.906 and the correlation dimension 2.05. Its signal is
     ``(x + 2)²``, as in [Sauer1994]_.
+
+    See Also
+    --------
+    impactsig.flows.rossler, impactsig.Flow
+
+    Examples
+    --------
+    >>> from impactsig import flows, simulate
+    >>> motion = simulate(flows.lorenz(), duration=20, transient=5)
+    >>> motion.status
+    'complete'
     """
     return Flow(
         lorenz_rates,
@@ -110,6 +131,17 @@ def rossler(a: float = 0.2, b: float = 0.2, c: float = 5.7) -> Flow:
     ``x' = -y - z,  y' = x + a y,  z' = b + z (x - c)``. The parameters are Rössler's, for which the
     largest exponent is 0.071. Its signal is ``x + 20``, which is positive on the attractor
     (x > -10), as integrate-and-fire wants it [CastroSauer1997]_; the 20 is our choice.
+
+    See Also
+    --------
+    impactsig.flows.lorenz, impactsig.Flow
+
+    Examples
+    --------
+    >>> from impactsig import flows, threshold_crossings
+    >>> train = threshold_crossings(flows.rossler(), 0.0, signal="x", count=11, transient=200)
+    >>> float(train.intervals().mean().round(1))
+    5.9
     """
     return Flow(
         rossler_rates,

@@ -75,6 +75,18 @@ class Oscillator:
     InvalidInput
         If a value is out of its range, stops overlap or one stands where the mass cannot get, or
         an undamped oscillator is forced at resonance, where its free motion has no bound.
+
+    See Also
+    --------
+    simulate, Stop, Force, scenes
+
+    Examples
+    --------
+    >>> from impactsig import Oscillator, Rigid, Stop, simulate
+    >>> ball = Oscillator(stiffness=0, load=-9.81, stops=(Stop(0.0, Rigid(0.8), "lower"),))
+    >>> drop = simulate(ball, duration=2.0, initial=(1.0, 0.0))
+    >>> round(float(drop.impacts.time[0]), 6)  # sqrt(2 h / g)
+    0.451524
     """
 
     mass: float = 1.0

@@ -33,6 +33,17 @@ class Force:
     ------
     InvalidInput
         If a value is out of its range.
+
+    See Also
+    --------
+    BaseMotion, Oscillator
+
+    Examples
+    --------
+    >>> import math
+    >>> from impactsig import Force
+    >>> Force(0.25, 2 * math.pi * 22.1, phase=-math.pi / 2).amplitude
+    0.25
     """
 
     amplitude: float
@@ -68,6 +79,18 @@ class BaseMotion:
     ------
     InvalidInput
         If a value is out of its range.
+
+    See Also
+    --------
+    Force, Oscillator
+
+    Examples
+    --------
+    >>> import math
+    >>> from impactsig import BaseMotion
+    >>> base = BaseMotion(1e-3, 2 * math.pi * 20, stops=False)
+    >>> base.amplitude, base.stops
+    (0.001, False)
     """
 
     amplitude: float
@@ -98,6 +121,16 @@ class Rigid:
     ------
     InvalidInput
         If a value is out of its range.
+
+    See Also
+    --------
+    KelvinVoigt, Hertz, Stop
+
+    Examples
+    --------
+    >>> from impactsig import Rigid, Stop
+    >>> Stop(1.0, Rigid(0.7)).law.restitution
+    0.7
     """
 
     restitution: float | Callable[[float], float]
@@ -127,6 +160,17 @@ class KelvinVoigt:
     ------
     InvalidInput
         If a value is out of its range.
+
+    See Also
+    --------
+    Hertz, Rigid, stop_restitution, fit_soft_stop
+
+    Examples
+    --------
+    >>> from impactsig import KelvinVoigt, stop_restitution
+    >>> soft = KelvinVoigt.equivalent(0.85, 10_000.0)
+    >>> round(stop_restitution(soft.stiffness, soft.damping), 6)
+    0.85
     """
 
     stiffness: float
@@ -183,6 +227,19 @@ class Hertz:
     ------
     InvalidInput
         If a value is out of its range.
+
+    See Also
+    --------
+    KelvinVoigt, Rigid, Stop
+
+    Examples
+    --------
+    >>> from impactsig import Force, Hertz, Oscillator, Stop, simulate
+    >>> ball = Hertz(1e6, restitution=0.9)
+    >>> machine = Oscillator(damping=0.1, forces=(Force(0.5, 0.9),), stops=(Stop(1.0, ball),))
+    >>> motion = simulate(machine, periods=5)
+    >>> motion.status
+    'complete'
     """
 
     stiffness: float
@@ -217,6 +274,17 @@ class Stop:
     ------
     InvalidInput
         If a value is out of its range.
+
+    See Also
+    --------
+    Rigid, KelvinVoigt, Hertz, Oscillator
+
+    Examples
+    --------
+    >>> from impactsig import Oscillator, Rigid, Stop
+    >>> between = Oscillator(stops=(Stop(1.0, Rigid(0.7)), Stop(-1.0, Rigid(0.7), "lower")))
+    >>> [stop.side for stop in between.stops]
+    ['upper', 'lower']
     """
 
     position: float
@@ -246,6 +314,16 @@ class Friction:
     ------
     InvalidInput
         If a value is out of its range.
+
+    See Also
+    --------
+    Oscillator, scenes.begley_virgin
+
+    Examples
+    --------
+    >>> from impactsig import Friction
+    >>> Friction(0.05).static
+    0.05
     """
 
     kinetic: float
@@ -277,6 +355,16 @@ class Noise:
     ------
     InvalidInput
         If a value is out of its range.
+
+    See Also
+    --------
+    Oscillator, simulate_ensemble, averaged_density
+
+    Examples
+    --------
+    >>> from impactsig import Noise, Oscillator, simulate
+    >>> shaken = Oscillator(damping=0.2, noise=Noise(0.1, correlation_time=0.5))
+    >>> motion = simulate(shaken, duration=10, seed=1)
     """
 
     intensity: float

@@ -31,6 +31,15 @@ from .parts import (
     numbers,
 )
 
+__all__ = [
+    "begley_virgin",
+    "cantilever",
+    "karpodinis",
+    "okolewski",
+    "tian",
+    "van_der_pol_duffing",
+]
+
 NATURAL_FREQUENCY = 22.2
 """First natural frequency of the beam of [Karpodinis]_ [Hz]."""
 
@@ -66,6 +75,17 @@ def karpodinis(
     ------
     InvalidInput
         If a parameter is out of its range.
+
+    See Also
+    --------
+    impactsig.scenes.cantilever, impactsig.simulate
+
+    Examples
+    --------
+    >>> from impactsig import scenes, simulate
+    >>> motion = simulate(scenes.karpodinis(22.1), periods=20, transient=500)
+    >>> motion.impact_count
+    20
     """
     _require(above=0.0, frequency=frequency)
     _require(least=0.0, damping_ratio=damping_ratio)
@@ -111,6 +131,18 @@ def okolewski(
     ------
     InvalidInput
         If a parameter is out of its range.
+
+    See Also
+    --------
+    impactsig.scenes.tian, impactsig.stop_damping
+
+    Examples
+    --------
+    >>> from impactsig import scenes
+    >>> hard = scenes.okolewski(4.0, 0.6)
+    >>> soft = scenes.okolewski(4.0, 0.6, "soft", stop_stiffness=2000.0)
+    >>> type(hard.stops[0].law).__name__, type(soft.stops[0].law).__name__
+    ('Rigid', 'KelvinVoigt')
     """
     choice("stop", stop, ("hard", "soft"))
     _require(above=0.0, eta=eta, stop_stiffness=stop_stiffness)
@@ -172,6 +204,17 @@ def tian(
     ------
     InvalidInput
         If a parameter is out of its range.
+
+    See Also
+    --------
+    impactsig.fit_soft_stop, impactsig.match_rate, impactsig.scenes.okolewski
+
+    Examples
+    --------
+    >>> from impactsig import scenes, stop_restitution
+    >>> soft = scenes.tian(1.5, 0.5).stops[0].law
+    >>> round(stop_restitution(soft.stiffness, soft.damping), 2)
+    0.85
     """
     choice("stop", stop, ("hard", "soft"))
     _require(above=0.0, omega=omega, stop_stiffness=stop_stiffness)
@@ -226,6 +269,17 @@ def begley_virgin(
     ------
     InvalidInput
         If a parameter is out of its range.
+
+    See Also
+    --------
+    impactsig.scenes.okolewski, impactsig.scenes.tian, impactsig.basins_of_attraction
+
+    Examples
+    --------
+    >>> from impactsig import scenes
+    >>> walls = scenes.begley_virgin(gamma=1.338, sigma=1.6, friction=0.05)
+    >>> [stop.position for stop in walls.stops]
+    [-1.6, 1.6]
     """
     _require(above=0.0, gamma=gamma, wall_stiffness=wall_stiffness)
     _require(least=0.0, friction=friction, damping_ratio=damping_ratio)
@@ -275,6 +329,17 @@ def van_der_pol_duffing(
     ------
     InvalidInput
         If a parameter is out of its range.
+
+    See Also
+    --------
+    impactsig.averaged_density, impactsig.simulate_ensemble
+
+    Examples
+    --------
+    >>> from impactsig import scenes
+    >>> shaken = scenes.van_der_pol_duffing(restitution=0.99)
+    >>> shaken.stops[0].position, shaken.noise.intensity
+    (0.0, 0.01)
     """
     _require(least=0.0, friction=friction, intensity=intensity, c1=c1, c2=c2)
     _require(above=0.0, epsilon=epsilon)
@@ -362,9 +427,18 @@ def cantilever(
     InvalidInput
         If a parameter is out of its range.
 
+    See Also
+    --------
+    impactsig.Cantilever, impactsig.identify_resonance
+
     Examples
     --------
-    >>> beam = cantilever(0.2, 0.025, 1e-3, 210e9, 7850, stop=1e-3, frequency=20, amplitude=2e-4)
+    >>> import math
+    >>> from impactsig import scenes
+    >>> size = (0.2, 0.025, 1e-3)
+    >>> beam = scenes.cantilever(*size, 210e9, 7850, stop=1e-3, frequency=20, amplitude=2e-4)
+    >>> round(math.sqrt(beam.stiffness / beam.mass) / beam.time_unit / (2 * math.pi), 2)
+    20.89
     """
     choice("loading", loading, ("base", "clamp", "tip"))
     beam = Cantilever(length, width, thickness, modulus, density)

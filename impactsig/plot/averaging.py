@@ -42,6 +42,17 @@ def averaged_density(
     -------
     ndarray of matplotlib Axes, shape (3,)
         Energy; plane; cut.
+
+    See Also
+    --------
+    impactsig.averaged_density, impactsig.plot.density
+
+    Examples
+    --------
+    >>> from impactsig import averaged_density, plot, scenes
+    >>> axes = plot.averaged_density(averaged_density(scenes.van_der_pol_duffing(0.99)))
+    >>> len(axes)
+    3
     """
     grid = panels(figure, 1, 3, (11.0, 3.6))
     energies, plane, cut = grid
@@ -100,6 +111,15 @@ def p_bifurcation(result: PBifurcation, ax: Axes | None = None) -> Axes:
     ----------
     result : PBifurcation
         From `impactsig.p_bifurcation`.
+
+    See Also
+    --------
+    impactsig.p_bifurcation, impactsig.plot.averaged_density
+
+    Examples
+    --------
+    >>> from impactsig import p_bifurcation, plot, scenes
+    >>> ax = plot.p_bifurcation(p_bifurcation(scenes.van_der_pol_duffing, [0.9, 0.99]))
     """
     ax = axes(ax, width=7.0, height=3.8)
     for kind, look in EXTREMA:

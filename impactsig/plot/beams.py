@@ -42,6 +42,17 @@ def mode_shapes(beam: Cantilever, ax: Axes | None = None, *, modes: int = 4) -> 
         The beam.
     modes : int
         How many.
+
+    See Also
+    --------
+    impactsig.Cantilever, impactsig.plot.tip_history
+
+    Examples
+    --------
+    >>> from impactsig import Cantilever, plot
+    >>> ax = plot.mode_shapes(Cantilever(0.2, 0.025, 0.001, 210e9, 7850), modes=3)
+    >>> len(ax.get_lines()) >= 3
+    True
     """
     modes = whole("modes", modes, 1)
     ax = axes(ax, width=6.4, height=3.2)
@@ -79,6 +90,17 @@ def tip_history(
     ------
     InvalidInput
         If the span is not in the motion.
+
+    See Also
+    --------
+    impactsig.Cantilever, impactsig.plot.time_history
+
+    Examples
+    --------
+    >>> from impactsig import BaseMotion, Cantilever, Rigid, Stop, plot, simulate
+    >>> stop, base = Stop(1e-3, Rigid(0.6)), BaseMotion(2e-4, 130.0)
+    >>> ruler = Cantilever(0.2, 0.025, 0.001, 210e9, 7850, stop=stop, forcing=base, modes=3)
+    >>> ax = plot.tip_history(simulate(ruler, periods=20))
     """
     end = motion.start + motion.duration
     last = end if stop is None else number("stop", stop, most=end)
@@ -109,6 +131,20 @@ def apparent_restitution(result: ApparentRestitution, ax: Axes | None = None) ->
     ----------
     result : ApparentRestitution
         Of `apparent_restitution`.
+
+    See Also
+    --------
+    impactsig.apparent_restitution, impactsig.plot.restitution_over_modes
+
+    Examples
+    --------
+    >>> from impactsig import (
+    ...     BaseMotion, Cantilever, Rigid, Stop, apparent_restitution, plot,
+    ...     simulate,
+    ... )
+    >>> stop, base = Stop(1e-3, Rigid(0.6)), BaseMotion(2e-4, 130.0)
+    >>> ruler = Cantilever(0.2, 0.025, 0.001, 210e9, 7850, stop=stop, forcing=base, modes=3)
+    >>> ax = plot.apparent_restitution(apparent_restitution(simulate(ruler, periods=40)))
     """
     ax = axes(ax, width=4.8, height=3.6)
     label = f"{len(result.each)} contact{'s' * (len(result.each) > 1)}"
@@ -142,6 +178,23 @@ def restitution_over_modes(
     ------
     InvalidInput
         If there are none.
+
+    See Also
+    --------
+    impactsig.apparent_restitution, impactsig.plot.apparent_restitution
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from impactsig import (
+    ...     BaseMotion, Cantilever, Rigid, Stop, apparent_restitution, plot,
+    ...     simulate,
+    ... )
+    >>> stop, base = Stop(1e-3, Rigid(0.6)), BaseMotion(2e-4, 130.0)
+    >>> ruler = Cantilever(0.2, 0.025, 0.001, 210e9, 7850, stop=stop, forcing=base)
+    >>> beams = [replace(ruler, modes=modes) for modes in (1, 2)]
+    >>> found = [apparent_restitution(simulate(beam, periods=20)) for beam in beams]
+    >>> ax = plot.restitution_over_modes(found)
     """
     if not isinstance(results, Iterable) or isinstance(results, str) or not len(results):
         raise InvalidInput("results", results, "one result or more, in a sequence")

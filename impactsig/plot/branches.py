@@ -40,6 +40,16 @@ def branch(
         multiplier.
     parameter : str
         What to call the parameter.
+
+    See Also
+    --------
+    impactsig.continue_orbit, impactsig.plot.bifurcation_diagram
+
+    Examples
+    --------
+    >>> from impactsig import continue_orbit, plot, scenes
+    >>> branch = continue_orbit(scenes.karpodinis, (22.1, 22.0))
+    >>> ax = plot.branch(branch, parameter="frequency [Hz]")
     """
     ax = axes(ax, width=6.0, height=4.0)
     values = {

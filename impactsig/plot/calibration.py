@@ -44,6 +44,18 @@ def calibration_curve(
     ------
     InvalidInput
         If a probability is not between 0 and 1, or outcomes are not booleans, one for each.
+
+    See Also
+    --------
+    impactsig.fit_calibration, impactsig.detect_impacts
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import plot
+    >>> rng = np.random.default_rng(1)
+    >>> probability = rng.uniform(size=200)
+    >>> ax = plot.calibration_curve(probability, rng.uniform(size=200) < probability)
     """
     found = calibration_bins(probability, outcome, bins)
     ax = axes(ax, width=4.4, height=4.2)

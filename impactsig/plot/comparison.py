@@ -50,6 +50,18 @@ def comparison(result: Comparison, figure: Figure | SubFigure | None = None) -> 
     -------
     ndarray of matplotlib Axes, shape (2, 2)
         Densities and distributions; return maps of a and b.
+
+    See Also
+    --------
+    impactsig.compare
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Impacts, compare, plot
+    >>> steady = Impacts.from_times(0.05 * np.arange(100))
+    >>> late = Impacts.from_times(0.051 * np.arange(100))
+    >>> axes = plot.comparison(compare(steady, late))
     """
     grid = panels(figure, 2, 2, (8.4, 7.6))
     trains = (result.a, result.b)

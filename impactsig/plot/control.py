@@ -31,6 +31,17 @@ def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: f
         Of a `Controlled` system.
     phase : float
         Phase of the strobe [rad].
+
+    See Also
+    --------
+    impactsig.Controlled, impactsig.plot.control_intervals
+
+    Examples
+    --------
+    >>> from impactsig import Controlled, DelayedFeedback, plot, scenes, simulate
+    >>> feedback = DelayedFeedback(0.15, 1, limit=0.1)
+    >>> motion = simulate(Controlled(scenes.karpodinis(20.3355), feedback, start=20), periods=60)
+    >>> ax = plot.control_strobe(motion)
     """
     ax = axes(ax)
     x, _ = motion.stroboscopic(phase)
@@ -51,6 +62,17 @@ def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
     ----------
     motion : ControlledMotion
         Of a `Controlled` system.
+
+    See Also
+    --------
+    impactsig.Controlled, impactsig.plot.interval_sequence
+
+    Examples
+    --------
+    >>> from impactsig import Controlled, DelayedFeedback, plot, scenes, simulate
+    >>> feedback = DelayedFeedback(0.15, 1, limit=0.1)
+    >>> motion = simulate(Controlled(scenes.karpodinis(20.3355), feedback, start=20), periods=60)
+    >>> ax = plot.control_intervals(motion)
     """
     ax = axes(ax)
     impacts = motion.impacts
@@ -77,6 +99,17 @@ def control_effort(
     periods : float, optional
         Length of the windows in which it is taken [forcing periods]; by default the longest period
         of what is controlled, over which the force need not alternate.
+
+    See Also
+    --------
+    impactsig.Controlled, impactsig.plot.control_force
+
+    Examples
+    --------
+    >>> from impactsig import Controlled, DelayedFeedback, plot, scenes, simulate
+    >>> feedback = DelayedFeedback(0.15, 1, limit=0.1)
+    >>> motion = simulate(Controlled(scenes.karpodinis(20.3355), feedback, start=20), periods=60)
+    >>> ax = plot.control_effort(motion)
     """
     ax = axes(ax)
     if periods is None:
@@ -107,6 +140,17 @@ def control_force(
         Of a `Controlled` system.
     span : (float, float), optional
         From when to when [s, or the flow's unit of time]; all of it by default.
+
+    See Also
+    --------
+    impactsig.Controlled, impactsig.plot.control_effort
+
+    Examples
+    --------
+    >>> from impactsig import Controlled, DelayedFeedback, plot, scenes, simulate
+    >>> feedback = DelayedFeedback(0.15, 1, limit=0.1)
+    >>> motion = simulate(Controlled(scenes.karpodinis(20.3355), feedback, start=20), periods=60)
+    >>> ax = plot.control_force(motion, span=(0.0, 1.0))
     """
     from ..control import ControlledFlowMotion
 
@@ -137,6 +181,17 @@ def controlled_flow(
         Of a `Controlled` system.
     coordinate : str or int
         Which; by default the first.
+
+    See Also
+    --------
+    impactsig.Controlled, impactsig.plot.control_force
+
+    Examples
+    --------
+    >>> from impactsig import Controlled, DelayedFeedback, flows, plot, simulate
+    >>> feedback = DelayedFeedback(0.2, 5.881, signal="y")
+    >>> course = simulate(Controlled(flows.rossler(), feedback, start=50), duration=100)
+    >>> ax = plot.controlled_flow(course, coordinate="x")
     """
     from ..simulate._course import coordinate_of
 
@@ -160,6 +215,15 @@ def flow_orbit(
         Of `find_periodic_orbit`.
     x, y : str or int
         Which coordinates; by default the first two.
+
+    See Also
+    --------
+    impactsig.find_periodic_orbit, impactsig.plot.phase_portrait
+
+    Examples
+    --------
+    >>> from impactsig import find_periodic_orbit, flows, plot
+    >>> ax = plot.flow_orbit(find_periodic_orbit(flows.rossler(), period=5.88))
     """
     from ..simulate._course import coordinate_of
 
@@ -179,6 +243,17 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
     ----------
     chart : Study
         Of `impactsig.stability_chart`.
+
+    See Also
+    --------
+    impactsig.stability_chart
+
+    Examples
+    --------
+    >>> from impactsig import find_periodic_orbit, flows, plot, stability_chart
+    >>> orbit = find_periodic_orbit(flows.rossler(), period=5.88)
+    >>> chart = stability_chart(orbit, [0.1, 0.2], [1], signal="y", laps=50)
+    >>> ax = plot.stability_chart(chart)
     """
     if not {"gain", "delay"} <= set(chart.parameters) or "growth" not in chart.observables:
         raise InvalidInput(

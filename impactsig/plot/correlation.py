@@ -38,6 +38,18 @@ def correlation_sum(result: CorrelationSum, figure: Figure | SubFigure | None = 
     -------
     ndarray of matplotlib Axes, shape (2,)
         Correlation sums; local slopes.
+
+    See Also
+    --------
+    impactsig.correlation_sum, impactsig.plot.dimension
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import correlation_sum, plot
+    >>> axes = plot.correlation_sum(correlation_sum(np.random.default_rng(1).uniform(size=300), 3))
+    >>> len(axes)
+    2
     """
     grid = panels(figure, 2, 1, (6.4, 7.0), sharex=True)
     sums, slopes = grid

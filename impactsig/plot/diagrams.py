@@ -69,6 +69,16 @@ def bifurcation_diagram(
     ------
     InvalidInput
         If the quantity is not known, or exponents were not asked for.
+
+    See Also
+    --------
+    impactsig.bifurcation_diagram, impactsig.plot.branch
+
+    Examples
+    --------
+    >>> from impactsig import bifurcation_diagram, plot, scenes
+    >>> found = bifurcation_diagram(scenes.karpodinis, [22.0, 22.1])
+    >>> ax = plot.bifurcation_diagram(found, observe="velocity")
     """
     if observe not in LABELS:
         raise InvalidInput("observe", observe, f"one of {', '.join(LABELS)}")
@@ -119,6 +129,15 @@ def response_spectrum(result: ResponseSpectrum, ax: Axes | None = None) -> Axes:
     ----------
     result : ResponseSpectrum
         From `impactsig.response_spectrum`.
+
+    See Also
+    --------
+    impactsig.response_spectrum, impactsig.plot.bifurcation_diagram
+
+    Examples
+    --------
+    >>> from impactsig import plot, response_spectrum, scenes
+    >>> ax = plot.response_spectrum(response_spectrum(scenes.karpodinis, [22.0, 22.1]))
     """
     ax = axes(ax)
     for extreme, colour, name in (
@@ -151,6 +170,18 @@ def periodicity_chart(
     ------
     InvalidInput
         If `colours` is neither.
+
+    See Also
+    --------
+    impactsig.periodicity_chart, impactsig.plot.basins
+
+    Examples
+    --------
+    >>> from impactsig import periodicity_chart, plot, scenes
+    >>> def beam(frequency, amplitude):
+    ...     return scenes.karpodinis(frequency, amplitude=amplitude)
+    >>> chart = periodicity_chart(beam, [22.0, 22.1], [0.2, 0.25], workers=1)
+    >>> ax = plot.periodicity_chart(chart, colours="classes")
     """
     if colours == "classes":
         codes = result.classes
@@ -177,6 +208,18 @@ def basins(result: Basins, ax: Axes | None = None) -> Axes:
     ----------
     result : Basins
         From `impactsig.basins_of_attraction`.
+
+    See Also
+    --------
+    impactsig.basins_of_attraction
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import basins_of_attraction, plot, scenes
+    >>> walls = scenes.begley_virgin(gamma=1.338, sigma=1.6, friction=0.05)
+    >>> found = basins_of_attraction(walls, np.linspace(-1.5, 1.5, 3), np.linspace(-1, 1, 3))
+    >>> ax = plot.basins(found)
     """
     ax = axes(ax, width=6.4, height=4.2)
     count = min(len(result.attractors), MOST_ORBITS)

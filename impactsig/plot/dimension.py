@@ -35,6 +35,16 @@ def dimension(result: CorrelationDimension, figure: Figure | SubFigure | None = 
     -------
     ndarray of matplotlib Axes, shape (2,)
         Correlation sum; local slopes.
+
+    See Also
+    --------
+    impactsig.correlation_dimension, impactsig.plot.correlation_sum
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import correlation_dimension, plot
+    >>> axes = plot.dimension(correlation_dimension(np.random.default_rng(1).uniform(size=300)))
     """
     grid = panels(figure, 1, 2, (9.0, 3.9))
     sums, slopes = grid

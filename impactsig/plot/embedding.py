@@ -23,6 +23,16 @@ def delay_choice(result: DelayChoice, ax: Axes | None = None) -> Axes:
     ----------
     result : DelayChoice
         Of `autocorrelation_delay` or `mutual_information_delay`.
+
+    See Also
+    --------
+    impactsig.autocorrelation_delay, impactsig.mutual_information_delay
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import autocorrelation_delay, plot
+    >>> ax = plot.delay_choice(autocorrelation_delay(np.sin(0.1 * np.arange(500))))
     """
     ax = axes(ax, width=5.2, height=3.4)
     # Far beyond the choice there is nothing to see.
@@ -48,6 +58,16 @@ def false_neighbors(result: FalseNeighbors, ax: Axes | None = None) -> Axes:
     ----------
     result : FalseNeighbors
         Of `false_nearest_neighbors`.
+
+    See Also
+    --------
+    impactsig.false_nearest_neighbors, impactsig.plot.averaged_false_neighbors
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import false_nearest_neighbors, plot
+    >>> ax = plot.false_neighbors(false_nearest_neighbors(np.sin(np.arange(300)), dimensions=4))
     """
     ax = axes(ax, width=5.2, height=3.4)
     for share, label, colour, style in (
@@ -70,6 +90,17 @@ def averaged_false_neighbors(result: AveragedFalseNeighbors, ax: Axes | None = N
     ----------
     result : AveragedFalseNeighbors
         Of `averaged_false_neighbors`.
+
+    See Also
+    --------
+    impactsig.averaged_false_neighbors, impactsig.plot.false_neighbors
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import averaged_false_neighbors, plot
+    >>> found = averaged_false_neighbors(np.sin(np.arange(300)), dimensions=4)
+    >>> ax = plot.averaged_false_neighbors(found)
     """
     ax = axes(ax, width=5.2, height=3.4)
     level(ax, 1)

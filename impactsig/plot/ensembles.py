@@ -28,6 +28,17 @@ def density(result: Density, ax: Axes | None = None, label: str = "simulated") -
         Such as `Ensemble.energy`.
     label : str
         What the legend calls it.
+
+    See Also
+    --------
+    impactsig.simulate_ensemble, impactsig.plot.joint_density
+
+    Examples
+    --------
+    >>> from impactsig import Noise, Oscillator, plot, simulate_ensemble
+    >>> shaken = Oscillator(damping=0.2, noise=Noise(0.1))
+    >>> found = simulate_ensemble(shaken, paths=8, duration=100, transient=50, seed=1)
+    >>> ax = plot.density(found.energy)
     """
     ax = axes(ax, width=5.2)
     ax.stairs(result.density, result.edges, color=BLUE, linewidth=1.1, label=label)
@@ -51,6 +62,17 @@ def joint_density(result: JointDensity, ax: Axes | None = None) -> Axes:
     ----------
     result : JointDensity
         Such as `Ensemble.joint`.
+
+    See Also
+    --------
+    impactsig.simulate_ensemble, impactsig.plot.density
+
+    Examples
+    --------
+    >>> from impactsig import Noise, Oscillator, plot, simulate_ensemble
+    >>> shaken = Oscillator(damping=0.2, noise=Noise(0.1))
+    >>> found = simulate_ensemble(shaken, paths=8, duration=100, transient=50, seed=1)
+    >>> ax = plot.joint_density(found.joint)
     """
     ax = axes(ax, width=4.8, height=3.8)
     mesh = ax.pcolormesh(
@@ -68,6 +90,15 @@ def noisy_motion(result: NoisyMotion, ax: Axes | None = None) -> Axes:
     ----------
     result : NoisyMotion
         What moved.
+
+    See Also
+    --------
+    impactsig.simulate, impactsig.plot.time_history
+
+    Examples
+    --------
+    >>> from impactsig import plot, scenes, simulate
+    >>> ax = plot.noisy_motion(simulate(scenes.van_der_pol_duffing(0.99), duration=50, seed=1))
     """
     ax = axes(ax)
     ax.plot(result.time, result.x, color=BLUE, linewidth=0.8)

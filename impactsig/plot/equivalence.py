@@ -26,6 +26,17 @@ def match_rate(result: MatchRate, ax: Axes | None = None) -> Axes:
     ----------
     result : MatchRate
         From `impactsig.match_rate`. Cells without a distance stay white.
+
+    See Also
+    --------
+    impactsig.match_rate
+
+    Examples
+    --------
+    >>> from impactsig import match_rate, plot, scenes
+    >>> def hard(omega, amplitude):
+    ...     return scenes.tian(omega, amplitude, "hard")
+    >>> ax = plot.match_rate(match_rate(hard, hard, [1.5, 1.6], [0.5, 1.0], workers=1))
     """
     ax = axes(ax, width=5.6, height=4.2)
     limit = np.log10(result.below)

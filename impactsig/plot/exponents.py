@@ -25,6 +25,18 @@ def stretch_curve(result: LyapunovExponent, ax: Axes | None = None) -> Axes:
     ----------
     result : LyapunovExponent
         Of `lyapunov_exponent`.
+
+    See Also
+    --------
+    impactsig.lyapunov_exponent
+
+    Examples
+    --------
+    >>> from impactsig import lyapunov_exponent, plot
+    >>> x = [0.4]
+    >>> for _ in range(999):
+    ...     x.append(4 * x[-1] * (1 - x[-1]))
+    >>> ax = plot.stretch_curve(lyapunov_exponent(x, dimension=2))
     """
     ax = axes(ax, width=5.6, height=3.8)
     if not len(result.stretch):

@@ -36,6 +36,19 @@ def oscillator_fit(result: OscillatorFit, figure: Figure | SubFigure | None = No
     Returns
     -------
     ndarray of matplotlib Axes, shape (2, 2)
+
+    See Also
+    --------
+    impactsig.fit_oscillator, impactsig.plot.comparison
+
+    Examples
+    --------
+    >>> from impactsig import fit_oscillator, measure, plot, scenes, simulate
+    >>> beam = scenes.karpodinis(20.1)
+    >>> motion = simulate(beam, periods=400, transient=300)
+    >>> train = measure(motion.impacts, jitter=2e-4, seed=1).impacts
+    >>> fit = fit_oscillator(train, 20.1, ["amplitude"], scene=beam)
+    >>> axes = plot.oscillator_fit(fit)
     """
     grid = panels(figure, 2, 2, (8.4, 7.2))
     trains = (result.comparison.a.impacts, result.comparison.b.impacts)

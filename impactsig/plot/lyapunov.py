@@ -27,6 +27,15 @@ def lyapunov_convergence(result: LyapunovSpectrum, ax: Axes | None = None) -> Ax
     ----------
     result : LyapunovSpectrum
         Of `lyapunov_spectrum`.
+
+    See Also
+    --------
+    impactsig.lyapunov_spectrum
+
+    Examples
+    --------
+    >>> from impactsig import lyapunov_spectrum, plot, scenes
+    >>> ax = plot.lyapunov_convergence(lyapunov_spectrum(scenes.karpodinis(20.1), periods=200))
     """
     ax = axes(ax, width=6.4, height=3.8)
     if not len(result.time):

@@ -78,6 +78,15 @@ def phase_portrait(
     ------
     InvalidInput
         If the span is not in the motion, only counts were kept, or there are no such coordinates.
+
+    See Also
+    --------
+    impactsig.simulate, impactsig.plot.time_history
+
+    Examples
+    --------
+    >>> from impactsig import plot, scenes, simulate
+    >>> ax = plot.phase_portrait(simulate(scenes.karpodinis(22.1), periods=20, transient=200))
     """
     from ..control.flow import ControlledFlowMotion
     from ..recorded import RecordedMotion
@@ -137,6 +146,15 @@ def time_history(
     ------
     InvalidInput
         If the span is not in the motion, or only counts were kept.
+
+    See Also
+    --------
+    impactsig.simulate, impactsig.plot.phase_portrait
+
+    Examples
+    --------
+    >>> from impactsig import plot, scenes, simulate
+    >>> ax = plot.time_history(simulate(scenes.karpodinis(22.1), periods=10, transient=200))
     """
     first, last = span_drawn(motion, start, stop, periods=10)
     path = path_of(motion, first, last, relative=False)
@@ -183,6 +201,15 @@ def power_spectrum(
     ------
     InvalidInput
         If there is no spectrum of the motion, or `highest` is not positive.
+
+    See Also
+    --------
+    impactsig.Motion.power_spectrum, impactsig.plot.time_history
+
+    Examples
+    --------
+    >>> from impactsig import plot, scenes, simulate
+    >>> ax = plot.power_spectrum(simulate(scenes.karpodinis(22.1), periods=200, transient=200))
     """
     from ..simulate.spectrum import PowerSpectrum
 

@@ -26,6 +26,16 @@ def period_track(result: PeriodTrack, ax: Axes | None = None) -> Axes:
     ----------
     result : PeriodTrack
         From `impactsig.track_period`.
+
+    See Also
+    --------
+    impactsig.track_period
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Impacts, plot, track_period
+    >>> ax = plot.period_track(track_period(Impacts.from_times(0.05 * np.arange(120)), 0.05))
     """
     ax = axes(ax, width=8.0, height=3.2)
     ax.stackplot(

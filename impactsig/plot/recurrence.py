@@ -29,6 +29,15 @@ def recurrence_plot(result: RecurrencePlot, ax: Axes | None = None) -> Axes:
     ----------
     result : RecurrencePlot
         From `impactsig.recurrence_plot`.
+
+    See Also
+    --------
+    impactsig.recurrence_plot
+
+    Examples
+    --------
+    >>> from impactsig import plot, recurrence_plot
+    >>> ax = plot.recurrence_plot(recurrence_plot([0, 1, 0, 1], radius=0.5))
     """
     ax = axes(ax, width=4.4, height=4.2)
     count = len(result.matrix)

@@ -23,6 +23,20 @@ def resonance(result: Resonance, ax: Axes | None = None) -> Axes:
     ----------
     result : Resonance
         Of `identify_resonance`.
+
+    See Also
+    --------
+    impactsig.identify_resonance, impactsig.plot.decay
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Recording, identify_resonance, plot
+    >>> time = np.arange(5000) / 1000
+    >>> swings = np.exp(-0.7 * time) * np.cos(140 * time)
+    >>> noise = 0.02 * np.random.default_rng(1).standard_normal(5000)
+    >>> found = identify_resonance(Recording(swings + noise, 1000), "decay")
+    >>> ax = plot.resonance(found)
     """
     ax = axes(ax)
     ax.semilogy(result.frequency, result.density, color=BLUE, linewidth=0.7, label="recording")
@@ -44,6 +58,20 @@ def decay(result: Resonance, ax: Axes | None = None) -> Axes:
     ----------
     result : Resonance
         Of `identify_resonance`, from a decay.
+
+    See Also
+    --------
+    impactsig.identify_resonance, impactsig.plot.resonance
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Recording, identify_resonance, plot
+    >>> time = np.arange(5000) / 1000
+    >>> swings = np.exp(-0.7 * time) * np.cos(140 * time)
+    >>> noise = 0.02 * np.random.default_rng(1).standard_normal(5000)
+    >>> found = identify_resonance(Recording(swings + noise, 1000), "decay")
+    >>> ax = plot.decay(found)
     """
     ax = axes(ax)
     time, size = result.envelope_time[:-2], result.envelope[:-2]

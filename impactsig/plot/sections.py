@@ -25,6 +25,15 @@ def section(result: Section, ax: Axes | None = None) -> Axes:
     ----------
     result : Section
         Of `impact_map` or `displacement_section`.
+
+    See Also
+    --------
+    impactsig.impact_map, impactsig.displacement_section
+
+    Examples
+    --------
+    >>> from impactsig import impact_map, plot, scenes, simulate
+    >>> ax = plot.section(impact_map(simulate(scenes.karpodinis(20.1), periods=100, transient=200)))
     """
     ax = axes(ax, width=5.2, height=4.0)
     if not len(result):

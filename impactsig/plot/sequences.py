@@ -37,6 +37,15 @@ def return_map(impacts: Impacts | Iterable[float], lag: int = 1, ax: Axes | None
     ------
     InvalidInput
         If an interval is negative or not finite, or `lag` is not a positive whole number.
+
+    See Also
+    --------
+    impactsig.return_map, impactsig.plot.histogram
+
+    Examples
+    --------
+    >>> from impactsig import plot
+    >>> ax = plot.return_map([1.0, 2.0, 3.0, 5.0])
     """
     first, later = intervals.return_map(impacts, lag)
     ax = axes(ax, width=4.2, height=4.0)
@@ -69,6 +78,15 @@ def histogram(
     ------
     InvalidInput
         If an interval is negative or not finite.
+
+    See Also
+    --------
+    impactsig.interval_histogram, impactsig.plot.return_map
+
+    Examples
+    --------
+    >>> from impactsig import plot
+    >>> ax = plot.histogram([1.0, 1.1, 1.1, 1.9])
     """
     if not isinstance(result, intervals.IntervalHistogram):
         found = result.intervals() if isinstance(result, Impacts) else np.asarray(result)

@@ -34,6 +34,15 @@ def spike_train(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ----------
     impacts : Impacts
         Measured or simulated.
+
+    See Also
+    --------
+    impactsig.Impacts, impactsig.plot.interval_sequence
+
+    Examples
+    --------
+    >>> from impactsig import Impacts, plot
+    >>> ax = plot.spike_train(Impacts.from_times([0.0, 0.1, 0.3, 0.4]))
     """
     ax = axes(ax, height=1.4)
     if not len(impacts):
@@ -74,6 +83,15 @@ def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ------
     InvalidInput
         If peaks were not measured.
+
+    See Also
+    --------
+    impactsig.detect_impacts, impactsig.plot.contact_against_interval
+
+    Examples
+    --------
+    >>> from impactsig import Impacts, plot
+    >>> ax = plot.peak_against_time(Impacts([0.0, 0.1, 0.3], peak=[1.0, 1.2, 0.9], unit="N"))
     """
     if impacts.peak is None:
         raise InvalidInput("impacts", "no peaks", "impacts with measured peaks")
@@ -106,6 +124,16 @@ def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ------
     InvalidInput
         If contact times were not measured (sound, hard stops).
+
+    See Also
+    --------
+    impactsig.detect_impacts, impactsig.plot.peak_against_time
+
+    Examples
+    --------
+    >>> from impactsig import detect_impacts, plot
+    >>> impacts = detect_impacts("data_samples/loadcell_periodic_22.1Hz_short.csv")
+    >>> ax = plot.contact_against_interval(impacts)
     """
     if impacts.contact_time is None:
         raise InvalidInput(
@@ -135,6 +163,15 @@ def interval_sequence(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ----------
     impacts : Impacts
         Measured or simulated.
+
+    See Also
+    --------
+    impactsig.Impacts.intervals, impactsig.plot.spike_train
+
+    Examples
+    --------
+    >>> from impactsig import Impacts, plot
+    >>> ax = plot.interval_sequence(Impacts.from_times([0.0, 0.1, 0.3, 0.4]))
     """
     ax = axes(ax)
     intervals = impacts.intervals()

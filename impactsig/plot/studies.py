@@ -54,6 +54,16 @@ def parameter_study(
     ------
     InvalidInput
         If there is no such observable or parameter, or more than two parameters are left.
+
+    See Also
+    --------
+    impactsig.sweep, impactsig.open_study
+
+    Examples
+    --------
+    >>> from impactsig import plot, sweep
+    >>> study = sweep(lambda a, b: a * b, {"a": [1, 2], "b": [3, 4, 5]})
+    >>> ax = plot.parameter_study(study)
     """
     if not study.observables:
         return explain(axes(ax), "nothing has been worked out yet")

@@ -25,6 +25,18 @@ def surrogate_test(result: SurrogateTest, ax: Axes | None = None) -> Axes:
     ----------
     result : SurrogateTest
         From `impactsig.surrogate_test`.
+
+    See Also
+    --------
+    impactsig.surrogate_test, impactsig.plot.prediction_error
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import plot, surrogate_test
+    >>> noise = np.random.default_rng(1).standard_normal(200)
+    >>> found = surrogate_test(noise, "time_reversal_asymmetry", count=19, seed=1)
+    >>> ax = plot.surrogate_test(found)
     """
     ax = axes(ax, width=5.0, height=3.0)
     others = result.surrogates
@@ -54,6 +66,16 @@ def prediction_error(result: PredictionError, ax: Axes | None = None) -> Axes:
     ----------
     result : PredictionError
         From `impactsig.prediction_error`.
+
+    See Also
+    --------
+    impactsig.prediction_error, impactsig.plot.surrogate_test
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import plot, prediction_error
+    >>> ax = plot.prediction_error(prediction_error(np.sin(0.3 * np.arange(500)), dimension=3))
     """
     ax = axes(ax, width=5.0, height=3.0)
     order = np.argsort(result.horizon)

@@ -47,6 +47,18 @@ def return_maps(
     InvalidInput
         If there are no trains, an interval is negative or not finite, or `lag` is not a positive
         whole number.
+
+    See Also
+    --------
+    impactsig.return_map, impactsig.plot.interval_densities
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import plot
+    >>> rng = np.random.default_rng(1)
+    >>> trains = {name: rng.normal(0.05, 0.01, 100) for name in ("before", "after")}
+    >>> axes = plot.return_maps(trains)
     """
     if not isinstance(trains, Mapping) or not trains:
         raise InvalidInput("trains", trains, "a mapping of one train or more, by their titles")
@@ -97,6 +109,18 @@ def interval_densities(
     InvalidInput
         If there are fewer than two trains, not as many values of the parameter, or these are not
         finite and ascending.
+
+    See Also
+    --------
+    impactsig.interval_histogram, impactsig.plot.return_maps
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import plot
+    >>> rng = np.random.default_rng(1)
+    >>> trains = [rng.normal(mean, 0.01, 100) for mean in (0.05, 0.06)]
+    >>> ax = plot.interval_densities(trains, [20.0, 21.0], label="frequency [Hz]")
     """
     if not isinstance(trains, Iterable) or isinstance(trains, (str, Impacts)):
         raise InvalidInput("trains", trains, "several trains, each Impacts or intervals")

@@ -66,6 +66,16 @@ def waveform(
     ------
     InvalidInput
         If the span holds no sample.
+
+    See Also
+    --------
+    impactsig.read, impactsig.detect_impacts, impactsig.plot.pulse
+
+    Examples
+    --------
+    >>> from impactsig import detect_impacts, plot, read
+    >>> recording = read("data_samples/loadcell_periodic_22.1Hz_short.csv")
+    >>> ax = plot.waveform(recording, detect_impacts(recording))
     """
     ax = axes(ax)
     shown = recording.between(start, stop)
@@ -178,6 +188,16 @@ def pulse(
     ------
     InvalidInput
         If there is no such impact, the recording has several channels or does not hold it.
+
+    See Also
+    --------
+    impactsig.detect_impacts, impactsig.plot.waveform
+
+    Examples
+    --------
+    >>> from impactsig import detect_impacts, plot, read
+    >>> recording = read("data_samples/loadcell_periodic_22.1Hz_short.csv")
+    >>> ax = plot.pulse(recording, detect_impacts(recording), 3)
     """
     refuse_others("impacts", impacts, ["Impacts"])
     if recording.samples.ndim != 1:

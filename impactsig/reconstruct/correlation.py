@@ -62,6 +62,17 @@ class CorrelationSum:
         Order of the sums.
     sums : ndarray, shape (dimensions, r)
         The correlation sum C_q(r); of order 2 the share of pairs within each radius.
+
+    See Also
+    --------
+    correlation_sum, correlation_dimension, plot.correlation_sum
+
+    Examples
+    --------
+    >>> from impactsig import correlation_sum
+    >>> found = correlation_sum([0.0, 1.0, 3.0], 1, theiler=0, radii=[1.0, 2.0, 3.0])
+    >>> found.counts, found.pairs
+    (array([[1, 2, 3]]), array([3]))
     """
 
     radii: np.ndarray
@@ -230,9 +241,14 @@ def correlation_sum(
         what they are; if the series is constant and no radii are given; if
         dimensions or radii are not positive and ascending; if an argument is not of its kind.
 
+    See Also
+    --------
+    correlation_dimension, delay_embed
+
     Examples
     --------
     >>> import numpy as np
+    >>> from impactsig import correlation_sum
     >>> found = correlation_sum([0.0, 1.0, 3.0], 1, theiler=0, radii=[1.0, 2.0, 3.0])
     >>> found.counts
     array([[1, 2, 3]])

@@ -52,6 +52,18 @@ class DelayChoice:
         k of the mutual information.
     noise : float
         Standard deviation of the curve were the values independent.
+
+    See Also
+    --------
+    autocorrelation_delay, mutual_information_delay, plot.delay_choice
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import autocorrelation_delay
+    >>> found = autocorrelation_delay(np.sin(np.arange(1000) * 2 * np.pi / 42), rule="zero")
+    >>> found.delay
+    11
     """
 
     delay: int | None
@@ -106,6 +118,18 @@ def autocorrelation_delay(
     ------
     InvalidInput
         If `x` is no series of finite numbers, constant, or shorter than 16 values.
+
+    See Also
+    --------
+    mutual_information_delay, delay_embed
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import autocorrelation_delay
+    >>> found = autocorrelation_delay(np.sin(np.arange(1000) * 2 * np.pi / 42), rule="zero")
+    >>> found.delay  # the first beyond a quarter of the period
+    11
     """
     choice("rule", rule, ("1/e", "zero"))
     values = varying(series(x, least=LEAST, gap=1))
@@ -162,6 +186,19 @@ def mutual_information_delay(
     ------
     InvalidInput
         If `x` is no series of finite numbers, constant, or shorter than 16 values.
+
+    See Also
+    --------
+    autocorrelation_delay, mutual_information, delay_embed
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import mutual_information_delay
+    >>> x = np.sin(np.arange(1000) * 2 * np.pi / 40) + np.random.default_rng(1).normal(0, 0.1, 1000)
+    >>> found = mutual_information_delay(x, longest=20)
+    >>> found.method
+    'mutual information'
     """
     neighbors = whole("neighbors", neighbors, 1)
     values = varying(series(x, least=max(LEAST, 4 * neighbors), gap=1))

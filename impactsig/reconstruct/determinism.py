@@ -30,6 +30,20 @@ class ReturnMapDeterminism:
         As used.
     warnings : tuple of str
         Why the share may not mean what it says.
+
+    See Also
+    --------
+    return_map_determinism, SurrogateTest
+
+    Examples
+    --------
+    >>> from impactsig import return_map_determinism
+    >>> x = [0.4]
+    >>> for _ in range(499):
+    ...     x.append(4 * x[-1] * (1 - x[-1]))
+    >>> found = return_map_determinism(x, count=19, seed=1)
+    >>> found.p_value, round(found.explained, 1)
+    (0.05, 1.0)
     """
 
     explained: float
@@ -84,6 +98,19 @@ def return_map_determinism(
     ------
     InvalidInput
         If `x` is no series of finite numbers, is constant or is too short.
+
+    See Also
+    --------
+    return_map, surrogate_test
+
+    Examples
+    --------
+    >>> from impactsig import return_map_determinism
+    >>> x = [0.4]
+    >>> for _ in range(499):
+    ...     x.append(4 * x[-1] * (1 - x[-1]))
+    >>> round(return_map_determinism(x, count=19, seed=1).explained, 1)
+    1.0
     """
     values, _ = longest_stretch(x)
     lag = whole("lag", lag, 1)

@@ -130,6 +130,21 @@ class CorrelationDimension:
         Shares of impacts that were accounted for.
     warnings : tuple of str
         What to know before the value is used.
+
+    See Also
+    --------
+    correlation_dimension, CorrelationSum, plot.dimension
+
+    Examples
+    --------
+    >>> from impactsig import correlation_dimension
+    >>> x = [0.4]
+    >>> for _ in range(999):
+    ...     x.append(1 - 1.4 * x[-1] ** 2 + 0.3 * (x[-2] if len(x) > 1 else 0))
+    >>> found = correlation_dimension(x)
+    >>> low, high = found.interval
+    >>> low < 1.21 < high  # D2 of the Hénon map
+    True
     """
 
     verdict: Verdict
@@ -309,6 +324,19 @@ def correlation_dimension(
     InvalidInput
         If x holds what is no finite number or has fewer than 50 vectors beyond the Theiler window;
         if an argument is not of its kind.
+
+    See Also
+    --------
+    correlation_sum, lyapunov_exponent, surrogate_test, plot.dimension
+
+    Examples
+    --------
+    >>> import math
+    >>> import numpy as np
+    >>> from impactsig import correlation_dimension
+    >>> found = correlation_dimension(np.sin(np.arange(500) * math.sqrt(2)))
+    >>> found.verdict, found.dimension
+    ('quasi-periodic', 1.0)
     """
     values = finite_range(series(x))
     m = None if dimension is None else whole("dimension", dimension, 1)

@@ -40,8 +40,13 @@ def delay_embed(x: Any, dimension: int, delay: int = 1) -> np.ndarray:
     InvalidInput
         If `x` is no series of finite numbers, or too short for one vector.
 
+    See Also
+    --------
+    autocorrelation_delay, false_nearest_neighbors
+
     Examples
     --------
+    >>> from impactsig import delay_embed
     >>> delay_embed([0, 1, 2, 3, 4], dimension=2, delay=2)
     array([[0., 2.],
            [1., 3.],

@@ -74,6 +74,20 @@ class LyapunovExponent:
         Values after which the series recurs exactly.
     warnings : tuple of str
         What speaks against the result.
+
+    See Also
+    --------
+    lyapunov_exponent, LyapunovSpectrum, plot.stretch_curve
+
+    Examples
+    --------
+    >>> from impactsig import lyapunov_exponent
+    >>> x = [0.4]
+    >>> for _ in range(999):
+    ...     x.append(4 * x[-1] * (1 - x[-1]))
+    >>> found = lyapunov_exponent(x, dimension=2)
+    >>> found.verdict
+    'divergence'
     """
 
     exponent: float | None
@@ -209,6 +223,20 @@ def lyapunov_exponent(
     InvalidInput
         If `x` is no series of finite numbers, constant, or too short; or takes so few different
         values that there are no neighbours that are not equal.
+
+    See Also
+    --------
+    lyapunov_spectrum, correlation_dimension, plot.stretch_curve
+
+    Examples
+    --------
+    >>> from impactsig import lyapunov_exponent
+    >>> x = [0.4]
+    >>> for _ in range(1999):
+    ...     x.append(4 * x[-1] * (1 - x[-1]))
+    >>> found = lyapunov_exponent(x, dimension=2)
+    >>> round(found.exponent, 1)  # of the logistic map, ln 2
+    0.7
     """
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
     choice("method", method, ("rosenstein", "kantz"))

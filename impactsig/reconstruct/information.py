@@ -42,9 +42,15 @@ def mutual_information(x: Any, y: Any, *, neighbors: int = NEIGHBORS) -> float:
         If `x` or `y` is no series of finite numbers, is constant, or they differ in length or are
         not longer than `neighbors`.
 
+    See Also
+    --------
+    mutual_information_delay
+
     Examples
     --------
-    >>> x = np.random.default_rng(1).standard_normal((2, 1000))
+    >>> import numpy as np
+    >>> from impactsig import mutual_information
+    >>> x = np.random.default_rng(1).standard_normal((2, 4000))
     >>> round(mutual_information(x[0], x[0] + x[1]), 1)  # ln(2) / 2
     0.3
     """

@@ -55,6 +55,18 @@ class FalseNeighbors:
         The share allowed.
     warnings : tuple of str
         What speaks against the result.
+
+    See Also
+    --------
+    false_nearest_neighbors, AveragedFalseNeighbors, plot.false_neighbors
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import false_nearest_neighbors
+    >>> found = false_nearest_neighbors(np.sin(0.3 * np.arange(500)), dimensions=4, delay=5)
+    >>> found.dimension
+    2
     """
 
     dimension: int | None
@@ -113,6 +125,20 @@ class AveragedFalseNeighbors:
         As used.
     warnings : tuple of str
         What speaks against the result.
+
+    See Also
+    --------
+    averaged_false_neighbors, FalseNeighbors
+
+    Examples
+    --------
+    >>> from impactsig import averaged_false_neighbors
+    >>> x = [0.4]
+    >>> for _ in range(999):
+    ...     x.append(1 - 1.4 * x[-1] ** 2 + 0.3 * (x[-2] if len(x) > 1 else 0))
+    >>> found = averaged_false_neighbors(x, dimensions=5)
+    >>> found.dimension, found.deterministic
+    (2, True)
     """
 
     dimension: int | None
@@ -195,6 +221,18 @@ def false_nearest_neighbors(
     ------
     InvalidInput
         If `x` is no series of finite numbers, constant, or too short.
+
+    See Also
+    --------
+    averaged_false_neighbors, delay_embed
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import false_nearest_neighbors
+    >>> found = false_nearest_neighbors(np.sin(0.3 * np.arange(500)), dimensions=4, delay=5)
+    >>> found.dimension  # a sine is a closed curve in the plane
+    2
     """
     tried, delay = np.array(dimensions_of(dimensions)), whole("delay", delay, 1)
     growth = number("growth", growth, above=0)
@@ -260,6 +298,19 @@ def averaged_false_neighbors(
     ------
     InvalidInput
         If `x` is no series of finite numbers, constant, or too short.
+
+    See Also
+    --------
+    false_nearest_neighbors, delay_embed
+
+    Examples
+    --------
+    >>> from impactsig import averaged_false_neighbors
+    >>> x = [0.4]
+    >>> for _ in range(999):
+    ...     x.append(1 - 1.4 * x[-1] ** 2 + 0.3 * (x[-2] if len(x) > 1 else 0))
+    >>> averaged_false_neighbors(x, dimensions=5).deterministic
+    True
     """
     most, delay = whole("dimensions", dimensions, 2), whole("delay", delay, 1)
     values, window = _ready(x, most + 1, delay, theiler)

@@ -33,6 +33,18 @@ class OrdinalPatterns:
         Share of the vectors that hold equal values; of these the earlier counts as the lesser.
     warnings : tuple of str
         Why the entropy may not mean what it says.
+
+    See Also
+    --------
+    ordinal_patterns
+
+    Examples
+    --------
+    >>> from impactsig import ordinal_patterns
+    >>> found = ordinal_patterns([4, 7, 9, 10, 6, 11, 3], 2)
+    >>> found.patterns, found.counts
+    (array([[0, 1],
+           [1, 0]]), array([4, 2]))
     """
 
     patterns: np.ndarray
@@ -93,8 +105,13 @@ def ordinal_patterns(x: Any, order: int = 3, delay: int = 1) -> OrdinalPatterns:
     InvalidInput
         If `x` is no series of finite numbers or too short for one vector.
 
+    See Also
+    --------
+    recurrence_quantification, surrogate_test
+
     Examples
     --------
+    >>> from impactsig import ordinal_patterns
     >>> found = ordinal_patterns([4, 7, 9, 10, 6, 11, 3], 2)
     >>> found.counts  # rising, falling
     array([4, 2])

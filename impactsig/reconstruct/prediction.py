@@ -37,6 +37,18 @@ class PredictionError:
         "constant" or "linear".
     references : int
         Delay vectors of which the future was predicted.
+
+    See Also
+    --------
+    prediction_error, SurrogateTest, plot.prediction_error
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import prediction_error
+    >>> found = prediction_error(np.sin(0.3 * np.arange(500)), dimension=3)
+    >>> bool(found.error[0] < 0.05)
+    True
     """
 
     horizon: np.ndarray
@@ -115,12 +127,16 @@ def prediction_error(
     InvalidInput
         If `x` is no series of finite numbers, is constant, or is too short for these settings.
 
+    See Also
+    --------
+    surrogate_test, lyapunov_exponent
+
     Examples
     --------
-    >>> x = [0.4]
-    >>> for _ in range(500):
-    ...     x.append(4 * x[-1] * (1 - x[-1]))
-    >>> prediction_error(x, dimension=1).value < 0.1
+    >>> import numpy as np
+    >>> from impactsig import prediction_error
+    >>> found = prediction_error(np.sin(0.3 * np.arange(500)), dimension=3)
+    >>> bool(found.error[0] < 0.05)
     True
     """
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
@@ -183,6 +199,18 @@ def time_reversal_asymmetry(x: Any, delay: int = 1) -> float:
     ------
     InvalidInput
         If `x` is no series of finite numbers longer than `delay`, or does not change in as much.
+
+    See Also
+    --------
+    surrogate_test, prediction_error
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import time_reversal_asymmetry
+    >>> saw = np.arange(300) % 10  # rises slowly, falls at once
+    >>> time_reversal_asymmetry(saw) < 0
+    True
     """
     delay = whole("delay", delay, 1)
     values = varying(series(x, least=delay + 1, gap=1))

@@ -31,6 +31,17 @@ class RecurrencePlot:
         In the unit of the series.
     dimension, delay : int
         Of the vectors.
+
+    See Also
+    --------
+    recurrence_plot, recurrence_quantification, plot.recurrence_plot
+
+    Examples
+    --------
+    >>> from impactsig import recurrence_plot
+    >>> found = recurrence_plot([0, 1, 0, 1], radius=0.5)
+    >>> found.matrix.sum(axis=0)
+    array([2, 2, 2, 2])
     """
 
     matrix: np.ndarray
@@ -90,6 +101,17 @@ class RecurrenceQuantification:
         As given.
     warnings : tuple of str
         Why the measures may say nothing.
+
+    See Also
+    --------
+    recurrence_quantification, RecurrencePlot
+
+    Examples
+    --------
+    >>> from impactsig import recurrence_quantification
+    >>> found = recurrence_quantification([0, 1, 0, 1, 0], radius=0.5)
+    >>> found.determinism, found.longest_diagonal
+    (0.75, 3)
     """
 
     recurrence_rate: float
@@ -159,8 +181,13 @@ def recurrence_plot(
         If `x` is no series of finite numbers, is too short for one vector, or gives more than
         10 000 of them (100 MB); `recurrence_quantification` takes more.
 
+    See Also
+    --------
+    recurrence_quantification, plot.recurrence_plot
+
     Examples
     --------
+    >>> from impactsig import recurrence_plot
     >>> recurrence_plot([0, 1, 0, 1], radius=0.5).matrix.astype(int)
     array([[1, 0, 1, 0],
            [0, 1, 0, 1],
@@ -241,10 +268,16 @@ def recurrence_quantification(
         If `x` is neither a series of finite numbers nor a matrix of bool, gives no pair of vectors
         outside `theiler`, or neither or both of `radius` and `rate` are given.
 
+    See Also
+    --------
+    recurrence_plot, ordinal_patterns
+
     Examples
     --------
+    >>> import numpy as np
+    >>> from impactsig import recurrence_quantification
     >>> recurrence_quantification([0, 1, 0, 1, 0], radius=0.5).determinism
-    1.0
+    0.75
     >>> recurrence_quantification(np.eye(4, dtype=bool)).longest_diagonal
     4
     """

@@ -56,6 +56,19 @@ class SurrogateTest:
         another spectrum by their null hypothesis.
     warnings : tuple of str
         Why the verdict may not mean what it says.
+
+    See Also
+    --------
+    surrogate_test, Surrogates, plot.surrogate_test
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import surrogate_test
+    >>> noise = np.random.default_rng(1).standard_normal(200)
+    >>> found = surrogate_test(noise, "time_reversal_asymmetry", count=19, seed=1)
+    >>> found.rejected, found.surrogates.shape
+    (False, (19,))
     """
 
     statistic: float
@@ -169,6 +182,10 @@ def surrogate_test(
         If `x` is no series of finite numbers, is constant or too short for the statistic, or the
         statistic is not a finite number.
 
+    See Also
+    --------
+    surrogates, prediction_error, return_map_determinism, plot.surrogate_test
+
     Notes
     -----
     A rejection says what the data are not. That they are a deterministic process, does not follow:
@@ -188,8 +205,9 @@ def surrogate_test(
 
     Examples
     --------
+    >>> from impactsig import surrogate_test
     >>> x = [0.4]
-    >>> for _ in range(500):
+    >>> for _ in range(300):
     ...     x.append(4 * x[-1] * (1 - x[-1]))
     >>> surrogate_test(x, count=19, seed=1).rejected
     True

@@ -40,6 +40,18 @@ class Surrogates:
         Of the autoregressive process; 0 for shuffled values.
     warnings : tuple of str
         What of the series they do not stand for.
+
+    See Also
+    --------
+    surrogates, SurrogateTest
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import surrogates
+    >>> made = surrogates(np.random.default_rng(1).standard_normal(200), 5, seed=1)
+    >>> np.asarray(made).shape
+    (5, 200)
     """
 
     values: np.ndarray
@@ -102,9 +114,14 @@ def surrogates(
         If `x` is no series of ten finite numbers that are not all equal, or an argument is not of
         its kind.
 
+    See Also
+    --------
+    surrogate_test
+
     Examples
     --------
     >>> import numpy as np
+    >>> from impactsig import surrogates
     >>> x = np.random.default_rng(1).standard_normal(200).cumsum()
     >>> made = surrogates(x, 5, seed=1)
     >>> bool(np.all(np.sort(made.values) == np.sort(made.original)))

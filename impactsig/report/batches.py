@@ -34,6 +34,17 @@ class Detected:
         Of every file that could be read, in the order given.
     errors : dict of Path to ImpactsigError
         Why the others could not.
+
+    See Also
+    --------
+    detect_many, write_reports
+
+    Examples
+    --------
+    >>> from impactsig import detect_many
+    >>> found = detect_many(["data_samples/loadcell_periodic_22.1Hz_short.csv"], workers=1)
+    >>> [len(impacts) for impacts in found.impacts.values()], found.errors
+    ([18], {})
     """
 
     impacts: dict[Path, Impacts] = field(repr=False)
@@ -93,6 +104,18 @@ def detect_many(
     ------
     InvalidInput
         If there are no files, or a file is given twice.
+
+    See Also
+    --------
+    detect_impacts, read_many, write_reports
+
+    Examples
+    --------
+    >>> from impactsig import detect_many
+    >>> found = detect_many(["data_samples/loadcell_periodic_22.1Hz_short.csv"], workers=1)
+    >>> for path, impacts in found.impacts.items():
+    ...     print(path.name, len(impacts))
+    loadcell_periodic_22.1Hz_short.csv 18
     """
     paths = _paths(files)
     found = each(partial(_detect, options=options), paths, workers=workers, progress=progress)
@@ -137,6 +160,20 @@ def write_reports(
         If there are no files, or a file is given twice.
     UnwritableFile
         If the directory cannot be made, or the index not be written.
+
+    See Also
+    --------
+    write_report, detect_many
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from impactsig import write_reports
+    >>> files = ["data_samples/loadcell_periodic_22.1Hz_short.csv"]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     entries = write_reports(files, folder, workers=1)
+    ...     print(len(entries))
+    1
     """
     paths, folder = _paths(files), path_of("directory", directory)
     return write_each_report(

@@ -64,6 +64,20 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
         then.
     UnwritableFile
         If the page cannot be written; what stood there before is untouched.
+
+    See Also
+    --------
+    write_reports, detect_impacts
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from impactsig import write_report
+    >>> recording = "data_samples/loadcell_periodic_22.1Hz_short.csv"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     page = write_report(recording, f"{folder}/page.html")
+    ...     print(page.name, page.stat().st_size < 3_000_000)
+    page.html True
     """
     return analyse_to_page(source_path, output, **options)[1]
 

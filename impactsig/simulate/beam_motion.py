@@ -66,6 +66,19 @@ class BeamMotion:
         `simulate` takes as `initial` and `phase` to go on.
     status : str
         "complete", "work limit" or "diverged".
+
+    See Also
+    --------
+    Cantilever, Motion, plot.tip_history
+
+    Examples
+    --------
+    >>> from impactsig import BaseMotion, Cantilever, Rigid, Stop, simulate
+    >>> stop, base = Stop(1e-3, Rigid(0.6)), BaseMotion(2e-4, 130.0)
+    >>> ruler = Cantilever(0.2, 0.025, 0.001, 210e9, 7850, stop=stop, forcing=base, modes=3)
+    >>> motion = simulate(ruler, periods=40)
+    >>> motion.status, motion.frequencies.round(1)
+    ('complete', array([ 20.9, 130.9, 366.5]))
     """
 
     system: Cantilever

@@ -71,10 +71,16 @@ def integrate_and_fire(
     InvalidInput
         If an argument is out of range, or numba cannot compile a function.
 
+    See Also
+    --------
+    threshold_crossings, measure
+
     Examples
     --------
-    >>> train = integrate_and_fire(flows.rossler(), 20, count=1001, transient=200)
-    >>> train.intervals()  # 1000 of them
+    >>> from impactsig import flows, integrate_and_fire
+    >>> train = integrate_and_fire(flows.rossler(), 20.0, count=101, transient=200)
+    >>> len(train.intervals())
+    100
     """
     threshold = number("threshold", threshold, above=0)
     if isinstance(flow, Flow) and signal is None:
@@ -133,13 +139,20 @@ def threshold_crossings(
     InvalidInput
         If an argument is out of range, or numba cannot compile a function.
 
+    See Also
+    --------
+    integrate_and_fire, displacement_section
+
     Notes
     -----
     The intervals have the dimension of a section, one less than the attractor's.
 
     Examples
     --------
-    >>> returns = threshold_crossings(flows.rossler(), 0.0, signal="x", count=1001, transient=200)
+    >>> from impactsig import flows, threshold_crossings
+    >>> returns = threshold_crossings(flows.rossler(), 0.0, signal="x", count=101, transient=200)
+    >>> len(returns.intervals())
+    100
     """
     if not isinstance(flow, Flow):
         raise InvalidInput("flow", flow, "a Flow", "A RecordedMotion has a method crossings()")

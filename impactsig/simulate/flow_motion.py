@@ -38,6 +38,18 @@ class FlowMotion:
         State at the end: what `simulate` takes as `initial` to go on.
     status : str
         "complete"; "diverged" where the flow left the finite numbers: the span ends before.
+
+    See Also
+    --------
+    Flow, threshold_crossings, plot.phase_portrait
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import flows, simulate
+    >>> lorenz = simulate(flows.lorenz(), duration=20, transient=5)
+    >>> lorenz.sample(lorenz.start + 0.04 * np.arange(500)).shape
+    (500, 3)
     """
 
     system: Flow

@@ -49,6 +49,17 @@ def simulate_blocks(
     ------
     InvalidInput
         As `simulate` does, when called.
+
+    See Also
+    --------
+    simulate, read_blocks
+
+    Examples
+    --------
+    >>> from impactsig import scenes, simulate_blocks
+    >>> pieces = simulate_blocks(scenes.karpodinis(22.1), block=50, periods=120, transient=500)
+    >>> [piece.impact_count for piece in pieces]
+    [50, 50, 20]
     """
     if "keep" in options:
         raise InvalidInput(
@@ -110,6 +121,18 @@ def simulate_many(
     ------
     InvalidInput
         If the numbers of oscillators, initial states and phases differ, or as `simulate` does.
+
+    See Also
+    --------
+    simulate, sweep
+
+    Examples
+    --------
+    >>> from impactsig import scenes, simulate_many
+    >>> beams = [scenes.karpodinis(frequency) for frequency in (22.0, 22.1)]
+    >>> motions = simulate_many(beams, periods=50, transient=500, workers=1)
+    >>> [motion.impact_count for motion in motions]
+    [50, 50]
     """
     threads = thread_count(workers)
     starts = reals("initial", initial, "of each start a displacement and a velocity")

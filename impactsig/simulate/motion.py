@@ -71,6 +71,18 @@ class Motion:
         takes as `initial` and `phase` to go on.
     status : str
         "complete", "work limit", "diverged" or "broken law"; see `simulate`.
+
+    See Also
+    --------
+    simulate, BeamMotion, plot.phase_portrait
+
+    Examples
+    --------
+    >>> from impactsig import scenes, simulate
+    >>> motion = simulate(scenes.karpodinis(22.1), periods=50, transient=200)
+    >>> x, v = motion.stroboscopic()
+    >>> motion.impact_count, x.shape
+    (50, (51,))
     """
 
     system: Oscillator

@@ -44,6 +44,21 @@ class ApparentRestitution:
         Modes of the motion.
     within : float
         Longest pause inside a contact [s].
+
+    See Also
+    --------
+    apparent_restitution, plot.apparent_restitution
+
+    Examples
+    --------
+    >>> from impactsig import (
+    ...     BaseMotion, Cantilever, Rigid, Stop, apparent_restitution, simulate,
+    ... )
+    >>> stop, base = Stop(1e-3, Rigid(0.6)), BaseMotion(2e-4, 130.0)
+    >>> ruler = Cantilever(0.2, 0.025, 0.001, 210e9, 7850, stop=stop, forcing=base, modes=3)
+    >>> found = apparent_restitution(simulate(ruler, periods=40))
+    >>> found.modes, len(found.each) == len(found.time)
+    (3, True)
     """
 
     value: float
@@ -101,6 +116,21 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
     ------
     InvalidInput
         If there is no whole contact before which the first mode moved towards the stop.
+
+    See Also
+    --------
+    plot.restitution_over_modes, Cantilever
+
+    Examples
+    --------
+    >>> from impactsig import (
+    ...     BaseMotion, Cantilever, Rigid, Stop, apparent_restitution, simulate,
+    ... )
+    >>> stop, base = Stop(1e-3, Rigid(0.6)), BaseMotion(2e-4, 130.0)
+    >>> ruler = Cantilever(0.2, 0.025, 0.001, 210e9, 7850, stop=stop, forcing=base, modes=1)
+    >>> found = apparent_restitution(simulate(ruler, periods=40), within=1e-6)
+    >>> round(found.value, 3)  # of one mode, that of the stop
+    0.6
     """
     if not isinstance(motion, BeamMotion):
         raise InvalidInput(

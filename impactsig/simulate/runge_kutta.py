@@ -40,6 +40,17 @@ class RungeKutta:
     ------
     InvalidInput
         If the tolerance is out of its range.
+
+    See Also
+    --------
+    FixedStep, simulate
+
+    Examples
+    --------
+    >>> from impactsig import RungeKutta, scenes, simulate
+    >>> motion = simulate(scenes.karpodinis(22.1), periods=20, method=RungeKutta(1e-10))
+    >>> motion.status
+    'complete'
     """
 
     tolerance: float = 1e-10
@@ -69,6 +80,17 @@ class FixedStep:
     ------
     InvalidInput
         If they are not a whole number in range.
+
+    See Also
+    --------
+    RungeKutta, simulate
+
+    Examples
+    --------
+    >>> from impactsig import FixedStep, scenes, simulate
+    >>> motion = simulate(scenes.karpodinis(22.1), periods=5, method=FixedStep(500))
+    >>> motion.status
+    'complete'
     """
 
     steps: int = 300

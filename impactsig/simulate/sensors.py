@@ -42,6 +42,18 @@ class LoadCell:
     ------
     InvalidInput
         If a time or a frequency is not positive, or anything else is negative.
+
+    See Also
+    --------
+    Microphone, synthesize
+
+    Examples
+    --------
+    >>> from impactsig import Impacts, LoadCell, synthesize
+    >>> train = Impacts.from_times([0.01, 0.06], start=0.0, duration=0.1)
+    >>> recording = synthesize(train, LoadCell(gain=2.0), seed=1)
+    >>> round(float(recording.samples.max()), 2)
+    1.99
     """
 
     contact_time: float = 300e-6
@@ -102,6 +114,18 @@ class Microphone:
     InvalidInput
         If there are no modes, or not as many phases, a time, distance or frequency is not positive,
         or anything else but a phase is negative.
+
+    See Also
+    --------
+    LoadCell, synthesize
+
+    Examples
+    --------
+    >>> from impactsig import Impacts, Microphone, synthesize
+    >>> train = Impacts.from_times([0.1, 0.3], start=0.0, duration=0.5)
+    >>> recording = synthesize(train, Microphone(distance=0.3), seed=1)
+    >>> recording.sensor, recording.rate
+    ('sound', 22050.0)
     """
 
     distance: float = 1.0

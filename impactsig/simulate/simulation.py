@@ -128,12 +128,19 @@ def simulate(  # type: ignore[misc]
         If an argument is out of its range or none of this system, or the system starts beyond a
         rigid stop.
 
+    See Also
+    --------
+    simulate_many, simulate_blocks, simulate_ensemble, sweep
+
     Examples
     --------
-    >>> motion = simulate(scenes.karpodinis(20.3355), periods=1000, transient=500)
-    >>> motion.impacts.intervals()
-    >>> lorenz = simulate(flows.lorenz(), duration=800, transient=50)
-    >>> x = lorenz.sample(lorenz.start + 0.04 * np.arange(20_000))[:, 0]
+    >>> import numpy as np
+    >>> from impactsig import flows, scenes, simulate
+    >>> motion = simulate(scenes.karpodinis(22.1), periods=100, transient=500)
+    >>> motion.impact_count  # one impact a period
+    100
+    >>> lorenz = simulate(flows.lorenz(), duration=20, transient=5)
+    >>> x = lorenz.sample(lorenz.start + 0.04 * np.arange(500))[:, 0]
     """
     given: dict[str, Any] = {"periods": periods, "duration": duration, "transient": transient}
     rest = {

@@ -72,11 +72,17 @@ def synthesize(
         If an argument is out of range, the record would hold no sample, `bits` come without
         `full_scale`, or all modes of the sound lie above half the rate.
 
+    See Also
+    --------
+    measure, detect_impacts, LoadCell, Microphone
+
     Examples
     --------
+    >>> from impactsig import Impacts, LoadCell, synthesize
     >>> train = Impacts.from_times([0.01, 0.06], start=0.0, duration=0.1)
-    >>> synthesize(train, LoadCell(noise=0.01, unit="V"), seed=1)
-    Recording(5000 samples; 50000 Hz; 0.1 s; V; force)
+    >>> recording = synthesize(train, LoadCell(noise=0.01, unit="V"), seed=1)
+    >>> recording.rate, recording.duration, recording.units
+    (50000.0, 0.1, ('V',))
     """
     instance("impacts", impacts, Impacts)
     parts = _parts(impacts, sensor)

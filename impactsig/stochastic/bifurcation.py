@@ -54,6 +54,17 @@ class PBifurcation:
         Share of the highest peak below which one does not count.
     parameter : str
         What the parameter is called: what the scene calls it.
+
+    See Also
+    --------
+    p_bifurcation, DensityShape, plot.p_bifurcation
+
+    Examples
+    --------
+    >>> from impactsig import p_bifurcation, scenes
+    >>> found = p_bifurcation(scenes.van_der_pol_duffing, [0.9, 0.99])
+    >>> found.parameter, found.values
+    ('restitution', array([0.9 , 0.99]))
     """
 
     values: np.ndarray = field(repr=False)
@@ -127,9 +138,16 @@ def p_bifurcation(
         If an argument is out of range, the scene makes no oscillator, or one that cannot be
         averaged.
 
+    See Also
+    --------
+    averaged_density, plot.p_bifurcation
+
     Examples
     --------
-    >>> p_bifurcation(lambda friction: scenes.van_der_pol_duffing(0.99, friction), [0.5, 2.0, 3.0])
+    >>> from impactsig import p_bifurcation, scenes
+    >>> found = p_bifurcation(lambda r: scenes.van_der_pol_duffing(r), [0.9, 0.99])
+    >>> found.values, found.parameter
+    (array([0.9 , 0.99]), 'r')
     """
     function("scene", scene, "a function of the parameter that makes an Oscillator")
     chosen = _rising(values)

@@ -73,6 +73,18 @@ class Ensemble:
         energy in or returns what is no number. They are left out of everything.
     failed : int
         How many paths that were.
+
+    See Also
+    --------
+    simulate_ensemble, averaged_density, NoisyMotion
+
+    Examples
+    --------
+    >>> from impactsig import Noise, Oscillator, simulate_ensemble
+    >>> shaken = Oscillator(damping=0.2, noise=Noise(0.1))
+    >>> found = simulate_ensemble(shaken, paths=8, duration=100, transient=50, seed=1)
+    >>> found.status, found.paths
+    ('complete', 8)
     """
 
     system: Oscillator
@@ -187,6 +199,18 @@ def simulate_ensemble(
     InvalidInput
         If an argument is out of its range, the step is larger than the fastest time scale, or the
         method cannot move this oscillator.
+
+    See Also
+    --------
+    simulate, averaged_density, plot.density
+
+    Examples
+    --------
+    >>> from impactsig import Noise, Oscillator, simulate_ensemble
+    >>> shaken = Oscillator(damping=0.2, noise=Noise(0.1))
+    >>> found = simulate_ensemble(shaken, paths=100, duration=200, transient=50, seed=1)
+    >>> abs(found.energy.mean - 0.1 / 0.2) < 4 * found.energy.mean_error
+    True
     """
     paths, bins = whole("paths", paths, 2), whole("bins", bins, 8)
     threads = thread_count(workers)

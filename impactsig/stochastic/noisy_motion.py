@@ -46,6 +46,17 @@ class NoisyMotion:
         Displacement, velocity and phase of the forcing at the end.
     status : str
         "complete" or "diverged"; what was computed until then is kept.
+
+    See Also
+    --------
+    simulate, Ensemble, plot.noisy_motion
+
+    Examples
+    --------
+    >>> from impactsig import scenes, simulate
+    >>> motion = simulate(scenes.van_der_pol_duffing(0.99), duration=50, seed=1)
+    >>> motion.status, bool((motion.x >= 0).all())  # the stop is at 0
+    ('complete', True)
     """
 
     system: Oscillator

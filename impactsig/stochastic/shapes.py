@@ -30,6 +30,17 @@ class DensityShape:
         Joint density at each.
     lower, upper : float
         Potential at the stops, infinite where none is.
+
+    See Also
+    --------
+    p_bifurcation, AveragedDensity
+
+    Examples
+    --------
+    >>> from impactsig import p_bifurcation, scenes
+    >>> found = p_bifurcation(scenes.van_der_pol_duffing, [0.9, 0.99])
+    >>> len(found.shapes), bool(found.shapes[-1].maximum[-1])
+    (2, True)
     """
 
     energy: np.ndarray

@@ -40,6 +40,17 @@ class Study:
         What was said of axes and observables, such as their units.
     directory : Path or None
         Where it is kept.
+
+    See Also
+    --------
+    sweep, open_study, plot.parameter_study
+
+    Examples
+    --------
+    >>> from impactsig import sweep
+    >>> study = sweep(lambda a, b: a * b, {"a": [1, 2], "b": [3, 4, 5]})
+    >>> study.observables, float(study["value"][1, 2]), study.errors
+    (('value',), 10.0, {})
     """
 
     parameters: dict[str, np.ndarray]
@@ -132,6 +143,19 @@ def open_study(directory: Any) -> Study:
         If there is no study.
     MissingExtra
         If zarr is not installed.
+
+    See Also
+    --------
+    sweep, Study, plot.parameter_study
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from impactsig import open_study, sweep
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     kept = sweep(lambda a: 2 * a, {"a": [1.0, 2.0]}, directory=f"{folder}/study")
+    ...     print(open_study(f"{folder}/study")["value"])
+    [2. 4.]
     """
     return stored(Store.open(path("directory", directory)))
 

@@ -125,6 +125,10 @@ def sweep(
     ImpactsigWarning
         If cells failed.
 
+    See Also
+    --------
+    open_study, simulate_many, plot.parameter_study
+
     Notes
     -----
     "Other code" is told by the bytecode and constants of the function and of what it calls, by the
@@ -143,6 +147,7 @@ def sweep(
 
     Examples
     --------
+    >>> from impactsig import sweep
     >>> study = sweep(lambda a, b: a * b, {"a": [1, 2], "b": [3, 4, 5]})
     >>> study["value"]
     array([[ 3.,  4.,  5.],
