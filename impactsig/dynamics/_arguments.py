@@ -11,6 +11,7 @@ import numpy as np
 from .._arguments import reals
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
+from ..oscillators.batch import OscillatorBatch
 from ..simulate._run import without_noise
 
 
@@ -36,6 +37,19 @@ def parameter_names(scene: Callable[..., Any], count: int) -> tuple[str, ...]:
     except (TypeError, ValueError):
         names = []
     return tuple(names) if len(names) == count else ("parameter", "second parameter")[:count]
+
+
+def made_of_arrays(scene: Callable[..., Any], *values: np.ndarray) -> OscillatorBatch | None:
+    """What a scene makes of arrays of its parameters; None if it takes numbers only.
+
+    A scene of numbers refuses arrays in its own way, so whatever it raises means that.
+    """
+    try:
+        made = scene(*values)
+    except Exception:
+        return None
+    fits = isinstance(made, OscillatorBatch) and made.shape == values[0].shape
+    return made if fits else None
 
 
 def recurring(name: str, oscillator: Any) -> Oscillator:

@@ -15,6 +15,7 @@ from ..oscillators import Oscillator, Rigid
 from ..simulate._events import MODE, STROBE, STROBE_IMPACTS
 from ..simulate._exact import ExactEngine
 from ..simulate._run import Run
+from ..simulate._starts import begun
 from ._arguments import recurring
 from ._settling import LEGS, LONGEST, NOTHING_KNOWN, ground
 
@@ -130,9 +131,8 @@ class Survey:
 
         engine = Run(self.run.oscillator, periods=1, phase=self.phase).engine  # its own scratch
         assert isinstance(engine, ExactEngine)
-        begun = [engine.begin(q, v, self.phase) for q, v in places]
-        states = np.array([state for state, _ in begun])
-        modes = np.array([count[MODE] for _, count in begun])
+        states, counts = begun(engine.stack, *np.ascontiguousarray(places.T))
+        modes = counts[:, MODE].copy()
         found, orbits = (
             np.empty((len(places), FOUND), np.int64),
             np.empty((len(places), LONGEST, 3)),

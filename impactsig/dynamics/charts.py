@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -11,17 +10,24 @@ import numpy as np
 
 from .._arguments import flag, function, number, thread_count, whole
 from ..oscillators import Oscillator
-from ..simulate._events import STROBE_IMPACTS
-from ._arguments import parameter_names, parameter_values
+from ..simulate._columns import Columns, chosen, columns_of, form_of, spread
+from ..simulate._events import DONE, STROBE_IMPACTS
+from ..simulate._exact import piecewise_linear
+from ..simulate._frame import first_phase, place_of
+from ..simulate._moving import in_threads
+from ..simulate._run import span
+from ._arguments import made_of_arrays, parameter_names, parameter_values
+from ._cells import follow_cells
 from ._flow_sections import Section, checked_section
-from ._settling import settle_all
+from ._settling import settle
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-TOGETHER = 64  # cells that one call of the kernel follows
-STROBES = 200_000  # and how many strobes they may take, which are kept until it is done
+TOGETHER = 256  # cells that one call of the kernel follows
+STROBES = 100_000  # and how many strobes they may take, which are kept until it is done
+AT_REST = (0.0, 0.0)
 SILENT, IMPACTING, HIGHER, FAILED = 0, 1, 2, -1
 
 
@@ -157,34 +163,71 @@ def periodicity_chart(
     function("scene", scene, f"a function of both parameters that makes {SYSTEMS}")
     flag("skip", skip)
     cut = checked_section(section)
-    at_rest = (0.0, 0.0) if initial is None else initial
     threads = thread_count(workers)
-    pairs = [(a, b) for b in axes[1].tolist() for a in axes[0].tolist()]
-
+    first, second = (grid.ravel() for grid in np.meshgrid(*axes))
+    batch = made_of_arrays(scene, first, second)
     together = max(1, min(TOGETHER, STROBES // periods))
 
-    def some(first: int) -> list[tuple[int, int, int, bool]]:
-        machines = [scene(a, b) for a, b in pairs[first : first + together]]
-        if not all(isinstance(own, Oscillator) and own.noise is None for own in machines):
-            return [_whole_cell(own, periods, closed, initial, phase, cut) for own in machines]
-        motions = settle_all(
-            machines, periods, tolerance=closed, ends=skip, initial=at_rest, phase=phase
-        )
-        found = []
-        for settled in motions:
-            orbit = settled.closing()
-            n = orbit.closed
-            impacts = int(orbit.strobes[-n:, STROBE_IMPACTS].sum()) if n else -1
-            failed = settled.status != "complete"
-            found.append((n, impacts, len(settled.strobes) - 1, failed))
-        return found
+    def some(at: int) -> np.ndarray:
+        which = slice(at, min(at + together, len(first)))
+        if batch is not None:
+            return _exact_cells(chosen(columns, which), periods, closed, skip, start, phase)
+        machines = [scene(a, b) for a, b in zip(first[which], second[which], strict=True)]
+        return _cells(machines, periods, closed, skip, initial, phase, cut)
 
-    with ThreadPoolExecutor(threads) as pool:
-        cells = [cell for part in pool.map(some, range(0, len(pairs), together)) for cell in part]
+    if batch is not None:
+        columns, start = spread(batch.columns, len(first)), AT_REST if initial is None else initial
+    cells = range(0, len(first), together)
     n, impacts, followed, failed = (
-        np.array(column).reshape(len(axes[1]), len(axes[0])) for column in zip(*cells, strict=True)
+        column.reshape(len(axes[1]), len(axes[0]))
+        for column in np.concatenate(list(in_threads(some, cells, threads)), axis=1)
     )
-    return PeriodicityChart(n, impacts, followed, failed, *axes, parameter_names(scene, 2))
+    names = parameter_names(scene, 2)
+    return PeriodicityChart(n, impacts, followed, failed.astype(bool), *axes, names)
+
+
+def _cells(
+    machines: list[Any], periods: int, closed: float, skip: bool, initial: Any, phase: float,
+    section: Section | None,
+) -> np.ndarray:  # fmt: skip
+    """Cells of machines of any kind: n, m, periods followed and whether they failed, as rows."""
+    found = np.zeros((4, len(machines)), int)
+    forms: dict[Any, list[int]] = {}
+    start = AT_REST if initial is None else initial
+    for k, machine in enumerate(machines):
+        if not isinstance(machine, Oscillator) or machine.noise is not None:
+            found[:, k] = _whole_cell(machine, periods, closed, initial, phase, section)
+        elif piecewise_linear(machine):
+            forms.setdefault(form_of(machine), []).append(k)
+        else:
+            found[:, k] = _stepped_cell(machine, periods, closed, skip, start, phase)
+    for which in forms.values():
+        columns = columns_of(machines[k] for k in which)
+        found[:, which] = _exact_cells(columns, periods, closed, skip, start, phase)
+    return found
+
+
+def _exact_cells(
+    columns: Columns, periods: int, closed: float, skip: bool, initial: Any, phase: float
+) -> np.ndarray:
+    """Cells of machines that are linear between events, as rows."""
+    span(periods, None, 0.0, columns.form.forces > 0 or columns.form.base is not None)
+    n = len(columns)
+    places = np.broadcast_to(np.array(place_of(initial)), (n, 2))
+    phases = np.full(n, first_phase(phase))
+    cells = follow_cells(columns, periods, places, phases, closed, skip)
+    return np.stack([cells.periods, cells.impacts, cells.followed, cells.status != DONE])
+
+
+def _stepped_cell(
+    machine: Oscillator, periods: int, closed: float, skip: bool, initial: Any, phase: float
+) -> tuple[int, int, int, bool]:
+    """The cell of a machine that is stepped."""
+    settled = settle(machine, periods, tolerance=closed, ends=skip, initial=initial, phase=phase)
+    orbit = settled.closing()
+    n = orbit.closed
+    impacts = int(orbit.strobes[-n:, STROBE_IMPACTS].sum()) if n else -1
+    return n, impacts, len(settled.strobes) - 1, settled.status != "complete"
 
 
 def _whole_cell(

@@ -8,14 +8,15 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, TypeVar
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .._arguments import reals
 from ..errors import InvalidInput
 from .oscillator import Oscillator
 from .parts import Rigid, columns_allowed
+
+if TYPE_CHECKING:
+    import numpy as np
 
 Scene = TypeVar("Scene", bound=Callable[..., Any])
 
@@ -72,6 +73,8 @@ class OscillatorBatch(Sequence[Oscillator]):
 def index(which: Any, shape: tuple[int, ...]) -> int:
     """Place in the flattened array of an index, which is a number or one for each axis."""
     if isinstance(which, tuple):
+        import numpy as np
+
         which = np.ravel_multi_index(
             tuple(k + n * (k < 0) for k, n in zip(which, shape, strict=True)), shape
         )
@@ -115,6 +118,8 @@ def _batch(
     scene: Callable[..., Any], given: dict[str, Any], more: dict[str, Any], numbers: tuple[str, ...]
 ) -> OscillatorBatch:
     """The batch that a scene makes of arrays."""
+    import numpy as np
+
     parameters: dict[str, Any] = {}
     for name, value in given.items():
         if not _is_array(value):
@@ -171,6 +176,8 @@ def _batch(
 
 def suspicious(columns: Oscillator) -> int | None:
     """The first machine whose stops stand where none can, or that is forced at resonance."""
+    import numpy as np
+
     wrong: Any = np.zeros(1, bool)
     for a, b in itertools.combinations(columns.stops, 2):
         if a.side != b.side:

@@ -396,7 +396,7 @@ def numbers(
             if not wrong.any():
                 continue
             first = int(wrong.argmax())  # refused below as it is alone
-            value, least = (one[first] if hasattr(one, "ndim") else one for one in (value, least))
+            value, least = (_entry(one, first) for one in (value, least))
         try:
             number = float(value)
         except (TypeError, ValueError):
@@ -411,3 +411,8 @@ def numbers(
                 wanted += f" and <= {most:g}"
             raise InvalidInput(name, value, wanted)
         object.__setattr__(owner, name, number)
+
+
+def _entry(column: Any, k: int) -> Any:
+    """An entry of a column, or the number that it is."""
+    return column[k] if hasattr(column, "ndim") else column

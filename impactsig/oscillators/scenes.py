@@ -498,7 +498,8 @@ def _equivalent(restitution: Any, stiffness: Any) -> KelvinVoigt:
         damping = np.array([KelvinVoigt.equivalent(*pair).damping for pair in known.tolist()])
     finally:
         columns_allowed.reset(token)
-    return KelvinVoigt(stiffness, damping[which.ravel()])
+    columns: Any = damping[which.ravel()]
+    return KelvinVoigt(stiffness, columns)
 
 
 def _named(words: str, *values: Any) -> str:

@@ -107,13 +107,12 @@ def _split(form: Form, table: np.ndarray) -> Columns:
     after = FIRST + 3 * form.forces
     stops = after + (0 if form.base is None else 3)
     n = table.shape[1]
-    return Columns(
-        form,
-        *table[:FIRST],
+    parts = (
         table[FIRST:after].reshape(-1, 3, n),
         table[after:stops],
         table[stops:].reshape(-1, 4, n),
     )
+    return Columns._make((form, *table[:FIRST], *parts))
 
 
 def _numbers(machine: Oscillator) -> list[Any]:

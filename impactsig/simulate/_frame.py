@@ -57,6 +57,23 @@ def first_phase(phase: Any) -> float:
     return math.fmod(number("phase", phase), 2 * math.pi) % (2 * math.pi)
 
 
+def place_of(initial: Any) -> tuple[float, float]:
+    """Displacement and velocity of a start.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not two finite numbers.
+    """
+    try:
+        x, v = (float(value) for value in initial)
+    except (TypeError, ValueError):
+        raise InvalidInput("initial", initial, "two numbers: displacement and velocity") from None
+    if not (math.isfinite(x) and math.isfinite(v)):
+        raise InvalidInput("initial", initial, "finite displacement and velocity")
+    return x, v
+
+
 def first_place(oscillator: Oscillator, initial: Any, phase: float) -> tuple[float, float]:
     """Position and velocity at the start, in the engine's coordinates and units.
 
@@ -65,12 +82,7 @@ def first_place(oscillator: Oscillator, initial: Any, phase: float) -> tuple[flo
     InvalidInput
         If `initial` is not two finite numbers, or beyond a rigid stop.
     """
-    try:
-        x, v = (float(value) for value in initial)
-    except (TypeError, ValueError):
-        raise InvalidInput("initial", initial, "two numbers: displacement and velocity") from None
-    if not (math.isfinite(x) and math.isfinite(v)):
-        raise InvalidInput("initial", initial, "finite displacement and velocity")
+    x, v = place_of(initial)
     omega, base = reference_frequency(oscillator), oscillator.base
     at, moving = base_motion(oscillator, pace(oscillator) * phase)
     q, u = x - float(at), (v - float(moving)) / omega

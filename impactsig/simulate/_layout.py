@@ -49,7 +49,8 @@ class Layout:
 def structure(columns: Columns) -> Structure:
     """What decides the layout of machines that are of one group (`_columns.groups`)."""
     kinds = kinds_of_stops(columns)[:, :1]
-    upper, lower = [], []
+    upper: list[tuple[int, int]] = []
+    lower: list[tuple[int, int]] = []
     for number in order_of_stops(columns)[:, :1].ravel().tolist():
         row = upper if columns.form.stops[number][0] > 0 else lower
         row.append((number, int(kinds[number, 0])))

@@ -68,18 +68,24 @@ def tables(oscillator: Oscillator, chatter: float, skip: bool) -> Tables:
 
 def taken(stack: Stack, k: int) -> Tables:
     """The tables of one machine of a stack."""
-    many = stack.problem
-    arrays = {name: value[k] for name, value in many._asdict().items() if name not in SHARED}
+    alone = subset(stack, slice(k, k + 1))
+    many = alone.problem
+    arrays = {name: value[0] for name, value in many._asdict().items() if name not in SHARED}
     scalars = {name: float(arrays[name]) for name in SCALARS}
     problem = many._replace(**arrays | scalars)
-    if len(stack.which) > 1:
-        which = slice(k, k + 1)
-        columns, forcing = chosen(stack.columns, which), driven(stack.forcing, which)
-        stack = stack._replace(
-            which=stack.which[which], columns=columns, forcing=forcing,
-            problem=many._replace(**{name: value[None] for name, value in arrays.items()}),
-        )  # fmt: skip
-    return Tables(problem.speed, problem, stack.laws, stack)
+    return Tables(problem.speed, problem, stack.laws, alone)
+
+
+def subset(stack: Stack, which: Any) -> Stack:
+    """Some of the machines of a stack."""
+    many = stack.problem
+    arrays = {name: value[which] for name, value in many._asdict().items() if name not in SHARED}
+    return stack._replace(
+        which=stack.which[which],
+        columns=chosen(stack.columns, which),
+        forcing=driven(stack.forcing, which),
+        problem=many._replace(**arrays),
+    )
 
 
 def stacks(columns: Columns, chatter: float, skip: bool) -> list[Stack]:
@@ -166,7 +172,8 @@ def _problem(
     beyond = plan.means[:, :, 2]
     gap = np.empty((*beta.shape, 3))
     gap[..., 0], gap[..., 1], gap[..., 2] = plan.alpha, beta, plan.toward * ways
-    return Problem(
+    stacked: Any = Problem  # of many machines, whose numbers are columns
+    return stacked(
         kappa=kappa,
         delta=delta,
         root=root,

@@ -59,9 +59,19 @@ class Moving:
     """
 
     def __init__(self, stack: Stack, initial: np.ndarray, phase: np.ndarray) -> None:
-        self.stack, self.phase = stack, phase
-        n = len(phase)
         q, v = places(stack.columns, stack.forcing, initial, phase)
+        self._begin(stack, q, v, phase)
+
+    @classmethod
+    def at(cls, stack: Stack, points: np.ndarray, phase: np.ndarray) -> Moving:
+        """Machines at points in the engine's coordinates and units, shape (n, 2)."""
+        moving = cls.__new__(cls)
+        q, v = np.ascontiguousarray(points.T)
+        moving._begin(stack, q, v, phase)
+        return moving
+
+    def _begin(self, stack: Stack, q: np.ndarray, v: np.ndarray, phase: np.ndarray) -> None:
+        self.stack, self.phase, n = stack, phase, len(phase)
         self.states, self.counts = begun(stack, q, v)
         self.clocks = np.zeros((n, 3))
         self.clocks[:, PHASE] = phase

@@ -134,8 +134,8 @@ def span(
     )
 
 
-def without_noise(oscillator: Oscillator, name: str = "oscillator") -> None:
-    """Refuse an oscillator that moves at random.
+def without_noise(oscillator: Oscillator, name: str = "oscillator") -> Oscillator:
+    """An oscillator that does not move at random.
 
     Raises
     ------
@@ -148,6 +148,7 @@ def without_noise(oscillator: Oscillator, name: str = "oscillator") -> None:
             "Under noise, simulate_ensemble() gives densities and simulate() a path; "
             "replace(oscillator, noise=None) moves without it",
         )  # fmt: skip
+    return oscillator
 
 
 def _engine(

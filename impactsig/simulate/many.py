@@ -197,7 +197,8 @@ def _sorted(
         if piecewise_linear(machines[0]):
             return [(np.arange(n), spread(machines[0], n))], []
         return [], list(range(n))
-    others, forms = [], {}
+    others: list[int] = []
+    forms: dict[Any, list[int]] = {}
     for k, machine in enumerate(machines):
         if piecewise_linear(machine):
             forms.setdefault(form_of(machine), []).append(k)
