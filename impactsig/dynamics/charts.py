@@ -180,7 +180,7 @@ def _exact_cells(
 ) -> np.ndarray:
     """Cells of machines that are linear between events, as rows."""
     span(periods, None, 0.0, columns.form.forces > 0 or columns.form.base is not None)
-    n = len(columns)
+    n = columns.n
     cells = follow_cells(
         columns, periods, np.broadcast_to(place, (n, 2)), np.full(n, phase), closed, skip
     )
