@@ -48,7 +48,7 @@ def follow_cells(
     InvalidInput
         If one starts beyond a rigid stop.
     """
-    n = len(columns)
+    n = columns.n
     found = Cells(*np.zeros((4, n), np.int64))
     found.impacts[:] = -1
     for stack in stacks(columns, CHATTER, True):

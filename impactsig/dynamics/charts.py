@@ -212,7 +212,7 @@ def _exact_cells(
 ) -> np.ndarray:
     """Cells of machines that are linear between events, as rows."""
     span(periods, None, 0.0, columns.form.forces > 0 or columns.form.base is not None)
-    n = len(columns)
+    n = columns.n
     places = np.broadcast_to(np.array(place_of(initial)), (n, 2))
     phases = np.full(n, first_phase(phase))
     cells = follow_cells(columns, periods, places, phases, closed, skip)

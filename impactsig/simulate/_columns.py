@@ -47,7 +47,9 @@ class Columns(NamedTuple):
     base: np.ndarray  # shape (3, n)
     stops: np.ndarray  # shape (stops, 4, n)
 
-    def __len__(self) -> int:
+    @property
+    def n(self) -> int:
+        """How many machines there are."""
         return self.mass.shape[-1]
 
 
@@ -167,7 +169,7 @@ def forcing_of(columns: Columns) -> Forcing:
         cosine.append(push * c - drag * s)
         sine.append(push * s + drag * c)
 
-    n, parts = len(columns), len(frequencies)
+    n, parts = columns.n, len(frequencies)
     slot, ratio = np.zeros((parts, n), int), np.ones((parts, n))
     taken = np.zeros(n, int)
     for k, frequency in enumerate(frequencies):
@@ -200,12 +202,12 @@ def _reference(columns: Columns, frequencies: list[np.ndarray]) -> tuple[np.ndar
     """
     if not frequencies:
         natural = np.sqrt(columns.stiffness / columns.mass)
-        return np.where(natural > 0, natural, 1.0), np.zeros(len(columns), bool)
+        return np.where(natural > 0, natural, 1.0), np.zeros(columns.n, bool)
     first = frequencies[0]
-    recurs, periods = np.ones(len(columns), bool), np.ones(len(columns), int)
+    recurs, periods = np.ones(columns.n, bool), np.ones(columns.n, int)
     for frequency in frequencies[1:]:
         ratio = frequency / first
-        denominator = np.zeros(len(columns), int)
+        denominator = np.zeros(columns.n, int)
         for d in range(LARGEST, 0, -1):
             near = np.abs(ratio - np.rint(ratio * d) / d) <= ROUNDING * ratio
             denominator = np.where(near & (np.rint(ratio * d) > 0), d, denominator)
@@ -240,7 +242,7 @@ def order_of_stops(columns: Columns) -> np.ndarray:
         if own:
             reached = side * columns.stops[own, POSITION]
             rows.append(np.array(own)[np.argsort(reached, axis=0, kind="stable")])
-    return np.concatenate(rows) if rows else np.empty((0, len(columns)), int)
+    return np.concatenate(rows) if rows else np.empty((0, columns.n), int)
 
 
 def kinds_of_stops(columns: Columns) -> np.ndarray:
@@ -254,6 +256,6 @@ def groups(columns: Columns, forcing: Forcing) -> list[np.ndarray]:
     rubs = columns.static[None] > 0
     keys = np.concatenate([forcing.slot, order_of_stops(columns), kinds_of_stops(columns), rubs])
     if np.all(keys == keys[:, :1]):
-        return [np.arange(len(columns))]
+        return [np.arange(columns.n)]
     _, group = np.unique(keys, axis=1, return_inverse=True)
     return [np.flatnonzero(group.ravel() == k) for k in range(group.max() + 1)]

@@ -101,7 +101,7 @@ def stacks(columns: Columns, chatter: float, skip: bool) -> list[Stack]:
     found = []
     for which in groups(columns, forcing):
         mine, waves = columns, forcing
-        if len(which) < len(columns):
+        if len(which) < columns.n:
             mine, waves = chosen(columns, which), driven(forcing, which)
         plan = layout(structure(mine))
         problem = _problem(mine, waves, plan, chatter, skip)
@@ -122,7 +122,7 @@ def _problem(
     mass, damping, stiffness, load = columns[1:5]
     omega, inertia = forcing.omega, forcing.inertia
     kinetic, static = columns.kinetic / inertia, columns.static / inertia
-    stops = columns.stops if len(columns.stops) else np.zeros((1, 4, len(columns)))
+    stops = columns.stops if len(columns.stops) else np.zeros((1, 4, columns.n))
     position, spring, damper, restitution = (
         np.ascontiguousarray(stops[:, row].T)
         for row in (POSITION, SPRING_RATE, DAMPER, RESTITUTION)

@@ -96,7 +96,7 @@ def begun(stack: Stack, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.nd
     counts = np.zeros((n, COUNTERS), np.int64)
     counts[:, MODE] = mode
     states = np.zeros((n, 4))
-    machine = np.arange(n) if len(columns) == n else np.zeros(n, int)
+    machine = np.arange(n) if columns.n == n else np.zeros(n, int)
     states[:, 0] = q - tables.origin[machine, mode]
     states[:, 1] = v
     # A first touch at next to no speed must not set the scale of chatter.
