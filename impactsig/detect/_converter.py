@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from .._compiled import njit
+
+EPS = float(np.finfo(float).eps)
+
 
 def converter_step(samples: np.ndarray) -> float:
     """The step of the converter that the samples came from, behind any gain; 0 if none shows.
@@ -12,12 +16,11 @@ def converter_step(samples: np.ndarray) -> float:
     whole multiples of the step.
     """
     seen = np.sort(samples[:: max(1, len(samples) // 2048)])
-    rounding = 64 * np.finfo(float).eps * max(abs(seen[0]), abs(seen[-1]))
-    differences = seen[1:] - seen[:-1]
-    apart = differences > rounding
-    if not 1 <= np.count_nonzero(apart) < 0.7 * len(seen):
+    rounding = 64 * EPS * max(abs(float(seen[0])), abs(float(seen[-1])))
+    if not 1 <= _differing(seen, rounding) < 0.7 * len(seen):
         return 0.0
-    differences = differences[apart]
+    differences = seen[1:] - seen[:-1]
+    differences = differences[differences > rounding]
     least = float(differences.min())
     least = float(np.median(differences[differences < 1.5 * least]))
     if len(differences) == 1 and least > 0.05 * float(samples.max() - samples.min()):
@@ -30,3 +33,12 @@ def converter_step(samples: np.ndarray) -> float:
     step = float(differences[few].sum() / np.round(multiples[few]).sum())
     off = np.abs(differences / step - np.round(differences / step))
     return step if step > 40 * rounding and np.quantile(off[few], 0.95) < 0.05 else 0.0
+
+
+@njit(nogil=True)
+def _differing(seen, rounding):
+    """How many values in order are greater than the one before by more than rounding."""
+    count = 0
+    for k in range(1, len(seen)):
+        count += seen[k] - seen[k - 1] > rounding
+    return count

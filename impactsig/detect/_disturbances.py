@@ -19,15 +19,15 @@ MOVED = 8.0
 def disturbances(spans: Spans, k: int, wide: np.ndarray) -> list[Disturbance]:
     """Those of span k, given its events that no contact is as long as."""
     span = spans.spans[k]
-    return [
-        *(Disturbance("glitch", float(i), 1.0, 0.0) for i in span.first + span.glitches),
-        *(Disturbance("wide", one[0] - 0.5 * one[1], one[1], one[2]) for one in wide),
-        *_baseline_moves(spans, k),
-        *(
-            Disturbance("dropout", float(span.first + a), float(b - a), 0.0)
-            for a, b in span.dropouts
-        ),
-    ]
+    found = []
+    if len(span.glitches):
+        found += [Disturbance("glitch", float(i), 1.0, 0.0) for i in span.first + span.glitches]
+    if len(wide):
+        found += [Disturbance("wide", one[0] - 0.5 * one[1], one[1], one[2]) for one in wide]
+    found += _baseline_moves(spans, k)
+    for a, b in span.dropouts:
+        found.append(Disturbance("dropout", float(span.first + a), float(b - a), 0.0))
+    return found
 
 
 def joined(found: list[Disturbance]) -> list[Disturbance]:
@@ -49,10 +49,14 @@ def _baseline_moves(spans: Spans, k: int) -> list[Disturbance]:
     span, chunk = spans.spans[k], spans.grid.chunk
     before = spans.spans[k - 1].medians[-1] if k > 0 else span.medians[0]
     beside = spans.around(k, 2)
-    moves, sigmas = np.concatenate([one.moves for one in beside]), [one.sigma for one in beside]
-    usual = median_of(moves, len(moves)) if len(moves) else 0.0
-    least = max(MOVED * usual, sorted(sigmas)[len(sigmas) // 2])
-    if max(abs(span.medians[0] - before), span.moves.max(initial=0.0)) <= least:
+    sigmas = sorted(one.sigma for one in beside)
+    least = sigmas[len(sigmas) // 2]
+    greatest = max(abs(span.medians[0] - before), span.moves.max(initial=0.0))
+    if greatest <= least:
+        return []
+    moves = np.concatenate([one.moves for one in beside])
+    least = max(MOVED * median_of(moves, len(moves)) if len(moves) else 0.0, least)
+    if greatest <= least:
         return []
     steps = np.diff(span.medians, prepend=before)
     moved = np.abs(steps) > least

@@ -88,6 +88,16 @@ def find_dropouts(x, zero, held, out):
 
 
 @njit(nogil=True)
+def may_repeat(x):
+    """Whether x may hold LEAST equal values in a row: the ends of parts half as long tell."""
+    step = LEAST // 2
+    equal = 0
+    for i in range(step - 1, len(x), step):
+        equal += x[i] == x[i - step + 1]
+    return equal > 0
+
+
+@njit(nogil=True)
 def _equal_runs(x, out):
     """Stretches of at least LEAST equal values, in order; how many."""
     n, half, count, i = len(x), LEAST // 2, 0, 0

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._dropout_kernels import LEAST, MOST, fill, find_dropouts
+from ._dropout_kernels import MOST, fill, find_dropouts, may_repeat
 
 
 def without_dropouts(samples: np.ndarray) -> np.ndarray:
     """The samples, or where there are dropouts a copy in which these are filled."""
-    step = LEAST // 2
-    n = len(samples) // step * step
-    if not np.any(samples[:n:step] == samples[step - 1 : n : step]):
+    if not may_repeat(samples):
         return samples
     x = samples.astype(np.float64)
     runs = np.empty((MOST, 2), np.int64)

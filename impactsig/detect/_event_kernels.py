@@ -15,7 +15,7 @@ from .._compiled import njit
 from ._ladder import HALF_SINE_GAIN, MATCH
 from ._order_kernels import select
 from ._pair_fit import PAIR
-from ._response_kernels import gated, noise_at, parts, running_sums
+from ._response_kernels import CREST, gated, noise_at, parts, running_sums
 from ._touching_kernels import NOT_TWO, TWO, crests_between_dips, two_pulses
 
 EVENT = 5  # fields of an event: centre, width [samples], height, height over noise, flank mean
@@ -81,13 +81,36 @@ def _sigma_at(width, noise):
     return sigma
 
 
-def strongest_first(crests):
+@njit(nogil=True)
+def near_crests(before, own, after, low, high, out, doubt):
+    """Put the crests of three spans that lie in [low, high) into `out`, in order; how many.
+
+    `doubt` takes what is the less the more certain they are.
+    """
+    count = 0
+    for crests in (before, own, after):
+        for k in range(len(crests)):
+            if low <= crests[k, 0] < high:
+                for m in range(CREST):
+                    out[count, m] = crests[k, m]
+                doubt[count] = -crests[k, 3]
+                count += 1
+    return count
+
+
+def strongest_first(doubt):
     """Numbers of the crests from the most certain to the least, equal ones in their order."""
-    sure = -crests[:, 3]
-    order = np.argsort(sure)
-    ordered = sure[order]
+    order = np.argsort(doubt)
     # What keeps the order of equal values takes three times as long.
-    return np.argsort(sure, kind="stable") if (ordered[1:] == ordered[:-1]).any() else order
+    return np.argsort(doubt, kind="stable") if _tied(doubt, order) else order
+
+
+@njit(nogil=True)
+def _tied(values, order):
+    same = 0
+    for k in range(1, len(order)):
+        same += values[order[k]] == values[order[k - 1]]
+    return same > 0
 
 
 @njit(nogil=True)
@@ -341,10 +364,24 @@ def _distinct(events, order, out):
 
 
 @njit(nogil=True)
-def place(here, events):
-    """Crest and flanks of events at the widths that they have been given, in place."""
+def place(here, events, white, out):
+    """Crest and flanks of events at the widths that they have been given.
+
+    Parameters
+    ----------
+    here : Stretch
+    events : array (n, EVENT)
+        The centre and the flank mean are filled, and the width is rounded.
+    white : array (rungs,)
+        Noise of the responses where it is white, over that of the first of them.
+    out : array (n, 4), filled
+        Centre, flank mean, width, and how many times that of white noise the noise over it is.
+    """
     noise = _noise_of(here)
     event = np.empty(EVENT)
+    colours = noise.sigma / (noise.sigma[0] * white)
+    for k in range(len(events)):
+        events[k, 1] = max(np.round(events[k, 1]), 1.0)
     for k in range(len(events)):
         width, room = events[k, 1], np.inf
         for m in (k - 1, k + 1):
@@ -353,3 +390,5 @@ def place(here, events):
         centre = events[k, 0]
         if _best(here.x, here.origin, here.total, centre, width, width, noise, event, room):
             events[k, 0], events[k, 4] = event[0], event[4]
+        out[k, 0], out[k, 1], out[k, 2] = events[k, 0], events[k, 4], width
+        out[k, 3] = np.interp(width, noise.widths, colours)

@@ -24,6 +24,7 @@ from ._grid import Grid
 from ._judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
 from ._judging_kernels import (
     alone,
+    bounds,
     consistent,
     drawn_together,
     too_long,
@@ -322,18 +323,13 @@ class _Search:
         """
         spans, span, grid = self.spans, self.spans.spans[k], self.grid
         events = events.copy()
-        events[:, 1] = np.maximum(np.round(events[:, 1]), 1.0)
         here = spans.stretch(k)
         samples, origin = here.x, here.origin
-        place(here, events)
-        others = group[:, 0]
-        before = others[others < span.first].max(initial=-1.0)
-        after = others[others >= span.last].min(initial=float(self.total))
+        places = np.empty((len(events), 4))
+        place(here, events, grid.white, places)
+        before, after = bounds(group, span.first, span.last, self.total)
         # Where nothing moves but impacts, the least noise that was assumed is none.
         sigma = float(span.noise[0]) / RESPONSE if span.sigma else 0.0
-        colour = span.noise / (span.noise[0] * grid.white)
-        colour = np.interp(events[:, 1], grid.rungs.width, colour)
-        places = np.column_stack((events[:, 0], events[:, 4], events[:, 1], colour))
         relative = self.wanted.relative
         level = self.wanted.contact_level * (1.0 if relative else abs(self.factor))
         again = with_partners(places, again)
@@ -342,6 +338,5 @@ class _Search:
         )
         limit = self.limit - self.factor * self.reference
         mark_clipped(span.values, span.first, self.reference, self.factor, limit, rows)
-        rows[rows[:, 6] > 0, ERRORS + 2 : FIT] = np.inf  # peak and impulse
         measure_pairs(samples, origin, places, again, sigma, level, relative, rows)
         rows[:, 7], rows[:, 8], rows[:, 9] = events[:, 1], events[:, 3], events[:, 2]

@@ -151,6 +151,19 @@ def with_neighbors(marked):
 
 
 @njit(nogil=True)
+def bounds(group, first, last, total):
+    """Centres of the events next to the samples [first, last); -1 and `total` where none is."""
+    before, after = -1.0, float(total)
+    for k in range(len(group)):
+        centre = group[k, 0]
+        if centre < first:
+            before = max(before, centre)
+        elif centre >= last:
+            after = min(after, centre)
+    return before, after
+
+
+@njit(nogil=True)
 def drawn_together(events, group):
     """Widths of events, drawn to those around them by how well either is known.
 

@@ -32,8 +32,12 @@ def _waves(count: int, pace: float, frequencies: tuple[float, ...]) -> np.ndarra
 
 
 @functools.lru_cache(maxsize=8)
-def _seen_through(count: int, pace: float, frequencies: tuple[float, ...]) -> np.ndarray:
-    """Rows whose products with the means are twice the real and the imaginary amplitudes."""
+def _seen_through(count: int, pace: float, lines: tuple[float, ...]) -> np.ndarray:
+    """Rows whose products with the means are twice the real and the imaginary amplitudes.
+
+    Those of the lines, then of what is below and above each.
+    """
+    frequencies = lines + tuple(f + d for f in lines for d in (-ASIDE, ASIDE))
     window = np.hanning(count + 2)[1:-1]
     waves = 2.0 * _waves(count, pace, frequencies) * window / window.sum()
     return np.vstack((waves.real, waves.imag))
@@ -43,12 +47,17 @@ def _standing(
     means: np.ndarray, pace: float, frequencies: tuple[float, ...], times: float, sigma: float
 ) -> np.ndarray:
     """Amplitudes of lines, through Hann's window; 0 where one does not stand out beside it."""
-    beside = tuple(f + d for f in frequencies for d in (-ASIDE, ASIDE))
     amplitudes = np.empty(len(frequencies))
-    waves = _seen_through(len(means), pace, frequencies + beside)
+    waves = _seen_through(len(means), pace, frequencies)
     # What makes up much of the background hides impacts from its mask, and they hide the line.
     stand_out(waves, means, times, SMALL * sigma, STANDS_TOO, LOUD * sigma, amplitudes)
     return amplitudes
+
+
+@functools.lru_cache(maxsize=8)
+def _first_lines(highest: float) -> tuple[float, ...]:
+    """Those that show that there is hum."""
+    return tuple(b * h for b in BASES for h in (1, 2, 3) if b * h < highest)
 
 
 def find_lines(
@@ -81,7 +90,7 @@ def find_lines(
     if fitted:
         base = next(one for one in BASES if fitted[0] % one == 0)
     else:
-        first = tuple(b * h for b in BASES for h in (1, 2, 3) if b * h < 0.5 * highest)
+        first = _first_lines(0.5 * highest)
         if not first:
             return ()
         amplitudes = _standing(halved, 0.5 * pace, first, STANDS, sigma)

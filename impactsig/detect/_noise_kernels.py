@@ -87,17 +87,20 @@ def _response_noise(sums, marked, rungs, floor, sigma, out):
         if last - first >= 4 * width + 8:
             places = min(PLACES, last - first)
             apart, over = (last - first) // places, (last - first) % places
-            i, rest = first, 0
+            # From `first` on, so that no index has a sign to look at.
+            c0, c1 = sums[first - before :], sums[first - before + width :]
+            m0, m1 = marked[first - before :], marked[first - before + width :]
+            l0, l1 = sums[first - far :], sums[first - near :]
+            r0, r1 = sums[first + near + 1 :], sums[first + far + 1 :]
+            i, rest = np.uint64(0), 0
             for _ in range(places):
-                a = i - before
-                if marked[a + width] - marked[a] <= width // 4:
-                    centre = (sums[a + width] - sums[a]) / width
-                    sides = sums[i - near] - sums[i - far] + sums[i + far + 1] - sums[i + near + 1]
-                    values[count] = abs(centre - sides / (2 * (far - near)))
+                if m1[i] - m0[i] <= width // 4:
+                    sides = l1[i] - l0[i] + r1[i] - r0[i]
+                    values[count] = abs((c1[i] - c0[i]) / width - sides / (2 * (far - near)))
                     count += 1
-                i, rest = i + apart, rest + over
+                i, rest = i + np.uint64(apart), rest + over
                 if rest >= places:
-                    i, rest = i + 1, rest - places
+                    i, rest = i + np.uint64(1), rest - places
         if count < FEW:
             out[j] = max(out[j - 1] if j else sigma, least)
             continue

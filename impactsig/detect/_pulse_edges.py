@@ -171,6 +171,8 @@ def integral(x, a, b):
 def mark_clipped(values, start, reference, factor, limit, rows):
     """Put 1 behind the fields of each measured pulse that is clipped, else 0.
 
+    What a clipped one has lost of its peak and impulse is unknown.
+
     Parameters
     ----------
     values : array
@@ -191,3 +193,5 @@ def mark_clipped(values, start, reference, factor, limit, rows):
                 run = run + 1 if high else 0
                 longest = max(longest, run)
         rows[k, 6] = 1.0 if longest >= 3 else 0.0
+        if longest >= 3:
+            rows[k, ERRORS + 2] = rows[k, ERRORS + 3] = np.inf

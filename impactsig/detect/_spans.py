@@ -14,7 +14,7 @@ import numpy as np
 from ._background_kernels import chunk_medians, outlying, take
 from ._converter import converter_step
 from ._dropout_kernels import BORDER, MOST, fill, find_dropouts
-from ._event_kernels import EVENT, find_events, strongest_first
+from ._event_kernels import EVENT, find_events, near_crests, strongest_first
 from ._faint_kernels import find_faint
 from ._grid import Grid
 from ._ladder import MATCH
@@ -49,16 +49,13 @@ Faint = tuple[np.ndarray, np.ndarray]
 TINIEST = float(np.finfo(float).tiny)
 
 
+# Nothing is ever written into these.
+NOTHING, NO_RUNS = np.empty(0, np.int64), np.empty((0, 2), np.int64)
+NO_CRESTS, NO_EVENTS = np.empty((0, CREST)), np.empty((0, EVENT))
+
+
 def _nothing() -> np.ndarray:
-    return np.empty(0, np.int64)
-
-
-def _no_runs() -> np.ndarray:
-    return np.empty((0, 2), np.int64)
-
-
-def _no_events() -> np.ndarray:
-    return np.empty((0, EVENT))
+    return NOTHING
 
 
 @dataclass
@@ -70,7 +67,8 @@ class Span:
     values: np.ndarray  # as they came
     before: np.ndarray  # the last samples of the span before, as they came
     clean: np.ndarray  # without hum and glitches
-    dropouts: np.ndarray = field(default_factory=_no_runs)  # first sample, and that after the last
+    # First samples of what is filled in, and those after the last.
+    dropouts: np.ndarray = field(default_factory=lambda: NO_RUNS)
     medians: np.ndarray = field(default_factory=_nothing)
     moves: np.ndarray = field(default_factory=_nothing)  # from one to the next, up or down
     step: float = 0.0  # of the converter, 0 if none shows
@@ -84,8 +82,8 @@ class Span:
     own_noise: np.ndarray = field(default_factory=_nothing)  # of the responses
     noise: np.ndarray = field(default_factory=_nothing)  # the same, of the seconds around
     codes: np.ndarray = field(default_factory=_nothing)  # least responses, by the converter's step
-    crests: np.ndarray = field(default_factory=_nothing)
-    events: np.ndarray = field(default_factory=_no_events)
+    crests: np.ndarray = field(default_factory=lambda: NO_CRESTS)
+    events: np.ndarray = field(default_factory=lambda: NO_EVENTS)
     faint: dict[int, Faint] = field(default_factory=dict)  # crests by rung
 
 
@@ -121,6 +119,9 @@ class Spans:
         self.done = [0] * (len(self.stages) + 1)
         self._line = Line(grid, total)
         self._room = np.empty((0, CREST))
+        self._near, self._doubt = np.empty((0, CREST)), np.empty(0)
+        self._events = np.empty((0, EVENT))
+        self._spikes = np.empty(MOST_GLITCHES, np.int64)
         self._sums, self._marked = np.empty(0), np.empty(0, np.int32)
         self._runs = np.empty((MOST, 2), np.int64)
         self._level = self._held = np.nan  # what a dropout at the border began with, and its value
@@ -219,9 +220,10 @@ class Spans:
             return
         before = self.spans[k - 1].medians[-1] if k > 0 else span.medians[0]
         after = self.spans[k + 1].medians[0] if k < self.count - 1 else span.medians[-1]
-        medians = np.concatenate(([before], span.medians, [after]))
-        sums, counts = np.empty(n // grid.block), np.empty(n // grid.block)
-        spikes = np.empty(MOST_GLITCHES, np.int64)
+        medians = np.empty(len(span.medians) + 2)
+        medians[0], medians[1:-1], medians[-1] = before, span.medians, after
+        sums, counts = np.empty((2, n // grid.block))
+        spikes = self._spikes
         for _ in range(ROUNDS):
             span.sigma, alone, span.runs = outlying(
                 span.clean,
@@ -260,9 +262,10 @@ class Spans:
             span.glitches = span.spikes
         rungs = self.grid.rungs
         floor = max(max(one.step for one in beside) / SQRT12, TINY * span.range)
-        span.own_noise = floor * rungs.gain / np.sqrt(rungs.width)
         if not span.range:
+            span.own_noise = floor * rungs.gain / np.sqrt(rungs.width)
             return
+        span.own_noise = np.empty(len(rungs.width))
         rest = REST * sum(span.hum.values())
         n = len(span.clean) + 1
         if len(self._sums) < n:
@@ -300,7 +303,6 @@ class Spans:
         least = np.maximum(self.sigmas * span.noise, span.codes)
         if self.level is not None:
             least = np.full(len(least), self.level)
-        span.crests = np.empty((0, CREST))
         if self.skip and not max(one.range for one in self.around(k, 1)):
             return
         if not len(self._room):
@@ -313,12 +315,16 @@ class Spans:
         span = self.spans[k]
         if not len(span.crests):
             return
-        crests = np.concatenate([one.crests for one in self.around(k, 1)])
-        margin = self.grid.margin
-        near = (crests[:, 0] >= span.first - margin) & (crests[:, 0] < span.last + margin)
-        room = np.empty((4 * len(span.crests) + 8, EVENT))
-        crests = crests[near]
+        before = self.spans[k - 1].crests if k > 0 else NO_CRESTS
+        after = self.spans[k + 1].crests if k < self.count - 1 else NO_CRESTS
+        most = len(before) + len(span.crests) + len(after)
+        if len(self._near) < most:
+            self._near, self._doubt = np.empty((2 * most, CREST)), np.empty(2 * most)
+        low, high = span.first - self.grid.margin, span.last + self.grid.margin
+        count = near_crests(before, span.crests, after, low, high, self._near, self._doubt)
+        order = strongest_first(self._doubt[:count])
+        if len(self._events) < (most := 4 * len(span.crests) + 8):
+            self._events = np.empty((2 * most, EVENT))
         widest = MATCH * self.grid.longest
-        order = strongest_first(crests)
-        count = find_events(self.stretch(k), crests, order, widest, room)
-        span.events = room[:count]
+        found = find_events(self.stretch(k), self._near[:count], order, widest, self._events[:most])
+        span.events = self._events[:found].copy()

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .._compiled import njit
 from ._dropouts import without_dropouts
 from ._stream import Frame
 
@@ -60,9 +61,25 @@ def survey(stream: Iterable[Frame], copy: bool) -> Survey:
 
 def block_ranges(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest value of each BLOCK samples of x; the last block may be shorter."""
-    whole = len(x) // BLOCK * BLOCK
-    blocks, rest = x[:whole].reshape(-1, BLOCK), x[whole:]
-    low, high = blocks.min(axis=1), blocks.max(axis=1)
-    if len(rest):
-        low, high = np.append(low, rest.min()), np.append(high, rest.max())
+    low, high = np.empty((2, -(-len(x) // BLOCK)), x.dtype)
+    _put_ranges(x, low, high)
     return low, high
+
+
+@njit(nogil=True)
+def _put_ranges(x, low, high):
+    """Fill `low` and `high`, four samples at a time: each comparison waits for the one before."""
+    for k in range(len(low)):
+        part = x[k * BLOCK : (k + 1) * BLOCK]
+        low0 = low1 = low2 = low3 = high0 = high1 = high2 = high3 = part[0]
+        fours = len(part) // 4 * 4
+        for i in range(0, fours, 4):
+            x0, x1, x2, x3 = part[i], part[i + 1], part[i + 2], part[i + 3]
+            low0, high0 = x0 if x0 < low0 else low0, x0 if x0 > high0 else high0
+            low1, high1 = x1 if x1 < low1 else low1, x1 if x1 > high1 else high1
+            low2, high2 = x2 if x2 < low2 else low2, x2 if x2 > high2 else high2
+            low3, high3 = x3 if x3 < low3 else low3, x3 if x3 > high3 else high3
+        for i in range(fours, len(part)):
+            low0, high0 = min(low0, part[i]), max(high0, part[i])
+        low[k] = min(min(low0, low1), min(low2, low3))
+        high[k] = max(max(high0, high1), max(high2, high3))

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import njit
+from ._half_sine_kernels import FOOT, is_half_sine
 from ._pair_fit import PAIR, begin_pair
 from ._pulse_fit import fit_pair, fit_pulse
 from ._pulse_model import PARAMETERS, put_parameters, room_for
@@ -20,9 +21,8 @@ from ._pulse_model import PARAMETERS, put_parameters, room_for
 PER_WIDTH = 24  # means of samples in a width that are looked at, at most
 REACH = 3.2  # widths to either side of a crest within which a pair ends
 CORE, LOW = 0.4, 0.35  # widths to either side that belong to a crest; and that separate pulses
-FOOT = 0.12  # of the height: what the feet of a pulse lie below
-HALF_SINE_FOOT = 0.924  # of its length a half-sine is above FOOT of its height
 FEWEST = 16  # points that the fits need
+NOISE = 1.3  # times its variance: what a half-sine leaves that explains the samples
 ALIKE = 0.06  # of the height, root mean square: what is as near to a half-sine is one pulse
 GAIN, SHAPE = 20.0, 0.015  # what two leave less than one, in the noise's variance; of the height
 BETTER = 9.0  # times as much of what noise does not explain is left by one as by two
@@ -128,7 +128,8 @@ def two_pulses(x, origin, centre, width, height, base, sigma, pair):
         return MAYBE
     points, means = points[:n], means[:n]
     relative = height / seen.unit
-    if _beyond_one(means, seen) < n * (1.3 + (ALIKE * relative) ** 2):
+    rough = n * (NOISE + (ALIKE * relative) ** 2)
+    if is_half_sine(means, seen.left, seen.right, rough, n * NOISE):
         return NOT_TWO
     left_by_one = _left_by_one(points, means, seen, False)
     chance = 2.0 * math.sqrt(2.0 * n)
@@ -167,22 +168,6 @@ def to_samples(p, seen):
         p[m] *= seen.unit
         p[m + 1] = seen.first + p[m + 1] * seen.per + 0.5 * (seen.per - 1)
         p[m + 2] += math.log(seen.per)
-
-
-@njit(nogil=True)
-def _beyond_one(means, seen):
-    """Sum of squares that the half-sine between the feet leaves."""
-    length = (seen.right - seen.left) / HALF_SINE_FOOT
-    start = 0.5 * (seen.left + seen.right - length)
-    square = cross = total = 0.0
-    for k in range(len(means)):
-        u = (k - start) / length
-        total += means[k] * means[k]
-        if 0.0 < u < 1.0:
-            s = math.sin(math.pi * u)
-            square += s * s
-            cross += s * means[k]
-    return total - cross * cross / square if square > 0.0 else total
 
 
 @njit(nogil=True)
