@@ -150,7 +150,7 @@ def probability(c, b, likelihood, known, spacing, spread, rate, hop):
     frame = hop / rate
     place = crests(c, spacing)
     place = place[c[place] >= 0.5 * spread]
-    octaves, bands = {}, {}
+    octaves, bands, others = {}, {}, {}
     for j in place:
         i = min(round(j / 16), len(b) - 1)
         around = b[max(i - round(0.15 / frame / 16), 0) : i + round(0.05 / frame / 16) + 1].mean()
@@ -169,6 +169,22 @@ def probability(c, b, likelihood, known, spacing, spread, rate, hop):
         certain = likelihood[near].max() / 36 if c[j] == c[beside].max() else 0.0
         octaves[int(j)] = min(c[j] / (a + rattle) + certain, c[j] / (0.35 * a + rattle), bound)
         bands[int(j)] = c[j] / max(1.65, 10 * spread)
+        shortly = np.sort(c[place[(place >= j - 0.25 / frame) & (place < j + 0.25 / frame)]])
+        briefly = shortly[-20] if len(shortly) >= 20 else 0.0
+        strong = np.sum(around > 2 * a) - (c[j] > 2 * a)
+        second = place[(place >= j - 1 / frame) & (place < j + 1 / frame)]
+        frames = np.minimum(np.round(second / 16).astype(int), len(b) - 1)
+        rises = [b[max(k - 2, 0) : k + 3].max() for k in frames]
+        beside = c[place[(place >= j - 0.04 / frame) & (place < j + 0.04 / frame)]].max()
+        clear = likelihood[near].max() if known[i] else np.inf
+        others[int(j)] = (
+            0.6 * np.log(max(36 * certain, 1)) * known[i]
+            + 1.9 * np.log(strong / 2 + 0.5)
+            - 1.1 * np.log(max(max(rises), 0.01))
+            - 1.3 * np.log(max(crowd / a, 0.05) * max(briefly / a, 0.05))
+            - 7.3,
+            6.5 * np.log(min(bound, clear / 7, c[j] / max(0.35 * a, 0.1 * beside))),
+        )
     last = -np.inf
     reach = round(0.025 / frame / 16)
     for i in range(len(b)):
@@ -185,6 +201,8 @@ def probability(c, b, likelihood, known, spacing, spread, rate, hop):
         by_octaves = max(octaves.get(j, 0.0), 1e-9)
         odds = [6.5 * np.log(by_octaves) + 1.5 * np.log(often) + 3.3]
         odds.append((7 if by_bands < 1 else 3) * np.log(max(by_bands, 1e-9)))
+        if j in others:
+            odds.append(min(3.6 * np.log(by_bands) + others[j][0], others[j][1]))
         found[j] = 1 / (1 + np.exp(-max(odds)))
     return found
 

@@ -16,15 +16,26 @@ its mean around. Its evidence by bands is C over the greater of 1.65 and 10 s, o
 B / 0.33 if that is more, B has a crest here that none within 25 ms exceeds, and C none greater
 nearby. Where B has a crest and C has none, the impact lies at the crest of B.
 
-The probability of an impact is that of the greater log-odds of the two:
+The probability of an impact is that of the greatest log-odds of three:
 
     by octaves  6.5 ln e + 1.5 ln n + 3.3,
-    by bands    3 ln e, or 7 ln e if e < 1.
+    by bands    3 ln e, or 7 ln e if e < 1,
+    by others   3.6 ln e + 0.6 ln L + 1.9 ln (m + 1/2) - 1.3 ln (k K / a^2) - 1.1 ln B_max - 7.3,
 
-Here n is how many other crests with an evidence by octaves of 1 to 2 come in a second, 10 s of
-silence added, and 1/60 more: where there are none, neither are there weaker impacts, and where
-they are many, most weaker ones are impacts, too. The numbers were fitted to synthetic sound 6 to
-20 dB above noise, and those by bands to drums.
+with B_max the greatest B within a second, at least 0.01. Here n is how many other crests with an
+evidence by octaves of 1 to 2 come in a second, 10 s of silence added, and 1/60 more: where there
+are none, neither are there weaker impacts, and where they are many, most weaker ones are impacts,
+too.
+
+The third holds a crest against the others around it, where a room or many impacts fill the record
+with sound. Its e is the evidence by bands, L is G for the greatest C within 20 ms and 1 for others,
+m how many other crests a second exceed 2 a within a second, and K and k what 40 crests a second
+reach within a second and a quarter of one, at least a / 20 each. These odds are no more than 6.5
+times the logarithm of the least of C / (0.35 a), C over a tenth of the greatest within 40 ms, G / 7
+and B over what it needs.
+
+The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
+the third to synthetic sound and drums, also in rooms and noise, by logistic regression.
 """
 
 from __future__ import annotations
@@ -33,7 +44,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._sound_kernels import BLOCK, GROUP, Scale, greatest_between
+from ._sound_kernels import BLOCK, GROUP, Scale, greatest_between, greatest_but
 from ._sound_survey import SAMPLED, Passage
 
 APART = 25e-3  # [s], crests of B
@@ -58,6 +69,15 @@ BANDS_SLOPES = 7.0, 3.0  # of those by narrow bands, below and above an evidence
 UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
 RAREST = 1.0 / 60.0  # impacts a second that may come where none is evident
 FAINT = 0.3  # evidence of nothing
+AMONG = 2.0  # times a, that crests reach by which others are judged
+SHORTLY = 0.25  # [s], beside RATTLE_WITHIN, in which CRESTS a second are counted
+LEAST_CROWD = 0.05  # times a
+LEAST_LOUD = 0.01  # greatest rise in narrow bands nearby [neper of power]
+OTHERS_SLOPES = 3.6, 0.6, 1.9, 1.3, 1.1  # of e, L, m, k K and B_max in the log-odds by others
+OTHERS_OFFSET = -7.3
+LIKELY = 7.0  # likelihood of a rise in one narrow band, less than which is likely to be noise
+NEXT, BESIDE_OTHER = 40e-3, 0.1  # [s], and share of the greatest C so near that one must reach
+HOPELESS = -4.0  # log-odds that are worked out no further
 
 
 class Candidates(NamedTuple):
@@ -68,15 +88,25 @@ class Candidates(NamedTuple):
     probability: np.ndarray
 
 
-def probability(by_octaves: np.ndarray, by_bands: np.ndarray, often: np.ndarray) -> np.ndarray:
-    """That crests with such evidence are impacts, where evident ones come `often` a second."""
+class Crests(NamedTuple):
+    """Crests of the rise in octaves, and what is known of each of them."""
+
+    place: np.ndarray  # frame
+    height: np.ndarray  # C
+    bands: np.ndarray  # the greatest B nearby
+    borne_out: np.ndarray  # this over what a rise in octaves needs
+    likelihood: np.ndarray  # the greatest G nearby
+    greatest: np.ndarray  # bool: none within ALONE exceeds it
+
+
+def log_odds(by_octaves: np.ndarray, by_bands: np.ndarray, often: np.ndarray) -> np.ndarray:
+    """Of crests with such evidence, where evident ones come `often` a second."""
     with np.errstate(divide="ignore"):
         octaves, bands = np.log(by_octaves), np.log(by_bands)
-    odds = np.maximum(
+    return np.maximum(
         OCTAVES_SLOPE * octaves + OFTEN_SLOPE * np.log(often) + OFFSET,
         np.where(bands < 0.0, BANDS_SLOPES[0], BANDS_SLOPES[1]) * bands,
     )
-    return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
 
 
 def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Candidates:
@@ -89,8 +119,10 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     """
     seconds = scale.hop / rate
     b = np.concatenate(passage.bands)
-    place, height = np.concatenate(passage.place), np.concatenate(passage.height)
-    by_octaves = octave_evidence(passage, b, place, height, spread, seconds)
+    audible = spread * (SIGMAS + SKEW * spread)
+    crests = octave_crests(passage, b, seconds)
+    place, height = crests.place, crests.height
+    by_octaves = octave_evidence(passage, crests, spread, seconds)
     by_bands = height / max(CLEAR, CLEAR_SIGMAS * spread)
     crest = separate_crests(b, round(APART / (GROUP * seconds)))
     middle = GROUP * crest
@@ -99,35 +131,42 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     greatest_between(height, first, last, best)
     alone = best < 0
     np.maximum.at(by_bands, best[~alone], b[crest[~alone]] / LEAST_BANDS)
+    among = odds_among(crests, by_bands, audible, seconds)
     frame = np.concatenate((place, GROUP * crest[alone]))
     by_octaves = np.concatenate((by_octaves, np.zeros(int(alone.sum()))))
     by_bands = np.concatenate((by_bands, b[crest[alone]] / LEAST_BANDS))
     evident = (by_octaves >= 1.0) & (by_octaves < 2.0)
     others = np.asarray(np.count_nonzero(evident) - evident.astype(int))
     often = RAREST + others / (len(b) * GROUP * seconds + UNHEARD)
-    likely = probability(by_octaves, by_bands, often)
+    odds = log_odds(by_octaves, by_bands, often)
+    odds[: len(place)] = np.maximum(odds[: len(place)], among)
+    likely = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
     order = np.argsort(frame, kind="stable")
     coarse = np.arange(len(frame)) >= len(place)
     return Candidates(frame[order], coarse[order], likely[order])
 
 
-def octave_evidence(
-    passage: Passage,
-    b: np.ndarray,
-    place: np.ndarray,
-    height: np.ndarray,
-    spread: float,
-    seconds: float,
-) -> np.ndarray:
-    """What the rise in octaves says of each of its crests; nothing where it is far below 1."""
+def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
+    """Crests of C, and what the rise `b` in narrow bands says of each."""
     per = GROUP * seconds
+    place, height = np.concatenate(passage.place), np.concatenate(passage.height)
     beside = np.clip(np.round(place / GROUP).astype(int), 0, len(b) - 1)
     known = np.concatenate(passage.known)[beside]
     around = local_mean(b, round(AROUND[0] / per), round(AROUND[1] / per))
     needed = np.maximum(BORNE_OUT, around[beside])
-    borne_out = np.where(known, greatest_within(b, 2)[beside] / needed, np.inf)
+    bands = greatest_within(b, 2)[beside]
     likelihood = greatest_within(np.concatenate(passage.likelihood), 2)[beside]
-    likelihood[height < greatest_near(place, height, ALONE / seconds)] = 0.0
+    likelihood[~known] = np.inf
+    greatest = height >= greatest_near(place, height, ALONE / seconds)
+    return Crests(
+        place, height, bands, np.where(known, bands / needed, np.inf), likelihood, greatest
+    )
+
+
+def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: float) -> np.ndarray:
+    """What the rise in octaves says of each of its crests; nothing where it is far below 1."""
+    place, height, _, borne_out, likelihood, greatest = crests
+    likelihood = np.where(greatest & np.isfinite(likelihood), likelihood, 0.0)
     audible = spread * (SIGMAS + SKEW * spread)
     evidence = np.minimum(height / audible + likelihood / CERTAIN, borne_out)
     far = evidence < FAINT
@@ -136,7 +175,8 @@ def octave_evidence(
     rattle = rattling(np.concatenate(passage.octaves), place[near], seconds)
     loudest = greatest_near(place, height, RATTLE_WITHIN / seconds)[near]
     without_crowd = np.minimum(FEW * audible, TAIL * loudest + STEADY * rattle)
-    crowded = ABOVE * (crowd(place, height, near, seconds) - IN_NOISE * spread)
+    reached = crowd(place, height, near, RATTLE_WITHIN, seconds)
+    crowded = ABOVE * (reached - IN_NOISE * spread)
     rattle = np.minimum(rattle, np.maximum(without_crowd, crowded))
     calm = np.minimum(
         height[near] / (audible + rattle) + likelihood[near] / CERTAIN,
@@ -165,15 +205,41 @@ def rattling(rise: np.ndarray, place: np.ndarray, seconds: float) -> np.ndarray:
     return most[which]
 
 
-def crowd(place: np.ndarray, height: np.ndarray, asked: np.ndarray, seconds: float) -> np.ndarray:
-    """Height that more than CRESTS crests a second reach around each crest that is asked for."""
+def odds_among(crests: Crests, by_bands: np.ndarray, audible: float, seconds: float) -> np.ndarray:
+    """Log-odds of crests beside all others around them; -inf where they are far below 0."""
+    place, height, bands, borne_out, likelihood, greatest = crests
+    bands_slope, likelihood_slope, often_slope, crowd_slope, loud_slope = OTHERS_SLOPES
+    with np.errstate(divide="ignore"):
+        needed = np.maximum(
+            LEAST_OCTAVES * audible, BESIDE_OTHER * greatest_near(place, height, NEXT / seconds)
+        )
+        most = np.log(np.minimum(np.minimum(borne_out, likelihood / LIKELY), height / needed))
+        odds = bands_slope * np.log(by_bands) + OTHERS_OFFSET
+    counted = np.where(greatest & np.isfinite(likelihood), likelihood, 1.0)
+    odds += likelihood_slope * np.log(np.maximum(counted, 1.0))
     reach = RATTLE_WITHIN / seconds
-    rank = round(2 * RATTLE_WITHIN * CRESTS)
+    strong = height > AMONG * audible
+    index = np.append(0, np.cumsum(strong))
+    first, last = np.searchsorted(place, (place - reach, place + reach))
+    others = (index[last] - index[first] - strong) / (2.0 * RATTLE_WITHIN)
+    odds += often_slope * np.log(others + 0.5)
+    odds -= loud_slope * np.log(np.maximum(greatest_near(place, bands, reach), LEAST_LOUD))
+    possible = np.minimum(OCTAVES_SLOPE * most, odds - 2.0 * crowd_slope * np.log(LEAST_CROWD))
+    asked = possible > HOPELESS
+    for within in (RATTLE_WITHIN, SHORTLY):
+        reached = crowd(place, height, asked, within, seconds) / audible
+        odds[asked] -= crowd_slope * np.log(np.maximum(reached, LEAST_CROWD))
+    return np.where(asked, np.minimum(OCTAVES_SLOPE * most, odds), -np.inf)
+
+
+def crowd(
+    place: np.ndarray, height: np.ndarray, asked: np.ndarray, within: float, seconds: float
+) -> np.ndarray:
+    """Height that CRESTS a second reach `within` of each crest that is asked for; 0 if fewer."""
+    reach = within / seconds
     first, last = np.searchsorted(place, (place[asked] - reach, place[asked] + reach))
-    found = np.zeros(len(first))
-    for k in np.flatnonzero(last - first >= rank):
-        around = height[first[k] : last[k]]
-        found[k] = np.partition(around, len(around) - rank)[len(around) - rank]
+    found = np.empty(len(first))
+    greatest_but(height, first, last, round(2.0 * within * CRESTS), found)
     return found
 
 

@@ -146,6 +146,16 @@ def greatest_between(values, first, last, out):
 
 
 @njit(nogil=True)
+def greatest_but(values, first, last, rank, out):
+    """out[k]: what `rank` of values[first[k] : last[k]] reach; 0 if there are fewer."""
+    for k in range(len(out)):
+        count = last[k] - first[k]
+        out[k] = 0.0
+        if count >= rank:
+            out[k] = np.partition(values[first[k] : last[k]], count - rank)[count - rank]
+
+
+@njit(nogil=True)
 def measure(x, places, valid, limits, scale, out, sounds):
     """Attack and peak of the impacts at `places`, and what is heard about each of them.
 
