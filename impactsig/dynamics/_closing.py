@@ -71,13 +71,14 @@ def orbits_beside(
 
 
 def _about_to_close(strobes: np.ndarray, last: np.ndarray, which: np.ndarray, m: int) -> np.ndarray:
-    """Whether the last m returns of motions are small, with as many impacts."""
-    ago = np.arange(m - 1, -1, -1)
+    """Whether the last 2 m returns of motions are small, and the last m with as many impacts."""
+    ago = np.arange(2 * m)
     now = strobes[which[:, None], last[which, None] - ago]
     before = strobes[which[:, None], last[which, None] - m - ago]
     size = np.abs(strobes[which, :, :2]).max(axis=(1, 2), initial=0.0)
-    alike = (now[:, :, STROBE_IMPACTS] == before[:, :, STROBE_IMPACTS]).all(axis=1)
-    return alike & (np.abs(now - before)[:, :, :2].max(axis=(1, 2), initial=0.0) <= NEAR * size)
+    impacts = now[:, :m, STROBE_IMPACTS] == before[:, :m, STROBE_IMPACTS]
+    near = np.abs(now - before)[:, :, :2].max(axis=(1, 2), initial=0.0) <= NEAR * size
+    return impacts.all(axis=1) & near
 
 
 def _approach(

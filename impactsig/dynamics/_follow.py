@@ -47,7 +47,7 @@ class Follower:
         self.orthonormal = orthonormal
         self.columns = np.eye(2)
         self.totals = np.zeros(TOTALS)
-        self.collapses = np.zeros((LISTED, 3))
+        self.collapses = np.empty((LISTED, 3))
         self.place = np.zeros(6)
         self.place[PHASE], self.place[IN_MODE], self.place[LAST] = run.phase, run.count[MODE], 0
         self._buffer = np.empty((ROOM, COLUMNS))
@@ -69,8 +69,7 @@ class Follower:
         from ._columns import NEXT
 
         run, status = self.run, self.run.status
-        instants = np.array([after(run.phase, edge * run.per_turn) for edge in edges])
-        instants = instants.reshape(-1, 2)
+        instants = np.stack(after(run.phase, np.array(edges) * run.per_turn), axis=1)
         taken = np.empty((len(instants), len(self.totals)))
         self.place[NEXT] = 0
         piece = TURNS_AT_A_TIME / run.per_turn
