@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         ControlledMotion,
         ControlledStability,
         DelayedFeedback,
+        IntervalFeedback,
         orbit_stability,
         stability_chart,
     )
@@ -175,6 +176,7 @@ _HOME = {
         "ControlledMotion",
         "ControlledStability",
         "DelayedFeedback",
+        "IntervalFeedback",
         "orbit_stability",
         "stability_chart",
     ),
@@ -343,6 +345,7 @@ __all__ = [
     "Impacts",
     "ImpactsigError",
     "ImpactsigWarning",
+    "IntervalFeedback",
     "IntervalHistogram",
     "InvalidInput",
     "Join",

@@ -41,8 +41,8 @@ class BifurcationDiagram:
     impacts_per_period : numpy.ndarray, shape (n,)
         a_i.
     energy_per_period : numpy.ndarray, shape (n,)
-        Energy lost at stops, relative to them, and by friction in a forcing period; NaN of a cantilever before a
-        soft stop, and under control.
+        Energy lost at stops, relative to them, and by friction in a forcing period; NaN of a
+        cantilever before a soft stop, and under control.
     kinetic_energy_per_period : numpy.ndarray, shape (n,)
         Change of the body's kinetic energy in impacts in a forcing period, against the ground
         (`Motion.kinetic_energy_gained`): a_e of [Okolewski2021]_. NaN of a cantilever and under
