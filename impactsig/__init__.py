@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         ControlledMotion,
         ControlledStability,
         DelayedFeedback,
+        IntervalFeedback,
         orbit_stability,
         stability_chart,
     )
@@ -179,6 +180,7 @@ _HOME = {
         "ControlledMotion",
         "ControlledStability",
         "DelayedFeedback",
+        "IntervalFeedback",
         "orbit_stability",
         "stability_chart",
     ),
@@ -352,6 +354,7 @@ __all__ = [
     "Impacts",
     "ImpactsigError",
     "ImpactsigWarning",
+    "IntervalFeedback",
     "IntervalHistogram",
     "InvalidInput",
     "Join",

@@ -4,6 +4,7 @@ from .controlled import ControlledMotion
 from .controlling import Controlled
 from .feedback import DelayedFeedback
 from .flow import ControlledFlowMotion
+from .intervals import IntervalFeedback
 from .ogy import OGY
 from .stability import ControlledStability, orbit_stability, stability_chart
 
@@ -14,6 +15,7 @@ __all__ = [
     "ControlledMotion",
     "ControlledStability",
     "DelayedFeedback",
+    "IntervalFeedback",
     "orbit_stability",
     "stability_chart",
 ]

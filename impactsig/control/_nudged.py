@@ -38,7 +38,7 @@ from .ogy import OGY
 
 
 class Nudged:
-    """Engines of one oscillator with its parameter moved; fulfils `Engine` and `Effort`.
+    """Engines of an oscillator with its parameter moved in spans; fulfils `Engine` and `Effort`.
 
     Parameters
     ----------
@@ -52,9 +52,9 @@ class Nudged:
         self._options = (method, chatter, True)
         self.engine = self._made(oscillator)
         self.omega = self.engine.omega
-        self.begins: list[tuple[float, float]] = []  # turns and phase at which each period began
+        self.begins: list[tuple[float, float]] = []  # turns and phase at which each span began
         self.by: list[float] = []  # how far the parameter was moved in it
-        self.how: list[OGY | None] = []
+        self.how: list[Any] = []  # what moved it
 
     def _made(self, oscillator: Oscillator) -> Engine:
         engine = _engine(oscillator, *self._options)
@@ -62,8 +62,8 @@ class Nudged:
             engine._problem = engine._problem._replace(start=float(self.phase))
         return engine
 
-    def period(self, turns: float, phase: float, how: OGY | None, by: float) -> Engine:
-        """Begin a period with the parameter moved; the engine for it."""
+    def period(self, turns: float, phase: float, how: Any, by: float) -> Engine:
+        """Begin a span with the parameter moved; the engine for it."""
         self.begins.append((turns, phase))
         self.by.append(by)
         self.how.append(how)
@@ -76,10 +76,10 @@ class Nudged:
         return self._made(how.nudged(self.oscillator, self.by[n]))
 
     def _which(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
-        """The period that instants are in; all but the last are a turn long."""
-        first = self.begins[0]
-        passed = turns - first[0] + (phase >= first[1]) - 1
-        return np.clip(passed, 0, len(self.by) - 1).astype(int)
+        """The span that instants are in."""
+        begins = np.array([turn * TURN + angle for turn, angle in self.begins])
+        spans = np.searchsorted(begins, turns * TURN + phase, side="right") - 1
+        return np.clip(spans, 0, len(self.by) - 1)
 
     def place(self, mode: Any, q: Any) -> Any:
         """As of the engine: places do not depend on the parameter."""

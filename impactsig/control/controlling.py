@@ -17,11 +17,12 @@ from ..simulate._run import LONGEST
 from ..simulate.simulation import CHATTER
 from ._delayed import run_delayed
 from ._nudged import run_nudged
+from ._spiked import run_spiked
 from .controlled import ControlledMotion, under_control
-from .feedback import DelayedFeedback
 from .flow import ControlledFlowMotion, control_flow
+from .intervals import IntervalFeedback
 from .ogy import OGY
-from .schedule import Controller, Phase, schedule
+from .schedule import KINDS, Controller, Phase, schedule
 
 TOLERANCE = 1e-12  # of delayed feedback, unless told otherwise
 
@@ -34,17 +35,18 @@ class Controlled:
     stepped by Dormand and Prince's method of order 8, what is fed back coming from its interpolant;
     steps end on the impacts, where the force reaches its limit or comes back from it, and one delay
     after each of these, again and again, so that the order holds throughout. Under `OGY` the motion
-    is simulated period by period, exactly where the oscillator is piecewise linear.
+    is simulated period by period, and under `IntervalFeedback` impact by impact, exactly where the
+    oscillator is piecewise linear.
 
     Parameters
     ----------
     system : Oscillator or Flow
         What moves. An oscillator must be forced, as delays and sections are counted in its forcing
         periods. A flow is controlled by delayed feedback only.
-    controller : DelayedFeedback or OGY, or a sequence of (float, one of them or None)
-        What controls it from `start` on; or several, each from its own start to that of the next,
-        such as ``[(100, DelayedFeedback(0.15, 1, 0.1)), (300, DelayedFeedback(0.15, 2, 0.1)),
-        (500, None)]`` to go from one orbit to another and let go.
+    controller : DelayedFeedback, IntervalFeedback or OGY, or a sequence of pairs
+        What controls it from `start` on; or pairs of a start and one of them or None, each from its
+        own start to that of the next, such as ``[(100, one), (300, other), (500, None)]`` to go
+        from one orbit to another and let go.
     start : float, optional
         When control is switched on, in forcing periods or the flow's unit of time; by default as
         soon as there is something to feed back, one delay after t = 0.
@@ -99,12 +101,19 @@ class Controlled:
             )  # fmt: skip
         phases = schedule(self.controller, self.start, math.inf)
         nudging = [own for _, own in phases if isinstance(own, OGY)]
-        if nudging and isinstance(system, Flow):
+        spiking = [own for _, own in phases if isinstance(own, IntervalFeedback)]
+        if (nudging or spiking) and isinstance(system, Flow):
             raise InvalidInput("controller", self.controller, "a DelayedFeedback for a flow")
         for own in nudging:
             assert isinstance(system, Oscillator)
             own.check(system)
-        if not isinstance(self.controller, (DelayedFeedback, OGY)):
+        for feedback in spiking:
+            assert isinstance(system, Oscillator)
+            if feedback.parameter == "amplitude" and not system.forces:
+                raise InvalidInput(
+                    "parameter", "amplitude", '"load", where it is the base that forces'
+                )
+        if not isinstance(self.controller, KINDS):
             object.__setattr__(self, "controller", phases)
 
     @property
@@ -156,6 +165,10 @@ def move(
     if nudging:
         options["phase"] = _section(nudging, phase)
         motion, engines = run_nudged(system, phases, length, **options)
+        return under_control(motion, phases, engines)
+    if any(isinstance(own, IntervalFeedback) for _, own in phases):
+        options["phase"] = math.fmod(begin, TURN) % TURN
+        motion, engines = run_spiked(system, phases, length, **options)
         return under_control(motion, phases, engines)
     options["method"] = method or RungeKutta(TOLERANCE)
     options["phase"] = math.fmod(begin, TURN) % TURN

@@ -108,11 +108,7 @@ class OGY:
 
     def nudged(self, oscillator: Oscillator, by: float) -> Oscillator:
         """The oscillator with the parameter moved."""
-        if self.parameter == "load":
-            return replace(oscillator, load=oscillator.load + by)
-        first = oscillator.forces[0]
-        moved = replace(first, amplitude=first.amplitude + by)
-        return replace(oscillator, forces=(moved, *oscillator.forces[1:]))
+        return moved(oscillator, self.parameter, by)
 
     def check(self, oscillator: Oscillator) -> None:
         """Refuse an oscillator that the orbit is none of.
@@ -190,3 +186,12 @@ class OGY:
             f"OGY(period({orbit.impacts}, {orbit.periods}), limit={self.limit:g}, "
             f"parameter={self.parameter!r})"
         )
+
+
+def moved(oscillator: Oscillator, parameter: str, by: float) -> Oscillator:
+    """An oscillator with a parameter moved: the amplitude of its first force, or the load."""
+    if parameter == "load":
+        return replace(oscillator, load=oscillator.load + by)
+    first = oscillator.forces[0]
+    larger = replace(first, amplitude=first.amplitude + by)
+    return replace(oscillator, forces=(larger, *oscillator.forces[1:]))

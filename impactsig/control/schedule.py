@@ -8,10 +8,12 @@ from typing import Any, TypeAlias
 from .._arguments import number
 from ..errors import InvalidInput
 from .feedback import DelayedFeedback
+from .intervals import IntervalFeedback
 from .ogy import OGY
 
-Controller: TypeAlias = "DelayedFeedback | OGY"
-Phase: TypeAlias = "tuple[float, DelayedFeedback | OGY | None]"
+Controller: TypeAlias = "DelayedFeedback | IntervalFeedback | OGY"
+Phase: TypeAlias = "tuple[float, DelayedFeedback | IntervalFeedback | OGY | None]"
+KINDS = (DelayedFeedback, IntervalFeedback, OGY)
 
 
 def schedule(
@@ -25,7 +27,7 @@ def schedule(
         If phases are not in the order of time, of two kinds, or one begins before its delay has
         passed.
     """
-    if isinstance(controller, (DelayedFeedback, OGY)):
+    if isinstance(controller, KINDS):
         since = controller.delay if isinstance(controller, DelayedFeedback) else 0.0
         since = since if start is None else number("start", start, least=0.0)
         phases: tuple[Phase, ...] = ((since, controller),)
@@ -58,12 +60,12 @@ def schedule(
 
 
 def _pairs(given: Any) -> tuple[Phase, ...]:
-    required = "a DelayedFeedback, an OGY, or pairs (start, one of them or None)"
+    required = "a DelayedFeedback, IntervalFeedback or OGY, or pairs (start, one of them or None)"
     try:
         pairs = [(since, own) for since, own in given]
     except (TypeError, ValueError):
         raise InvalidInput("controller", given, required) from None
-    right = all(own is None or isinstance(own, (DelayedFeedback, OGY)) for _, own in pairs)
+    right = all(own is None or isinstance(own, KINDS) for _, own in pairs)
     if not pairs or not right:
         raise InvalidInput("controller", given, required)
     return tuple((number("controller", since, least=0.0), own) for since, own in pairs)

@@ -18,9 +18,11 @@ from ..dynamics.orbits import PeriodicOrbit
 from ..errors import InvalidInput
 from ..oscillators import Cantilever
 from ._flow_pieces import of_flow
+from ._impact_map import impact_map_of
 from ._oscillator_pieces import of_oscillator
 from ._variation import State, Variation
 from .feedback import DelayedFeedback
+from .intervals import IntervalFeedback
 
 if TYPE_CHECKING:
     from ..studies.study import Study
@@ -38,7 +40,7 @@ class ControlledStability:
     ----------
     orbit : PeriodicOrbit or FlowOrbit
         The orbit, on which the control force vanishes.
-    feedback : DelayedFeedback
+    feedback : DelayedFeedback or IntervalFeedback
         What controls it.
     growth : float
         Factor by which differences grow in one period of the orbit; below 1 it is stable. The
@@ -64,7 +66,7 @@ class ControlledStability:
     """
 
     orbit: PeriodicOrbit | FlowOrbit
-    feedback: DelayedFeedback
+    feedback: DelayedFeedback | IntervalFeedback
     growth: float
     error: float
     multipliers: np.ndarray = field(repr=False)
@@ -99,7 +101,10 @@ class ControlledStability:
 
 
 def orbit_stability(
-    orbit: PeriodicOrbit | FlowOrbit, feedback: DelayedFeedback, *, laps: int = 1200
+    orbit: PeriodicOrbit | FlowOrbit,
+    feedback: DelayedFeedback | IntervalFeedback,
+    *,
+    laps: int = 1200,
 ) -> ControlledStability:
     """How fast differences from an orbit shrink, or grow, under delayed feedback.
 
@@ -116,12 +121,16 @@ def orbit_stability(
     share of it. So differences of opposite sign do not grow alike, there are no multipliers, and
     the limit matters to stability; `growth` is then the mean over many periods.
 
+    Under `IntervalFeedback` the map from impact to impact, of an orbit of one impact at a rigid
+    stop, is linearised, and its multipliers are those of that map with the feedback.
+
     Parameters
     ----------
     orbit : PeriodicOrbit or FlowOrbit
         Stable or not.
-    feedback : DelayedFeedback
-        Its delay a multiple of the orbit's period.
+    feedback : DelayedFeedback or IntervalFeedback
+        A delay of DelayedFeedback is a multiple of the orbit's period; a target of
+        IntervalFeedback is its period.
     laps : int
         Periods of the orbit over which the mean is taken.
 
@@ -156,8 +165,10 @@ def orbit_stability(
         )
     if not orbit.found:
         raise InvalidInput("orbit", orbit, "an orbit that was found")
+    if isinstance(feedback, IntervalFeedback):
+        return _of_intervals(orbit, feedback)
     if not isinstance(feedback, DelayedFeedback):
-        raise InvalidInput("feedback", feedback, "a DelayedFeedback")
+        raise InvalidInput("feedback", feedback, "a DelayedFeedback or an IntervalFeedback")
     laps = whole("laps", laps, 40)
     variation = _variation(orbit, feedback)
     if variation.forgets:
@@ -244,6 +255,23 @@ def stability_chart(
 
     grid = {"gain": values, "delay": multiples * period}
     return sweep(growth, grid, **options)
+
+
+def _of_intervals(
+    orbit: PeriodicOrbit | FlowOrbit, feedback: IntervalFeedback
+) -> ControlledStability:
+    """The multipliers of an orbit under feedback of intervals."""
+    if isinstance(orbit, FlowOrbit):
+        raise InvalidInput("orbit", orbit, "an orbit of an Oscillator, which has impacts")
+    if feedback.target is not None and abs(feedback.target - orbit.periods) > 1e-9 * orbit.periods:
+        raise InvalidInput(
+            "feedback", feedback, f"a target of {orbit.periods}, the interval of the orbit"
+        )
+    loop = feedback.closed_loop(impact_map_of(orbit, feedback.parameter))
+    multipliers = np.linalg.eigvals(loop).astype(complex)
+    multipliers = multipliers[np.argsort(-np.abs(multipliers))]
+    growth = float(np.abs(multipliers[0]))
+    return ControlledStability(orbit, feedback, growth, 0.0, multipliers)
 
 
 def _variation(orbit: PeriodicOrbit | FlowOrbit, feedback: DelayedFeedback) -> Variation:
