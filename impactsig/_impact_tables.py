@@ -7,9 +7,10 @@ from dataclasses import fields
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
 
 from ._atomic import atomic_path
-from ._impact_columns import COLUMNS
+from ._impact_columns import COLUMNS, columns
 from .errors import MissingExtra, UnreadableFile
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def read_csv(kind: type[Impacts], path: Any) -> Impacts:
         frame = pd.read_csv(path, comment="#", dtype=str)
     except (OSError, ValueError) as error:
         raise UnreadableFile(path, f"not a table of impacts ({error})") from error
-    return _made(kind, path, frame, run)
+    return _made(kind, path, _arrays(frame), run)
 
 
 def write_parquet(impacts: Impacts, path: Any) -> None:
@@ -66,7 +67,29 @@ def read_parquet(kind: type[Impacts], path: Any) -> Impacts:
         run = json.loads((table.schema.metadata or {}).get(b"impactsig", b"{}"))
     except (OSError, ValueError, arrow.ArrowException) as error:
         raise UnreadableFile(path, f"not a Parquet table of impacts ({error})") from error
-    return _made(kind, path, table.to_pandas(), run)
+    return _made(kind, path, _arrays(table.to_pandas()), run)
+
+
+def write_npz(impacts: Impacts, path: Any) -> None:
+    """As arrays, which are read again in a twentieth of the time that text takes."""
+    import numpy as np
+
+    run = np.array(json.dumps(_run(impacts)))
+    with atomic_path(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, run=run, **columns(impacts))  # type: ignore[arg-type]
+
+
+def read_npz(kind: type[Impacts], path: Any) -> Impacts:
+    """What `write_npz` has written."""
+    import numpy as np
+
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            values = dict(file.items())
+        run = json.loads(str(values.pop("run")))
+    except (OSError, ValueError, KeyError, BadZipFile) as error:
+        raise UnreadableFile(path, f"not a table of impacts ({error})") from error
+    return _made(kind, path, values, run)
 
 
 def _run(impacts: Impacts) -> dict[str, Any]:
@@ -79,11 +102,15 @@ def _run(impacts: Impacts) -> dict[str, Any]:
     return run
 
 
-def _made(kind: type[Impacts], path: Any, frame: pd.DataFrame, run: dict[str, Any]) -> Impacts:
-    if "time" not in frame:
-        raise UnreadableFile(path, f"no column 'time' among {list(frame.columns)}")
+def _arrays(frame: pd.DataFrame) -> dict[str, Any]:
+    return {str(name): frame[name].to_numpy() for name in frame}
+
+
+def _made(kind: type[Impacts], path: Any, columns: Any, run: dict[str, Any]) -> Impacts:
+    if "time" not in columns:
+        raise UnreadableFile(path, f"no column 'time' among {list(columns)}")
     names = {item.name for item in fields(kind)}
-    values: dict[str, Any] = {name: frame[name].to_numpy() for name in COLUMNS if name in frame}
+    values: dict[str, Any] = {name: columns[name] for name in COLUMNS if name in columns}
     try:
         if "flags" in values:  # of CSV they are text
             values["flags"] = values["flags"].astype(int)
