@@ -81,6 +81,7 @@ if TYPE_CHECKING:
         return_map,
         track_period,
     )
+    from .intervals.bounces import restitution_from_bounces
     from .io import Limits, RawLayout, info, read, read_blocks, read_many
     from .matching import Matching, match_impacts
     from .oscillators import (
@@ -230,6 +231,7 @@ _HOME = {
         "stop_restitution",
         "stop_stiffness",
     ),
+    "intervals.bounces": ("restitution_from_bounces",),
     "reconstruct": (),
     "reconstruct.correlation": ("CorrelationSum", "correlation_sum"),
     "reconstruct.delays": ("DelayChoice", "autocorrelation_delay", "mutual_information_delay"),
@@ -464,6 +466,7 @@ __all__ = [
     "recurrence_quantification",
     "repair_intervals",
     "response_spectrum",
+    "restitution_from_bounces",
     "return_map",
     "return_map_determinism",
     "scenes",

@@ -9,6 +9,7 @@ from dataclasses import fields
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -72,6 +73,24 @@ def read_parquet(kind: type[Impacts], path: Any) -> Impacts:
     except (OSError, ValueError, arrow.ArrowException) as error:
         raise UnreadableFile(path, f"not a Parquet table of impacts ({error})") from error
     return _made(kind, path, {name: table[name].to_numpy() for name in table.column_names}, run)
+
+
+def write_npz(impacts: Impacts, path: Any) -> None:
+    """As arrays, which are read again in a twentieth of the time that text takes."""
+    run = np.array(json.dumps(_run(impacts)))
+    with atomic_path(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, run=run, **columns(impacts))  # type: ignore[arg-type]
+
+
+def read_npz(kind: type[Impacts], path: Any) -> Impacts:
+    """What `write_npz` has written."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            values = dict(file.items())
+        run = json.loads(str(values.pop("run")))
+    except (OSError, ValueError, KeyError, BadZipFile) as error:
+        raise UnreadableFile(path, f"not a table of impacts ({error})") from error
+    return _made(kind, path, values, run)
 
 
 def _run(impacts: Impacts) -> dict[str, Any]:

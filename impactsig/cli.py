@@ -265,6 +265,23 @@ def rig(chosen: argparse.Namespace) -> None:
     print(f"rig: {one_line(chosen.output)}")
 
 
+def experiment(chosen: argparse.Namespace) -> None:
+    """Work out the recordings of a folder as one experiment, and write a page with figures."""
+    from .experiment.experiment import Experiment
+    from .report.experiment import write_experiment
+
+    found = Experiment.read(chosen.folder, chosen.rig, workers=chosen.workers)
+    print(one_line(found))
+    for path, error in found.errors.items():
+        print(f"error: {one_line(path)}: {one_line(error)}", file=sys.stderr)
+    page = write_experiment(
+        found, chosen.output or Path(_EXPERIMENT), workers=chosen.workers, reports=chosen.reports
+    )
+    for jump in found.jumps():
+        print(one_line(jump.describe(found.unit)))
+    print(f"page: {one_line(page)}")
+
+
 def demo(chosen: argparse.Namespace) -> None:
     """Analyse a recording that comes with the package; its report is written to this folder."""
     from .report import analyse_to_page
@@ -300,6 +317,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
     "plot": plot,
     "info": info,
     "rig": rig,
+    "experiment": experiment,
     "demo": demo,
 }
 
@@ -336,6 +354,8 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument(
                 "files", type=Path, nargs="+", metavar="FILE", help="recordings, one or more"
             )
+        elif name == "experiment":
+            _add_experiment(command)
         elif name == "compare":
             command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_EITHER)
         elif name != "demo":
@@ -359,12 +379,27 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _add_experiment(command: argparse.ArgumentParser) -> None:
+    command.add_argument("folder", type=Path, metavar="FOLDER", help="folder of the recordings")
+    command.add_argument(
+        "--rig", type=Path, metavar="FILE", help="how they are read (default: rig.toml in it)"
+    )
+    command.add_argument("--workers", type=int, metavar="N", help=_PROCESSES)
+    command.add_argument(
+        "--no-reports",
+        dest="reports",
+        action="store_false",
+        help="leave out the report of each recording",
+    )
+
+
 _FORCING = {
     "report": "frequency of the forcing; without it periods count the motion's own period",
     "compare": "frequency of the forcing, by which the period of each is identified",
 }
 _DYNAMICS = "add dimension, Lyapunov exponent and surrogate test of the intervals (seconds)"
-_REPORTS = "impactsig-reports"
+_REPORTS, _EXPERIMENT = "impactsig-reports", "impactsig-experiment"
+_PROCESSES = "processes (default: as many as cores)"
 _WORKERS = "processes, where there are several files (default: as many as cores)"
 _EITHER = "a recording, or a .csv or .parquet table of impacts as detect writes them"
 _SEARCHING = ("report", "detect", "compare", "dimension")
@@ -375,6 +410,8 @@ _OUTPUT = {
     "compare": "a .png, .pdf or .svg file for the figure (default: none)",
     "dimension": "a .png, .pdf or .svg file for the figure (default: none)",
     "rig": "the .toml file to write (default: to standard output)",
+    "experiment": "the folder for the page, its tables and the reports of the recordings "
+    f"(default: {_EXPERIMENT})",
 }
 
 

@@ -57,6 +57,10 @@ class Things:
         return im.Impacts(np.arange(80) * 0.05 + np.random.default_rng(2).normal(0, 1e-4, 80))
 
     @cached_property
+    def bounces(self) -> im.Impacts:
+        return im.Impacts(np.cumsum(0.5 * 0.8 ** np.arange(8)), time_error=np.full(8, 1e-4))
+
+    @cached_property
     def oscillator(self) -> im.Oscillator:
         return driven(1.0)
 
@@ -204,6 +208,7 @@ def valid_calls(t: Things) -> dict[str, tuple[tuple[Any, ...], dict[str, Any]]]:
     call("recurrence_quantification", t.x, radius=0.2, workers=1)
     call("repair_intervals", t.intervals, 1.0)
     call("response_spectrum", driven, [1.0], periods=5, transient=5, workers=1)
+    call("restitution_from_bounces", t.bounces, contact_time=0.0)
     call("return_map", t.intervals)
     call("return_map_determinism", t.x, count=19, seed=1)
     call("separate_stops", t.sound, t.train)

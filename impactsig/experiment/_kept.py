@@ -2,7 +2,7 @@
 
 | file | holds |
 |---|---|
-| ``KE/KEY.csv`` | the impacts, as `Impacts.to_csv` writes them |
+| ``KE/KEY.npz`` | the impacts, an array for each column |
 | ``KE/KEY.json`` | the row of the table, or why there is none; written after the impacts |
 | ``contents.jsonl`` | digests of recordings, by path, size and time, so that none is read again |
 
@@ -19,6 +19,7 @@ from typing import Any
 
 from .._atomic import atomic_path
 from .._correction_files import SUFFIX
+from .._impact_tables import read_npz, write_npz
 from ..errors import ImpactsigError, InvalidInput, UnreadableFile, UnwritableFile
 from ..impacts import Impacts
 from ._run import Run
@@ -122,8 +123,8 @@ class Kept:
 
     def write(self, key: str, run: Run) -> None:
         """Keep a run: its impacts, then its row."""
-        self.place(key, "csv").parent.mkdir(exist_ok=True)
-        run.impacts.to_csv(self.place(key, "csv"))
+        self.place(key, "npz").parent.mkdir(exist_ok=True)
+        write_npz(run.impacts, self.place(key, "npz"))
         self._dump(key, run.summary)
 
     def write_error(self, key: str, error: ImpactsigError) -> None:
@@ -145,7 +146,7 @@ class Kept:
 
     def impacts(self, key: str) -> Impacts:
         """The impacts of a run."""
-        return Impacts.read_csv(self.place(key, "csv"))
+        return read_npz(Impacts, self.place(key, "npz"))
 
     def _dump(self, key: str, content: Any) -> None:
         with atomic_path(self.place(key, "json")) as temporary:

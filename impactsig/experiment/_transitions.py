@@ -73,7 +73,7 @@ class Hysteresis(NamedTuple):
 def jumps_of(points: Sequence[Point]) -> tuple[Jump, ...]:
     """The changes along each branch, in the order in which they are met."""
     jumps: list[Jump] = []
-    for branch in sorted({one.branch for one in points}):
+    for branch in dict.fromkeys(one.branch for one in points):
         own = [one for one in points if one.branch == branch and math.isfinite(one.value)]
         own = [one for one in own if one.motion != "unknown"]
         own.sort(key=lambda one: one.value, reverse=branch == "down")

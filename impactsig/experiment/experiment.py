@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import choice, instance, whole
+from .._arguments import choice, whole
 from .._arguments import path as path_of
 from ..errors import ImpactsigError, InvalidInput, MissingExtra
 from ..impacts import Impacts
@@ -23,6 +23,7 @@ from .rig import RIG, Rig
 if TYPE_CHECKING:
     import pandas as pd
     import xarray
+    from matplotlib.axes import Axes
 
 COLUMNS = (
     "period", "kind", "m", "n", "confidence", "forcing_frequency", "locked_frequency", "impacts",
@@ -130,7 +131,8 @@ class Experiment:
             told = row.get("value")
             value = task.place.value if told is None else told
             found.append((task.place.branch, value, task.path, task.key))
-        found.sort(key=lambda one: (one[0], np.isnan(one[1]), one[1], one[2]))
+        # up, down, then other branches
+        found.sort(key=lambda one: (one[0] != "up", one[0], np.isnan(one[1]), one[1], one[2]))
         return cls(
             used,
             tuple(path for _, _, path, _ in found),
@@ -266,6 +268,56 @@ class Experiment:
         """Changes that happen at one value of the parameter upwards and at another downwards."""
         return hysteresis_of(self.jumps())
 
+    def plot(self, observe: Any = "interval", ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw a quantity over the parameter; see `impactsig.plot.experiment`."""
+        from ..plot import experiment
+
+        return experiment(self, observe, ax, **options)
+
+    def write_report(
+        self,
+        directory: str | PathLike[str],
+        *,
+        reports: bool = True,
+        simulated: Any = (),
+        workers: int | None = None,
+        progress: bool | None = None,
+    ) -> Path:
+        """Write a page with figures and tables that links a report of each recording.
+
+        Parameters
+        ----------
+        directory : path-like
+            Where ``index.html`` goes, the tables ``runs.csv`` and ``jumps.csv``, and in
+            ``recordings`` the reports; made if need be.
+        reports : bool
+            Whether each recording has a report of its own.
+        simulated : BifurcationDiagram or sequence of it, optional
+            Drawn beside the measurement.
+        workers, progress
+            As for `read`.
+
+        Returns
+        -------
+        Path
+            The page.
+
+        Raises
+        ------
+        UnwritableFile
+            If the directory cannot be made or written.
+        """
+        from ..report.experiment import write_experiment
+
+        return write_experiment(
+            self,
+            path_of("directory", directory),
+            reports=reports,
+            simulated=simulated,
+            workers=workers,
+            progress=progress,
+        )
+
     def _rows(self) -> Iterator[dict[str, Any]]:
         kept = Kept(self.directory)
         for key in self._keys:
@@ -290,14 +342,3 @@ class Experiment:
 
 def _number(value: Any) -> float:
     return np.nan if value is None else float(value)
-
-
-def checked(value: Any) -> Experiment:
-    """An experiment.
-
-    Raises
-    ------
-    InvalidInput
-        If it is none.
-    """
-    return instance("experiment", value, Experiment)

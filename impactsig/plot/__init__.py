@@ -26,6 +26,7 @@ from .dimension import dimension
 from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
 from .ensembles import density, joint_density, noisy_motion
 from .equivalence import match_rate
+from .experiments import experiment
 from .exponents import stretch_curve
 from .fitting import oscillator_fit
 from .lyapunov import lyapunov_convergence
@@ -61,6 +62,7 @@ __all__ = [
     "delay_choice",
     "density",
     "dimension",
+    "experiment",
     "false_neighbors",
     "flow_orbit",
     "histogram",

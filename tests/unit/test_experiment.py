@@ -1,0 +1,257 @@
+"""An experiment: every recording a run, worked out once, and what the runs show together."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+from impactsig import Experiment, InvalidInput, Rig, UnreadableFile, detect_impacts, read
+from impactsig.experiment import _reading
+
+RATE = 10_000
+RIG = Rig(
+    channel=[{"number": 0, "sensor": "force", "unit": "N", "scale": 2.0}],
+    parameter={
+        "name": "frequency",
+        "unit": "Hz",
+        "from": "file name",
+        "pattern": "(?P<branch>up|down)/(?P<value>[0-9.]+)Hz",
+    },
+    forcing={"frequency": "parameter"},
+)
+
+
+def record(path, frequency, impacts=1, seed=0, drive=False):
+    """Two seconds of pulses, `impacts` of them in every forcing period."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    rng, t = np.random.default_rng(seed), np.arange(2 * RATE) / RATE
+    samples = 5e-3 * rng.standard_normal(len(t))
+    for k in range(int(2 * frequency)):
+        for one in range(impacts):
+            u = (t - (k + 0.3 + 0.37 * one) / frequency) / 2e-3
+            samples += (0.4 + 0.1 * one) * np.where((u > 0) & (u < 1), np.sin(np.pi * u), 0)
+    channels = [samples, 0.8 * np.sin(2 * np.pi * frequency * t)] if drive else [samples]
+    soundfile.write(path, np.column_stack(channels), RATE, subtype="PCM_24")
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Three values upwards and three downwards, between which one impact becomes two."""
+    place = tmp_path_factory.mktemp("experiment")
+    for branch, several in (("up", (20.0, 21.0)), ("down", (20.0,))):
+        for value in (20.0, 21.0, 22.0):
+            record(place / branch / f"{value:.1f}Hz.wav", value, 1 + (value in several))
+    (place / "up" / "23.0Hz.wav").write_bytes(b"RIFF and no more")
+    (place / "up" / "unnamed.wav").write_bytes((place / "up" / "20.0Hz.wav").read_bytes())
+    return place
+
+
+@pytest.fixture(scope="module")
+def experiment(folder):
+    return Experiment.read(folder, RIG, workers=1)
+
+
+def test_each_recording_is_a_run_and_failures_are_named(experiment, folder):
+    assert len(experiment) == 6
+    assert experiment.branches == ("up",) * 3 + ("down",) * 3
+    np.testing.assert_array_equal(experiment.values, [20, 21, 22] * 2)
+    errors = {path.name: error for path, error in experiment.errors.items()}
+    assert set(errors) == {"23.0Hz.wav", "unnamed.wav"}
+    assert isinstance(errors["23.0Hz.wav"], UnreadableFile)
+    assert "unnamed" in str(errors["unnamed.wav"])
+
+
+def test_a_run_has_the_impacts_that_detection_finds(experiment, folder):
+    alone = detect_impacts(read(folder / "up" / "21.0Hz.wav", scale=2.0, unit="N"), sensor="force")
+    kept = experiment.impacts(1)
+    np.testing.assert_array_equal(kept.time, alone.time)
+    np.testing.assert_array_equal(kept.contact_time, alone.contact_time)
+    with pytest.raises(InvalidInput, match="run"):
+        experiment.impacts(6)
+
+
+def test_the_table_has_periods_and_contact_times(experiment):
+    frame = experiment.to_frame()
+    assert list(frame["m"]) == [2, 2, 1, 2, 1, 1]
+    assert list(frame["period"]) == [f"period({m},1)" for m in (2, 2, 1, 2, 1, 1)]
+    np.testing.assert_allclose(frame["contact_time"], 2e-3, rtol=0.02)
+    np.testing.assert_allclose(frame["locked_frequency"], frame["frequency"], rtol=1e-4)
+    np.testing.assert_allclose(frame["impacts_per_period"], [2, 2, 1, 2, 1, 1], rtol=0.05)
+
+
+def test_results_as_labelled_arrays(experiment):
+    pytest.importorskip("xarray")
+    found = experiment.to_xarray("interval", "peak")
+    assert found.sizes["run"] == 6
+    assert found["frequency"].attrs["units"] == "Hz"
+    of_last = found["interval_of_impacts"][found["interval_run"] == 5]
+    np.testing.assert_allclose(of_last, 1 / 22, rtol=1e-3)
+    assert found.sizes["peak_index"] == sum(len(experiment.impacts(k)) for k in range(6))
+
+
+def test_jumps_and_hysteresis(experiment):
+    jumps = experiment.jumps()
+    assert [(one.branch, one.value) for one in jumps] == [("up", 21.5), ("down", 20.5)]
+    assert (jumps[1].before, jumps[1].after) == ("period(1,1)", "period(2,1)")
+    for one in jumps:  # somewhere within a step of 1 Hz, uniformly
+        assert one.error == pytest.approx(1 / np.sqrt(12), rel=0.05)
+        assert one.low == one.value + (0.5 if one.branch == "down" else -0.5)
+    (loop,) = experiment.hysteresis()
+    assert (loop.width, loop.below, loop.above) == (1.0, "period(2,1)", "period(1,1)")
+    assert loop.error == pytest.approx(np.hypot(jumps[0].error, jumps[1].error))
+
+
+def test_clouds_hold_every_impact(experiment):
+    clouds = list(experiment.clouds("phase"))
+    assert [point.value for point, _ in clouds] == [20, 21, 22] * 2
+    for point, phases in clouds:
+        spread = np.sort(phases)
+        if point.m == 1:
+            assert np.ptp(spread) < 1e-3
+        else:
+            assert spread[-1] - spread[0] == pytest.approx(0.37, abs=2e-3)
+    with pytest.raises(InvalidInput, match="quantity"):
+        next(experiment.clouds("colour"))
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """The recordings that are worked out."""
+    done = []
+    original = _reading.worked_out
+
+    def worked_out(path, *more):
+        done.append(path.name)
+        return original(path, *more)
+
+    monkeypatch.setattr(_reading, "worked_out", worked_out)
+    return done
+
+
+def test_what_is_kept_is_not_done_again_and_what_changed_is(tmp_path, counted):
+    for k in range(3):
+        record(tmp_path / "up" / f"{20 + k}Hz.wav", 20.0 + k)
+    (tmp_path / "up" / "29Hz.wav").write_bytes(b"RIFF and no more")
+    first = Experiment.read(tmp_path, RIG, workers=1)
+    assert len(counted) == 4  # a file that fails by its content fails once
+    counted.clear()
+    again = Experiment.read(tmp_path, RIG, workers=1)
+    assert counted == []
+    assert again.to_frame().equals(first.to_frame())
+    assert list(again.errors) == list(first.errors)
+    record(tmp_path / "up" / "21Hz.wav", 21.0, seed=1)
+    Experiment.read(tmp_path, RIG, workers=1)
+    assert counted == ["21Hz.wav"]
+    counted.clear()
+    other = Rig(RIG.channel, RIG.parameter, {"frequency": "parameter"}, {"stop": 1.0})
+    assert (Experiment.read(tmp_path, other, workers=1).to_frame()["duration"] == 1.0).all()
+    assert len(counted) == 4
+    counted.clear()
+    # Another name of the parameter is no other run, nor is a file that moves.
+    (tmp_path / "up" / "20Hz.wav").rename(tmp_path / "up" / "0020Hz.wav")
+    named = Rig(RIG.channel, {**RIG.parameter, "name": "f"}, RIG.forcing)
+    Experiment.read(tmp_path, named, workers=1)
+    assert counted == []
+
+
+def test_a_changed_recording_is_noticed_by_its_time(tmp_path, counted):
+    path = record(tmp_path / "up" / "20Hz.wav", 20.0)
+    long_ago = time.time() - 100
+    os.utime(path, (long_ago, long_ago))
+    Experiment.read(tmp_path, RIG, workers=1)
+    assert (tmp_path / ".impactsig" / "contents.jsonl").read_text().count("\n") == 1
+    counted.clear()
+    record(path, 20.0, impacts=2)  # of the same size
+    frame = Experiment.read(tmp_path, RIG, workers=1).to_frame()
+    assert counted == ["20Hz.wav"]
+    assert list(frame["period"]) == ["period(2,1)"]
+
+
+def test_corrections_beside_a_recording_are_part_of_it(tmp_path, counted):
+    path = record(tmp_path / "up" / "20Hz.wav", 20.0)
+    found = Experiment.read(tmp_path, RIG, workers=1).impacts(0)
+    found.edit(reject=[float(found.time[3])], by="a test").write_corrections(path)
+    assert len(Experiment.read(tmp_path, RIG, workers=1).impacts(0)) == len(found) - 1
+    assert len(counted) == 2
+
+
+def test_the_forcing_channel_tells_frequency_and_phase(tmp_path):
+    record(tmp_path / "a.wav", 20.5, drive=True)
+    rig = Rig(
+        channel=[
+            {"name": "channel 0", "sensor": "force", "unit": "N"},
+            {"name": "channel 1", "use": "forcing"},
+        ],
+        parameter={"name": "frequency", "unit": "Hz", "from": "channel", "channel": "channel 1"},
+    )
+    found = Experiment.read(tmp_path, rig, workers=1)
+    assert found.values == pytest.approx([20.5], rel=1e-6)
+    ((_, phases),) = found.clouds("phase")
+    np.testing.assert_allclose(phases, 0.3, atol=2e-3)  # of the rise of the sine, at 0
+    assert list(found.to_frame()["period"]) == ["period(1,1)"]
+
+
+def test_the_parameter_comes_from_a_table_or_from_metadata(tmp_path):
+    record(tmp_path / "a.wav", 20.0)
+    record(tmp_path / "b.wav", 20.0)
+    with soundfile.SoundFile(tmp_path / "a.wav", "r+") as file:
+        file.title = "12.5"
+    (tmp_path / "runs.csv").write_text("file,value,branch\na.wav,1.5,up\n", encoding="utf-8")
+    by_table = {"name": "gap", "unit": "mm", "from": "table", "table": "runs.csv"}
+    found = Experiment.read(tmp_path, Rig(RIG.channel, by_table), workers=1)
+    assert (found.values.tolist(), found.branches) == ([1.5], ("up",))
+    assert [path.name for path in found.errors] == ["b.wav"]
+    by_title = {"name": "gap", "from": "metadata", "key": "title", "branch": "down"}
+    found = Experiment.read(tmp_path, Rig(RIG.channel, by_title), workers=1)
+    assert (found.values.tolist(), found.branches) == ([12.5], ("down",))
+    assert "a number among the metadata" in str(next(iter(found.errors.values())))
+
+
+def test_a_folder_needs_a_rig_and_recordings(tmp_path):
+    with pytest.raises(InvalidInput, match=r"rig\.toml"):
+        Experiment.read(tmp_path)
+    (tmp_path / "rig.toml").write_text('files = "*.wav"\n', encoding="utf-8")
+    with pytest.raises(InvalidInput, match="recordings"):
+        Experiment.read(tmp_path)
+    with pytest.raises(InvalidInput, match="folder"):
+        Experiment.read(tmp_path / "nowhere", RIG)
+
+
+@pytest.mark.slow
+def test_killed_at_any_instant_nothing_is_lost_or_done_twice(tmp_path):
+    """Twenty kills: every run is written once, and the result is that of a single reading."""
+    for k in range(40):
+        record(tmp_path / "up" / f"{20 + k / 10:.1f}Hz.wav", 20 + k / 10, seed=k)
+    program = (
+        "import sys; from tests.unit.test_experiment import RIG; from impactsig import Experiment;"
+        "Experiment.read(sys.argv[1], RIG, workers=2, directory=sys.argv[2])"
+    )
+    kept = tmp_path / "kept"
+    root = Path(__file__).parents[2]
+    seen: dict[Path, int] = {}
+    delay = np.random.default_rng(0).uniform(2, 8, 20)
+    for seconds in delay:
+        run = subprocess.Popen([sys.executable, "-c", program, str(tmp_path), str(kept)], cwd=root)
+        try:
+            run.wait(seconds)
+        except subprocess.TimeoutExpired:
+            run.kill()
+            run.wait()
+        time.sleep(0.5)  # its workers leave
+        for path in kept.glob("*/*.json"):
+            json.loads(path.read_text())  # whole
+            stamp = path.stat().st_mtime_ns
+            assert seen.setdefault(path, stamp) == stamp
+    whole = Experiment.read(tmp_path, RIG, workers=1, directory=tmp_path / "alone")
+    last = Experiment.read(tmp_path, RIG, workers=1, directory=kept)
+    assert last.to_frame().equals(whole.to_frame())
+    assert len(list(kept.glob("*/*.json"))) == 40
