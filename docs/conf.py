@@ -15,7 +15,7 @@ import impactsig
 sys.modules |= {f"impactsig.{name}": getattr(impactsig, name) for name in ("scenes", "flows")}
 
 project = "impactsig"
-author = "the authors of impactsig"
+author = "the impactsig developers"
 version = release = impactsig.__version__
 
 extensions = [
