@@ -41,7 +41,7 @@ def coefficient_of_variation(intervals: Intervals) -> float:
 
 
 def cv2(intervals: Intervals) -> float:
-    """Mean of 2 |I_{k+1} - I_k| / (I_{k+1} + I_k) over neighbouring intervals [Holt1996]_.
+    """Mean of 2 abs(I_{k+1} - I_k) / (I_{k+1} + I_k) over neighbouring intervals [Holt1996]_.
 
     Parameters
     ----------

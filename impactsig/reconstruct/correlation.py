@@ -177,7 +177,8 @@ def correlation_sum(
     y_i = (x_i, x_{i+d}, ..., x_{i+(m-1)d}) is the share of pairs, away from each other in time by
     more than the Theiler window W [Theiler1986]_, whose distance is r or less,
 
-        C_m(r) = #{i < j : j - i > W, max_k |x_{i+kd} - x_{j+kd}| <= r} / ((n - W)(n - W - 1) / 2),
+        C_m(r) = #{i < j : j - i > W, max_k abs(x_{i+kd} - x_{j+kd}) <= r}
+                 / ((n - W)(n - W - 1) / 2),
 
     with all n = N - (m - 1) d vectors of each dimension m (fewer where the run has gaps). A pair
     at exactly the distance r counts, pairs of equal vectors at every r. The comparison is that of

@@ -76,7 +76,7 @@ class RecurrenceQuantification:
     Attributes
     ----------
     recurrence_rate : float
-        RR, share of the pairs (i, j), |i - j| > theiler, that are within the radius.
+        RR, share of the pairs (i, j), abs(i - j) > theiler, that are within the radius.
     determinism : float or None
         DET, share of the recurrences that stand in diagonal lines.
     mean_diagonal : float or None
@@ -157,7 +157,7 @@ def recurrence_plot(
     rate: float | None = None,
     workers: int | None = None,
 ) -> RecurrencePlot:
-    """Which delay vectors of a series are near each other: R_ij = 1 if |v_i - v_j| <= radius.
+    """Which delay vectors of a series are near each other: R_ij = 1 if abs(v_i - v_j) <= radius.
 
     The distance is the largest difference of a coordinate [Marwan2007]_.
 
@@ -237,7 +237,7 @@ def recurrence_quantification(
         ENTR = -sum p(l) ln p(l),  p(l) = P(l) / sum P(l),
         LAM = sum v Q(v) / sum_{v>=1} v Q(v),      TT = sum v Q(v) / sum Q(v).
 
-    Points with |i - j| <= theiler are no recurrences, and RR is the share of the others. A line
+    Points with abs(i - j) <= theiler are no recurrences, and RR is the share of the others. A line
     that touches the edge of the plot, or a gap of the run, counts with the length it has there.
     Exact; N^2 comparisons (each a few ns) and memory of N numbers, the matrix is not made.
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import pickle
+import re
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -54,3 +57,12 @@ def test_messages_name_value_and_remedy():
     assert isinstance(error, ValueError)
     assert isinstance(UnreadableFile("a", "b"), OSError)
     assert 'impactsig[daq]"' in str(MissingExtra("npTDMS", "daq", "Reading TDMS"))
+
+
+def test_the_version_is_the_same_wherever_it_stands():
+    root = Path(__file__).resolve().parents[2]
+    project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
+    cited = re.search(r"^version: (.*)$", (root / "CITATION.cff").read_text(), re.M)
+    assert cited is not None
+    assert impactsig.__version__ == project["version"] == cited[1]
+    assert f"## {impactsig.__version__} " in (root / "CHANGELOG.md").read_text()
