@@ -23,6 +23,7 @@ TITLES = {
     "Orbits and diagrams": ("dynamics",),
     "Control": ("control",),
     "Noise": ("stochastic",),
+    "Experiments": ("experiment",),
     "From measurement to model": (
         "identify",
         "fitting",
