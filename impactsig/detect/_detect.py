@@ -116,7 +116,7 @@ def detect_impacts(
     rise above the higher flank, which no step and no ramp does. An impact is a crest of the
     response at the width at which it stands highest above its noise, of all widths up to that of
     the longest contact. Noise, mains hum and the steps of the converter are read from the samples
-    between impacts within eight seconds of it, and hum is taken off by a fit; single samples that
+    between impacts within ten seconds of it, and hum is taken off by a fit; single samples that
     stand alone among longer pulses are glitches. An impact is certain where Gaussian noise would
     exceed its response once in fifty minutes, or once in 2000 impacts. Where five are certain
     within two seconds or so, and one in sixteen of them stands little above that level, fainter
