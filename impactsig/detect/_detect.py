@@ -350,6 +350,8 @@ def _find_force(
     }
     if found.step:
         settings["converter_step"] = found.step
+    if found.saturation is not None:
+        settings["saturation"] = found.saturation
     if found.hum:
         settings["hum"] = {f"{f:g} Hz": a for f, a in found.hum.items()}
     silent = [one.duration / rate for one in found.disturbances if one.kind == "dropout"]
