@@ -36,7 +36,7 @@ def converter_step(samples: np.ndarray) -> float:
 
 
 @njit(nogil=True)
-def _differing(seen, rounding):
+def _differing(seen: np.ndarray, rounding: float) -> int:
     """How many values in order are greater than the one before by more than rounding."""
     count = 0
     for k in range(1, len(seen)):

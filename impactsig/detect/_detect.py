@@ -120,7 +120,7 @@ def detect_impacts(
     rise above the higher flank, which no step and no ramp does. An impact is a crest of the
     response at the width at which it stands highest above its noise, of all widths up to that of
     the longest contact. Noise, mains hum and the steps of the converter are read from the samples
-    between impacts within eight seconds of it, and hum is taken off by a fit; single samples that
+    between impacts within ten seconds of it, and hum is taken off by a fit; single samples that
     stand alone among longer pulses are glitches. An impact is certain where Gaussian noise would
     exceed its response once in fifty minutes, or once in 2000 impacts. Where five are certain
     within two seconds or so, and one in sixteen of them stands little above that level, fainter
@@ -358,6 +358,8 @@ def _find_force(
     }
     if found.step:
         settings["converter_step"] = found.step
+    if found.saturation is not None:
+        settings["saturation"] = found.saturation
     if found.hum:
         settings["hum"] = {f"{f:g} Hz": a for f, a in found.hum.items()}
     silent = [one.duration / rate for one in found.disturbances if one.kind == "dropout"]

@@ -26,10 +26,14 @@ MOST = 1 << 14
 """Of them in a span."""
 RARE = math.log(1e-12)
 """Logarithm of the chance that as many samples in a row are equal, one pair like another."""
+EXPECTED = 1.0
+"""Stretches of LEAST equal samples that chance makes of so many, from which on it makes some."""
 LIVE, TURNS = 12, 0.2
 """Samples in a row that show whether the record is noisy; share of them at which noise turns."""
 FAR = 6.0
 """Times the noise: what a held value is off where it may be the limit of the instrument."""
+FALLEN = 2.5
+"""Codes that zeros are off where a record has fallen to them: by two a slow drift goes as well."""
 FEWEST, ENOUGH = 32, 1024
 """Samples to either side whose median a filled stretch begins and ends with: as many as it has
 itself, within these limits."""
@@ -55,8 +59,10 @@ def find_dropouts(x, zero, held, out):
     count = _equal_runs(x, out)
     if count == 0:
         return 0
-    noise, share = _live(x, out[:count])
+    noise, share, step = _live(x, out[:count])
     longer = LEAST if share <= 0.0 else (np.inf if share >= 1.0 else RARE / math.log(share))
+    # Some codes of a converter that is coarser than the noise are held for longer than others.
+    coarse = 0.0 < share < 1.0 and share**LEAST * (1.0 - share) * len(x) > EXPECTED
     some = x[:: max(1, len(x) // 1024)].copy()
     middle = median_of(some, len(some))
     lowest, highest = x.min(), x.max()
@@ -74,10 +80,10 @@ def find_dropouts(x, zero, held, out):
         limit = between or (value in (lowest, highest) and value != zero)
         if a == 0 and value == held:
             dead = True
-        elif noise > 0.0 and b - a >= longer:
+        elif noise > 0.0 and b - a >= longer and (not coarse or b - a >= _usual_here(x, a, b)):
             dead = abs(off) < FAR * noise or not limit
         else:
-            fallen = off != 0.0 and value == zero and share < 1.0
+            fallen = abs(off) > FALLEN * step and value == zero and share < 1.0
             for beside in (before, after):
                 fallen &= not (value - beside) * off < 0.5 * off * off
             dead = fallen
@@ -85,6 +91,20 @@ def find_dropouts(x, zero, held, out):
             out[kept, 0], out[kept, 1] = a, b
             kept += 1
     return kept
+
+
+@njit(nogil=True)
+def _usual_here(x, a, b):
+    """Samples that chance holds at a value beside x[a:b], as far as that is long: see RARE."""
+    first, last = max(0, a - (b - a)), min(len(x), 2 * b - a)
+    pairs = equal = 0
+    for i in range(first + 1, last):
+        if i < a or i > b:
+            pairs += 1
+            equal += x[i] == x[i - 1]
+    if equal == 0:
+        return 0.0
+    return RARE / math.log(equal / pairs) if equal < pairs else np.inf
 
 
 @njit(nogil=True)
@@ -121,9 +141,11 @@ def _equal_runs(x, out):
 def _live(x, runs):
     """Noise of the samples outside of the runs, 0 where they do not look noisy; share that repeat.
 
-    The noise is that of the differences, and the share is 1 where nothing else is left.
+    The noise is that of the differences, and the share is 1 where nothing else is left. Then the
+    least difference that there is, which is a code's where these are coarse.
     """
     pairs = equal = places = turns = 0
+    least = np.inf
     total = 0.0
     for k in range(len(runs) + 1):
         a = 0 if k == 0 else runs[k - 1, 1]
@@ -131,15 +153,17 @@ def _live(x, runs):
         for i in range(a + 1, b):
             pairs += 1
             equal += x[i] == x[i - 1]
-            total += abs(x[i] - x[i - 1])
+            off = abs(x[i] - x[i - 1])
+            total += off
+            least = off if 0.0 < off < least else least
         if b - a >= LIVE:
             for i in range(a + 1, b - 1):
                 places += 1
                 turns += (x[i] - x[i - 1]) * (x[i + 1] - x[i]) < 0.0
     if pairs == 0:
-        return 0.0, 1.0
+        return 0.0, 1.0, 0.0
     noisy = places > 0 and turns >= TURNS * places
-    return total / pairs if noisy else 0.0, equal / pairs
+    return total / pairs if noisy else 0.0, equal / pairs, least if least < np.inf else 0.0
 
 
 @njit(nogil=True)

@@ -77,6 +77,7 @@ class ForceImpacts(NamedTuple):
     response_noise: float  # at the median width
     threshold: float  # median over the record, at the median width
     step: float  # of the converter
+    saturation: float | None  # value that pulses were cut off at
     hum: dict[float, float]  # amplitude by frequency
     disturbances: list[Disturbance]
     longest: float  # contact that was searched for [s]
@@ -116,7 +117,7 @@ def detect_force(
                 total = next(length for first, length in record.segments if first == frame.segment)
                 stretch = _Search(grid, total, sign, scale, limit, wanted, found)
             stretch.feed(frame)
-        return found.result(sign)
+        return found.result(sign, record.highest if sign > 0 else record.lowest)
 
     if wanted.longest is not None:
         return search(wanted.longest)
@@ -161,7 +162,8 @@ class _Found:
         moved = span.medians.max() - span.medians.min()
         self.moves |= bool(moved > SLOW * span.sigma) or bool(self.disturbances)
 
-    def result(self, sign: float) -> ForceImpacts:
+    def result(self, sign: float, limit: float) -> ForceImpacts:
+        """All of it; `limit` is the extreme value of the record that pulses point to."""
         rows = np.concatenate(self.rows)
         order = np.argsort(rows[:, 0], kind="stable")
         rows = rows[order]
@@ -193,6 +195,7 @@ class _Found:
             response * back,
             (float(np.median(self.certain)) if self.certain else LEAST) * response * back,
             (float(np.median(steps)) if len(steps) > len(self.steps) / 2 else 0.0) * back,
+            limit if (flags & CLIPPED).any() else None,
             {f: a * back for f, a in hum.items() if a > 0},
             joined([self._in_the_unit(one, sign * back) for one in self.disturbances]),
             self.longest,

@@ -54,6 +54,11 @@ def _standing(
     return amplitudes
 
 
+def base_of(lines: tuple[float, ...]) -> float:
+    """The mains that the first of some lines belongs to."""
+    return next(one for one in BASES if lines[0] % one == 0)
+
+
 @functools.lru_cache(maxsize=8)
 def _first_lines(highest: float) -> tuple[float, ...]:
     """Those that show that there is hum."""
@@ -67,6 +72,7 @@ def find_lines(
     rate: float,
     sigma: float,
     fitted: tuple[float, ...] = (),
+    base: float | None = None,
 ) -> tuple[float, ...]:
     """Frequencies of the mains lines that the background shows, and those fitted before.
 
@@ -81,6 +87,8 @@ def find_lines(
     fitted : tuple of float
         Lines that are taken off already. What is left of one need not stand out to be worth
         another fit, and others stand out more clearly.
+    base : float, optional
+        The mains that the seconds beside show: its lines need not stand out as one that is new.
     """
     if len(sums) < 64 or len(sums) / pace > MOST or counts.sum() < 0.3 * len(sums) * rate / pace:
         return fitted
@@ -88,8 +96,8 @@ def find_lines(
     mean_blocks(sums, counts, means, halved)
     highest = 0.4 * pace
     if fitted:
-        base = next(one for one in BASES if fitted[0] % one == 0)
-    else:
+        base = base_of(fitted)
+    elif base is None:
         first = _first_lines(0.5 * highest)
         if not first:
             return ()
@@ -97,7 +105,7 @@ def find_lines(
         strongest = int(np.argmax(amplitudes))
         if not amplitudes[strongest]:
             return ()
-        base = next(one for one in BASES if first[strongest] % one == 0)
+        base = base_of(first[strongest:])
     every = tuple(base * h for h in range(1, HARMONICS + 1) if base * h < highest)
     amplitudes = _standing(means, pace, every, STANDS_TOO, sigma)
     others = {f for f, a in zip(every, amplitudes, strict=True) if a}

@@ -22,15 +22,25 @@ PLACES = 320  # responses that tell the noise of a width
 
 
 @njit(nogil=True)
-def _cut_out(x, mask, out):
-    """X with straight lines in place of what is marked; levels where it reaches an end."""
-    n = len(x)
-    out[:] = x
+def _cut_out(x, mask, runs, kept):
+    """Put straight lines in place of what is marked in x; levels where it reaches an end.
+
+    The marked stretches go into `runs`, first samples and those after the last, and what was there
+    into `kept`. Returns how many there are.
+    """
+    n, count, room = len(x), 0, 0
     i = next_marked(mask, 0)
     while i < n:
         j = i
         while j < n and mask[j]:
+            kept[room] = x[j]
+            room += 1
             j += 1
+        runs[count, 0], runs[count, 1] = i, j
+        count += 1
+        i = next_marked(mask, j)
+    for k in range(count):
+        i, j = runs[k]
         side = min(64, max(4, (j - i) // 2))  # samples of a mean beside it
         before = _beside(x, mask, i - 1, -1, side)
         after = _beside(x, mask, j, 1, side)
@@ -39,8 +49,18 @@ def _cut_out(x, mask, out):
         if np.isnan(after):
             after = before
         for m in range(i, j):
-            out[m] = before + (m - i + 1) * (after - before) / (j - i + 1)
-        i = next_marked(mask, j)
+            x[m] = before + (m - i + 1) * (after - before) / (j - i + 1)
+    return count
+
+
+@njit(nogil=True)
+def _put_back(x, runs, kept):
+    """Undo `_cut_out`."""
+    room = 0
+    for i, j in runs:
+        for m in range(i, j):
+            x[m] = kept[room]
+            room += 1
 
 
 @njit(nogil=True)
@@ -55,7 +75,7 @@ def _beside(x, mask, first, step, wanted):
 
 
 @njit(nogil=True)
-def _response_noise(sums, marked, rungs, floor, sigma, out):
+def _response_noise(sums, runs, rungs, floor, sigma, out):
     """Standard deviation of the responses on each rung, from PLACES of them.
 
     Where too little background is left of a stretch, the noise of a width is that of the widest
@@ -66,8 +86,8 @@ def _response_noise(sums, marked, rungs, floor, sigma, out):
     ----------
     sums : array (n + 1,)
         Of the first samples, with straight lines in place of what is marked.
-    marked : array (n + 1,)
-        How many samples before each are marked.
+    runs : array (m, 2)
+        Where samples are marked, in order.
     rungs : Ladder
     floor : float
         Least standard deviation of a sample.
@@ -89,18 +109,25 @@ def _response_noise(sums, marked, rungs, floor, sigma, out):
             apart, over = (last - first) // places, (last - first) % places
             # From `first` on, so that no index has a sign to look at.
             c0, c1 = sums[first - before :], sums[first - before + width :]
-            m0, m1 = marked[first - before :], marked[first - before + width :]
             l0, l1 = sums[first - far :], sums[first - near :]
             r0, r1 = sums[first + near + 1 :], sums[first + far + 1 :]
-            i, rest = np.uint64(0), 0
+            i, rest, following = 0, 0, 0
             for _ in range(places):
-                if m1[i] - m0[i] <= width // 4:
-                    sides = l1[i] - l0[i] + r1[i] - r0[i]
-                    values[count] = abs((c1[i] - c0[i]) / width - sides / (2 * (far - near)))
+                a = first - before + i
+                while following < len(runs) and runs[following, 1] <= a:
+                    following += 1
+                marked, run = 0, following
+                while run < len(runs) and runs[run, 0] < a + width and marked <= width // 4:
+                    marked += min(runs[run, 1], a + width) - max(runs[run, 0], a)
+                    run += 1
+                if marked <= width // 4:
+                    m = np.uint64(i)
+                    sides = l1[m] - l0[m] + r1[m] - r0[m]
+                    values[count] = abs((c1[m] - c0[m]) / width - sides / (2 * (far - near)))
                     count += 1
-                i, rest = i + np.uint64(apart), rest + over
+                i, rest = i + apart, rest + over
                 if rest >= places:
-                    i, rest = i + np.uint64(1), rest - places
+                    i, rest = i + 1, rest - places
         if count < FEW:
             out[j] = max(out[j - 1] if j else sigma, least)
             continue
@@ -110,7 +137,7 @@ def _response_noise(sums, marked, rungs, floor, sigma, out):
 
 
 @njit(nogil=True)
-def read_noise(x, spikes, mask, rungs, floor, rest, sigma, sums, marked, out):
+def read_noise(x, spikes, mask, rungs, floor, rest, sigma, sums, out):
     """Take samples that stand alone out of x, in place; the noise of its responses.
 
     Parameters
@@ -126,19 +153,17 @@ def read_noise(x, spikes, mask, rungs, floor, rest, sigma, sums, marked, out):
         Least standard deviation of a response.
     sigma : float
         Standard deviation of the background's samples.
-    sums, marked : arrays (n + 1,) of float and int32
+    sums : array (n + 1,)
         Room to work in.
     out : array (rungs,), filled
     """
     for i in spikes:
         x[i] = 0.5 * (x[i - 1] + x[i + 1])
-    _cut_out(x, mask, sums[1:])
-    running_sums(sums, 1, len(x), sums)
-    marked[0] = count = 0
-    for i in range(len(x)):
-        count += mask[i]
-        marked[i + 1] = count
-    _response_noise(sums, marked, rungs, floor, sigma, out)
+    kept, runs = np.empty(len(x)), np.empty((len(x) // 2 + 1, 2), np.int64)
+    runs = runs[: _cut_out(x, mask, runs, kept)]
+    running_sums(x, 0, len(x), sums)
+    _put_back(x, runs, kept)
+    _response_noise(sums, runs, rungs, floor, sigma, out)
     for j in range(len(out)):
         out[j] = max(out[j], rest)
 

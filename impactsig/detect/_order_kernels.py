@@ -14,18 +14,28 @@ def select(values, low, high, wanted):
     Values [low, high] are put out of order: lower ones come before it, higher ones after it.
     """
     while low < high:
-        first, last, between = values[low], values[high], values[(low + high) // 2]
-        pivot = max(min(first, last), min(max(first, last), between))
+        between = (low + high) // 2
+        first, last, other = values[low], values[high], values[between]
+        pivot = max(min(first, last), min(max(first, last), other))
+        at = low if first == pivot else (high if last == pivot else between)
+        values[at], values[high] = values[high], pivot
         k = low  # values that are to the left go there; without a branch, which would be a guess
-        for i in range(low, high + 1):
+        for i in range(low, high):
             value = values[i]
             values[i] = values[k]
             values[k] = value
             k += value < pivot
+        values[high], values[k] = values[k], pivot
+        if wanted == k:
+            return pivot
         if wanted < k:
             high = k - 1
             continue
-        low = k
+        few = k - low < (high - low) // 8  # as where many are equal to it
+        low = k + 1
+        if not few:
+            continue
+        k = low
         for i in range(low, high + 1):
             value = values[i]
             values[i] = values[k]

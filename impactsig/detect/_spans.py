@@ -19,14 +19,14 @@ from ._faint_kernels import find_faint
 from ._grid import Grid
 from ._ladder import MATCH
 from ._line import Line
-from ._mains import find_lines, fit_lines
+from ._mains import base_of, find_lines, fit_lines
 from ._mains_kernels import take_off
 from ._noise_kernels import noise_around, read_noise
 from ._probability import LOWEST
 from ._response_kernels import CREST, Stretch, find_crests
 
 BESIDE = 2
-"""Spans to either side whose noise counts."""
+"""Spans to either side whose noise and hum count."""
 LEAST = 5.0
 """Standard deviations of its noise that a response must reach."""
 CODES, CODES_IN_A_ROW = 1.35, 1.7
@@ -74,6 +74,10 @@ class Span:
     step: float = 0.0  # of the converter, 0 if none shows
     range: float = 0.0
     mask: np.ndarray = field(default_factory=_nothing)  # what is no background
+    # Of the background in blocks, above the baseline, and of how many samples.
+    sums: np.ndarray = field(default_factory=_nothing)
+    counts: np.ndarray = field(default_factory=_nothing)
+    lines: tuple[float, ...] = ()  # of the mains, that it shows by itself
     hum: dict[float, float] = field(default_factory=dict)  # amplitude by frequency
     spikes: np.ndarray = field(default_factory=_nothing)  # samples that stand alone
     glitches: np.ndarray = field(default_factory=_nothing)  # the spikes that are glitches
@@ -114,15 +118,22 @@ class Spans:
         self.level, self.sigmas, self.skip = level, LEAST if sigmas is None else sigmas, skip
         self.count = grid.count(total)
         self.spans: dict[int, Span] = {}
-        self.stages = (self._fill, self._cut, self._clean, self._search, self._choose)
-        self.ahead = (1, 1, BESIDE, BESIDE, 1)
+        self.stages = (
+            self._fill,
+            self._cut,
+            self._take_hum_off,
+            self._clean,
+            self._search,
+            self._choose,
+        )
+        self.ahead = (1, 1, BESIDE, BESIDE, BESIDE, 1)
         self.done = [0] * (len(self.stages) + 1)
         self._line = Line(grid, total)
         self._room = np.empty((0, CREST))
         self._near, self._doubt = np.empty((0, CREST)), np.empty(0)
         self._events = np.empty((0, EVENT))
         self._spikes = np.empty(MOST_GLITCHES, np.int64)
-        self._sums, self._marked = np.empty(0), np.empty(0, np.int32)
+        self._sums = np.empty(0)
         self._runs = np.empty((MOST, 2), np.int64)
         self._level = self._held = np.nan  # what a dropout at the border began with, and its value
 
@@ -212,39 +223,27 @@ class Spans:
         span.step = converter_step(live) if span.range and len(live) else 0.0
 
     def _cut(self, k: int) -> None:
-        """Tell the background from what stands out of it, and take mains hum off."""
-        span, grid = self.spans[k], self.grid
-        n = len(span.clean)
-        span.mask = np.zeros(n, np.uint8)
-        if not span.range and self.skip:
+        """Tell the background from what stands out of it; see which lines of the mains it shows."""
+        span = self.spans[k]
+        span.mask = np.zeros(len(span.clean), np.uint8)
+        if span.range or not self.skip:
+            span.lines = self._background(span, self._medians(k))
+
+    def _take_hum_off(self, k: int) -> None:
+        """Take mains hum off; that which only seconds beside show clearly as well."""
+        span, grid, lines = self.spans[k], self.grid, self.spans[k].lines
+        if not lines and (shown := [one.lines for one in self.around(k, BESIDE) if one.lines]):
+            if not len(span.sums):
+                return
+            lines = self._lines_of(span, base=base_of(shown[0]))
+        if not lines:
             return
-        before = self.spans[k - 1].medians[-1] if k > 0 else span.medians[0]
-        after = self.spans[k + 1].medians[0] if k < self.count - 1 else span.medians[-1]
-        medians = np.empty(len(span.medians) + 2)
-        medians[0], medians[1:-1], medians[-1] = before, span.medians, after
-        sums, counts = np.empty((2, n // grid.block))
-        spikes = self._spikes
-        for _ in range(ROUNDS):
-            span.sigma, alone, span.runs = outlying(
-                span.clean,
-                medians,
-                grid.chunk,
-                int(grid.longest),
-                span.step / SQRT12,
-                span.dropouts,
-                span.mask,
-                grid.block,
-                sums,
-                counts,
-                spikes,
-            )
-            span.spikes = spikes[: min(alone, MOST_GLITCHES)].copy()
-            pace, fitted = grid.rate / grid.block, tuple(span.hum)
-            lines = find_lines(sums, counts, pace, grid.rate, span.sigma, fitted)
-            if not lines:
-                break
-            fit = fit_lines(sums, counts, grid.block, grid.rate, lines)
-            take_off(span.clean, grid.block, len(sums), np.array(lines) / grid.rate, fit)
+        medians = self._medians(k)
+        for turn in range(ROUNDS):
+            if turn:
+                lines = self._background(span, medians)
+            fit = fit_lines(span.sums, span.counts, grid.block, grid.rate, lines)
+            take_off(span.clean, grid.block, len(span.sums), np.array(lines) / grid.rate, fit)
             strength = np.abs(fit).sum(axis=1)
             for frequency, amplitude in zip(lines, strength, strict=True):
                 span.hum[frequency] = max(span.hum.get(frequency, 0.0), float(amplitude))
@@ -252,6 +251,41 @@ class Spans:
                 break  # the background is as it was
             fill(span.clean, span.dropouts, np.nan)
             chunk_medians(span.clean, grid.chunk, medians[1:-1])
+
+    def _medians(self, k: int) -> np.ndarray:
+        """Those of the chunks of span k, of the one before and of the one after."""
+        span = self.spans[k]
+        medians = np.empty(len(span.medians) + 2)
+        medians[0] = self.spans[k - 1].medians[-1] if k > 0 else span.medians[0]
+        medians[1:-1] = span.medians
+        medians[-1] = self.spans[k + 1].medians[0] if k < self.count - 1 else span.medians[-1]
+        return medians
+
+    def _background(self, span: Span, medians: np.ndarray) -> tuple[float, ...]:
+        """Mark what is no background; the lines that it shows, and those taken off."""
+        grid, blocks = self.grid, len(span.clean) // self.grid.block
+        if not len(span.sums):
+            span.sums, span.counts = np.empty((2, blocks))
+        span.sigma, alone, span.runs = outlying(
+            span.clean,
+            medians,
+            grid.chunk,
+            int(grid.longest),
+            span.step / SQRT12,
+            span.dropouts,
+            span.mask,
+            grid.block,
+            span.sums,
+            span.counts,
+            self._spikes,
+        )
+        span.spikes = self._spikes[: min(alone, MOST_GLITCHES)].copy()
+        return self._lines_of(span)
+
+    def _lines_of(self, span: Span, base: float | None = None) -> tuple[float, ...]:
+        grid = self.grid
+        pace, fitted = grid.rate / grid.block, tuple(span.hum)
+        return find_lines(span.sums, span.counts, pace, grid.rate, span.sigma, fitted, base)
 
     def _clean(self, k: int) -> None:
         """Take glitches out, and read the noise of each width."""
@@ -269,7 +303,7 @@ class Spans:
         rest = REST * sum(span.hum.values())
         n = len(span.clean) + 1
         if len(self._sums) < n:
-            self._sums, self._marked = np.empty(n), np.empty(n, np.int32)
+            self._sums = np.empty(n)
         read_noise(
             span.clean,
             span.glitches,
@@ -279,7 +313,6 @@ class Spans:
             rest,
             span.sigma if span.sigma > floor else 0.0,
             self._sums[:n],
-            self._marked[:n],
             span.own_noise,
         )
 

@@ -67,7 +67,7 @@ def block_ranges(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(nogil=True)
-def _put_ranges(x, low, high):
+def _put_ranges(x: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
     """Fill `low` and `high`, four samples at a time: each comparison waits for the one before."""
     for k in range(len(low)):
         part = x[k * BLOCK : (k + 1) * BLOCK]

@@ -129,6 +129,21 @@ def test_glitches_do_not_turn_the_record_upside_down(name, seed):
     assert score(found.time, truth.time)[0] >= 0.99
 
 
+@pytest.mark.parametrize("noise", [0.1, 0.25])
+def test_codes_that_a_slow_drift_holds_are_no_dropouts(noise):
+    truth = CASES[f"ADC drift, peak 10, noise {noise}"].make(823)
+    found = found_in(truth)
+    assert score(found.time, truth.time)[0] > 0.99
+    assert not any(one.kind == "dropout" for one in found.disturbances)
+    assert not found.notes
+
+
+def test_hum_as_weak_as_the_noise_is_taken_off_where_only_seconds_beside_show_it():
+    truth = CASES["hum, 3 ms, 0.1"].make(302)
+    found = found_in(truth)
+    assert score(found.time, truth.time)[0] > 0.985  # 0.993 without any hum
+
+
 def test_hum_that_hides_the_impacts_is_found_in_every_second():
     truth = CASES["hum, 3 ms, 0.2"].make(301)
     found = found_in(truth)

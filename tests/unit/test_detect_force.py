@@ -215,7 +215,12 @@ def test_pulse_open_at_either_end():
 
 def test_clipped_peaks_are_flagged():
     x = np.minimum(half_sines([0.03, 0.06, 0.1], 1e-3, [1.0, 3.0, 3.0]), 2.0)
-    assert impactsig.detect_impacts(recording(x)).flags.tolist() == [0, CLIPPED, CLIPPED]
+    found = impactsig.detect_impacts(recording(x))
+    assert found.flags.tolist() == [0, CLIPPED, CLIPPED]
+    assert found.settings["saturation"] == 2.0
+    below = impactsig.detect_impacts(recording(5.0 - x)).settings
+    assert below["polarity"] == "negative" and below["saturation"] == 3.0
+    assert "saturation" not in impactsig.detect_impacts(recording(x[: round(0.05 * RATE)])).settings
 
 
 def test_gaps_are_refused_or_split():
@@ -328,8 +333,8 @@ def test_noise_of_white_noise_at_every_width():
 
 def read(spikes, x, rungs):
     out = np.empty(len(rungs.width))
-    room = np.empty(len(x) + 1), np.empty(len(x) + 1, np.int32)
-    read_noise(x, spikes, np.zeros(len(x), np.uint8), rungs, 0.0, 0.0, 0.0, *room, out)
+    room = np.empty(len(x) + 1)
+    read_noise(x, spikes, np.zeros(len(x), np.uint8), rungs, 0.0, 0.0, 0.0, room, out)
     return out
 
 
