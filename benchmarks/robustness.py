@@ -38,6 +38,7 @@ from .disturbances import DURATION, Case, records, stationary
 from .recordings import Truth
 from .robustness_figures import heat_map, three_records
 from .sound_disturbances import clear, sound_records
+from .sound_passage import LATE
 from .sound_passage import methods as sound_methods
 
 RESULTS = Path(__file__).parent / "results"
@@ -82,8 +83,6 @@ class Method:
 
 
 OURS = "impactsig"
-LATE = tuple(np.arange(-40, 41, 10) * 1e-3)
-"""Onset pickers centre frames of 23 to 93 ms each in its own way [s]."""
 
 
 @dataclass(frozen=True)

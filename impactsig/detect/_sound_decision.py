@@ -3,11 +3,11 @@
 C is the rise in octaves, B that in narrow bands, G the likelihood of a rise in one of them
 (`_sound.py`). With s the standard deviation of C in noise, a = s (1.9 + 9 s) is about the greatest
 C of an hour of noise, which is skewed the more the fewer coefficients it has. The rattle r is the
-greater of 50 times the 0.75-quantile and 12 times the 0.9-quantile of C within a second. It is no
-more than 4 a, than 0.3 C_max + r / 10, C_max the greatest C within a second, or, if that is more,
-than 50 times what the 80th highest crest of these two seconds is above 0.75 s: dense impacts fill
-the quantiles as rattling does, but make no such number of crests, and faint knocks have faint
-tails. The evidence of a crest of C by octaves is
+greater of 50 times the 0.75-quantile and 12 times the 0.9-quantile of C within a second, digital
+silence left out. It is no more than 4 a, than 0.3 C_max + r / 10, C_max the greatest C within a
+second, or, if that is more, than 50 times what the 80th highest crest of these two seconds is above
+0.75 s: dense impacts fill the quantiles as rattling does, but make no such number of crests, and
+faint knocks have faint tails. The evidence of a crest of C by octaves is
 
     min(C / (a + r) + G / 36, C / (0.35 a + r)),
 
@@ -172,7 +172,8 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
     far = evidence < FAINT
     evidence[far] = 0.0
     near = ~far
-    rattle = rattling(np.concatenate(passage.octaves), place[near], seconds)
+    silent = np.concatenate(passage.silent)
+    rattle = rattling(np.concatenate(passage.octaves), silent, place[near], seconds)
     loudest = greatest_near(place, height, RATTLE_WITHIN / seconds)[near]
     without_crowd = np.minimum(FEW * audible, TAIL * loudest + STEADY * rattle)
     reached = crowd(place, height, near, RATTLE_WITHIN, seconds)
@@ -186,8 +187,12 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
     return evidence
 
 
-def rattling(rise: np.ndarray, place: np.ndarray, seconds: float) -> np.ndarray:
-    """What C must exceed at frames because it often does nearby, from every SAMPLED-th C."""
+def rattling(rise: np.ndarray, silent: np.ndarray, place: np.ndarray, seconds: float) -> np.ndarray:
+    """What C must exceed at frames because it often does nearby, from every SAMPLED-th C.
+
+    Digital silence is left out: it says nothing of how the rest rattles.
+    """
+    heard = np.where(silent, np.inf, rise)
     per = BLOCK // SAMPLED
     reach = round(RATTLE_WITHIN / (BLOCK * seconds))
     blocks, which = np.unique(place // BLOCK, return_inverse=True)
@@ -197,10 +202,18 @@ def rattling(rise: np.ndarray, place: np.ndarray, seconds: float) -> np.ndarray:
     times = np.array(list(RATTLE.values()), rise.dtype)
     for size in np.unique(length):  # one, but at both ends
         order = [int(share * size) for share in RATTLE]
-        around = np.lib.stride_tricks.sliding_window_view(rise, size)
+        around = np.lib.stride_tricks.sliding_window_view(heard, size)
         alike = np.flatnonzero(length == size)
         for some in np.array_split(alike, -(-len(alike) // TOGETHER)):
-            quantiles = np.partition(around[first[some]], order, axis=1)[:, order]
+            rises = around[first[some]]
+            if silent.any():
+                rises.sort(axis=1)
+                count = np.isfinite(rises).sum(axis=1)
+                ranks = np.stack([(share * count).astype(int) for share in RATTLE], axis=1)
+                quantiles = np.take_along_axis(rises, ranks, axis=1)
+                quantiles[count == 0] = 0.0
+            else:
+                quantiles = np.partition(rises, order, axis=1)[:, order]
             most[some] = np.max(times * quantiles, axis=1)
     return most[which]
 

@@ -288,6 +288,15 @@ def test_a_noise_gate_changes_nothing(mean_rate, share):
     assert not ungated.notes
 
 
+@pytest.mark.parametrize(("times", "hold"), [(3, 0.003), (12, 0.2)])
+def test_taps_are_ten_behind_a_noise_gate(shared_data, times, hold):
+    x, rate = soundfile.read(shared_data("audio_counts/taps/nail.wav"))
+    level = times * np.median(np.abs(x)) / 0.6745
+    found = detect(gated(x, rate, level, hold), rate)
+    assert found.notes  # a good part of it is silent
+    assert 9 <= len(found.time) <= 11
+
+
 @pytest.mark.filterwarnings("error")
 def test_the_faintest_numbers_are_silence():
     x = np.zeros(round(2 * RATE))
