@@ -60,7 +60,7 @@ if TYPE_CHECKING:
         UnwritableFile,
     )
     from .fitting import OscillatorFit, fit_oscillator
-    from .identify import Resonance, identify_resonance
+    from .identify import FrictionDecay, Resonance, identify_friction, identify_resonance
     from .impacts import Impacts
     from .intervals import (
         IntervalHistogram,
@@ -182,7 +182,7 @@ _HOME = {
     ),
     "io": ("Limits", "RawLayout", "info", "read", "read_blocks", "read_many"),
     "detect": ("detect_impacts",),
-    "identify": ("Resonance", "identify_resonance"),
+    "identify": ("FrictionDecay", "Resonance", "identify_friction", "identify_resonance"),
     "dynamics": (),
     "dynamics.branches": ("Branch",),
     "dynamics.continuation": ("continue_orbit",),
@@ -341,6 +341,7 @@ __all__ = [
     "FlowOrbit",
     "Force",
     "Friction",
+    "FrictionDecay",
     "Hertz",
     "Impacts",
     "ImpactsigError",
@@ -422,6 +423,7 @@ __all__ = [
     "fit_oscillator",
     "fit_soft_stop",
     "flows",
+    "identify_friction",
     "identify_period",
     "identify_resonance",
     "impact_map",

@@ -45,8 +45,9 @@ class Controlled:
         periods. A flow is controlled by delayed feedback only.
     controller : DelayedFeedback, IntervalFeedback or OGY, or a sequence of pairs
         What controls it from `start` on; or pairs of a start and one of them or None, each from its
-        own start to that of the next, such as ``[(100, DelayedFeedback(0.15, 1, 0.1)), (300, DelayedFeedback(0.15, 2, 0.1)),
-        (500, None)]`` to go from one orbit to another and let go.
+        own start to that of the next, such as ``[(100, DelayedFeedback(0.15, 1, 0.1)),
+        (300, DelayedFeedback(0.15, 2, 0.1)), (500, None)]`` to go from one orbit to another and let
+        go.
     start : float, optional
         When control is switched on, in forcing periods or the flow's unit of time; by default as
         soon as there is something to feed back, one delay after t = 0.
