@@ -43,6 +43,7 @@ PAPER = Paper(
     "Of the thesis the text keeps chapter 1, chapter 2 in part, and the lists of figures. The "
     "table of damping and amplitude is lost: `scenes.karpodinis` takes zeta = 0.03, A = 0.25, "
     "`scenes.karpodinis_control` zeta = 0.1, A = 0.265.",
+    "Claims over zeta and A: where each is met",
 )
 claims = PAPER.claims
 SETS = ((0.03, 0.25), (0.1, 0.265))  # zeta and A
