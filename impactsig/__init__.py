@@ -149,6 +149,7 @@ if TYPE_CHECKING:
     from .simulate.restitution import ApparentRestitution, apparent_restitution
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
+    from .simulate.train_series import fired_trains, noisy_trains
     from .stochastic.averaging import AveragedDensity, averaged_density
     from .stochastic.bifurcation import PBifurcation, p_bifurcation
     from .stochastic.density import Density, JointDensity
@@ -271,6 +272,7 @@ _HOME = {
     "simulate.measuring": ("Measured", "measure"),
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
+    "simulate.train_series": ("fired_trains", "noisy_trains"),
     "dynamics.basins": ("Attractor", "Basins", "basins_of_attraction"),
     "dynamics.charts": ("PeriodicityChart", "periodicity_chart"),
     "dynamics.diagrams": ("BifurcationDiagram", "bifurcation_diagram"),
@@ -419,6 +421,7 @@ __all__ = [
     "false_nearest_neighbors",
     "find_periodic_orbit",
     "find_periodic_orbits",
+    "fired_trains",
     "fit_calibration",
     "fit_oscillator",
     "fit_soft_stop",
@@ -438,6 +441,7 @@ __all__ = [
     "measure",
     "mutual_information",
     "mutual_information_delay",
+    "noisy_trains",
     "open_study",
     "orbit_period",
     "orbit_stability",
