@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from .experiment.experiment import Experiment
     from .experiment.rig import Rig
     from .fitting import OscillatorFit, fit_oscillator
-    from .identify import Resonance, identify_resonance
+    from .identify import FrictionDecay, Resonance, identify_friction, identify_resonance
     from .impacts import Impacts
     from .intervals import (
         IntervalHistogram,
@@ -154,6 +154,7 @@ if TYPE_CHECKING:
     from .simulate.restitution import ApparentRestitution, apparent_restitution
     from .simulate.sensors import LoadCell, Microphone
     from .simulate.synthesis import synthesize
+    from .simulate.train_series import fired_trains, noisy_trains
     from .stochastic.averaging import AveragedDensity, averaged_density
     from .stochastic.bifurcation import PBifurcation, p_bifurcation
     from .stochastic.density import Density, JointDensity
@@ -187,7 +188,7 @@ _HOME = {
     ),
     "io": ("Limits", "RawLayout", "info", "read", "read_blocks", "read_many"),
     "detect": ("detect_impacts",),
-    "identify": ("Resonance", "identify_resonance"),
+    "identify": ("FrictionDecay", "Resonance", "identify_friction", "identify_resonance"),
     "dynamics": (),
     "dynamics.branches": ("Branch",),
     "dynamics.continuation": ("continue_orbit",),
@@ -279,6 +280,7 @@ _HOME = {
     "simulate.motions": ("Motions",),
     "simulate.sensors": ("LoadCell", "Microphone"),
     "simulate.synthesis": ("synthesize",),
+    "simulate.train_series": ("fired_trains", "noisy_trains"),
     "dynamics.basins": ("Attractor", "Basins", "basins_of_attraction"),
     "dynamics.charts": ("PeriodicityChart", "periodicity_chart"),
     "dynamics.diagrams": ("BifurcationDiagram", "bifurcation_diagram"),
@@ -352,6 +354,7 @@ __all__ = [
     "FlowOrbit",
     "Force",
     "Friction",
+    "FrictionDecay",
     "Hertz",
     "Impacts",
     "ImpactsigError",
@@ -432,10 +435,12 @@ __all__ = [
     "false_nearest_neighbors",
     "find_periodic_orbit",
     "find_periodic_orbits",
+    "fired_trains",
     "fit_calibration",
     "fit_oscillator",
     "fit_soft_stop",
     "flows",
+    "identify_friction",
     "identify_period",
     "identify_resonance",
     "impact_map",
@@ -450,6 +455,7 @@ __all__ = [
     "measure",
     "mutual_information",
     "mutual_information_delay",
+    "noisy_trains",
     "open_study",
     "orbit_period",
     "orbit_stability",

@@ -28,6 +28,7 @@ PAPER = Paper(
     "The text lacks the stiffness ratio of the walls, rho; `scenes.begley_virgin` takes rho = 15. "
     "The charts of friction have h = 0.001 and those of viscous damping f = 0, as section 5.1 "
     "says; the figures of section 7 have h = 0.02, the value that section 6 gives for the rig.",
+    "Claims over rho: where each is met",
 )
 TINY = 0.001  # viscous damping of the charts of friction
 FAR = 100.0  # walls out of reach

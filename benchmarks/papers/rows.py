@@ -56,12 +56,16 @@ class Row:
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper: the name of its page, its key in refs.bib, and its rows."""
+    """A paper: the name of its page, its key in refs.bib, and its rows.
+
+    `figure` says what the map of the parameters that the text lacks shows, where there is one.
+    """
 
     name: str
     key: str
     title: str
     note: str
+    figure: str = ""
     rows: list[Row] = field(default_factory=list)
 
     def claims(
@@ -100,6 +104,7 @@ class Paper:
             f"# {self.title}", "",
             f"`{self.key}` in refs.bib. {self.note}", "",
             f"{len(self.rows)} claims: {told}. Written by `python -m benchmarks.papers`.", "",
+            *([f"![{self.figure}]({self.name}.svg)", ""] if self.figure else []),
             "| Where | What the paper says | Call | Result | Verdict |",
             "|---|---|---|---|---|",
         ]  # fmt: skip

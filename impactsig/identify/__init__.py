@@ -1,5 +1,13 @@
-"""Recording -> what the machine itself is: its natural frequency and its damping."""
+"""Recording -> what the machine itself is: its natural frequency, its damping, its friction."""
 
+from .friction import Bounded, FrictionDecay, identify_friction
 from .resonance import Estimate, Resonance, identify_resonance
 
-__all__ = ["Estimate", "Resonance", "identify_resonance"]
+__all__ = [
+    "Bounded",
+    "Estimate",
+    "FrictionDecay",
+    "Resonance",
+    "identify_friction",
+    "identify_resonance",
+]

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from .._arguments import Seed, choice, number, streams
-from ..errors import InvalidInput
+from ..errors import ImpactsigWarning, InvalidInput
 from ..recording import Recording
 from ._band import Band, band_of, log_decrement, padded, peak_and_width, smooth
 from ._decay import Fit, fit_decay
+from ._envelope import envelope_evidence
 from ._noise import QUANTITIES, fit_noise
 
 if TYPE_CHECKING:
@@ -67,7 +69,8 @@ class Resonance:
         Of the recording.
     p_value : float
         Probability, were there one mode and white noise, of what the model leaves of the band being
-        as unevenly spread over it (Bartlett's test of the cumulative periodogram).
+        as unevenly spread over it (Bartlett's test of the cumulative periodogram); of a decay also
+        of its envelope being as far from an exponential (Fisher's test), the lesser of both, twice.
 
     See Also
     --------
@@ -183,6 +186,11 @@ def identify_resonance(
         If an argument is out of its range, the record has missing samples or several channels, the
         band holds too few frequencies, or no resonance stands out in it.
 
+    Warns
+    -----
+    ImpactsigWarning
+        If one mode in white noise does not explain the band (`Resonance.misfit`).
+
     See Also
     --------
     scenes.cantilever, fit_oscillator, plot.resonance
@@ -237,7 +245,10 @@ def identify_resonance(
     left = np.abs(found.values - fit.model) ** 2 if kind == "decay" else power / fit.model
     envelope_time, envelope = found.envelope()
     start = recording.start + begin / rate
-    return Resonance(
+    chance = _unevenness(left)
+    if kind == "decay":
+        chance = min(1.0, 2 * min(chance, envelope_evidence(found, fit)))
+    result = Resonance(
         natural / (2 * math.pi),
         errors[0] / (2 * math.pi),
         ratio,
@@ -256,8 +267,16 @@ def identify_resonance(
         envelope,
         recording.unit,
         recording.source,
-        _unevenness(left),
+        chance,
     )
+    if result.misfit:
+        warnings.warn(
+            f"one mode in viscous damping does not explain the {kind} (p = {chance:.1g}): the "
+            "errors do not hold; identify_friction fits friction too, band= leaves out other modes",
+            ImpactsigWarning,
+            stacklevel=2,
+        )
+    return result
 
 
 def _unevenness(left: np.ndarray) -> float:

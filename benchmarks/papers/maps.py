@@ -1,0 +1,160 @@
+"""Which values of the parameters that the texts lost meet which claims: a figure a paper.
+
+    python -m benchmarks.papers.maps
+
+Writes docs/papers/*.svg; some minutes.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from matplotlib import pyplot
+from matplotlib.axes import Axes
+
+from impactsig import (
+    DelayedFeedback,
+    bifurcation_diagram,
+    find_periodic_orbit,
+    lyapunov_spectrum,
+    orbit_period,
+    orbit_stability,
+    scenes,
+    simulate,
+    sweep,
+)
+
+TITLES = {
+    "pair": "Fig. 14c: a pair at 1.1",
+    "first_chaos": "Fig. 20a: chaos",
+    "second_chaos": "Fig. 20b: chaos",
+    "periodic": "22.1 Hz: period(1, 1)",
+    "chaos_low": "20.1 Hz: chaos",
+    "chaos": "20.3355 Hz: chaos",
+    "holds": "K = 0.15 holds (1, 1)",
+    "too_weak": "K = 0.01 does not",
+    "too_strong": "K = 0.45 does not",
+    "right_corner": "4/3, 4/2, 2/1 at A = 2",
+    "left_corner": "1/3, 1/2 at A = 2",
+}
+PAGES = Path(__file__).parents[2] / "docs" / "papers"
+
+
+def chaotic(machine: object, periods: int = 1500) -> bool:
+    found = lyapunov_spectrum(machine, periods=periods)
+    return bool(found.exponents[0] > 5 * found.error[0])
+
+
+def of_rho(rho: float) -> dict[str, float]:
+    """Claims of Begley and Virgin at a stiffness ratio of the walls."""
+    stiff = {"wall_stiffness": rho**2}
+    apart = 0.0
+    machine = scenes.begley_virgin(1.1, 0.8, 0.04, **stiff)
+    motion = simulate(machine, periods=1, transient=1200)
+    other = simulate(machine, periods=1, transient=1200, phase=math.pi)
+    first, second = (np.column_stack(one.stroboscopic(phase))[0] for one, phase in
+                     ((motion, 0.0), (other, math.pi)))  # fmt: skip
+    apart = float(np.abs(first + second).max())  # 0 of an orbit that is its own mirror image
+    return {
+        "pair": apart > 1e-3,
+        "first_chaos": chaotic(scenes.begley_virgin(0.88, (-1.86, 1.75), 0.06, **stiff)),
+        "second_chaos": chaotic(scenes.begley_virgin(0.58, (-1.53, 1.47), 0.04, **stiff)),
+    }
+
+
+def of_beam(zeta: float, amplitude: float) -> dict[str, float]:
+    """Claims of the thesis at a damping ratio and an amplitude."""
+
+    def beam(frequency: float):
+        return scenes.karpodinis(frequency, damping_ratio=zeta, amplitude=amplitude)
+
+    kinds = [str(orbit_period(simulate(beam(f), periods=60, transient=600))) for f in (22.1, 20.1)]
+    orbit = find_periodic_orbit(beam(20.3355), 1, impacts=1)
+    growth = [math.nan] * 3
+    if orbit.found:
+        growth = [
+            orbit_stability(orbit, DelayedFeedback(gain, 1, 0.1), laps=160).growth
+            for gain in (0.15, 0.01, 0.45)
+        ]
+    return {
+        "periodic": kinds[0] == "period(1, 1)",
+        "chaos_low": chaotic(beam(20.1)),
+        "chaos": chaotic(beam(20.3355)),
+        "holds": growth[0] < 1,
+        "too_weak": growth[1] > 1,
+        "too_strong": growth[2] > 1,
+    }
+
+
+def of_gap(gap: float, zeta: float) -> dict[str, float]:
+    """Claims of Tian and others at a gap and a damping ratio."""
+    there = {"right_corner": True, "left_corner": True}
+    for stop in ("hard", "soft"):
+        for name, span, wanted in (
+            ("right_corner", (2.0, 3.4), ((4, 3), (4, 2), (2, 1))),
+            ("left_corner", (0.3, 1.2), ((1, 3), (1, 2))),
+        ):
+            found = bifurcation_diagram(
+                lambda omega, stop=stop: scenes.tian(
+                    omega, 2.0, stop, gap=gap, damping_ratio=zeta
+                ),
+                np.linspace(*span, 71), workers=1,
+            )  # fmt: skip
+            kinds = list(zip(found.periods.tolist(), found.impacts.tolist(), strict=True))
+            firsts = [kinds.index(kind) if kind in kinds else math.inf for kind in wanted]
+            there[name] &= firsts == sorted(firsts) and math.inf not in firsts
+    return there
+
+
+def cells(axes: list[Axes], study: object, x: np.ndarray, y: np.ndarray, names: list[str]) -> None:
+    for ax, name in zip(axes, names, strict=False):
+        ax.pcolormesh(x, y, np.asarray(study[name], float).T, vmin=0, vmax=1, cmap="Blues")
+        ax.set_title(TITLES[name], fontsize="small")
+
+
+def save(figure: object, name: str) -> None:
+    figure.savefig(PAGES / f"{name}.svg", metadata={"Date": None})
+    pyplot.close(figure)
+
+
+def main() -> None:
+    pyplot.rcParams["svg.hashsalt"] = "impactsig"
+    rho = np.arange(6.0, 31.0)
+    study = sweep(of_rho, {"rho": rho}, progress=False)
+    names = list(of_rho(15.0))
+    figure, ax = pyplot.subplots(figsize=(8, 2), layout="constrained")
+    ax.pcolormesh(rho, np.arange(3), [study[name] for name in names], vmin=0, vmax=1, cmap="Blues")
+    ax.set(
+        yticks=range(3),
+        yticklabels=[TITLES[name] for name in names],
+        xlabel="rho (blue: the claim is met)",
+    )
+    save(figure, "begley-virgin")
+
+    gap, zeta = np.linspace(0.2, 1.2, 11), np.array([0.01, 0.02, 0.03, 0.04, 0.05])
+    study = sweep(of_gap, {"gap": gap, "zeta": zeta}, progress=False)
+    names = list(of_gap(1.0, 0.03))
+    figure, axes = pyplot.subplots(1, 2, figsize=(8, 3), layout="constrained", sharey=True)
+    cells(list(axes), study, gap, zeta, names)
+    figure.supxlabel("gap (blue: the claim is met)")
+    axes[0].set_ylabel("zeta")
+    save(figure, "tian")
+
+    zeta, amplitude = np.array([0.01, 0.03, 0.05, 0.075, 0.1, 0.125]), np.linspace(0.22, 0.3, 9)
+    study = sweep(of_beam, {"zeta": zeta, "amplitude": amplitude}, progress=False)
+    figure, axes = pyplot.subplots(
+        2, 3, figsize=(9, 5), layout="constrained", sharex=True, sharey=True
+    )
+    names = list(of_beam(0.03, 0.25))
+    cells(list(axes.flat), study, zeta, amplitude, names)
+    figure.supxlabel("zeta (blue: the claim is met)")
+    figure.supylabel("A")
+    save(figure, "karpodinis")
+    both = np.prod([np.asarray(study[name], float) for name in names], axis=0)
+    print(f"all claims of the beam are met in {int(both.sum())} of {both.size} cells")
+
+
+if __name__ == "__main__":
+    main()

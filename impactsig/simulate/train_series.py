@@ -1,0 +1,112 @@
+"""Trains over a threshold or a noise level, by their titles: what `plot.return_maps` draws."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+
+from .._arguments import Seed, choice, reals
+from ..errors import InvalidInput
+from ..impacts import Impacts
+from ..oscillators.flows import Flow
+from .firing import integrate_and_fire, threshold_crossings
+from .measuring import measure
+from .motion import Motion
+
+THESIS_NOISE = (0.0, 0.00247, 0.00476, 0.0096)
+
+
+def noisy_trains(
+    motion: Motion, noise: Any = THESIS_NOISE, *, seed: Seed = 0
+) -> dict[str, Impacts]:
+    """The impacts of a motion as counted under several levels of noise.
+
+    Figures 4.17 to 4.19 of [Karpodinis]_ follow from it: `plot.return_maps` of the trains, or
+    `plot.interval_densities` of them over the levels. What a level is a share of, `measure` says.
+
+    Parameters
+    ----------
+    motion : Motion
+        What is measured.
+    noise : array_like
+        Levels, as of `measure`; by default those of the thesis, 0 to 0.960 %.
+    seed : int, SeedSequence or Generator
+        Of the noise; the same at every level.
+
+    Returns
+    -------
+    dict of str to Impacts
+        By the level in per cent.
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of its range.
+
+    Examples
+    --------
+    >>> motion = simulate(scenes.karpodinis(22.1), periods=400, transient=400)
+    >>> plot.return_maps(noisy_trains(motion))
+    """
+    if not isinstance(motion, Motion):
+        raise InvalidInput("motion", motion, "a Motion, as simulate makes")
+    levels = _series("noise", noise)
+    return {
+        f"{100 * level:.3g} %": measure(motion, noise=level, seed=seed).impacts for level in levels
+    }
+
+
+def fired_trains(
+    flow: Flow,
+    thresholds: Any,
+    *,
+    kind: Literal["integral", "crossing"] = "integral",
+    **options: Any,
+) -> dict[str, Impacts]:
+    """The spikes that a flow fires at several thresholds.
+
+    The threshold study of chapter 3 of [Karpodinis]_: return maps of the trains show the flow's
+    attractor, at each threshold, from intervals alone.
+
+    Parameters
+    ----------
+    flow : Flow
+        What fires.
+    thresholds : array_like
+        Of the integral of the signal, 20 to 60 in the thesis, or of the signal itself.
+    kind : {"integral", "crossing"}
+        `integrate_and_fire` or `threshold_crossings`.
+    **options
+        As of that: signal, count, duration, transient, initial.
+
+    Returns
+    -------
+    dict of str to Impacts
+        By the threshold.
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of its range.
+
+    Examples
+    --------
+    >>> plot.return_maps(fired_trains(flows.rossler(), [20, 40, 60], count=2000), lag=4)
+    """
+    choice("kind", kind, ("integral", "crossing"))
+    fire = integrate_and_fire if kind == "integral" else threshold_crossings
+    return {
+        f"threshold {level:g}": fire(flow, level, **options)
+        for level in _series("thresholds", thresholds)
+    }
+
+
+def _series(name: str, given: Any) -> list[float]:
+    required = "a sequence of different finite numbers, at least one"
+    values = reals(name, given, required)
+    if values.ndim != 1 or not values.size or not np.isfinite(values).all():
+        raise InvalidInput(name, given, required)
+    if len(np.unique(values)) != len(values):
+        raise InvalidInput(name, given, required)
+    return [float(value) for value in values]
