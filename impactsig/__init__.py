@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from .dynamics.periodicity import OrbitPeriod, orbit_period
     from .dynamics.response import ResponseSpectrum, response_spectrum
     from .dynamics.sections import Section, displacement_section, impact_map
+    from .dynamics.spectra import LyapunovSpectra
     from .dynamics.tangent import TangentMap, tangent_map
     from .errors import (
         ImpactsigError,
@@ -191,6 +192,7 @@ _HOME = {
     "dynamics.orbits": ("PeriodicOrbit", "find_periodic_orbit", "find_periodic_orbits"),
     "dynamics.periodicity": ("OrbitPeriod", "orbit_period"),
     "dynamics.sections": ("Section", "displacement_section", "impact_map"),
+    "dynamics.spectra": ("LyapunovSpectra",),
     "dynamics.tangent": ("TangentMap", "tangent_map"),
     "intervals": (
         "IntervalHistogram",
@@ -355,6 +357,7 @@ __all__ = [
     "Limits",
     "LoadCell",
     "LyapunovExponent",
+    "LyapunovSpectra",
     "LyapunovSpectrum",
     "MatchRate",
     "Matching",
