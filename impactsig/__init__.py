@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from .dynamics.periodicity import OrbitPeriod, orbit_period
     from .dynamics.response import ResponseSpectrum, response_spectrum
     from .dynamics.sections import Section, displacement_section, impact_map
+    from .dynamics.spectra import LyapunovSpectra
     from .dynamics.tangent import TangentMap, tangent_map
     from .errors import (
         ImpactsigError,
@@ -197,6 +198,7 @@ _HOME = {
     "dynamics.orbits": ("PeriodicOrbit", "find_periodic_orbit", "find_periodic_orbits"),
     "dynamics.periodicity": ("OrbitPeriod", "orbit_period"),
     "dynamics.sections": ("Section", "displacement_section", "impact_map"),
+    "dynamics.spectra": ("LyapunovSpectra",),
     "dynamics.tangent": ("TangentMap", "tangent_map"),
     "intervals": (
         "IntervalHistogram",
@@ -368,6 +370,7 @@ __all__ = [
     "Limits",
     "LoadCell",
     "LyapunovExponent",
+    "LyapunovSpectra",
     "LyapunovSpectrum",
     "MatchRate",
     "Matching",

@@ -17,15 +17,15 @@ def batch_error(rates: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    rates : ndarray, shape (n, d)
+    rates : ndarray, shape (n, ...)
         Means over n pieces of one length.
 
     Returns
     -------
-    ndarray, shape (d,)
+    ndarray, shape (...)
         NaN where there are fewer than 8 pieces.
     """
-    error = np.full(rates.shape[1], math.nan)
+    error = np.full(rates.shape[1:], math.nan)
     while len(rates) >= FEWEST:
         error = np.fmax(error, rates.std(axis=0, ddof=1) / math.sqrt(len(rates)))
         even = rates[: len(rates) // 2 * 2]

@@ -132,7 +132,7 @@ def returns(
     for block, rows in enumerate(moving.rows):
         first = block * moving.size
         carry_range(
-            stack.problem, rows, moving.ends, clocks, instants, taken, place,
+            stack.problem, rows, moving.ends, clocks, np.ones(n, bool), instants, taken, place,
             columns, totals, np.empty((n, 0, 3)), False, *stack.laws,
             first, min(first + moving.size, n),
         )  # fmt: skip

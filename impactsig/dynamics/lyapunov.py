@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators import Cantilever, Oscillator
+from ..oscillators.batch import OscillatorBatch
 from ..oscillators.flows import Flow
 from ..simulate import FixedStep, RungeKutta, simulate
 from ..simulate._course import Running
 from ..simulate._run import without_noise
 from ._batch import batch_error
 from ._follow import Follower
+from .spectra import LyapunovSpectra, spectra_of
 from .tangent import SYSTEMS, why_not
 
 if TYPE_CHECKING:
@@ -143,8 +145,16 @@ class LyapunovSpectrum:
         return f"LyapunovSpectrum({self.describe()})"
 
 
+@overload
+def lyapunov_spectrum(system: OscillatorBatch, **options: Any) -> LyapunovSpectra: ...
+@overload
 def lyapunov_spectrum(
-    system: Oscillator | Cantilever | Flow,
+    system: Oscillator | Cantilever | Flow, **options: Any
+) -> LyapunovSpectrum: ...
+
+
+def lyapunov_spectrum(  # type: ignore[misc]
+    system: Any,
     *,
     periods: float | None = None,
     duration: float | None = None,
@@ -153,7 +163,7 @@ def lyapunov_spectrum(
     phase: float = 0.0,
     method: RungeKutta | FixedStep | None = None,
     chatter: float = 1e-6,
-) -> LyapunovSpectrum:
+) -> LyapunovSpectrum | LyapunovSpectra:
     """All Lyapunov exponents, by the variational equation along the motion.
 
     As many neighbours as dimensions are carried along and made orthonormal again after every event
@@ -167,7 +177,7 @@ def lyapunov_spectrum(
 
     Parameters
     ----------
-    system : Oscillator, Cantilever or Flow
+    system : Oscillator, OscillatorBatch, Cantilever or Flow
         What moves.
     periods, duration : float
         How long to look: in forcing periods, or in seconds (of a flow: in its own time). Give one.
@@ -181,7 +191,7 @@ def lyapunov_spectrum(
 
     Returns
     -------
-    LyapunovSpectrum
+    LyapunovSpectrum, or LyapunovSpectra of a batch
 
     Raises
     ------
@@ -202,6 +212,13 @@ def lyapunov_spectrum(
     >>> bool(chaotic.exponents[0] > 0)
     True
     """
+    if isinstance(system, OscillatorBatch):
+        if method is not None:
+            raise InvalidInput("method", method, "no method for a batch, which moves exactly")
+        return spectra_of(
+            system, periods=periods, duration=duration, transient=transient, initial=initial,
+            phase=phase, chatter=chatter,
+        )  # fmt: skip
     if isinstance(system, Oscillator):
         without_noise(system, "system")
         options: dict[str, Any] = {

@@ -19,6 +19,7 @@ from impactsig import (
     OscillatorBatch,
     Rigid,
     Stop,
+    lyapunov_spectrum,
     scenes,
     simulate,
     simulate_many,
@@ -236,3 +237,26 @@ def test_parts_of_a_batch_are_columns_and_others_are_not():
     assert batch.columns.forces[0].angular_frequency.shape == (2,)
     numbers = [getattr(batch[0], field.name) for field in fields(Oscillator)]
     assert not any(isinstance(number, np.ndarray) for number in numbers)
+
+
+# -- exponents -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "batch",
+    [
+        scenes.karpodinis(np.array([20.1, 20.3355, 22.1])),
+        scenes.begley_virgin(1.338, 1.6, np.array([0.05, 0.2])),
+    ],
+    ids=repr,
+)
+def test_exponents_of_a_batch_are_those_of_each(batch):
+    found = lyapunov_spectrum(batch, periods=1200, initial=(0.1, 0.0), phase=0.5)
+    for k, machine in enumerate(batch):
+        alone = lyapunov_spectrum(machine, periods=1200, initial=(0.1, 0.0), phase=0.5)
+        for name in ("exponents", "between_collapses"):
+            own = getattr(found, name)[k]
+            assert np.array_equal(own, getattr(alone, name), equal_nan=True), name
+        assert found.error[k] == pytest.approx(alone.error, rel=1e-9, nan_ok=True)
+        for name in ("expected_sum", "collapses", "impacts", "grazings", "status"):
+            assert getattr(found, name)[k] == getattr(alone, name), name

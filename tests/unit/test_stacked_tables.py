@@ -20,6 +20,7 @@ from impactsig import (
     scenes,
 )
 from impactsig.dynamics._cells import follow_cells
+from impactsig.dynamics._closing import _about_to_close
 from impactsig.dynamics._settling import settle
 from impactsig.simulate._columns import columns_of, form_of
 from impactsig.simulate._events import STROBE_IMPACTS
@@ -123,6 +124,33 @@ def test_chart_over_machines_of_different_shape_puts_each_in_its_place():
         alone = periodicity_chart(scene, x, y[row : row + 1], periods=100)
         assert np.array_equal(chart.periods[row], alone.periods[0])
         assert np.array_equal(chart.followed[row], alone.followed[0])
+
+
+def test_chart_of_a_scene_that_takes_numbers_only_is_the_same():
+    def numbers_only(frequency, restitution):
+        return scenes.karpodinis(float(frequency), restitution=float(restitution))
+
+    def arrays_too(frequency, restitution):
+        return scenes.karpodinis(frequency, restitution=restitution)
+
+    x, y = np.linspace(19, 25, 5), np.linspace(0.1, 0.8, 4)
+    one, other = (
+        periodicity_chart(scene, x, y, periods=20) for scene in (numbers_only, arrays_too)
+    )
+    for name in ("periods", "impacts", "followed", "failed"):
+        assert np.array_equal(getattr(one, name), getattr(other, name)), name
+
+
+def test_an_orbit_is_looked_for_once_two_rounds_of_returns_are_small():
+    """What the derivative tells is compared over two rounds; one alone may be chance."""
+    strobes = np.zeros((2, 8, 4))
+    strobes[:, :, 0] = 1.0
+    strobes[1, 5, 0] = 1.5  # the return before the last is far off
+    near = _about_to_close(strobes, np.array([7, 7]), np.array([0, 1]), 1)
+    assert near.tolist() == [True, False]
+    strobes[1, 5, 0] = 1.0
+    strobes[1, 7, STROBE_IMPACTS] = 1.0
+    assert _about_to_close(strobes, np.array([7, 7]), np.array([0, 1]), 1).tolist() == [True, False]
 
 
 def test_chart_refuses_what_is_no_oscillator():

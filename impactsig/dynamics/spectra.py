@@ -1,0 +1,180 @@
+"""Lyapunov exponents of many oscillators, a block of them at a time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .._arguments import number, thread_count
+from ..oscillators.batch import OscillatorBatch
+from ..simulate._columns import spread
+from ..simulate._events import DONE, MODE, PHASE, STATUS
+from ..simulate._frame import first_phase, place_of
+from ..simulate._modes import Stack, stacks, subset
+from ..simulate._moving import Moving, in_threads
+from ..simulate._run import after, span
+from ._batch import batch_error
+
+BATCHES = 64
+BLOCK = 64  # machines whose events are kept at a time
+TURNS_AT_A_TIME = 1024.0  # as for one oscillator, since the columns are made orthonormal there
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LyapunovSpectra:
+    """The Lyapunov exponents of many oscillators.
+
+    Attributes
+    ----------
+    systems : OscillatorBatch
+        What moved.
+    exponents, error, between_collapses : ndarray, shape (..., 2)
+        As of `LyapunovSpectrum`, in the shape of the batch; NaN where a motion ended early.
+    expected_sum : ndarray
+        Mean of the divergence along each motion; compare ``exponents.sum(axis=-1)``.
+    collapses, impacts, grazings : ndarray of int
+        As of `LyapunovSpectrum`.
+    status : ndarray of str
+        As of `Motion`.
+    """
+
+    systems: OscillatorBatch
+    exponents: np.ndarray
+    error: np.ndarray
+    between_collapses: np.ndarray
+    expected_sum: np.ndarray = field(repr=False)
+    collapses: np.ndarray = field(repr=False)
+    impacts: np.ndarray = field(repr=False)
+    grazings: np.ndarray = field(repr=False)
+    status: np.ndarray = field(repr=False)
+
+    def __repr__(self) -> str:
+        return f"LyapunovSpectra({len(self.systems)} oscillators)"
+
+
+def spectra_of(
+    batch: OscillatorBatch, *, periods: float | None, duration: float | None,
+    transient: float | None, initial: Any, phase: float, chatter: float,
+) -> LyapunovSpectra:  # fmt: skip
+    """The exponents of the oscillators of a batch, each as alone to the last bit."""
+    columns = spread(batch.columns, len(batch))
+    forced = columns.form.forces > 0 or columns.form.base is not None
+    length, _ = span(periods, duration, 0.0, forced)
+    before = number("transient", length / 10 if transient is None else transient, least=0.0)
+    chatter = number("chatter", chatter, above=0, most=1e-2)
+    place = np.array(place_of((0.0, 0.0) if initial is None else initial))
+    n, phase = len(batch), first_phase(phase)
+    pairs = np.full((3, n, 2), math.nan)
+    expected, status = np.full(n, math.nan), np.zeros(n, np.int64)
+    counts = np.zeros((3, n), int)
+    for stack in stacks(columns, chatter, True):
+
+        def block(first: int, stack: Stack = stack) -> None:
+            mine = subset(stack, slice(first, first + BLOCK))
+            many = len(mine.which)
+            moving = Moving(mine, np.tile(place, (many, 1)), np.full(many, phase))
+            found = _carried(moving, before, length, duration is not None)
+            for into, part in zip((*pairs, expected, *counts, status), found, strict=True):
+                into[mine.which] = part
+
+        blocks = range(0, len(stack.which), BLOCK)
+        list(in_threads(block, blocks, thread_count(None)))
+    shape = batch.shape
+    return LyapunovSpectra(
+        batch,
+        pairs[0].reshape(*shape, 2),
+        pairs[1].reshape(*shape, 2),
+        pairs[2].reshape(*shape, 2),
+        expected.reshape(shape),
+        counts[0].reshape(shape),
+        counts[1].reshape(shape),
+        counts[2].reshape(shape),
+        np.array(STATUS)[status].reshape(shape),
+    )
+
+
+def _carried(moving: Moving, before: float, length: float, by_time: bool) -> tuple[Any, ...]:
+    """What `LyapunovSpectra` has of machines under way, and their statuses."""
+    from ._columns import (
+        BY_FRICTION,
+        DETERMINANT,
+        FIRST,
+        FREE,
+        HELD,
+        IMPACTS,
+        IN_MODE,
+        LINES,
+        NEXT,
+        POINTS,
+        SECOND,
+        SINGULAR,
+        TOTALS,
+    )
+    from ._tangent_batch import carry_range
+
+    stack, n = moving.stack, len(moving.phase)
+    per_turn = moving.per_turn(by_time) * np.ones(n)
+    columns, totals, place = np.tile(np.eye(2), (n, 1, 1)), np.zeros((n, TOTALS)), np.zeros((n, 6))
+    place[:, PHASE], place[:, IN_MODE] = moving.phase, moving.counts[:, MODE]
+    unlisted = np.empty((n, 0, 3))
+    at = np.zeros(n)
+
+    def to(until: float, edges: np.ndarray) -> np.ndarray:
+        instants = np.stack(
+            after(moving.phase[:, None], edges[None] * per_turn[:, None]), axis=-1
+        )  # fmt: skip
+        taken = np.empty((n, len(edges), TOTALS))
+        place[:, NEXT] = 0
+        while True:
+            going = (at < until) & (moving.status == DONE)
+            if not going.any():
+                break
+            at[going] = np.minimum(at[going] + TURNS_AT_A_TIME / per_turn[going], until)
+            moving.to(at * per_turn, True, 1)
+            clocks = np.ascontiguousarray(moving.clocks[:, :2])
+            for piece, rows in enumerate(moving.rows):
+                first = piece * moving.size
+                carry_range(
+                    stack.problem, rows, moving.ends, clocks, going, instants, taken, place,
+                    columns, totals, unlisted, True, *stack.laws,
+                    first, min(first + moving.size, n),
+                )  # fmt: skip
+        return np.concatenate([instants, taken], axis=-1)
+
+    if before > 0:
+        to(before, np.empty(0))
+    totals[:] = 0.0
+    held = place[:, HELD] != FREE
+    by_friction = place[:, HELD] == BY_FRICTION
+    totals[held & by_friction, LINES] = 1
+    totals[held & ~by_friction, POINTS] = 1
+    totals[held, DETERMINANT] = -np.inf
+    start = place[:, None, :2].copy()
+    end = before + length
+    edges = before + length * np.arange(1, BATCHES + 1) / BATCHES
+    edges[-1] = end
+    seen = to(end, edges)
+    turns, phase = np.moveaxis(seen[:, :, :2] - start, -1, 0)
+    time = (2 * math.pi * turns + phase) / stack.forcing.omega[:, None]
+    grown = seen[:, :, [2 + FIRST, 2 + SECOND]]
+    lines, points = totals[:, LINES].astype(int), totals[:, POINTS].astype(int)
+    lost = np.where(points > 0, 2, np.where(lines > 0, 1, 0))
+    divergence = totals[:, DETERMINANT] / time[:, -1]
+    widths = np.diff(time, prepend=0.0, axis=1)
+    rates = np.diff(grown, axis=1, prepend=0.0) / widths[:, :, None]
+    error = batch_error(np.ascontiguousarray(np.moveaxis(rates, 1, 0)))
+    between = grown[:, -1] / time[:, -1:]
+    falls = (lost == 0) & (between[:, 0] < between[:, 1])
+    between[falls] = between[falls, ::-1]
+    error[falls] = error[falls, ::-1]
+    exponents = between.copy()
+    exponents[lost == 2] = -math.inf
+    exponents[lost == 1, 1] = -math.inf
+    ended = moving.status != DONE
+    for part in (exponents, error, between, divergence):
+        part[ended] = math.nan
+    impacts, grazings = totals[:, IMPACTS].astype(int), totals[:, SINGULAR].astype(int)
+    return exponents, error, between, divergence, lines + points, impacts, grazings, moving.status

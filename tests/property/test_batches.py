@@ -1,0 +1,44 @@
+"""Machines of any kind, moved together, move as each alone."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from impactsig import simulate, simulate_many
+from impactsig.simulate import _moving
+
+from ..unit.test_stacked_tables import machine
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    seed=st.integers(0, 2**31),
+    count=st.integers(1, 12),
+    repeats=st.integers(1, 3),
+    workers=st.integers(1, 3),
+    room=st.integers(8, 200),
+    periods=st.floats(0.1, 6.0),
+    transient=st.sampled_from([0.0, 1.7]),
+    phase=st.floats(-10.0, 10.0),
+)
+def test_any_machines_in_any_division(
+    seed, count, repeats, workers, room, periods, transient, phase
+):
+    rng = np.random.default_rng(seed)
+    machines = [machine(rng) for _ in range(count)] * repeats
+    options = {"periods": periods, "transient": transient}
+    before = _moving.ROOM, _moving.SMALLEST
+    _moving.ROOM, _moving.SMALLEST = room, 1
+    try:
+        found = simulate_many(machines, phase=phase, workers=workers, **options)
+    finally:
+        _moving.ROOM, _moving.SMALLEST = before
+    for k in range(count):
+        alone = simulate(machines[k], phase=phase, **options)
+        for motion in found[k::count]:
+            assert np.array_equal(motion._segments, alone._segments)
+            assert motion.final == alone.final
+        assert np.all(found.energy_lost[k::count] == alone.energy_lost)
+        assert np.all(found.duration[k::count] == alone.duration)
