@@ -173,7 +173,10 @@ def response(column):
 
 def continued(column):
     make, value, _ = COLUMNS[column]
-    return im.continue_orbit(make, (value, value * 1.001), guess=settled(column)) is not None
+    start = {"guess": settled(column)}
+    if column == "flow":
+        start = {"guess": orbit(column).state, "period": orbit(column).period}
+    return len(im.continue_orbit(make, (value, value * 1.001), most=2, **start)) == 2
 
 
 def basins(column):
