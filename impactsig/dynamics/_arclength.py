@@ -1,4 +1,4 @@
-"""Pseudo-arclength continuation of a fixed point of the stroboscopic map."""
+"""Pseudo-arclength continuation of a fixed point of the stroboscopic map, or of a flow's orbit."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
+from ..oscillators.flows import Flow
 from ._clearance import clearance, gaps, seconds_of
-from ._shooting import Shooting
+from ._flow_map import FlowMap, size_of
 from .branches import Branch, Kind, SpecialPoint
-from .orbits import PeriodicOrbit, orbit_of
+from .flow_orbits import FlowOrbit
+from .orbits import PeriodicOrbit, orbit_of, shooting_of
 
 FIRST, LONGEST, SHORTEST = 0.01, 0.04, 1e-9  # steps along the branch, in units of its extent
 CORRECTIONS = 8
@@ -26,11 +28,11 @@ CLOSE = 0.2  # way from the section to the nearest impact, of that from the midd
 
 @dataclass(frozen=True)
 class _Point:
-    """An orbit on the branch: scaled coordinates (x, v, parameter) and the orbit itself."""
+    """An orbit on the branch: its scaled state and parameter, and the orbit itself."""
 
     place: np.ndarray
     tangent: np.ndarray
-    orbit: PeriodicOrbit
+    orbit: Any
     parameter: float
     iterations: int = 0
 
@@ -45,45 +47,71 @@ class Continuation:
 
     def __init__(
         self,
-        scene: Callable[[float], Oscillator],
+        scene: Callable[[float], Any],
         first: float,
         last: float,
-        start: PeriodicOrbit,
+        start: PeriodicOrbit | FlowOrbit,
         options: dict[str, Any],
     ) -> None:
         self.scene, self.first, self.last, self.start = scene, first, last, start
         self.options = options
-        omega = start.system.angular_forcing_frequency or 1.0
-        x, v = start.motion().sample(np.linspace(0, 0.99, 64) * start.periods * seconds_of(start))
-        size = max(np.ptp(x), np.ptp(v) / omega, 1e-12)
-        self.unit = np.array([size, size * omega, abs(last - first)])
+        self.flow = isinstance(start, FlowOrbit)
+        if isinstance(start, FlowOrbit):
+            self.begin = start.state if start.forced else np.append(start.state, start.period)
+            self.size = size_of(start)
+            size, scales = 1.0, self.map(first, self.begin).scales
+        else:
+            self.begin = start.state
+            shooting = self.map(first, self.begin)
+            scales = shooting.scales
+            times = np.linspace(0, 0.99, 64) * start.periods * seconds_of(start)
+            states = shooting.states(start.motion(), times)
+            size = max(*(np.ptp(states, axis=0) / scales), 1e-12)
+        self.unit = np.append(size * scales, abs(last - first))
+
+    def map(self, parameter: float, anchor: np.ndarray) -> Any:
+        """What returns at a value of the parameter; of a flow near a state."""
+        system = self.scene(parameter)
+        if isinstance(self.start, FlowOrbit):
+            if not isinstance(system, Flow) or system.dimension != self.start.system.dimension:
+                raise InvalidInput("scene_of_parameter", system, "a function that makes one flow")
+            return FlowMap(system, self.start, self.size, anchor)
+        return shooting_of(system, self.start.periods, **self.options)
+
+    def orbit(
+        self, shooting: Any, state: np.ndarray, residual: float, steps: int, here: Any
+    ) -> PeriodicOrbit | FlowOrbit:
+        """The orbit through a state that returns."""
+        if self.flow:
+            return shooting.orbit(state, residual, steps, here)
+        return orbit_of(shooting, state, residual, steps, "found", here)
 
     def point(self, place: np.ndarray, along: np.ndarray, ahead: np.ndarray) -> _Point | None:
         """The orbit on the plane through a place, normal to `along`; None where there is none."""
         guess = place
         for iterations in range(CORRECTIONS):
-            parameter = float(place[2] * self.unit[2])
-            shooting = Shooting(self.scene(parameter), self.start.periods, **self.options)
-            state = place[:2] * self.unit[:2]
+            parameter = float(place[-1] * self.unit[-1])
+            anchor = guess[:-1] * self.unit[:-1]
+            shooting = self.map(parameter, anchor)
+            state, unit = place[:-1] * self.unit[:-1], self.unit[:-1]
             residual, gap, here = shooting.off(state)
             if here is None:
                 return None
-            gap = gap / self.unit[:2]
-            slopes = np.empty((3, 3))
-            scaled = here.matrix * self.unit[None, :2] / self.unit[:2, None]
-            slopes[:2, :2] = scaled - np.eye(2)
-            slopes[:2, 2] = self._by_parameter(state, parameter, here.impacts)
-            slopes[2] = along
+            gap = gap / unit
+            slopes = np.empty((len(place), len(place)))
+            slopes[:-1, :-1] = shooting.slopes(here, unit)
+            slopes[:-1, -1] = self._by_parameter(state, parameter, here.impacts, anchor)
+            slopes[-1] = along
             if not np.isfinite(slopes).all():
                 return None
             try:
                 step = -np.linalg.solve(slopes, [*gap, along @ (place - guess)])
                 if residual <= self.options["tolerance"] and np.abs(step).max() < 1e-7:
-                    tangent = np.linalg.solve(slopes, [0.0, 0.0, 1.0])
+                    tangent = np.linalg.solve(slopes, np.eye(len(place))[-1])
                     tangent /= np.linalg.norm(tangent)
                     tangent *= 1 if tangent @ ahead > 0 else -1
-                    orbit = orbit_of(shooting, state, residual, iterations, "found", here)
-                    if orbit.impacts != self.start.impacts:
+                    orbit = self.orbit(shooting, state, residual, iterations, here)
+                    if not self.flow and orbit.impacts != self.start.impacts:  # type: ignore[union-attr]
                         return None
                     return _Point(place, tangent, orbit, parameter, iterations)
             except np.linalg.LinAlgError:
@@ -93,23 +121,24 @@ class Continuation:
                 return None
         return None
 
-    def _by_parameter(self, state: np.ndarray, parameter: float, impacts: int) -> np.ndarray:
+    def _by_parameter(
+        self, state: np.ndarray, parameter: float, impacts: int, anchor: np.ndarray
+    ) -> np.ndarray:
         """Derivative of the map by the parameter, scaled; from one side where the other grazes."""
         h, known = FLAT, []
         for sign in (1, 0, -1):
-            scene = self.scene(parameter + sign * h * self.unit[2])
-            _, gap, here = Shooting(scene, self.start.periods, **self.options).off(state)
+            beside = self.map(parameter + sign * h * self.unit[-1], anchor)
+            _, gap, here = beside.off(state)
             if here is not None and here.impacts == impacts:
-                known.append((sign * h, gap / self.unit[:2]))
+                known.append((sign * h, gap / self.unit[:-1]))
         if len(known) < 2:
-            return np.full(2, math.nan)
+            return np.full(len(state), math.nan)
         return (known[0][1] - known[-1][1]) / (known[0][0] - known[-1][0])
 
     def follow(self, most: int) -> Branch:
         """Step along the branch to its end."""
-        place = np.array([*self.start.state, self.first]) / self.unit
-        up = math.copysign(1.0, self.last - self.first)
-        axis = np.array([0.0, 0.0, up])
+        place = np.array([*self.begin, self.first]) / self.unit
+        axis = self._axis(self.last - self.first)
         here = self.point(place, axis, axis)
         if here is None:
             raise InvalidInput("guess", self.start.state, "an orbit that can be followed")
@@ -150,7 +179,7 @@ class Continuation:
     def _between(self, before: _Point, after: _Point, index: int) -> list[SpecialPoint]:
         """What has changed between two neighbouring points, and where."""
         tests: list[tuple[Kind, Callable[[_Point], float]]] = [
-            ("fold", lambda point: float(point.tangent[2])),
+            ("fold", lambda point: float(point.tangent[-1])),
             ("period doubling", lambda point: point.doubles),
         ]
         found = []
@@ -158,7 +187,7 @@ class Continuation:
             if test(before) * test(after) < 0:
                 point = self._root(before, after, test)
                 found.append(
-                    SpecialPoint(kind, point.parameter, point.orbit.state, point.orbit.phase, index)
+                    SpecialPoint(kind, point.parameter, point.orbit.state, _phase(point), index)
                 )
         return sorted(found, key=lambda point: abs(point.parameter - before.parameter))
 
@@ -194,17 +223,20 @@ class Continuation:
         """The orbit at the end of the range."""
         share = (edge - before.parameter) / (after.parameter - before.parameter)
         place = before.place + share * (after.place - before.place)
-        place[2] = edge / self.unit[2]
-        axis = np.array([0.0, 0.0, math.copysign(1.0, after.parameter - before.parameter)])
-        point = self.point(place, axis, before.tangent)
+        place[-1] = edge / self.unit[-1]
+        point = self.point(place, self._axis(after.parameter - before.parameter), before.tangent)
         return None if point is None else replace(point, parameter=edge)
 
-    def _near_impact(self, orbit: PeriodicOrbit) -> bool:
+    def _axis(self, way: float) -> np.ndarray:
+        """The direction of the parameter, up or down."""
+        return np.append(np.zeros(len(self.begin)), math.copysign(1.0, way))
+
+    def _near_impact(self, orbit: Any) -> bool:
         """Whether an impact is about to pass the section, where the map jumps, and this can move.
 
         It cannot where a law depends on time, which counts from the section.
         """
-        if orbit.system.law_depends_on_time:
+        if self.flow or (isinstance(orbit.system, Oscillator) and orbit.system.law_depends_on_time):
             return False
         away, widest, _ = gaps(orbit)
         return away < CLOSE * widest / 2
@@ -215,12 +247,11 @@ class Continuation:
         _, _, phase = gaps(orbit)
         ahead = (phase - orbit.phase) % (2 * math.pi)
         seconds = ahead / (2 * math.pi) * seconds_of(orbit)
-        x, v = orbit.motion().sample(seconds)
+        state = self.map(point.parameter, orbit.state).states(orbit.motion(), seconds)
         before = self.options
         self.options = {**before, "phase": phase}
-        place = np.array([float(x), float(v), point.parameter]) / self.unit
-        up = math.copysign(1.0, point.tangent[2])
-        axis = np.array([0.0, 0.0, up])
+        place = np.append(state, point.parameter) / self.unit
+        axis = self._axis(point.tangent[-1])
         moved = self.point(place, axis, axis)
         if moved is None:
             self.options = before
@@ -229,7 +260,7 @@ class Continuation:
 
     def _grazes(self, points: list[_Point]) -> bool:
         """Whether an impact has all but lost its velocity."""
-        if not self.start.impacts or len(points) < 3:
+        if isinstance(self.start, FlowOrbit) or not self.start.impacts or len(points) < 3:
             return False
         least = [point.orbit.approach_velocity.min() for point in points]
         return bool(least[-1] < FAINT * max(least))
@@ -238,6 +269,8 @@ class Continuation:
         """Whether a branch that goes no further ends in a grazing; where that is."""
         last = points[-1]
         values = None
+        if self.flow:
+            return "lost"
         if self._grazes(points):
             values = [point.orbit.approach_velocity.min() for point in points]
         elif clearance(last.orbit) < 1e-3 * self.unit[0]:
@@ -251,18 +284,32 @@ class Continuation:
         return "grazing"
 
     def _branch(self, points: list[_Point], special: list[SpecialPoint], status: str) -> Branch:
-        orbits = [point.orbit for point in points]
+        orbits, start = [point.orbit for point in points], self.start
+        if isinstance(start, FlowOrbit):
+            count, impacts = 1, 0
+            period = [orbit.period for orbit in orbits]
+        else:
+            count, impacts = start.periods, start.impacts
+            period = [orbit.periods * seconds_of(orbit) for orbit in orbits]
+        none = np.empty(0)
         return Branch(
-            self.start.periods,
-            self.start.impacts,
+            count,
+            impacts,
             np.array([point.parameter for point in points]),
             np.array([orbit.state for orbit in orbits]),
-            np.array([orbit.phase for orbit in orbits]),
+            np.array([_phase(point) for point in points]),
+            np.array(period),
             np.array([orbit.multipliers.astype(complex) for orbit in orbits]),
-            np.array([orbit.approach_velocity for orbit in orbits]),
+            np.array([getattr(orbit, "approach_velocity", none) for orbit in orbits]),
             tuple(special),
             status,
+            None if not isinstance(start, FlowOrbit) else start.forced,
         )
+
+
+def _phase(point: _Point) -> float:
+    """Phase of the section; 0 of a flow."""
+    return float(getattr(point.orbit, "phase", 0.0))
 
 
 def _ahead(points: list[_Point], ds: float) -> np.ndarray:
@@ -272,12 +319,12 @@ def _ahead(points: list[_Point], ds: float) -> np.ndarray:
     velocity, so that a guess along the tangent alone would need ever shorter steps.
     """
     last = points[-1]
-    known = [point.place for point in points[-4:] if point.orbit.phase == last.orbit.phase]
+    known = [point.place for point in points[-4:] if _phase(point) == _phase(last)]
     away = np.array([np.linalg.norm(place - last.place) for place in known])
     # Distances must grow from point to point, or it is no curve that they lie on.
     if len(known) < 3 or np.any(np.diff(away) >= 0) or away[0] > 20 * ds + 1e-3:
         return last.place + ds * last.tangent
-    total = np.zeros(3)
+    total = np.zeros(len(last.place))
     for k, place in enumerate(known):
         weight = 1.0
         for j, other in enumerate(away):

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ..oscillators import Cantilever, Stop
 from ..simulate._frame import swings
 from .orbits import PeriodicOrbit
 
@@ -33,10 +34,20 @@ def clearance(orbit: PeriodicOrbit) -> float:
     motion = orbit.motion()
     assert motion.impacts is not None
     hits = motion.impacts.time
-    looks = LOOKS * orbit.periods * round(swings(orbit.system))
+    if isinstance(
+        orbit.system, Cantilever
+    ):  # whose highest mode is the fastest; its tip is seen from what its stop hangs on
+        swung, seen = math.ceil(motion.frequencies[-1] * seconds_of(orbit)), motion.sample
+        stops: dict[str, list[Stop]] = {"upper": [], "lower": []}
+        if orbit.system.stop is not None:
+            stops[orbit.system.stop.side].append(orbit.system.stop)
+    else:
+        swung, seen = round(swings(orbit.system)), motion._from_stops
+        stops = {side: list(orbit.system.stops_on(side)) for side in ("upper", "lower")}
+    looks = LOOKS * orbit.periods * max(swung, 1)
     grid = np.linspace(motion.start, motion.stop, looks + 1)
     time = np.sort(np.concatenate([grid, hits]))
-    _, v = motion._from_stops(time)
+    _, v = seen(time)
     least = math.inf
     for side in (1, -1):
         turns = np.flatnonzero((side * v[:-1] > 0) & (side * v[1:] <= 0))
@@ -45,10 +56,10 @@ def clearance(orbit: PeriodicOrbit) -> float:
         low, high = time[turns], time[turns + 1]
         for _ in range(50):
             middle = (low + high) / 2
-            rises = side * motion._from_stops(middle)[1] > 0
+            rises = side * seen(middle)[1] > 0
             low, high = np.where(rises, middle, low), np.where(rises, high, middle)
-        top, _ = motion._from_stops(low)
-        for stop in orbit.system.stops_on("upper" if side > 0 else "lower"):
+        top, _ = seen(low)
+        for stop in stops["upper" if side > 0 else "lower"]:
             off = side * (stop.position - top)
             least = min(least, off[off > 0].min(initial=math.inf))
     return least

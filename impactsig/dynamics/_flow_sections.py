@@ -11,15 +11,17 @@ from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ..simulate import simulate
 from ..simulate._course import Running, coordinate_of
-from ..simulate._events import DIVERGED, ENDLESS, EXHAUSTED
+from ..simulate._events import DIVERGED, ENDLESS
 from ..simulate.flow_motion import FlowMotion
-from ._flow_shooting import rate_at
+from ._flow_shooting import jacobian, rate_at
 
 Section = tuple[str | int, float]
 
+NEWTON = 3
+NEAR = 1e-3  # of the size: how far an equilibrium may be from what comes to it
 STEPS = 64  # between two looks whether a flow that does not return has come to rest
-PATIENCE = 16_000  # looks without a return after which none is waited for
-AT_REST = 1e-10  # change between two looks, as a share of the greatest size, of a flow at rest
+PATIENCE = 4000  # looks without a return after which none is waited for
+AT_REST = 1e-6  # way that a flow about to rest would go in as long again, as a share of its size
 REST = 1e-3  # share of the time that it took to come to rest, in which it is looked at there
 
 
@@ -58,21 +60,21 @@ def cut(
     running = Running(flow, signal, initial)
     wanted, found, size = transient + count + 1, list[float](), 0.0
     task = Task(False, level, True, False, np.inf, wanted)
-    before, silent, rests, span = running.course.state.copy(), 0, False, 0.0
-    while len(found) < wanted and silent < PATIENCE and not rests:
-        span = running.time
+    silent, rest = 0, None
+    while len(found) < wanted and silent < PATIENCE and rest is None:
         status, times = spikes(
             running.tableau, running.field, task._replace(wanted=wanted - len(found)),
             running.scratch, running.course, STEPS,
         )  # fmt: skip
         found.extend(times.tolist())
-        now = running.course.state.copy()
         if status in (DIVERGED, ENDLESS):
             return "diverged" if status == DIVERGED else "no return"
-        size = max(size, float(np.abs(now).max()), float(np.abs(before).max()))
+        y = running.course.state[: flow.dimension]
+        size = max(size, float(np.abs(y).max()))
         silent = 0 if len(times) else silent + 1
-        rests = status == EXHAUSTED and bool(np.abs(now - before).max() <= AT_REST * size)
-        before = now
+        speed = float(np.abs(rate_at(flow, running.time, y)).max())
+        if not len(times) and speed * running.time <= AT_REST * size:
+            rest = _rest(flow, running.time, y, size)
     if len(found) == wanted:
         returns = np.array(found[transient:])
         motion = simulate(
@@ -83,9 +85,19 @@ def cut(
             rate_at(flow, t, y)[column] for t, y in zip(returns[1:], points[1:], strict=True)
         ])  # fmt: skip
         return motion, returns, points, rates
-    if not rests:
+    if rest is None:
         return "no return"
-    span = max(span, 1.0)
-    motion = simulate(flow, duration=REST * span, transient=span, initial=initial)
-    points = np.repeat(motion.final[None, :], count + 1, axis=0)
+    motion = simulate(flow, duration=REST * running.time, initial=rest)
+    points = np.repeat(rest[None, :], count + 1, axis=0)
     return motion, np.linspace(motion.start, motion.stop, count + 1), points, np.empty(0)
+
+
+def _rest(flow: Flow, t: float, y: np.ndarray, size: float) -> np.ndarray | None:
+    """The stable equilibrium beside a state, by Newton's method; None where there is none."""
+    place, sizes = y.copy(), np.full(flow.dimension, size)
+    for _ in range(NEWTON):
+        slopes = jacobian(flow, t, place, sizes)
+        if not np.isfinite(slopes).all() or np.linalg.eigvals(slopes).real.max() >= 0:
+            return None
+        place = place - np.linalg.solve(slopes, rate_at(flow, t, place))
+    return place if np.abs(place - y).max() <= NEAR * size else None

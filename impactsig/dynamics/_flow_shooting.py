@@ -73,11 +73,11 @@ def tangent_pieces(
     states = states[back.ravel()].reshape(*times.shape, flow.dimension)
     sizes = np.maximum(np.abs(states).max(axis=(0, 1)), 1e-12)
     for k in range(parts):
-        jacobians = [_jacobian(flow, t, y, sizes) for t, y in zip(times[k], states[k], strict=True)]
+        jacobians = [jacobian(flow, t, y, sizes) for t, y in zip(times[k], states[k], strict=True)]
         yield h, times[k], states[k], np.array(jacobians)
 
 
-def _jacobian(flow: Flow, t: float, y: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+def jacobian(flow: Flow, t: float, y: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Central differences of the rates: exact but for rounding where these are quadratic."""
     columns = []
     for n, h in enumerate(SMALL * sizes):

@@ -1,9 +1,10 @@
-"""The stroboscopic map over n periods, its derivative, and Newton's method on it."""
+"""The map of a system over n forcing periods, its derivative, and Newton's method on it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
 from itertools import product
 from typing import Any
 
@@ -17,63 +18,84 @@ from ..simulate._frame import reference_frequency
 from ._arguments import recurring
 from .tangent import TangentMap, tangent_map
 
-STEPS = 60  # of Newton's iteration
-HALVINGS = 14  # of a step that leads away
-LOOK, SETTLE = 3000, 300  # periods looked through for close returns, and before
 
+class Shooting(ABC):
+    """The map of one system over n forcing periods; states are arrays of shape (d,).
 
-class Shooting:
-    """The map of one oscillator; what wants a state takes and gives displacement and velocity."""
+    Attributes
+    ----------
+    system : Oscillator or Cantilever
+        What moves.
+    omega : float
+        Angular frequency of the forcing.
+    scales : ndarray, shape (d,)
+        What a state is divided by to make all of it displacements.
+    options : dict
+        Phase, and method of an oscillator, as `simulate` takes them.
+    """
 
-    def __init__(
-        self, oscillator: Oscillator, periods: int, phase: float, method: Any, tolerance: float
-    ) -> None:
-        self.oscillator = recurring("oscillator", oscillator)
-        self.omega = reference_frequency(oscillator)
+    steps = 60  # of Newton's iteration
+    halvings = 14  # of a step that leads away
+    look, settle = 3000, 300  # periods looked through for close returns, and before
+
+    def __init__(self, system: Any, periods: int, phase: float, tolerance: float) -> None:
+        self.system = system
         self.periods = whole("periods", periods, 1)
         self.phase = number("phase", phase)
         self.tolerance = number("tolerance", tolerance, above=0, most=0.1)
-        self.options: dict[str, Any] = {"phase": self.phase, "method": method}
+        self.options: dict[str, Any] = {"phase": self.phase}
+        self.omega, self.scales = 1.0, np.empty(0)
 
-    def scale(self, state: np.ndarray) -> np.ndarray:
-        """What makes displacement and velocity one, and 1 in size."""
-        size = max(math.hypot(state[0], state[1] / self.omega), 1e-12)
-        return np.array([1.0, 1 / self.omega]) / size
+    @abstractmethod
+    def parts(self, state: np.ndarray) -> tuple[Any, Any]:
+        """Displacement and velocity, as `simulate` takes them."""
 
-    def map(self, state: np.ndarray) -> TangentMap:
-        """The section map and its derivative."""
-        start = (float(state[0]), float(state[1]))
-        return tangent_map(self.oscillator, periods=self.periods, initial=start, **self.options)
+    @abstractmethod
+    def states(self, motion: Any, time: Any) -> np.ndarray:
+        """States at times of a motion, shape of `time` and (d,)."""
+
+    @abstractmethod
+    def error(self, gap: np.ndarray, state: np.ndarray) -> float:
+        """How far off a return is, as a share of the state's size."""
+
+    @abstractmethod
+    def step(self, matrix: np.ndarray, gap: np.ndarray) -> np.ndarray:
+        """The step of Newton's method; LinAlgError where there is none."""
 
     def off(self, state: np.ndarray) -> tuple[float, np.ndarray, TangentMap | None]:
         """Residual, how far the return is off, and the map; inf where there is none."""
         try:
-            here = self.map(state)
+            here = tangent_map(
+                self.system, periods=self.periods, initial=self.parts(state), **self.options
+            )
         except InvalidInput as error:
             if error.argument != "initial":
                 raise
             return math.inf, state, None
-        gap = np.array(here.final[:2]) - state
+        gap = np.concatenate([np.atleast_1d(part) for part in here.final[:2]]) - state
         if here.status != "complete" or not np.isfinite(gap).all():
             return math.inf, state, None
-        return float(np.abs(gap * self.scale(state)).max()), gap, here
+        return self.error(gap, state), gap, here
+
+    def slopes(self, here: TangentMap, unit: np.ndarray) -> np.ndarray:
+        """Derivative of what the return is off by the state, both in such units."""
+        return here.matrix * unit[None, :] / unit[:, None] - np.eye(len(unit))
 
     def newton(self, start: np.ndarray) -> tuple[np.ndarray, float, int, str, TangentMap | None]:
         """The state that returns, its residual, the steps that took, a status and its map."""
-        state = start
+        state, iterations = start, 0
         residual, gap, here = self.off(state)
         status = "not converged" if here is not None else "lost"
-        iterations = 0
-        while here is not None and residual > 0 and iterations < STEPS:
+        while here is not None and residual > 0 and iterations < self.steps:
             iterations += 1
             try:
-                step = np.linalg.solve(np.eye(2) - here.matrix, gap)
+                step = self.step(here.matrix, gap)
             except np.linalg.LinAlgError:
                 break
             if not np.isfinite(step).all():
                 break
             share = 1.0
-            for _ in range(HALVINGS):
+            for _ in range(self.halvings):
                 better = self.off(state + share * step)
                 if better[0] < residual:
                     break
@@ -87,31 +109,84 @@ class Shooting:
             status = "found"
         return state, residual, iterations, status, here
 
+    def strobed(self) -> np.ndarray:
+        """States of a long motion once a period, shape (k, d)."""
+        motion = simulate(
+            self.system, periods=self.look + self.periods, transient=self.settle, **self.options
+        )
+        period = self.system.forcing_period
+        times = motion.start + period * np.arange(self.look + self.periods + 1)
+        return self.states(motion, np.minimum(times, motion.stop))
+
+
+class OscillatorShooting(Shooting):
+    """That of an oscillator, whose states are displacement and velocity."""
+
+    system: Oscillator
+
+    def __init__(
+        self, oscillator: Oscillator, periods: int, phase: float, method: Any, tolerance: float
+    ) -> None:
+        super().__init__(recurring("oscillator", oscillator), periods, phase, tolerance)
+        self.omega = reference_frequency(oscillator)
+        self.scales = np.array([1.0, self.omega])
+        self.options["method"] = method
+
+    def parts(self, state: np.ndarray) -> tuple[float, float]:
+        return float(state[0]), float(state[1])
+
+    def states(self, motion: Any, time: Any) -> np.ndarray:
+        return np.stack(motion.sample(time), axis=-1)
+
+    def scale(self, state: np.ndarray) -> np.ndarray:
+        """What makes displacement and velocity one, and 1 in size."""
+        size = max(math.hypot(state[0], state[1] / self.omega), 1e-12)
+        return np.array([1.0, 1 / self.omega]) / size
+
+    def error(self, gap: np.ndarray, state: np.ndarray) -> float:
+        return float(np.abs(gap * self.scale(state)).max())
+
+    def step(self, matrix: np.ndarray, gap: np.ndarray) -> np.ndarray:
+        return np.linalg.solve(np.eye(2) - matrix, gap)
+
+    def strobed(self) -> np.ndarray:
+        motion = simulate(
+            self.system, periods=self.look + self.periods, transient=self.settle, **self.options
+        )
+        return np.stack(motion.stroboscopic(self.phase), axis=1)
+
     def close_returns(self, count: int, spread: int = 0) -> Iterator[np.ndarray]:
         """Points of a long motion that come back near themselves after n periods, closest first.
 
         Then, if asked, so many by so many points spread over where it goes and half as far again.
         """
-        motion = simulate(
-            self.oscillator, periods=LOOK + self.periods, transient=SETTLE, **self.options
-        )
-        x, v = motion.stroboscopic(self.phase)
-        points = np.stack([x, v], axis=1)
+        points = self.strobed()
         scale = np.array([1.0, 1 / self.omega])
         off = np.hypot(*((points[self.periods :] - points[: -self.periods]) * scale).T)
         extent = np.maximum(np.ptp(points, axis=0), 1e-3 * np.abs(points).max())
         apart = 0.02 * np.hypot(*(np.ptp(points, axis=0) * scale))
-        chosen: list[np.ndarray] = []
-        for k in np.argsort(off, kind="stable"):
-            if len(chosen) == count:
-                break
-            if all(np.hypot(*((points[k] - other) * scale)) > apart for other in chosen):
-                chosen.append(points[k])
-                yield points[k]
+        yield from distinct(points, off, count, lambda d: np.hypot(*(d * scale).T), apart)
         middle = points.min(axis=0) + np.ptp(points, axis=0) / 2
         shares = np.linspace(-0.75, 0.75, spread)
         for a, b in product(shares, shares):
             yield middle + extent * (a, b)
+
+
+def distinct(
+    points: np.ndarray,
+    off: np.ndarray,
+    count: int,
+    size: Callable[[np.ndarray], np.ndarray],
+    apart: float,
+) -> Iterator[np.ndarray]:
+    """So many points, those that are least off first, none of them near one before."""
+    chosen: list[np.ndarray] = []
+    for k in np.argsort(off, kind="stable"):
+        if len(chosen) == count:
+            return
+        if not chosen or (size(points[k] - np.array(chosen)) > apart).all():
+            chosen.append(points[k])
+            yield points[k]
 
 
 def two_numbers(name: str, values: Any) -> np.ndarray:

@@ -42,7 +42,7 @@ class Survey:
         self, oscillator: Oscillator, phase: Any, periods: Any, closed: Any, workers: Any
     ) -> None:
         self.run = Run(oscillator, periods=1, phase=phase)
-        recurring("oscillator", oscillator)
+        recurring("system", oscillator)
         if not isinstance(self.run.engine, ExactEngine):
             raise InvalidInput(
                 "oscillator", oscillator, "one that is linear between events",

@@ -69,7 +69,9 @@ NO_PERIOD = "What has no forcing period cannot be strobed by it"
 ONE_PATH = "Under noise no orbit closes: bifurcation_diagram shows its strobes"
 
 
-def checked_whole(system: Any, section: Section | None, noise: bool = False) -> Any:
+def checked_whole(
+    system: Any, section: Section | None, noise: bool = False, name: str = "scene"
+) -> Any:
     """A system that is simulated whole.
 
     Raises
@@ -91,7 +93,8 @@ def checked_whole(system: Any, section: Section | None, noise: bool = False) -> 
     moved = isinstance(system, (Cantilever, Oscillator))
     controlled = isinstance(getattr(system, "system", None), Oscillator)
     if not (moved or controlled) or system.forcing_period is None:
-        raise InvalidInput("scene", system, f"a function that makes {SYSTEMS}", NO_PERIOD)
+        made = "a function that makes " if name == "scene" else ""
+        raise InvalidInput(name, system, made + SYSTEMS, NO_PERIOD)
     return system
 
 

@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import flag
-from ..oscillators import Oscillator
+from .._arguments import flag, number, thread_count, whole
+from ..oscillators import Cantilever, Oscillator
+from ..oscillators.flows import Flow
 from ..simulate._events import DONE
-from ._arguments import parameter_values
+from ..simulate._exact import piecewise_linear
+from ._arguments import parameter_values, recurring
+from ._basins_of_starts import ends
+from ._flow_sections import checked_section
 from ._settling import ground
 from ._survey import OPEN, Survey
 
@@ -27,13 +31,15 @@ class Attractor:
 
     Attributes
     ----------
-    strobe : numpy.ndarray, shape (periods, 2)
-        Displacement and velocity at the phase of the strobe, one a forcing period.
+    strobe : numpy.ndarray, shape (periods, d)
+        Displacement and velocity at the phase of the strobe, one a forcing period; of a cantilever
+        those of its first mode, of a flow its states on the section.
     periods, impacts : int
-        period(m, n): how many impacts in how many forcing periods.
+        period(m, n): how many impacts in how many forcing periods; of a flow both count its returns
+        to the section, (1, 0) is rest.
     radius : float
         A start, or a strobe, within this distance of one of its points (velocity over forcing
-        frequency) was taken to end here.
+        frequency) was taken to end here; 0 where every motion was followed until it closed.
 
     See Also
     --------
@@ -112,11 +118,12 @@ class Basins:
 
 
 def basins_of_attraction(
-    oscillator: Oscillator,
+    system: Oscillator | Cantilever | Flow,
     x: Any,
     v: Any,
     *,
     phase: float = 0.0,
+    section: tuple[str | int, float] | None = None,
     periods: int = 1000,
     closed: float = 1e-8,
     catch: bool = True,
@@ -131,15 +138,21 @@ def basins_of_attraction(
 
     Parameters
     ----------
-    oscillator : Oscillator
-        What moves; linear between events, and under forcing that recurs.
+    system : Oscillator, Cantilever or Flow
+        What moves. An oscillator or a cantilever is under forcing that recurs. What is not an
+        oscillator that is linear between events is followed start by start.
     x, v : array_like
-        Displacements and velocities of the starts, against the ground. Starts beyond a rigid stop
-        are refused.
+        Displacements and velocities of the starts, against the ground; of a cantilever those of its
+        first mode, with the others at rest; of a flow its first two coordinates, with the others as
+        they are in its initial state. Starts beyond a rigid stop are refused.
     phase : float
-        Phase of the forcing at the starts and strobes [rad].
+        Phase of the forcing at the starts and strobes [rad]. Not for flows.
+    section : (str or int, float), optional
+        Of flows: name or number of a coordinate, and the level that it crosses upwards; a motion
+        closes in its returns to it, or where it comes to rest.
     periods : int
-        Forcing periods after which an orbit that has not closed is left open.
+        Forcing periods, or returns of a flow, after which an orbit that has not closed is left
+        open.
     closed : float
         Tolerance as a share of the size of displacement and velocity.
     catch : bool
@@ -156,7 +169,7 @@ def basins_of_attraction(
     Raises
     ------
     InvalidInput
-        If an argument is out of range, or the oscillator is stepped or has no forcing that recurs.
+        If an argument is out of range, or the forcing does not recur.
 
     See Also
     --------
@@ -172,29 +185,58 @@ def basins_of_attraction(
     [(3, 2), (2, 1), (3, 2)]
     """
     catch = flag("catch", catch)
-    survey = Survey(oscillator, phase, periods, closed, workers)
     axes = parameter_values("x", x), parameter_values("v", v)
     grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    cut = checked_section(section)
+    if not (isinstance(system, Oscillator) and system.noise is None and piecewise_linear(system)):
+        if isinstance(system, Oscillator):
+            recurring("system", system)
+        label, orbits, failed = ends(
+            system, grid, cut, number("phase", phase), whole("periods", periods, 1),
+            number("closed", closed, above=0, most=1e-2), thread_count(workers),
+        )  # fmt: skip
+        found_of = [Attractor(own.points, len(own.points), own.impacts, 0.0) for own in orbits]
+        return _basins(label, found_of, axes, failed)
+    survey = Survey(system, phase, periods, closed, workers)
     places = survey.starts(*grid.T)
     survey.discover(places, catch)
     found = survey.follow(places, catch)
 
     chosen = np.random.default_rng(1).permutation(len(places))[: RECHECKED if catch else 0]
     again = survey.follow(places[chosen], False) if len(chosen) else None
-    counts = np.array([np.count_nonzero(found.label == k) for k in range(len(survey.orbits))], int)
+    return _basins(
+        found.label,
+        [_attractor(survey, k) for k in range(len(survey.orbits))],
+        axes,
+        int(np.count_nonzero(found.status != DONE)),
+        len(chosen),
+        int(np.count_nonzero(again.label != found.label[chosen])) if again else 0,
+    )
+
+
+def _basins(
+    label: np.ndarray,
+    attractors: list[Attractor],
+    axes: tuple[np.ndarray, np.ndarray],
+    failed: int,
+    rechecked: int = 0,
+    differing: int = 0,
+) -> Basins:
+    """The result, the attractor of most starts first."""
+    counts = np.array([np.count_nonzero(label == k) for k in range(len(attractors))], int)
     order = np.argsort(-counts, kind="stable")[: np.count_nonzero(counts)]
     rank = np.full(len(counts) + 1, OPEN)
     rank[order] = np.arange(len(order))
     return Basins(
-        rank[found.label].reshape(len(axes[1]), len(axes[0])),
-        tuple(_attractor(survey, k) for k in order),
-        counts[order] / len(places),
-        np.array([_wilson(count, len(places)) for count in counts[order]]).reshape(-1, 2),
-        float(np.mean(found.label == OPEN)),
+        rank[label].reshape(len(axes[1]), len(axes[0])),
+        tuple(attractors[k] for k in order),
+        counts[order] / len(label),
+        np.array([_wilson(count, len(label)) for count in counts[order]]).reshape(-1, 2),
+        float(np.mean(label == OPEN)),
         *axes,
-        int(np.count_nonzero(found.status != DONE)),
-        len(chosen),
-        int(np.count_nonzero(again.label != found.label[chosen])) if again else 0,
+        failed,
+        rechecked,
+        differing,
     )
 
 

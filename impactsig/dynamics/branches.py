@@ -24,8 +24,8 @@ class SpecialPoint:
         with no velocity, or a stop that was not hit is touched, and the branch ends.
     parameter : float
         Where.
-    state : ndarray, shape (2,)
-        Displacement and velocity of the orbit there; of a grazing, of the last orbit before it.
+    state : ndarray, shape (d,)
+        State of the orbit there; of a grazing, of the last orbit before it.
     phase : float
         Phase of the section that this is on [rad].
     index : int
@@ -46,15 +46,17 @@ class Branch:
     Attributes
     ----------
     periods, impacts : int
-        period(m, n) of all of them.
+        period(m, n) of all of them; (0, 1) of a flow.
     parameter : ndarray, shape (k,)
         Its values; not monotonic where the branch folds.
-    state : ndarray, shape (k, 2)
-        Displacement and velocity on the section.
+    state : ndarray, shape (k, d)
+        State on the section, as that of a `PeriodicOrbit`, or one on the orbit of a flow.
     phase : ndarray, shape (k,)
         Phase of the forcing at the section [rad]: moved away from impacts that come near it.
-    multipliers : ndarray of complex, shape (k, 2)
-        Floquet multipliers over n periods.
+    period : ndarray, shape (k,)
+        After which the orbit closes [s].
+    multipliers : ndarray of complex, shape (k, d)
+        Floquet multipliers over the orbit.
     approach_velocity : ndarray, shape (k, m)
         Of each impact.
     special : tuple of SpecialPoint
@@ -62,6 +64,8 @@ class Branch:
     status : str
         Why it ends: "end of range", "grazing", "most points", or "lost", where no next orbit was
         found.
+    forced : bool or None
+        Of a flow: whether its rates depend on time; if not, one multiplier is 1 throughout.
 
     See Also
     --------
@@ -80,15 +84,20 @@ class Branch:
     parameter: np.ndarray
     state: np.ndarray
     phase: np.ndarray
+    period: np.ndarray
     multipliers: np.ndarray
     approach_velocity: np.ndarray
     special: tuple[SpecialPoint, ...]
     status: str
+    forced: bool | None = None
 
     @property
     def stable(self) -> np.ndarray:
-        """Whether all multipliers are within the unit circle, shape (k,)."""
-        return np.abs(self.multipliers).max(axis=1) < 1
+        """Whether neighbours come closer: all multipliers but the 1 of a flow within the circle."""
+        sizes = np.abs(self.multipliers)
+        if self.forced is False:
+            sizes[np.arange(len(sizes)), np.abs(self.multipliers - 1).argmin(axis=1)] = 0.0
+        return np.asarray(sizes.max(axis=1) < 1)
 
     def __len__(self) -> int:
         return len(self.parameter)

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 
 from .._arguments import entries, function, number, whole
 from ..errors import InvalidInput
-from ..oscillators import Oscillator
+from ..oscillators import Cantilever, Oscillator
+from ..oscillators.flows import Flow
 from ..simulate import FixedStep, RungeKutta
 from ._arclength import Continuation
 from ._arguments import recurring
@@ -17,10 +18,11 @@ BOUNDS = "two numbers: where to begin, and where to end"
 
 
 def continue_orbit(
-    scene_of_parameter: Callable[[float], Oscillator],
+    scene_of_parameter: Callable[[float], Oscillator | Cantilever | Flow],
     values: Sequence[float],
     periods: int = 1,
     *,
+    period: float | None = None,
     guess: Sequence[float] | None = None,
     impacts: int | None = None,
     phase: float = 0.0,
@@ -31,19 +33,20 @@ def continue_orbit(
     """Follow a periodic orbit through a parameter, around folds, until it grazes.
 
     Pseudo-arclength continuation of the fixed point of the stroboscopic map [Keller1977]_, with
-    its derivative from `tangent_map`. Folds and period doublings are located on the branch by
-    bisection. Where an impact comes with no velocity, or one more stop is touched, the derivative
-    of the map has no limit [Nordmark1991]_: there the branch of period(m, n) ends, and the
-    parameter is found to which its least approach velocity, or its clearance, goes to zero.
+    its derivative from `tangent_map`; of a flow, of state and period of the orbit. Folds and
+    period doublings are located on the branch by bisection. Where an impact comes with no velocity,
+    or one more stop is touched, the derivative of the map has no limit [Nordmark1991]_: there the
+    branch of period(m, n) ends, and the parameter is found to which its least approach velocity, or
+    its clearance, goes to zero.
 
     Parameters
     ----------
     scene_of_parameter : callable
-        Gives the oscillator for a value of the parameter.
+        Gives the oscillator, the cantilever or the flow for a value of the parameter.
     values : (float, float)
-        Where to begin, and whither; the branch also ends where a fold leads it back out of the
+        Where to begin and where to end; the branch also ends where a fold leads it back out of the
         range.
-    periods, guess, impacts, phase, method, tolerance
+    periods, period, guess, impacts, phase, method, tolerance
         The orbit to begin with, as for `find_periodic_orbit`.
     most : int
         Points after which to stop.
@@ -77,9 +80,11 @@ def continue_orbit(
     if first == last:
         raise InvalidInput("values", values, "two different numbers")
     whole("most", most, 2)
-    machine = recurring("scene_of_parameter", scene_of_parameter(first))
+    machine = scene_of_parameter(first)
+    if not isinstance(machine, (Cantilever, Flow)):
+        recurring("scene_of_parameter", machine)
     start = find_periodic_orbit(
-        machine, periods, guess=guess, impacts=impacts, phase=phase, method=method,
+        machine, periods, period=period, guess=guess, impacts=impacts, phase=phase, method=method,
         tolerance=tolerance,
     )  # fmt: skip
     if not start.found:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -17,7 +17,7 @@ from ..simulate import FixedStep, RungeKutta, simulate
 from ..simulate.simulation import what_it_is
 from ._arguments import recurring
 from ._beam_orbits import BeamShooting
-from ._shooting import Shooting, two_numbers
+from ._shooting import OscillatorShooting, Shooting, two_numbers
 from .flow_orbits import FlowOrbit, find_flow_orbit
 from .tangent import TangentMap, why_not
 
@@ -229,7 +229,7 @@ def find_periodic_orbit(  # type: ignore[misc]
         return _of_beam(BeamShooting(system, periods, phase, method, tolerance), guess, impacts)
     if impacts is not None:
         impacts = whole("impacts", impacts, 0)
-    shooting = Shooting(recurring("system", system), periods, phase, method, tolerance)
+    shooting = OscillatorShooting(recurring("system", system), periods, phase, method, tolerance)
     if guess is not None:
         return _settled(shooting, two_numbers("guess", guess))
     least: PeriodicOrbit | None = None
@@ -291,7 +291,7 @@ def find_periodic_orbits(
     >>> [(orbit.impacts, orbit.stable) for orbit in found]
     [(1, False)]
     """
-    shooting = Shooting(oscillator, periods, phase, method, tolerance)
+    shooting = OscillatorShooting(oscillator, periods, phase, method, tolerance)
     found: list[PeriodicOrbit] = []
     points: list[np.ndarray] = []
     for start in shooting.close_returns(whole("guesses", guesses, 1)):
@@ -311,18 +311,7 @@ def _of_beam(shooting: BeamShooting, guess: Any, impacts: int | None) -> Periodi
     starts = shooting.close_returns() if guess is None else [shooting.given(guess)]
     least: PeriodicOrbit | None = None
     for start in starts:
-        state, residual, iterations, status, here = shooting.newton(start)
-        orbit = PeriodicOrbit(
-            shooting.beam, state, shooting.phase, shooting.periods, 0, np.empty(0), np.empty(0),
-            np.full(len(state), math.nan) if here is None else here.multipliers, residual,
-            iterations, status,
-        )  # fmt: skip
-        hits = orbit.motion().impacts
-        angle = shooting.phase + hits.time * shooting.beam.angular_forcing_frequency
-        orbit = replace(
-            orbit, impacts=len(hits), approach_velocity=hits.approach_velocity,
-            impact_phase=angle % (2 * math.pi),
-        )  # fmt: skip
+        orbit = _settled(shooting, start)
         if guess is not None or (orbit.found and impacts in (None, orbit.impacts)):
             return orbit
         if not orbit.found and (least is None or orbit.residual < least.residual):
@@ -350,22 +339,30 @@ def orbit_of(
 ) -> PeriodicOrbit:
     """What there is to tell of the orbit through a state."""
     speed, angle = np.empty(0), np.empty(0)
-    multipliers = np.full(2, math.nan)
-    oscillator = shooting.oscillator
+    multipliers = np.full(len(state), math.nan)
+    system = shooting.system
     if here is not None:
         multipliers = here.multipliers
-        start = (float(state[0]), float(state[1]))
-        motion = simulate(oscillator, periods=shooting.periods, initial=start, **shooting.options)
+        start = shooting.parts(state)
+        motion = simulate(system, periods=shooting.periods, initial=start, **shooting.options)
         hits = motion.impacts
         assert hits is not None
         assert hits.approach_velocity is not None
         speed = np.asarray(hits.approach_velocity)
-        turn = hits.time * (shooting.omega / oscillator.time_unit)
+        turn = hits.time * (shooting.omega / system.time_unit)
         angle = (shooting.phase + turn) % (2 * math.pi)
     return PeriodicOrbit(
-        oscillator, state, shooting.phase, shooting.periods, len(speed), speed, angle,
+        system, state, shooting.phase, shooting.periods, len(speed), speed, angle,
         multipliers, residual, iterations, status,
     )  # fmt: skip
+
+
+def shooting_of(
+    system: Any, periods: int, phase: float, method: Any, tolerance: float
+) -> OscillatorShooting | BeamShooting:
+    """The map of an oscillator or a cantilever."""
+    kind = BeamShooting if isinstance(system, Cantilever) else OscillatorShooting
+    return kind(system, periods, phase, method, tolerance)
 
 
 def _returns(orbit: PeriodicOrbit) -> np.ndarray:
@@ -374,7 +371,7 @@ def _returns(orbit: PeriodicOrbit) -> np.ndarray:
     return np.stack([x[: orbit.periods], v[: orbit.periods]], axis=1)
 
 
-def _primitive(shooting: Shooting, orbit: PeriodicOrbit) -> bool:
+def _primitive(shooting: OscillatorShooting, orbit: PeriodicOrbit) -> bool:
     """Whether it does not close sooner."""
     points = _returns(orbit)
     off = np.abs((points[1:] - orbit.state) * shooting.scale(orbit.state)).max(axis=1)

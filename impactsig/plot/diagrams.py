@@ -234,7 +234,9 @@ def basins(result: Basins, ax: Axes | None = None) -> Axes:
     _cells(ax, result.x, result.v, shown, palette)
     ax.set(xlim=ax.get_xlim(), ylim=ax.get_ylim())  # those of the starts, whatever is drawn on them
     for attractor in result.attractors:
-        ax.plot(*attractor.strobe.T, "o", color="white", markeredgecolor="black", markersize=4)
+        ax.plot(
+            *attractor.strobe[:, :2].T, "o", color="white", markeredgecolor="black", markersize=4
+        )
     _key(ax, names, palette, np.unique(shown))
     return frame(ax, "displacement at the start", "velocity at the start")
 

@@ -13,7 +13,18 @@ matplotlib.use("Agg")
 from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
-from impactsig import Hertz, InvalidInput, Stop, basins_of_attraction, scenes, simulate
+from impactsig import (
+    Controlled,
+    DelayedFeedback,
+    Flow,
+    InvalidInput,
+    Noise,
+    basins_of_attraction,
+    scenes,
+    simulate,
+)
+
+from .test_diagrams_of_systems import one_mode, shaken
 
 FOUR = scenes.begley_virgin(1.338, 1.6, 0.05)
 
@@ -90,6 +101,51 @@ def test_figure_names_the_attractors(four):
     assert ax.get_ylim() == pytest.approx((-3, 3), rel=0.1)
 
 
+def well_rates(t, y, drag):
+    return y[1], y[0] - y[0] ** 3 - drag * y[1]
+
+
+def well(drag):
+    """A ball between two hollows, at x = -1 and x = 1."""
+    return Flow(well_rates, (0.0, 0.0), (drag,), name="two hollows")
+
+
+def test_a_ball_rests_in_the_hollow_that_it_rolls_into():
+    """Heavily damped from rest it stays on its side of the hill."""
+    x = np.array([-1.5, 0.1])
+    found = basins_of_attraction(well(5.0), x, [0.0], section=("x", 0.0))
+    assert [(own.impacts, own.periods) for own in found.attractors] == [(0, 1), (0, 1)]
+    ended = np.array([found.attractors[k].strobe[0] for k in found.labels[0]])
+    np.testing.assert_allclose(ended, np.stack([np.sign(x), 0 * x], axis=1), atol=1e-8)
+    assert found.open_share == found.failed == found.rechecked == 0
+    assert found.plot(Figure().subplots()).get_xlabel() == "displacement at the start"
+
+
+def nothing(t, x, v):
+    return 0.0
+
+
+def test_a_stepped_oscillator_has_the_basins_of_the_exact_one():
+    plane = np.linspace(-2, 2, 4), np.linspace(-2, 2, 3)
+    expected = basins_of_attraction(FOUR, *plane, catch=False)
+    found = basins_of_attraction(replace(FOUR, law=nothing), *plane)
+    np.testing.assert_array_equal(found.labels, expected.labels)
+    for own, other in zip(found.attractors, expected.attractors, strict=True):
+        assert (own.impacts, own.periods) == (other.impacts, other.periods)
+        np.testing.assert_allclose(np.sort(own.strobe, 0), np.sort(other.strobe, 0), atol=1e-6)
+
+
+def test_one_mode_of_a_cantilever_has_the_basins_of_its_oscillator():
+    plane = np.linspace(-1e-3, 9e-4, 4), np.linspace(-0.1, 0.1, 3)
+    expected = basins_of_attraction(one_mode(19.0), *plane, catch=False)
+    found = basins_of_attraction(shaken(19.0), *plane)
+    np.testing.assert_array_equal(found.labels, expected.labels)
+    assert len(found.attractors) > 0
+    for own, other in zip(found.attractors, expected.attractors, strict=True):
+        assert (own.impacts, own.periods) == (other.impacts, other.periods)
+        np.testing.assert_allclose(np.sort(own.strobe, 0), np.sort(other.strobe, 0), atol=1e-8)
+
+
 @pytest.mark.parametrize(
     ("changes", "argument"),
     [
@@ -99,15 +155,15 @@ def test_figure_names_the_attractors(four):
         ({"closed": -1.0}, "closed"),
         ({"workers": 1.5}, "workers"),
         ({"x": [1.5]}, "initial"),
-        ({"oscillator": "beam"}, "oscillator"),
-        (
-            {"oscillator": replace(scenes.karpodinis(20.1), stops=(Stop(1.0, Hertz(1e4)),))},
-            "oscillator",
-        ),
+        ({"system": "beam"}, "system"),
+        ({"system": Controlled(scenes.karpodinis(20.1), DelayedFeedback(0.1))}, "system"),
+        ({"system": replace(scenes.karpodinis(20.1), noise=Noise(0.1))}, "system"),
+        ({"system": well(0.1)}, "section"),
+        ({"system": well(0.1), "section": "x"}, "section"),
     ],
 )
 def test_bad_input_is_named(changes, argument):
-    given = {"oscillator": scenes.karpodinis(20.1), "x": [0.0], "v": [0.0]} | changes
+    given = {"system": scenes.karpodinis(20.1), "x": [0.0], "v": [0.0]} | changes
     with pytest.raises(InvalidInput) as caught:
         basins_of_attraction(**given)
     assert caught.value.argument == argument

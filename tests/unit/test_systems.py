@@ -173,11 +173,18 @@ def response(column):
 
 def continued(column):
     make, value, _ = COLUMNS[column]
-    return im.continue_orbit(make, (value, value * 1.001), guess=settled(column)) is not None
+    start = {"guess": settled(column)}
+    if column == "flow":
+        start = {"guess": orbit(column).state, "period": orbit(column).period}
+    return len(im.continue_orbit(make, (value, value * 1.001), most=2, **start)) == 2
 
 
 def basins(column):
-    return im.basins_of_attraction(system(column), [0.0, 0.1], [0.0], workers=1) is not None
+    # Lorenz' flow is chaotic at 28; the cantilever's starts are within its gap.
+    given = im.flows.lorenz(rho=10.0) if column == "flow" else system(column)
+    plane = ([0.0, 1e-4], [1e-4]) if column == "cantilever" else ([0.0, 0.1], [0.1])
+    section = {"section": ("z", 5.0)} if column == "flow" else {}
+    return im.basins_of_attraction(given, *plane, workers=1, **section).open_share == 0
 
 
 def ensemble(column):
