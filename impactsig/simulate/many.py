@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal
 
@@ -168,8 +168,10 @@ def simulate_many(
         with ThreadPoolExecutor(threads) as pool:
             found = dict(zip(others, pool.map(one, others), strict=True))
     moved = _moved(exact, starts, phases, threads, **options) if exact else []
-    shape = batch.shape if batch is not None and len(batch) == n else (n,)
-    parameters = batch.parameters if batch is not None else {}
+    shape: tuple[int, ...] = (n,)
+    parameters: Mapping[str, np.ndarray] = {}
+    if batch is not None and len(batch) == n:
+        shape, parameters = batch.shape, batch.parameters
     return Motions(machines, shape, moved, found, options.get("keep") != "counts", parameters)
 
 

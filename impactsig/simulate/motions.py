@@ -69,7 +69,7 @@ class Motions(Sequence[Motion]):
     ) -> None:
         self.systems, self.shape = systems, shape
         self._moved, self._others, self._keep = moved, others, keep
-        self._parameters = parameters
+        self._parameters = {k: np.broadcast_to(own, shape) for k, own in parameters.items()}
 
     def __len__(self) -> int:
         return math.prod(self.shape)
@@ -159,6 +159,16 @@ class Motions(Sequence[Motion]):
             own = tuple(slice(None) if axis in varies[name] else 0 for axis in range(values.ndim))
             coordinates[name] = ([axes[axis] for axis in varies[name]], values[own])
         return xarray.Dataset({name: (axes, getattr(self, name)) for name in NUMBERS}, coordinates)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """To other processes, as motions of their own: compiled functions cannot go."""
+        motions = dict(enumerate(self))
+        systems = [motion.system for motion in motions.values()]
+        parameters = {  # numpy would write out what is only broadcast
+            name: values[tuple(slice(None if step else 1) for step in values.strides)]
+            for name, values in self._parameters.items()
+        }
+        return Motions, (systems, self.shape, (), motions, self._keep, parameters)
 
     def __repr__(self) -> str:
         complete = int(np.count_nonzero(self.status == "complete")) if len(self) else 0

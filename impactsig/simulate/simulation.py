@@ -18,16 +18,20 @@ from .runge_kutta import FixedStep, RungeKutta
 
 if TYPE_CHECKING:
     from .._arguments import Seed
+    from ..oscillators.batch import OscillatorBatch
     from .beam_motion import BeamMotion
     from .flow_motion import FlowMotion
+    from .motions import Motions
 
 CHATTER = 1e-6
 DEFAULTS = {"chatter": CHATTER, "keep": "all", "skip_unreachable": True, "path": 0}
-SYSTEMS = "an Oscillator, a Cantilever, a Flow, or one of them Controlled"
+SYSTEMS = "an Oscillator or a batch of them, a Cantilever, a Flow, or one of them Controlled"
 
 
 @overload
 def simulate(system: Oscillator, **options: Any) -> Motion: ...
+@overload
+def simulate(system: OscillatorBatch, **options: Any) -> Motions: ...
 @overload
 def simulate(system: Cantilever, **options: Any) -> BeamMotion: ...
 @overload
@@ -73,9 +77,12 @@ def simulate(  # type: ignore[misc]
 
     *A controlled system* moves under its controller; see `Controlled`.
 
+    *A batch of oscillators*, as scenes make of arrays, moves in one compiled call, each as it moves
+    alone; see `simulate_many`.
+
     Parameters
     ----------
-    system : Oscillator, Cantilever, Flow or Controlled
+    system : Oscillator, OscillatorBatch, Cantilever, Flow or Controlled
         What moves.
     periods, duration : float
         How long to look: in forcing periods, or in seconds (of a flow: in its unit of time). Give
@@ -87,7 +94,7 @@ def simulate(  # type: ignore[misc]
         State at t = 0. Of an oscillator displacement and velocity, in its units and against the
         ground, (0, 0) unless given; of a cantilever modal displacements [m] and velocities [m/s],
         from the first mode on, 0 unless given; of a flow its coordinates, those of the flow unless
-        given.
+        given; of a batch one start for all, or one each in an array of shape (n, 2).
     phase : float, optional
         Phase of the forcing at t = 0 [rad]; 0 unless given. Not for flows.
     method : RungeKutta, FixedStep or str, optional
@@ -115,7 +122,7 @@ def simulate(  # type: ignore[misc]
 
     Returns
     -------
-    Motion, BeamMotion, NoisyMotion, FlowMotion, ControlledMotion or ControlledFlowMotion
+    Motion, Motions, BeamMotion, NoisyMotion, FlowMotion, ControlledMotion or ControlledFlowMotion
         Each has ``system``, ``start``, ``duration``, ``stop``, ``final``, ``sample(time)`` and a
         ``status``: "complete"; "work limit" where the number of legs (of an oscillator 100 000 and
         10 000 a period) is used up; "diverged" where a number overflowed; "broken law" where a

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from dataclasses import fields
 
 import numpy as np
@@ -150,6 +151,17 @@ def test_events_that_fill_the_buffer_many_times_are_all_kept(monkeypatch):
     found = simulate_many(MACHINES["chatter that sticks"], periods=5, workers=1)
     for machine, motion in zip(MACHINES["chatter that sticks"], found, strict=True):
         same(motion, simulate(machine, periods=5))
+
+
+def test_motions_go_to_other_processes():
+    restitution = np.array([0.2, 0.4, 0.6])
+    batch = scenes.karpodinis(np.array([[20.1], [22.1]]), restitution=restitution)
+    found = simulate(batch, periods=5)
+    again = pickle.loads(pickle.dumps(found))
+    same(again[1, 2], found[1, 2])
+    assert again.to_xarray().identical(found.to_xarray())
+    assert np.array_equal(again.energy_lost, found.energy_lost)
+    assert again.status.tolist() == found.status.tolist()
 
 
 def test_a_motion_that_ends_early_ends_no_other():
