@@ -219,7 +219,8 @@ def test_clipped_peaks_are_flagged():
     assert found.flags.tolist() == [0, CLIPPED, CLIPPED]
     assert found.settings["saturation"] == 2.0
     below = impactsig.detect_impacts(recording(5.0 - x)).settings
-    assert below["polarity"] == "negative" and below["saturation"] == 3.0
+    assert below["polarity"] == "negative"
+    assert below["saturation"] == 3.0
     assert "saturation" not in impactsig.detect_impacts(recording(x[: round(0.05 * RATE)])).settings
 
 
