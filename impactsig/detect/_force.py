@@ -14,12 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..impacts import CLIPPED, Disturbance
+from ..impacts import Disturbance
 from ._direction import direction
-from ._disturbances import disturbances, joined
+from ._disturbances import disturbances
 from ._dropout_kernels import cut_off
 from ._event_kernels import RESPONSE, place
 from ._fit_errors import KEPT
+from ._force_impacts import ROW, ForceImpacts, Found
 from ._grid import Grid
 from ._judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
 from ._judging_kernels import (
@@ -33,10 +34,10 @@ from ._judging_kernels import (
     worst,
 )
 from ._pulse import measure_all
-from ._pulse_edges import ERRORS, FIT, mark_clipped
+from ._pulse_edges import mark_clipped
 from ._pulse_pairs import measure_pairs, with_partners
 from ._shared_shape import share_shape
-from ._spans import BESIDE, LEAST, Span, Spans
+from ._spans import BESIDE, LEAST, Spans
 from ._stream import FRAME, Frame, Piece, frames
 from ._survey import survey
 
@@ -45,10 +46,6 @@ LONGEST, LONGER = (0.03, 64.0), (1.0, 1024.0)
 seconds or samples, whichever is more."""
 MOST_SAMPLES = 1e6
 """Longest contact that may be asked for."""
-SLOW = 3.0
-"""Times the noise that the baseline moves by, where something slow may be an impact."""
-COLUMNS = 5  # start, contact, peak, impulse, rise
-ROW = FIT  # those, then flags, clipped, width, height over noise, height; standard errors
 
 
 class Wanted(NamedTuple):
@@ -61,28 +58,6 @@ class Wanted(NamedTuple):
     shortest: float  # contact [s]
     longest: float | None
     skip: bool
-
-
-class ForceImpacts(NamedTuple):
-    """What was found in a record; times in samples since its beginning."""
-
-    columns: np.ndarray  # (n, 5): start, contact, peak, impulse, rise
-    errors: np.ndarray  # (n, 4): standard errors of the first four
-    flags: np.ndarray
-    sure: np.ndarray  # height over noise
-    probability: np.ndarray  # that they are impacts
-    width: float  # median, of the response
-    sign: float
-    noise: float  # of the samples
-    response_noise: float  # at the median width
-    threshold: float  # median over the record, at the median width
-    step: float  # of the converter
-    saturation: float | None  # value that pulses were cut off at
-    hum: dict[float, float]  # amplitude by frequency
-    disturbances: list[Disturbance]
-    longest: float  # contact that was searched for [s]
-    moves: bool  # something slower than that does
-    silent: bool  # nothing at all moves between impacts
 
 
 def detect_force(
@@ -111,7 +86,7 @@ def detect_force(
         grid = Grid(rate, longest * rate)
         sign = wanted.polarity or direction(record, grid, scale)
         limit = record.highest if sign > 0 else -record.lowest
-        found = _Found(longest, scale)
+        found = Found(longest, scale)
         for frame in frames(pieces(), size):
             if frame.offset == 0:
                 total = next(length for first, length in record.segments if first == frame.segment)
@@ -127,88 +102,6 @@ def detect_force(
     return search(max(LONGER[0], LONGER[1] / rate))
 
 
-class _Found:
-    """What has been found so far."""
-
-    def __init__(self, longest: float, scale: float) -> None:
-        self.longest, self.scale = longest, scale
-        self.rows = [np.empty((0, ROW))]
-        self.probability = [np.empty(0)]
-        self.noise: list[np.ndarray] = []
-        self.certain: list[float] = []
-        self.sigma: list[float] = []
-        self.steps: list[float] = []
-        self.hum: list[dict[float, float]] = []
-        self.disturbances: list[Disturbance] = []
-        self.widths = np.empty(0)
-        self.moves = False
-
-    def add(
-        self,
-        rows: np.ndarray,
-        probability: np.ndarray,
-        span: Span,
-        certain: float,
-        widths: np.ndarray,
-    ) -> None:
-        self.rows.append(rows)
-        self.probability.append(probability)
-        self.noise.append(span.noise)
-        self.sigma.append(span.sigma)
-        self.certain.append(certain)
-        self.steps.append(span.step)
-        self.hum.append(span.hum)
-        self.widths = widths
-        moved = span.medians.max() - span.medians.min()
-        self.moves |= bool(moved > SLOW * span.sigma) or bool(self.disturbances)
-
-    def result(self, sign: float, limit: float) -> ForceImpacts:
-        """All of it; `limit` is the extreme value of the record that pulses point to."""
-        rows = np.concatenate(self.rows)
-        order = np.argsort(rows[:, 0], kind="stable")
-        rows = rows[order]
-        flags = rows[:, 5].astype(np.uint8) | (CLIPPED * rows[:, 6]).astype(np.uint8)
-        width = float(np.median(rows[:, 7])) if len(rows) else 1.0
-        noise = np.median(self.noise, axis=0) if self.noise else np.zeros(1)
-        rung = int(np.argmin(np.abs(np.log(self.widths / width)))) if len(self.widths) else 0
-        steps = [one for one in self.steps if one]
-        hum = {
-            f: float(np.median([one.get(f, 0.0) for one in self.hum]))
-            for f in sorted({f for one in self.hum for f in one})
-        }
-        back = 1.0 / self.scale
-        columns = rows[:, :COLUMNS].copy()
-        columns[:, 2:4] *= back
-        errors = rows[:, ERRORS:].copy()
-        errors[:, 2:] *= back
-        tiny = np.finfo(float).tiny
-        response = float(noise[rung]) if noise[rung] > 2 * tiny else 0.0
-        return ForceImpacts(
-            columns,
-            errors,
-            flags,
-            rows[:, 8],
-            np.concatenate(self.probability)[order],
-            width,
-            sign,
-            float(np.median(self.sigma)) * back if self.sigma else 0.0,
-            response * back,
-            (float(np.median(self.certain)) if self.certain else LEAST) * response * back,
-            (float(np.median(steps)) if len(steps) > len(self.steps) / 2 else 0.0) * back,
-            limit if (flags & CLIPPED).any() else None,
-            {f: a * back for f, a in hum.items() if a > 0},
-            joined([self._in_the_unit(one, sign * back) for one in self.disturbances]),
-            self.longest,
-            self.moves,
-            not any(self.sigma),
-        )
-
-    @staticmethod
-    def _in_the_unit(one: Disturbance, factor: float) -> Disturbance:
-        """A move of the baseline is up or down; other heights are above it."""
-        return one._replace(height=one.height * (factor if one.kind == "baseline" else abs(factor)))
-
-
 class _Search:
     """The second pass over one stretch without gaps."""
 
@@ -220,7 +113,7 @@ class _Search:
         scale: float,
         limit: float,
         wanted: Wanted,
-        found: _Found,
+        found: Found,
     ) -> None:
         self.grid, self.total, self.wanted, self.found = grid, total, wanted, found
         self.factor, self.limit = sign * scale, limit * scale

@@ -13,7 +13,7 @@ from ._ladder import HALF_SINE_GAIN, MATCH
 from ._mains import BASES
 from ._order_kernels import quantile
 from ._probability import probabilities
-from ._spans import Faint, Span
+from ._span import Faint, Span
 
 FLOOR = 0.005
 """Of the height of the strong ones around: the least automatic threshold."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..impacts import UNRESOLVED
-from ._force import LONGEST, ForceImpacts
+from ._force import LONGEST
+from ._force_impacts import ForceImpacts
 
 FAINT = 1.4
 """Times the threshold: below it, as many impacts are missed as are found."""

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from impactsig.detect._background_kernels import next_marked
-from impactsig.detect._event_kernels import _leading, explained, strongest_first
+from impactsig.detect._event_kernels import _leading, explained, near_crests, strongest_first
 from impactsig.detect._grid import Grid
+from impactsig.detect._half_sine_kernels import is_half_sine
 from impactsig.detect._judging_kernels import with_neighbors
 from impactsig.detect._ladder import ladder
 from impactsig.detect._line import PLACES, Line
@@ -75,10 +76,36 @@ def test_leading_crests_are_those_of_comparing_all_with_all(seed):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_strongest_is_first_and_equal_ones_stay_in_order(kind):
-    crests = np.zeros((500, 4))
-    crests[:, 3] = KINDS[kind](np.random.default_rng(2), 500)
-    slow = sorted(range(500), key=lambda k: -crests[k, 3])  # which keeps the order of equal ones
-    np.testing.assert_array_equal(strongest_first(crests), slow)
+    sure = KINDS[kind](np.random.default_rng(2), 500)
+    slow = sorted(range(500), key=lambda k: -sure[k])  # which keeps the order of equal ones
+    np.testing.assert_array_equal(strongest_first(-sure), slow)
+
+
+def test_crests_near_a_span_are_those_of_it_and_of_its_neighbours_margins():
+    rng = np.random.default_rng(4)
+    before, own, after = (
+        np.column_stack((np.sort(rng.uniform(100 * k, 100 * (k + 1), 30)), rng.random((30, 3))))
+        for k in range(3)
+    )
+    out, doubt = np.empty((90, 4)), np.empty(90)
+    count = near_crests(before, own, after, 80.0, 220.0, out, doubt)
+    every = np.concatenate((before, own, after))
+    expected = every[(every[:, 0] >= 80.0) & (every[:, 0] < 220.0)]
+    np.testing.assert_array_equal(out[:count], expected)
+    np.testing.assert_array_equal(doubt[:count], -expected[:, 3])
+
+
+@pytest.mark.parametrize(("second", "one"), [(0.0, True), (0.75, False), (1.0, False)])
+def test_one_half_sine_is_told_from_two(second, one):
+    at = np.arange(60)
+    noise = np.random.default_rng(5).standard_normal(60)
+
+    def pulse(start):
+        return 20.0 * np.sin(np.pi * np.clip((at - start) / 20.0, 0.0, 1.0))
+
+    means = noise + pulse(10.3) + (pulse(10.3 + 20.0 * second) if second else 0.0)
+    feet = 10.3, 30.3 + 20.0 * second
+    assert is_half_sine(means, *feet, 0.0, 1.4 * 60) == one
 
 
 @pytest.mark.parametrize("spans", [1.3, 2.6, PLACES - 0.3, PLACES + 0.4, PLACES + 0.6, 40.2])
