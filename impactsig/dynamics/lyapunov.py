@@ -188,6 +188,8 @@ def lyapunov_spectrum(
     if isinstance(system, Oscillator) and system.noise is not None:
         run = {"initial": initial, "phase": phase, "method": method, "seed": seed}
         return _of_path(system, periods, duration, transient, run)
+    if seed is not None:
+        raise InvalidInput("seed", seed, "no seed where there is no noise")
     if isinstance(system, Oscillator):
         options: dict[str, Any] = {
             "periods": periods, "duration": duration, "phase": phase,
