@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import Seed, number
 from ..errors import InvalidInput
 from ..oscillators import Cantilever, Oscillator
 from ..oscillators.batch import OscillatorBatch
 from ..oscillators.flows import Flow
 from ..simulate import FixedStep, RungeKutta, simulate
 from ..simulate._course import Running
-from ..simulate._run import without_noise
 from ._batch import batch_error
 from ._follow import Follower
 from .spectra import LyapunovSpectra, spectra_of
@@ -163,6 +162,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
     phase: float = 0.0,
     method: RungeKutta | FixedStep | None = None,
     chatter: float = 1e-6,
+    seed: Seed = None,
 ) -> LyapunovSpectrum | LyapunovSpectra:
     """All Lyapunov exponents, by the variational equation along the motion.
 
@@ -174,6 +174,8 @@ def lyapunov_spectrum(  # type: ignore[misc]
     long one has to look. Hertz stops, a force of the user's and flows are stepped, with the
     variational equation in the same steps; derivatives of a user's function are central differences
     (to 1e-10), so it must be smooth.
+
+    With noise the exponents are those of one path: how neighbours part that the same noise drives.
 
     Parameters
     ----------
@@ -188,6 +190,8 @@ def lyapunov_spectrum(  # type: ignore[misc]
         State at t = 0, as for `simulate`.
     phase, method, chatter
         As for `simulate`. `FixedStep` has no tangent map.
+    seed : int, SeedSequence or Generator, optional
+        Of the noise. The same seed gives the same result; a Generator is drawn from and moves on.
 
     Returns
     -------
@@ -196,7 +200,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
     Raises
     ------
     InvalidInput
-        If an argument is out of its range.
+        If an argument is out of its range, or the oscillator has noise and stops or friction.
 
     See Also
     --------
@@ -219,8 +223,12 @@ def lyapunov_spectrum(  # type: ignore[misc]
             system, periods=periods, duration=duration, transient=transient, initial=initial,
             phase=phase, chatter=chatter,
         )  # fmt: skip
+    if isinstance(system, Oscillator) and system.noise is not None:
+        run = {"initial": initial, "phase": phase, "method": method, "seed": seed}
+        return _of_path(system, periods, duration, transient, run)
+    if seed is not None:
+        raise InvalidInput("seed", seed, "no seed where there is no noise")
     if isinstance(system, Oscillator):
-        without_noise(system, "system")
         options: dict[str, Any] = {
             "periods": periods, "duration": duration, "phase": phase,
             "method": method, "chatter": chatter,
@@ -285,6 +293,36 @@ def _of_oscillator(
         impacts=int(totals[IMPACTS]),
         grazings=int(totals[SINGULAR]),
         status=status,
+    )
+
+
+def _of_path(
+    oscillator: Oscillator, periods: Any, duration: Any, before: Any, run: dict[str, Any]
+) -> LyapunovSpectrum:
+    """Along one path of an oscillator under noise."""
+    from ._noisy_tangent import orthonormal, tangent_steps
+
+    whole, given = ("duration", duration) if periods is None else ("periods", periods)
+    length = number(whole, given, above=0)
+    transient = number("transient", length / 10 if before is None else before, least=0.0)
+    path, matrices, divergence = tangent_steps(oscillator, **{whole: transient + length}, **run)
+    first = round(len(matrices) * transient / (transient + length))
+    columns, growth = np.eye(2), np.zeros((len(matrices), 2))
+    for k, matrix in enumerate(matrices):
+        columns, growth[k] = orthonormal(matrix @ columns)
+    edges = first + np.arange(1, BATCHES + 1) * (len(matrices) - first) // BATCHES
+    edges = np.unique(edges[edges > first])
+    grown = np.cumsum(growth[first:], axis=0)
+    times = (edges - first) * path.step / oscillator.time_unit
+    start = path.start + first * path.step
+    return _spectrum(
+        oscillator,
+        times,
+        grown[edges - first - 1],
+        0,
+        float(divergence[first:].sum()) / times[-1] if len(times) else math.nan,
+        impacts=len(path.impacts.between(start)),
+        status=path.status,
     )
 
 

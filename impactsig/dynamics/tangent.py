@@ -13,7 +13,6 @@ from ..oscillators import Cantilever, Oscillator
 from ..oscillators.flows import Flow
 from ..simulate import simulate
 from ..simulate._course import state_of
-from ..simulate._run import without_noise
 from ._follow import Follower
 
 SYSTEMS = "an Oscillator without noise, a Cantilever or a Flow"
@@ -108,7 +107,8 @@ def tangent_map(system: Any, **options: Any) -> TangentMap:
     system : Oscillator, Cantilever or Flow
         What moves.
     **options
-        `periods` or `duration`, `initial`, `phase`, `method`, `chatter` as for `simulate`.
+        `periods` or `duration`, `initial`, `phase`, `method`, `chatter` as for `simulate`; with
+        noise `seed`: the derivative is that of one path, under the same noise.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def tangent_map(system: Any, **options: Any) -> TangentMap:
     ------
     InvalidInput
         As `simulate` does; and where neighbours are no finite number of directions, as under
-        delayed feedback, or move at random.
+        delayed feedback, or have no derivative, as at the stops of an oscillator with noise.
 
     See Also
     --------
@@ -133,8 +133,9 @@ def tangent_map(system: Any, **options: Any) -> TangentMap:
     >>> bool(abs(found.multipliers).max() < 1)  # the motion is stable
     True
     """
+    if isinstance(system, Oscillator) and system.noise is not None:
+        return _of_path(system, options)
     if isinstance(system, Oscillator):
-        without_noise(system, "system")
         return _of_oscillator(system, options)
     if isinstance(system, Cantilever):
         return _of_beam(system, options)
@@ -169,6 +170,23 @@ def _of_oscillator(oscillator: Oscillator, options: dict[str, Any]) -> TangentMa
         scaled, float(totals[FIRST]), float(totals[DETERMINANT]), motion, int(totals[IMPACTS]),
         collapses, int(totals[SINGULAR]), status,
     )  # fmt: skip
+
+
+def _of_path(oscillator: Oscillator, options: dict[str, Any]) -> TangentMap:
+    """Along one path of an oscillator under noise."""
+    from ._noisy_tangent import tangent_steps
+
+    for name in ("transient", "every", "chatter"):
+        if options.get(name):
+            raise InvalidInput(name, options[name], f"no {name} under noise", "Give initial=")
+    path, matrices, divergence = tangent_steps(oscillator, **options)
+    scaled, scale = np.eye(2), 0.0
+    for matrix in matrices:
+        scaled = matrix @ scaled
+        size = float(np.abs(scaled).max()) or 1.0
+        scaled, scale = scaled / size, scale + math.log(size)
+    impacts = len(path.impacts)
+    return _result(scaled, scale, float(divergence.sum()), path, impacts, 0, 0, path.status)
 
 
 def _of_beam(beam: Cantilever, options: dict[str, Any]) -> TangentMap:
