@@ -51,9 +51,10 @@ def swept(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> dict[str, 
     ends = course.frequency(begin), course.frequency(end)
     if min(ends) <= 0:
         raise InvalidInput("sweep", dict(rig.sweep), "a frequency above 0 through the recording")
-    mean = float(np.ptp(course.cycles(np.array([begin, end]))) / (end - begin))
+    cycles = course.cycles(impacts.time)
+    mean = float(np.ptp(cycles) / np.ptp(impacts.time)) if len(impacts) > 1 else ends[0]
     # Seconds at the mean frequency, in which the forcing is steady.
-    steady = course.cycles(impacts.time) / mean
+    steady = cycles / mean
     gaps = course.cycles(impacts.gaps.ravel()).reshape(-1, 2) / mean
     found = track_period(
         Impacts(steady, gaps=gaps), 1 / mean, window=rig.sweep.get("window", WINDOW)
@@ -76,7 +77,7 @@ def swept(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> dict[str, 
     for k, (centre, period) in enumerate(zip(centres, found.windows, strict=True)):
         low = edges[0] if k == 0 else 0.5 * (centres[k - 1] + centre)
         high = edges[-1] if k == len(centres) - 1 else 0.5 * (centre + centres[k + 1])
-        windows.append(_window(place(centre, period), period, low, high))
+        windows.append(_window(place(0.5 * (low + high), period), period, low, high))
     if (first - begin) * ends[0] > SILENT:
         windows.insert(0, _silence(course, begin, first))
         changes.append((first, first - 1 / course.frequency(first), first))
