@@ -9,6 +9,7 @@ from impactsig import Impacts, Rig
 from impactsig.experiment._sweep import swept
 from impactsig.experiment._transitions import changes_of
 
+pytestmark = pytest.mark.slow  # periods are identified in many windows
 START, RATE, SECONDS = 20.0, 0.1, 25.0
 CHANGE, SILENT = (
     21.2,
