@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ._run import APERIODIC, NO_IMPACTS
+from ._motions import motion_of
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
@@ -53,21 +53,16 @@ def points_of(run: int, row: Mapping[str, Any], value: float, branch: str) -> It
     if "windows" not in row:
         yield Point(run, value, branch, *motion_of(row))
         return
+    direction = branch_of(row, branch)
     for one in row["windows"]:
-        direction = branch or ("up" if row["rate"] >= 0 else "down")
         yield Point(run, one["value"], direction, *motion_of(one), one["start"], one["stop"])
 
 
-def motion_of(row: Mapping[str, Any]) -> tuple[str, int | None, int | None, float]:
-    """The motion in a word, m and n where it recurs, and its probability."""
-    kind, confidence = row["kind"], row["confidence"]
-    if kind == NO_IMPACTS:
-        return NO_IMPACTS, 0, 1, confidence
-    if kind in ("periodic", "drifting") and row["n"]:
-        return f"period({row['m']},{row['n']})", row["m"], row["n"], confidence
-    if kind in APERIODIC:
-        return "aperiodic", None, None, confidence
-    return "unknown", None, None, 0.0
+def branch_of(row: Mapping[str, Any], branch: str) -> str:
+    """The branch of a run; that of a sweep, where nothing says it, by its direction."""
+    if branch or "windows" not in row:
+        return branch
+    return "up" if row["rate"] >= 0 else "down"
 
 
 def cloud_of(

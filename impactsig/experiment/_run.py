@@ -14,17 +14,15 @@ from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput
 from ..intervals._forcing import forcing_cycles, rising_instants
 from ..intervals.period import identify_period
 from ..io import info, read
+from ._motions import NO_IMPACTS
 from ._rig_tables import which
+from ._sweep import swept
 from .parameter import _PART, recorded_value
 from .rig import Rig
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
     from ..intervals import Periodicity
-
-NO_IMPACTS = "no impacts"
-"""The kind of motion of a run without impacts."""
-APERIODIC = ("quasi-periodic", "banded", "chaotic", "irregular")
 
 
 class Run(NamedTuple):
@@ -117,23 +115,24 @@ def _period(
     if not len(impacts):
         return {"kind": NO_IMPACTS, "period": NO_IMPACTS, "confidence": 1.0, **nothing}
     if rig.sweep:
-        return {"kind": "swept", "period": "", "confidence": math.nan, **nothing}
-    found: Periodicity = identify_period(
+        found = swept(impacts, rig, instants)
+        return {"kind": "swept", "period": "", "confidence": None, **nothing, **found}
+    period: Periodicity = identify_period(
         impacts,
         None if instants is not None or frequency is None else 1 / frequency,
         forcing=instants,
         max_periods=rig.report.get("periods", 8),
     )
     return {
-        "kind": found.kind,
-        "period": found.name,
-        "confidence": found.confidence,
-        "m": found.impacts,
-        "n": found.periods,
-        "jitter": found.jitter,
-        "missed": found.missed,
-        "spurious": found.spurious,
-        "locked_frequency": 1 / found.forcing_period if found.forcing_period else None,
+        "kind": period.kind,
+        "period": period.name,
+        "confidence": period.confidence,
+        "m": period.impacts,
+        "n": period.periods,
+        "jitter": period.jitter,
+        "missed": period.missed,
+        "spurious": period.spurious,
+        "locked_frequency": 1 / period.forcing_period if period.forcing_period else None,
     }
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._motions import motion_of
 from ._points import Point
 
 REACH = 5
@@ -81,6 +82,18 @@ def jumps_of(points: Sequence[Point]) -> tuple[Jump, ...]:
             if one.motion != other.motion:
                 jumps.append(_jump(own, k))
     return tuple(jumps)
+
+
+def changes_of(row: Mapping[str, Any], branch: str) -> list[Jump]:
+    """The changes of a sweep, in the order in which they are met."""
+    changes = sorted(row["changes"], key=lambda one: one["value"], reverse=branch == "down")
+    return [
+        Jump(
+            branch, one["value"], one["error"], motion_of(one["before"])[0],
+            motion_of(one["after"])[0], one["low"], one["high"],
+        )
+        for one in changes
+    ]  # fmt: skip
 
 
 def _jump(points: Sequence[Point], k: int) -> Jump:

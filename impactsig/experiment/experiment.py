@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from os import PathLike
@@ -15,9 +16,9 @@ from .._arguments import path as path_of
 from ..errors import ImpactsigError, InvalidInput, MissingExtra
 from ..impacts import Impacts
 from ._kept import Kept
-from ._points import QUANTITIES, Point, cloud_of, points_of
+from ._points import QUANTITIES, Point, branch_of, cloud_of, points_of
 from ._reading import KEPT, read_runs
-from ._transitions import Hysteresis, Jump, hysteresis_of, jumps_of
+from ._transitions import Hysteresis, Jump, changes_of, hysteresis_of, jumps_of
 from .rig import RIG, Rig
 
 if TYPE_CHECKING:
@@ -261,8 +262,18 @@ class Experiment:
                 yield point, cloud_of(quantity, point, row, impacts)
 
     def jumps(self) -> tuple[Jump, ...]:
-        """Where the motion changes to another period, or gains or loses one, along each branch."""
-        return jumps_of(self.points())
+        """Where the motion changes to another period, or gains or loses one, along each branch.
+
+        In a sweep at the frequency at that time, which the motion lags behind.
+        """
+        steady = [one for one in self.points() if math.isinf(one.stop)]
+        in_sweeps = [
+            jump
+            for row, branch in zip(self._rows(), self.branches, strict=True)
+            if "changes" in row
+            for jump in changes_of(row, branch_of(row, branch))
+        ]
+        return (*jumps_of(steady), *in_sweeps)
 
     def hysteresis(self) -> tuple[Hysteresis, ...]:
         """Changes that happen at one value of the parameter upwards and at another downwards."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -17,6 +17,8 @@ LEAST_WITH_CONTACT = 4
 """Flights from which on a contact time common to all can be estimated beside the coefficient."""
 STRAY = 0.12
 """By which the logarithm of a ratio may be off the usual one before an impact is no bounce."""
+LAWS = (0.0, -0.2)
+"""Powers of the speed that contact times go by: of a linear spring, and of Hertz."""
 SURE = 0.95
 
 
@@ -131,7 +133,25 @@ def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = N
             f"{needed} such flights or more", remedy,
         )  # fmt: skip
     covariance = _covariance(impacts, first, last, measured)
-    return _fitted(flights, covariance, fitted, contacts[first:last], first, given is not None)
+    rest = (contacts[first:last], first, given is not None)
+    spring, *others = (
+        _fitted(flights, covariance, fitted, *rest, law) for law in (LAWS if fitted else LAWS[:1])
+    )
+    return _between(spring, others[0]) if others else spring
+
+
+def _between(one: Bounces, other: Bounces) -> Bounces:
+    """What holds whichever law the contacts have."""
+    apart = abs(one.restitution - other.restitution)
+    return replace(
+        one,
+        restitution=0.5 * (one.restitution + other.restitution),
+        error=math.hypot(max(one.error, other.error), apart / math.sqrt(12)),
+        interval=(
+            min(one.interval[0], other.interval[0]),
+            max(one.interval[1], other.interval[1]),
+        ),
+    )
 
 
 def _stretch(intervals: np.ndarray, broken: np.ndarray) -> tuple[int, int]:
@@ -178,6 +198,7 @@ def _fitted(
     contacts: np.ndarray,
     first: int,
     given: bool,
+    law: float,
 ) -> Bounces:
     from scipy.optimize import least_squares
     from scipy.stats import norm, t
@@ -195,14 +216,16 @@ def _fitted(
     number = np.arange(count)
 
     def model(at: np.ndarray) -> np.ndarray:
-        return at[0] * at[1] ** number + (at[2] if with_contact else 0.0)
+        return at[0] * at[1] ** number + (at[2] * at[1] ** (law * number) if with_contact else 0.0)
 
     def residuals(at: np.ndarray) -> np.ndarray:
         return np.linalg.solve(factor, flights - model(at))
 
     def slopes(at: np.ndarray) -> np.ndarray:
         own = [at[1] ** number, at[0] * number * at[1] ** (number - 1.0)]
-        own += [np.ones(count)] * with_contact
+        if with_contact:
+            own[1] = own[1] + at[2] * law * number * at[1] ** (law * number - 1.0)
+            own.append(at[1] ** (law * number))
         return -np.linalg.solve(factor, np.column_stack(own))
 
     share = float(np.exp(np.median(np.diff(np.log(flights)))))
@@ -224,7 +247,7 @@ def _fitted(
     error = math.sqrt(spread * scale)
     own = float(found.x[1])
     contact = float(found.x[2]) if with_contact else float(contacts.mean())
-    times = flights - (contact if with_contact else 0.0)
+    times = flights - (contact * own ** (law * number) if with_contact else 0.0)
     variance = (covariance if covariance is not None else shape) * scale
     return Bounces(
         own,

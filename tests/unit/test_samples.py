@@ -51,7 +51,7 @@ def samples(path):
 
 def test_every_sample_has_its_truth_and_is_listed(maker):
     files = {path.name for path in FOLDER.iterdir()} - {"__pycache__"}
-    expected = {"README.md", "make_samples.py"}
+    expected = {"README.md", "make_samples.py", "make_experiment.py", "experiment"}
     for sample in maker.SAMPLES:
         expected |= {sample.name, Path(sample.name).with_suffix(".truth.csv").name}
     assert files == expected
