@@ -216,6 +216,11 @@ def lyapunov_spectrum(  # type: ignore[misc]
     >>> bool(chaotic.exponents[0] > 0)
     True
     """
+    if isinstance(system, Oscillator) and system.noise is not None:
+        run = {"initial": initial, "phase": phase, "method": method, "seed": seed}
+        return _of_path(system, periods, duration, transient, run)
+    if seed is not None:
+        raise InvalidInput("seed", seed, "no seed where there is no noise")
     if isinstance(system, OscillatorBatch):
         if method is not None:
             raise InvalidInput("method", method, "no method for a batch, which moves exactly")
@@ -223,11 +228,6 @@ def lyapunov_spectrum(  # type: ignore[misc]
             system, periods=periods, duration=duration, transient=transient, initial=initial,
             phase=phase, chatter=chatter,
         )  # fmt: skip
-    if isinstance(system, Oscillator) and system.noise is not None:
-        run = {"initial": initial, "phase": phase, "method": method, "seed": seed}
-        return _of_path(system, periods, duration, transient, run)
-    if seed is not None:
-        raise InvalidInput("seed", seed, "no seed where there is no noise")
     if isinstance(system, Oscillator):
         options: dict[str, Any] = {
             "periods": periods, "duration": duration, "phase": phase,
