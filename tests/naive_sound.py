@@ -165,7 +165,7 @@ def probability(c, b, likelihood, known, spacing, spread, rate, hop):
         crowd = around[-80] if len(around) >= 80 else 0.0
         least = min(4 * a, 0.3 * around[-1] + 0.1 * rattle)
         rattle = min(rattle, max(least, 50 * (crowd - 0.75 * spread)))
-        beside = place[(place >= j - 0.02 / frame) & (place < j + 0.02 / frame)]
+        beside = place[(place >= j - 0.028 / frame) & (place < j + 0.028 / frame)]
         certain = likelihood[near].max() / 36 if c[j] == c[beside].max() else 0.0
         octaves[int(j)] = min(c[j] / (a + rattle) + certain, c[j] / (0.35 * a + rattle), bound)
         bands[int(j)] = c[j] / max(1.65, 10 * spread)

@@ -11,7 +11,7 @@ faint knocks have faint tails. The evidence of a crest of C by octaves is
 
     min(C / (a + r) + G / 36, C / (0.35 a + r)),
 
-G counting for the greatest C within 20 ms only; but no more than B over the greater of 0.035 and
+G counting for the greatest C within 28 ms only; but no more than B over the greater of 0.035 and
 its mean around. Its evidence by bands is C over the greater of 1.65 and 10 s, or
 B / 0.33 if that is more, B has a crest here that none within 25 ms exceeds, and C none greater
 nearby. Where B has a crest and C has none, the impact lies at the crest of B.
@@ -28,7 +28,7 @@ are none, neither are there weaker impacts, and where they are many, most weaker
 too.
 
 The third holds a crest against the others around it, where a room or many impacts fill the record
-with sound. Its e is the evidence by bands, L is G for the greatest C within 20 ms and 1 for others,
+with sound. Its e is the evidence by bands, L is G for the greatest C within 28 ms and 1 for others,
 m how many other crests a second exceed 2 a within a second, and K and k what 40 crests a second
 reach within a second and a quarter of one, at least a / 20 each. These odds are no more than 6.5
 times the logarithm of the least of C / (0.35 a), C over a tenth of the greatest within 40 ms, G / 7
@@ -59,7 +59,7 @@ FEW = 4.0  # times a: rattle without a number of crests, as of a room that rings
 TAIL, STEADY = 0.3, 0.1  # of the greatest C nearby and of the rattle: nor more than their sum
 CERTAIN = 36.0  # likelihood of a rise in one narrow band that is evidence of 1
 LEAST_OCTAVES = 0.35  # times a: rise in octaves without which that counts little
-ALONE = 20e-3  # [s] within which C must be greatest for that to count
+ALONE = 28e-3  # [s] within which C must be greatest for that to count: G hears as far as that
 BORNE_OUT = 0.035  # rise in narrow bands that a rise in octaves needs
 AROUND = 0.15, 0.05  # [s] before and after, of the mean of B
 CLEAR, CLEAR_SIGMAS = 1.65, 10.0  # rise in octaves that needs none [neper of power], or in s
