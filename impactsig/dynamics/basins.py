@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import flag
+from .._showing import Shown
 from ..oscillators import Oscillator
 from ..simulate._events import DONE
 from ._arguments import parameter_values
@@ -22,7 +23,7 @@ RECHECKED = 256  # starts that are followed again without being caught
 
 
 @dataclass(frozen=True)
-class Attractor:
+class Attractor(Shown):
     """A periodic attractor.
 
     Attributes
@@ -57,7 +58,7 @@ class Attractor:
 
 
 @dataclass(frozen=True)
-class Basins:
+class Basins(Shown):
     """Basins of attraction on a grid of starts.
 
     Attributes
