@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from ._options import one_line, reading_and_detecting
@@ -16,6 +18,35 @@ if TYPE_CHECKING:
 
 TABLES = {".csv": "to_csv", ".parquet": "to_parquet"}
 FIGURES = (".png", ".pdf", ".svg")
+STANDARD_INPUT = Path("-")
+
+
+@contextmanager
+def standard_input(chosen: argparse.Namespace) -> Iterator[None]:
+    """Put standard input into a file for as long as a command runs that reads `-`.
+
+    Raises
+    ------
+    InvalidInput
+        If it is to be read twice.
+    """
+    files = getattr(chosen, "files", None) or [getattr(chosen, "file", None)]
+    if files.count(STANDARD_INPUT) > 1:
+        raise InvalidInput("files", "- and -", "standard input once at most")
+    if STANDARD_INPUT not in files:
+        yield
+        return
+    with TemporaryDirectory(prefix="impactsig-") as folder:
+        data = sys.stdin.buffer.read()
+        # The format is recognised by content; tables of impacts, as detect writes them, by name.
+        path = Path(folder, f"standard-input{'.csv' if data.startswith(b'# impactsig') else ''}")
+        path.write_bytes(data)
+        files = [path if one == STANDARD_INPUT else one for one in files]
+        if hasattr(chosen, "files"):
+            chosen.files = files
+        else:
+            (chosen.file,) = files
+        yield
 
 
 def impacts_of(path: Path, chosen: argparse.Namespace) -> Impacts:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._arguments import flag, number
+from ._showing import Shown
 from .errors import InvalidInput
 from .impacts import Impacts
 
@@ -30,7 +31,7 @@ TRIM = 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class Alignment:
+class Alignment(Shown):
     """Impacts in the clock of another recording.
 
     An instant `t` of the reference is ``delay + (1 + skew) t`` in the clock of what was aligned.

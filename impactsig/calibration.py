@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from ._arguments import flag, reals
+from ._showing import Shown
 from ._straight_line import fit_line
 from .errors import InvalidInput
 from .recording import Recording
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Calibration(Shown):
     """``load = scale * reading + offset``, fitted to known loads.
 
     Attributes

@@ -22,6 +22,7 @@ from ._command_files import (
     check_ending,
     detected,
     impacts_of,
+    standard_input,
     write_figure,
     write_table,
 )
@@ -74,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # A channel may be named in letters that the terminal's encoding does not have.
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), standard_input(chosen):
             _show_warnings_as_lines()
             run(chosen)
             sys.stdout.flush()
@@ -352,14 +353,18 @@ def _parser() -> argparse.ArgumentParser:
             add_plot_options(command)
         elif name in ("report", "info"):
             command.add_argument(
-                "files", type=Path, nargs="+", metavar="FILE", help="recordings, one or more"
+                "files",
+                type=Path,
+                nargs="+",
+                metavar="FILE",
+                help="recordings, one or more; - is standard input",
             )
         elif name == "experiment":
             _add_experiment(command)
         elif name == "compare":
             command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_EITHER)
         elif name != "demo":
-            told = _EITHER if name == "dimension" else "the recording"
+            told = _EITHER if name == "dimension" else "the recording; - is standard input"
             command.add_argument("file", type=Path, metavar="FILE", help=told)
         if name == "report":
             command.add_argument("--dynamics", action="store_true", help=_DYNAMICS)
@@ -401,7 +406,9 @@ _DYNAMICS = "add dimension, Lyapunov exponent and surrogate test of the interval
 _REPORTS, _EXPERIMENT = "impactsig-reports", "impactsig-experiment"
 _PROCESSES = "processes (default: as many as cores)"
 _WORKERS = "processes, where there are several files (default: as many as cores)"
-_EITHER = "a recording, or a .csv or .parquet table of impacts as detect writes them"
+_EITHER = (
+    "a recording, or a .csv or .parquet table of impacts as detect writes them; - is standard input"
+)
 _SEARCHING = ("report", "detect", "compare", "dimension")
 _OUTPUT = {
     "report": "the .html file to write (default: impactsig-report-FILE.html in this folder); of "

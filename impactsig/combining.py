@@ -11,6 +11,7 @@ import numpy as np
 
 from . import _impact_columns as tables
 from ._arguments import entries, number
+from ._showing import Shown
 from .alignment import align_impacts
 from .errors import InvalidInput
 from .impacts import Impacts
@@ -22,7 +23,7 @@ OF_SEVERAL = ("time_error", "probability", "stop_index", "pulses")
 
 
 @dataclass(frozen=True, eq=False)
-class Combination:
+class Combination(Shown):
     """Impacts that several sensors recorded, each once.
 
     Attributes

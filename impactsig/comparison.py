@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._arguments import texts
+from ._showing import Shown
 from .errors import InvalidInput
 from .impacts import Impacts
 from .intervals import (
@@ -98,7 +99,7 @@ class Distance:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(Shown):
     """What `compare` found.
 
     Attributes

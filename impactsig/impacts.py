@@ -26,6 +26,7 @@ from ._impact_flags import (
     UNRESOLVED,
     flag_names,
 )
+from ._showing import picture
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -513,7 +514,8 @@ class Impacts:
 
     def _repr_html_(self) -> str:
         frame: Any = self.to_frame()
-        return f"<code>{html.escape(repr(self))}</code>{frame._repr_html_()}"
+        line = f"<code>{html.escape(repr(self))}</code>"
+        return f"{line}<br>{picture(self) if len(self) else ''}{frame._repr_html_()}"
 
 
 def exact(count: int) -> dict[str, Any]:

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ._arguments import number
+from ._showing import Shown
 from .errors import InvalidInput
 from .impacts import Impacts
 
 
 @dataclass(frozen=True, eq=False)
-class Matching:
+class Matching(Shown):
     """Impacts of two trains, pair by pair.
 
     Attributes

@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ._arguments import choice, number
+from ._showing import Shown
 from ._smoothing import converter_step
 from ._straight_line import fit_line
 from .errors import InvalidInput
@@ -39,7 +40,7 @@ class Restitution(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RecordedMotion:
+class RecordedMotion(Shown):
     """Displacement and velocity at the samples of a recording.
 
     Attributes

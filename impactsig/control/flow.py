@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ..simulate._course import STEPS, Running, coordinate_of
@@ -27,7 +28,7 @@ AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControlledFlowMotion:
+class ControlledFlowMotion(Shown):
     """What a flow did under control.
 
     Attributes

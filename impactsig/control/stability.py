@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import whole
+from .._showing import Shown
 from ..dynamics._arguments import parameter_values
 from ..dynamics._batch import batch_error
 from ..dynamics._collocation import NODES
@@ -33,7 +34,7 @@ MULTIPLIERS = 6  # that are worked out
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControlledStability:
+class ControlledStability(Shown):
     """How differences from an orbit grow under delayed feedback.
 
     Attributes

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..recording import Recording, chosen_channel
@@ -34,7 +35,7 @@ BEGINNINGS, ROUNDS = 8, 200
 
 
 @dataclass(frozen=True, eq=False)
-class StopSeparation:
+class StopSeparation(Shown):
     """Impacts separated by their sound.
 
     Attributes

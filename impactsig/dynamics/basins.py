@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import flag, number, thread_count, whole
+from .._showing import Shown
 from ..oscillators import Cantilever, Oscillator
 from ..oscillators.flows import Flow
 from ..simulate._events import DONE
@@ -26,7 +27,7 @@ RECHECKED = 256  # starts that are followed again without being caught
 
 
 @dataclass(frozen=True)
-class Attractor:
+class Attractor(Shown):
     """A periodic attractor.
 
     Attributes
@@ -63,7 +64,7 @@ class Attractor:
 
 
 @dataclass(frozen=True)
-class Basins:
+class Basins(Shown):
     """Basins of attraction on a grid of starts.
 
     Attributes

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._showing import Shown
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -40,7 +42,7 @@ class SpecialPoint:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Branch:
+class Branch(Shown):
     """Periodic orbits along a parameter, in the order in which they were followed.
 
     Attributes

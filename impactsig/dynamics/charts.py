@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import flag, function, number, thread_count, whole
+from .._showing import Shown
 from ..oscillators import Oscillator
 from ..simulate._columns import Columns, chosen, columns_of, form_of, spread
 from ..simulate._events import DONE, STROBE_IMPACTS
@@ -32,7 +33,7 @@ SILENT, IMPACTING, HIGHER, FAILED = 0, 1, 2, -1
 
 
 @dataclass(frozen=True)
-class PeriodicityChart:
+class PeriodicityChart(Shown):
     """period(m, n) over a plane of two parameters.
 
     Attributes

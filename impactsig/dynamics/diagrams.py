@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .._arguments import Seed, flag, function, number, streams, thread_count, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Cantilever, Oscillator, Rigid
 from ..oscillators.flows import Flow
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BifurcationDiagram:
+class BifurcationDiagram(Shown):
     """What a system does over one parameter, after the transient.
 
     Attributes

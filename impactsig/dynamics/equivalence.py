@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from .._arguments import Seed, number, reals, streams, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import KelvinVoigt
 
@@ -137,7 +138,7 @@ class ContactSamples:
 
 
 @dataclass(frozen=True)
-class EquivalenceError:
+class EquivalenceError(Shown):
     """How far a soft stop is from a rigid one, over contacts.
 
     Attributes
@@ -222,7 +223,7 @@ def equivalence_error(
 
 
 @dataclass(frozen=True)
-class SoftStopFit:
+class SoftStopFit(Shown):
     """The soft stop that is nearest to a rigid one.
 
     Attributes

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import number
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ..simulate._course import Running, state_of
@@ -24,7 +25,7 @@ AT_REST = 1e-6  # of the size of the attractor, in a period
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FlowOrbit:
+class FlowOrbit(Shown):
     """A periodic orbit of a flow.
 
     Attributes

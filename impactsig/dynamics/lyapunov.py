@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from .._arguments import Seed, number
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Cantilever, Oscillator
 from ..oscillators.batch import OscillatorBatch
@@ -31,7 +32,7 @@ STEPS = 50_000  # of a flow, in a call of a kernel, so that a run can be interru
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LyapunovSpectrum:
+class LyapunovSpectrum(Shown):
     """The Lyapunov exponents of a motion, with the evidence for them.
 
     An oscillator has two, those of its stroboscopic map: the third, along the forcing's phase, is

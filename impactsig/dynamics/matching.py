@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import function, number, reals, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import simulate_many
@@ -66,7 +67,7 @@ def _distance(first: np.ndarray, second: np.ndarray) -> float:
 
 
 @dataclass(frozen=True)
-class MatchRate:
+class MatchRate(Shown):
     """Share of a plane of parameters in which two families do the same.
 
     Attributes

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from .._arguments import whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Cantilever, Oscillator
 from ..oscillators.flows import Flow
@@ -28,7 +29,7 @@ GUESSES, SPREAD = 24, 10  # close returns that are tried, and a square of other 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PeriodicOrbit:
+class PeriodicOrbit(Shown):
     """An orbit that closes after n forcing periods (`Oscillator.forcing_period`).
 
     Attributes

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._arguments import instance, number, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..simulate import Motion
 from ..simulate._frame import reference_frequency
@@ -15,7 +16,7 @@ from ._arguments import recurring
 
 
 @dataclass(frozen=True)
-class OrbitPeriod:
+class OrbitPeriod(Shown):
     """The period of a motion, period(m, n): m impacts in n forcing periods.
 
     Attributes

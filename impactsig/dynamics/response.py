@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import function, number, thread_count, whole
+from .._showing import Shown
 from ..oscillators import Cantilever, Oscillator, Rigid
 from ..oscillators.flows import Flow
 from ..simulate._course import coordinate_of
@@ -27,7 +28,7 @@ WITHIN = 64  # of the interval that has one
 
 
 @dataclass(frozen=True)
-class ResponseSpectrum:
+class ResponseSpectrum(Shown):
     """How far an oscillator swings over one parameter, once it has settled.
 
     Attributes

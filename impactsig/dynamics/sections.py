@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arguments import choice, number, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Rigid
 from ..simulate import Motion
@@ -29,7 +30,7 @@ MOST = 1_000_000  # steps on one leg
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Section:
+class Section(Shown):
     """Points at which a motion passed a section.
 
     Attributes

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Cantilever, Oscillator
 from ..oscillators.flows import Flow
@@ -19,7 +20,7 @@ SYSTEMS = "an Oscillator without noise, a Cantilever or a Flow"
 
 
 @dataclass(frozen=True, eq=False)
-class TangentMap:
+class TangentMap(Shown):
     """The derivative of the final by the initial state.
 
     Attributes

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._showing import Shown
 from ..comparison import Comparison
 from ..oscillators import Oscillator
 
@@ -22,7 +23,7 @@ so that its p-value is often 2/41 or 3/41; a lower level would leave these fits 
 
 
 @dataclass(frozen=True, eq=False)
-class OscillatorFit:
+class OscillatorFit(Shown):
     """The oscillator found, how well it is told, and what that rests on.
 
     Attributes

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from .._arguments import Seed, choice, number, streams
+from .._showing import Shown
 from ..errors import ImpactsigWarning, InvalidInput
 from ..recording import Recording
 from ._band import Band, band_of, log_decrement, padded, peak_and_width, smooth
@@ -36,7 +37,7 @@ class Estimate(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Resonance:
+class Resonance(Shown):
     """Natural frequency and damping of a machine.
 
     Attributes

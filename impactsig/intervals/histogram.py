@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import reals, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ._pairs import Intervals, as_intervals
 
@@ -19,7 +20,7 @@ MOST_BINS = 4096
 
 
 @dataclass(frozen=True, eq=False)
-class IntervalHistogram:
+class IntervalHistogram(Shown):
     """Density of interspike intervals.
 
     Attributes

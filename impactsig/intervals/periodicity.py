@@ -8,6 +8,8 @@ from typing import Literal
 
 import numpy as np
 
+from .._showing import Shown
+
 Kind = Literal[
     "periodic",
     "drifting",
@@ -56,7 +58,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
-class SpeedDrift:
+class SpeedDrift(Shown):
     """How the forcing's speed, as the impacts show it, changes through the run.
 
     Attributes
@@ -98,7 +100,7 @@ class SpeedDrift:
 
 
 @dataclass(frozen=True, eq=False)
-class Periodicity:
+class Periodicity(Shown):
     """What `identify_period` found, and on what evidence.
 
     Attributes

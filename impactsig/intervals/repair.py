@@ -10,6 +10,7 @@ import numpy as np
 
 from .._arguments import number
 from .._impact_columns import filled
+from .._showing import Shown
 from ..impacts import INFERRED, Impacts
 from ._pairs import Intervals, as_intervals
 from ._repair_map import map_edits
@@ -21,7 +22,7 @@ CERTAIN = 0.95  # confidence from which on a period is evidence
 
 
 @dataclass(frozen=True)
-class Split:
+class Split(Shown):
     """A missed impact that was put in.
 
     Attributes
@@ -51,7 +52,7 @@ class Split:
 
 
 @dataclass(frozen=True)
-class Join:
+class Join(Shown):
     """A spurious impact that was taken out.
 
     Attributes
@@ -78,7 +79,7 @@ class Join:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Repair:
+class Repair(Shown):
     """A repaired train, and what was changed in it.
 
     Attributes

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._arguments import whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ._forcing import Forcing
@@ -45,7 +46,7 @@ class Stretch:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PeriodTrack:
+class PeriodTrack(Shown):
     """What `track_period` found.
 
     Attributes

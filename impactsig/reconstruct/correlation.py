@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from .._arguments import choice, number, reals, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ._arguments import dimensions_of, finite_range
@@ -39,7 +40,7 @@ NEIGHBOURS = 200
 
 
 @dataclass(frozen=True, eq=False)
-class CorrelationSum:
+class CorrelationSum(Shown):
     """What `correlation_sum` counted.
 
     Attributes

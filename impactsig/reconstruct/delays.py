@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arguments import choice, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ._arguments import varying
 from ._series import known, series, stretches, unbroken
@@ -31,7 +32,7 @@ NOTHING = -0.5 * math.log(1 - math.exp(-2))
 
 
 @dataclass(frozen=True, eq=False)
-class DelayChoice:
+class DelayChoice(Shown):
     """The dependence of a series on its own past, and the delay read off it.
 
     Attributes

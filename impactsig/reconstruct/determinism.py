@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from .._arguments import Seed, whole
+from .._showing import Shown
 from .prediction import prediction_error
 from .surrogate_testing import surrogate_test
 from .surrogates import longest_stretch
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ReturnMapDeterminism:
+class ReturnMapDeterminism(Shown):
     """What `return_map_determinism` found.
 
     Attributes

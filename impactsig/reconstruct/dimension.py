@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arguments import number, thread_count, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ._arguments import finite_range
@@ -86,7 +87,7 @@ class KaplanYorke:
 
 
 @dataclass(frozen=True, eq=False)
-class CorrelationDimension:
+class CorrelationDimension(Shown):
     """What `correlation_dimension` found, and on what evidence.
 
     Attributes

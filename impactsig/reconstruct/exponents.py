@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arguments import choice, number, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ._arguments import long_enough, varying
@@ -34,7 +35,7 @@ Verdict = Literal["divergence", "no divergence", "periodic", "no scaling region"
 
 
 @dataclass(frozen=True, eq=False)
-class LyapunovExponent:
+class LyapunovExponent(Shown):
     """The largest Lyapunov exponent, and the stretch curve it was read off.
 
     Attributes

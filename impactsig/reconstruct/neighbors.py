@@ -10,6 +10,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from .._arguments import number, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ._arguments import dimensions_of, long_enough, varying
 from ._series import known, series, unbroken
@@ -33,7 +34,7 @@ FLAT = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class FalseNeighbors:
+class FalseNeighbors(Shown):
     """Shares of false nearest neighbours, and the dimension at which there are none left.
 
     Attributes
@@ -106,7 +107,7 @@ class FalseNeighbors:
 
 
 @dataclass(frozen=True, eq=False)
-class AveragedFalseNeighbors:
+class AveragedFalseNeighbors(Shown):
     """Cao's E1 and E2, and the dimension from which E1 does not change.
 
     Attributes

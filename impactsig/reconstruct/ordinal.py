@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .._arguments import whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ._series import known, series, unbroken
 
@@ -18,7 +19,7 @@ MANY_TIED = 0.05
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OrdinalPatterns:
+class OrdinalPatterns(Shown):
     """How often each order of successive values occurs.
 
     Attributes

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arguments import choice, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ._arguments import varying
 from ._series import known, series, unbroken
@@ -22,7 +23,7 @@ NEIGHBOR_SHARE = 0.01  # of the delay vectors, as Sauer takes them
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PredictionError:
+class PredictionError(Shown):
     """What `prediction_error` found, for every horizon.
 
     Attributes

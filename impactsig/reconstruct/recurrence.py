@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import number, thread_count, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ._series import known, pairs_apart, series, unbroken
 from ._threads import in_threads
@@ -19,7 +20,7 @@ MOST_VECTORS = 10_000  # in a matrix of one byte an element
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RecurrencePlot:
+class RecurrencePlot(Shown):
     """Which delay vectors of a series are near each other.
 
     Attributes
@@ -70,7 +71,7 @@ class RecurrencePlot:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RecurrenceQuantification:
+class RecurrenceQuantification(Shown):
     """Measures of the lines in a recurrence plot; None where there is no line to measure.
 
     Attributes

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arguments import Seed, choice, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ._sieve import Scores, linear_error, ranked
 from ._spectra import low_exponent, misfit
@@ -31,7 +32,7 @@ STEEP = 0.4  # exponent of a power that rises towards the lowest frequencies
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SurrogateTest:
+class SurrogateTest(Shown):
     """Result of `surrogate_test`.
 
     Attributes

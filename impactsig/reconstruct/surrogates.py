@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from .._arguments import Seed, choice, streams, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ._arguments import varying
 from ._series import known, series, stretches
@@ -25,7 +26,7 @@ LEAST = 10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Surrogates:
+class Surrogates(Shown):
     """Surrogates of a series. ``np.asarray`` gives the values.
 
     Attributes

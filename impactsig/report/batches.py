@@ -15,6 +15,7 @@ from urllib.parse import quote
 from .._arguments import READING, path_list
 from .._arguments import path as path_of
 from .._atomic import atomic_path
+from .._showing import Shown
 from ..errors import ImpactsigError, InvalidInput, UnwritableFile
 from ..studies.each import each
 
@@ -25,7 +26,7 @@ INDEX = "index.html"
 
 
 @dataclass(frozen=True, eq=False)
-class Detected:
+class Detected(Shown):
     """The impacts of many recordings.
 
     Attributes

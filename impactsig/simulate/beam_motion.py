@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .._arguments import number
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts, exact
 from ..oscillators import Cantilever, KelvinVoigt, Rigid
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BeamMotion:
+class BeamMotion(Shown):
     """What a beam did, in all its modes.
 
     Times are in seconds since the start of the simulation, transient included; all else is in SI

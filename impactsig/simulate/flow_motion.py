@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import number, reals
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
 from ._course import STEPS, Running
@@ -25,7 +26,7 @@ AT_A_TIME = 64  # steps between two looks whether all that was asked for is ther
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FlowMotion:
+class FlowMotion(Shown):
     """What a flow did, in its own unit of time.
 
     Attributes

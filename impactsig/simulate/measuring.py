@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._arguments import Seed, number, streams
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ._thresholding import Spikes, spikes
@@ -19,7 +20,7 @@ ECHO_STRENGTH = 0.5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Measured:
+class Measured(Shown):
     """A train as it was measured, with the truth beside it.
 
     Attributes

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import number
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts, exact
 from ..oscillators import Oscillator, Rigid
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion:
+class Motion(Shown):
     """What an oscillator did.
 
     Times are in seconds since the start of the simulation, transient included, or in the

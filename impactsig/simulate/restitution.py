@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._arguments import number
+from .._showing import Shown
 from ..errors import InvalidInput
 from ._events import BEAM_APPROACH, IMPACT, PART, PHASE, RELEASE, ROW_KIND, STICK, TOUCH
 from .beam_motion import BeamMotion
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ApparentRestitution:
+class ApparentRestitution(Shown):
     """What one mode would have to lose at the stop to come back as the beam's first mode does.
 
     Attributes

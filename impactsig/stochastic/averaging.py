@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arguments import whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._averaging_curve import Curve, curve
@@ -29,7 +30,7 @@ MOST_EXCHANGED = {"logarithmic": 0.5, "exact": 0.1, "linearised": 0.1}  # by whi
 
 
 @dataclass(frozen=True)
-class AveragedDensity:
+class AveragedDensity(Shown):
     """Stationary densities of an oscillator under white noise, by averaging over its orbits.
 
     Energies are measured from the bottom of the well; every number is in the oscillator's own

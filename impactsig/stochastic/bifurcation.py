@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import function, number, reals
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from .averaging import Impact, averaged_density
@@ -39,7 +40,7 @@ class Transition:
 
 
 @dataclass(frozen=True)
-class PBifurcation:
+class PBifurcation(Shown):
     """The shape of an averaged joint density over one parameter.
 
     Attributes

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._showing import Shown
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False)
-class Density:
+class Density(Shown):
     """The density of one quantity, with its moments.
 
     Attributes
@@ -75,7 +77,7 @@ class Density:
 
 
 @dataclass(frozen=True, eq=False)
-class JointDensity:
+class JointDensity(Shown):
     """The joint density of displacement and velocity.
 
     Attributes

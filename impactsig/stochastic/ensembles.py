@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import Seed, thread_count, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._arguments import Course, course
@@ -29,7 +30,7 @@ QUANTITIES = ("energy", "displacement", "velocity")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Ensemble:
+class Ensemble(Shown):
     """What many paths of an oscillator under a random force have in common.
 
     Times are in seconds, displacements, velocities and energies in the oscillator's own units.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import Seed, number, reals, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts, exact
 from ..oscillators import Oscillator
@@ -25,7 +26,7 @@ ROOM = 1 << 16  # impacts that a visit has room for
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class NoisyMotion:
+class NoisyMotion(Shown):
     """One path of an oscillator under noise, as it was seen at equal intervals.
 
     Attributes

@@ -8,11 +8,12 @@ from typing import Literal
 import numpy as np
 
 from .._arguments import number
+from .._showing import Shown
 from ..errors import InvalidInput
 
 
 @dataclass(frozen=True)
-class DensityShape:
+class DensityShape(Shown):
     """The extrema of a joint density of displacement and velocity that averaging gives.
 
     Such a density is a function of the energy alone. Over the plane its extrema are therefore the

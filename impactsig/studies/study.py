@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import path
+from .._showing import Shown
 from ..errors import InvalidInput, MissingExtra
 from ._store import EXTRA, Store
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Study:
+class Study(Shown):
     """What a function gave on every cell of a grid of parameters.
 
     ``study["name"]`` is an observable as an array: the axes of the grid first, in the order of

@@ -365,3 +365,29 @@ def test_it_runs_as_a_module(tmp_path):
     assert done.returncode == 1
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1
+
+
+class Piped:
+    """Standard input with bytes in it."""
+
+    def __init__(self, data):
+        self.buffer = io.BytesIO(data)
+
+
+def test_a_dash_is_standard_input(recording, capsys, monkeypatch):
+    assert run("detect", recording, "--sensor", "force") == 0
+    expected = capsys.readouterr().out
+    monkeypatch.setattr(sys, "stdin", Piped(recording.read_bytes()))
+    assert run("detect", "-", "--sensor", "force") == 0
+    found = capsys.readouterr().out
+    assert found.splitlines()[1:] == expected.splitlines()[1:]
+    assert "standard-input" in found.splitlines()[0]
+    monkeypatch.setattr(sys, "stdin", Piped(expected.encode()))  # a table of impacts
+    assert run("compare", recording, "-", "--sensor", "force") == 0
+    assert "standard-input" in capsys.readouterr().out
+
+
+def test_standard_input_is_read_once(recording, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "stdin", Piped(b""))
+    assert run("compare", "-", "-") == 1
+    assert "files: got" in capsys.readouterr().err
