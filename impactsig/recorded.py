@@ -70,7 +70,7 @@ class RecordedMotion(Shown):
     >>> from impactsig import Recording, recorded_motion
     >>> time = np.arange(2000) / 1000
     >>> swing = Recording(np.sin(2 * np.pi * 3 * time), 1000.0, units="mm")
-    >>> motion = recorded_motion(swing, frequency=3.0)
+    >>> motion = recorded_motion(swing, forcing_period=1 / 3.0)
     >>> round(float(motion.v.max() / (2 * np.pi * 3)), 2)
     1.0
     """

@@ -39,6 +39,18 @@ class LyapunovSpectra:
         As of `LyapunovSpectrum`.
     status : ndarray of str
         As of `Motion`.
+
+    See Also
+    --------
+    lyapunov_spectrum, LyapunovSpectrum, OscillatorBatch
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import lyapunov_spectrum, scenes
+    >>> beams = scenes.karpodinis(np.array([22.1, 22.2]))
+    >>> lyapunov_spectrum(beams, periods=50, transient=500).exponents.shape
+    (2, 2)
     """
 
     systems: OscillatorBatch

@@ -55,6 +55,19 @@ class Experiment:
         The recordings of which there is no run, and why.
     directory : Path
         Where the runs are kept.
+
+    See Also
+    --------
+    Rig, plot.experiment, detect_many
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from impactsig import Experiment
+    >>> kept = tempfile.mkdtemp()
+    >>> runs = Experiment.read("data_samples/experiment", directory=kept, workers=1, progress=False)
+    >>> len(runs.files), len(runs.errors)
+    (22, 0)
     """
 
     rig: Rig
@@ -93,7 +106,7 @@ class Experiment:
             Where the runs are kept; ``.impactsig`` in the folder by default. The processes of a
             cluster must see it under the same name.
         workers : int, optional
-            Processes; as many as there are cores by default. The result does not depend on it.
+            Processes; as many as there are cores unless given. The result does not depend on it.
         client : distributed.Client or str, optional
             Work on this dask cluster instead, as for `sweep`.
         progress : bool, optional
@@ -305,8 +318,10 @@ class Experiment:
             Whether each recording has a report of its own.
         simulated : BifurcationDiagram or sequence of it, optional
             Drawn beside the measurement.
-        workers, progress
-            As for `read`.
+        workers : int, optional
+            Processes; as many as there are cores unless given. The result does not depend on it.
+        progress : bool, optional
+            Whether to show how far it is; by default where a terminal or notebook is watching.
 
         Returns
         -------

@@ -60,14 +60,21 @@ class Rig:
     InvalidInput
         For an unknown key or a wrong value, named by its table and key.
 
+    See Also
+    --------
+    Experiment
+
     Examples
     --------
+    >>> from impactsig import Rig
     >>> rig = Rig(
     ...     channel=[{"number": 0, "sensor": "force", "unit": "N"}],
     ...     parameter={"name": "frequency", "unit": "Hz", "from": "file name",
     ...                "pattern": "(?P<value>[0-9.]+)Hz"},
     ...     forcing={"frequency": "parameter"},
     ... )
+    >>> rig.parameter["name"]
+    'frequency'
     """
 
     channel: Sequence[Table] = ()

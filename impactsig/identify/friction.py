@@ -56,6 +56,20 @@ class FrictionDecay:
     p_value : float
         Probability, were the model right and the noise white, of what is left being as unevenly
         spread over the frequencies.
+
+    See Also
+    --------
+    identify_friction, Resonance
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Friction, Oscillator, Recording, identify_friction, simulate
+    >>> machine = Oscillator(damping=0.04, friction=Friction(0.05))
+    >>> swing = simulate(machine, duration=60.0, initial=(1.7, 0.3))
+    >>> found = identify_friction(Recording(swing.sample(np.arange(1200) / 20)[0], 20.0))
+    >>> round(float(found.damping_ratio.value), 6), round(float(found.friction.value), 6)
+    (0.02, 0.05)
     """
 
     natural_frequency: Bounded
@@ -127,10 +141,19 @@ def identify_friction(recording: Recording, *, level: float = 0.95) -> FrictionD
     further than to the first that is within twice the friction of the centre: where the static
     friction is greater than the kinetic one, the mass rests sooner than the model does.
 
+    See Also
+    --------
+    identify_resonance, FrictionDecay
+
     Examples
     --------
-    >>> time = np.arange(2000) / 100
-    >>> identify_friction(Recording(swing, rate=100))
+    >>> import numpy as np
+    >>> from impactsig import Friction, Oscillator, Recording, identify_friction, simulate
+    >>> machine = Oscillator(damping=0.04, friction=Friction(0.05))
+    >>> swing = simulate(machine, duration=60.0, initial=(1.7, 0.3))
+    >>> found = identify_friction(Recording(swing.sample(np.arange(1200) / 20)[0], 20.0))
+    >>> round(float(found.damping_ratio.value), 6), round(float(found.friction.value), 6)
+    (0.02, 0.05)
     """
     samples = _samples(recording)
     level = number("level", level, above=0.0, most=1.0)

@@ -103,8 +103,14 @@ def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = N
     is by Student's distribution. The drag of the air shortens high flights and is not part of the
     model.
 
+    See Also
+    --------
+    fit_oscillator, measure
+
     Examples
     --------
+    >>> import numpy as np
+    >>> from impactsig import Impacts, restitution_from_bounces
     >>> flights = 0.5 * 0.8 ** np.arange(8)
     >>> drop = Impacts.from_times(np.cumsum(flights), time_error=np.full(8, 1e-4))
     >>> found = restitution_from_bounces(drop, contact_time=0.0)

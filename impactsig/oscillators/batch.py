@@ -35,10 +35,17 @@ class OscillatorBatch(Sequence[Oscillator]):
     columns : Oscillator
         The structure, whose numbers are arrays of one number for each oscillator.
 
+    See Also
+    --------
+    impactsig.scenes.karpodinis, impactsig.simulate_many, impactsig.lyapunov_spectrum
+
     Examples
     --------
-    >>> beams = scenes.karpodinis(np.linspace(18, 26, 10_000))
-    >>> simulate(beams, periods=100, transient=50, keep="counts").impacts_per_period
+    >>> import numpy as np
+    >>> from impactsig import scenes, simulate
+    >>> beams = scenes.karpodinis(np.array([22.1, 22.2]))
+    >>> simulate(beams, periods=20, transient=500, keep="counts").impact_count
+    array([20, 20])
     """
 
     moved_by = "impactsig.simulate.many"

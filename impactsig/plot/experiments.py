@@ -81,6 +81,19 @@ def experiment(
     ------
     InvalidInput
         If the quantity is not known, was not measured, or is none that a bifurcation diagram has.
+
+    See Also
+    --------
+    impactsig.Experiment, impactsig.plot.bifurcation_diagram
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from impactsig import Experiment, plot
+    >>> kept = tempfile.mkdtemp()
+    >>> runs = Experiment.read("data_samples/experiment", directory=kept, workers=1, progress=False)
+    >>> plot.experiment(runs, "period").get_xlabel()
+    'frequency [Hz]'
     """
     if observe not in LABELS:
         raise InvalidInput("observe", observe, f"one of {', '.join(LABELS)}")

@@ -46,6 +46,18 @@ class Motions(Sequence[Motion]):
         The states at the end; see `Motion.final`.
     status : ndarray of str
         As of `Motion`.
+
+    See Also
+    --------
+    simulate_many, OscillatorBatch, Motion
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import scenes, simulate
+    >>> motions = simulate(scenes.karpodinis(np.array([22.1, 22.2])), periods=20, transient=500)
+    >>> motions.impact_count, len(motions[1].impacts)
+    (array([20, 20]), 20)
     """
 
     start: np.ndarray

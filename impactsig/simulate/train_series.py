@@ -18,7 +18,7 @@ THESIS_NOISE = (0.0, 0.00247, 0.00476, 0.0096)
 
 
 def noisy_trains(
-    motion: Motion, noise: Any = THESIS_NOISE, *, seed: Seed = 0
+    motion: Motion, noise: Any = THESIS_NOISE, *, seed: Seed = None
 ) -> dict[str, Impacts]:
     """The impacts of a motion as counted under several levels of noise.
 
@@ -31,8 +31,9 @@ def noisy_trains(
         What is measured.
     noise : array_like
         Levels, as of `measure`; by default those of the thesis, 0 to 0.960 %.
-    seed : int, SeedSequence or Generator
-        Of the noise; the same at every level.
+    seed : int, SeedSequence or Generator, optional
+        Of the noise, the same at every level. The same seed gives the same result; a Generator is
+        drawn from and moves on.
 
     Returns
     -------
@@ -44,14 +45,23 @@ def noisy_trains(
     InvalidInput
         If an argument is out of its range.
 
+    See Also
+    --------
+    measure, plot.return_maps
+
     Examples
     --------
-    >>> motion = simulate(scenes.karpodinis(22.1), periods=400, transient=400)
-    >>> plot.return_maps(noisy_trains(motion))
+    >>> from impactsig import noisy_trains, scenes, simulate
+    >>> motion = simulate(scenes.karpodinis(22.1), periods=100, transient=400)
+    >>> trains = noisy_trains(motion, [0.0, 0.01], seed=1)
+    >>> len(trains)
+    2
     """
     if not isinstance(motion, Motion):
         raise InvalidInput("motion", motion, "a Motion, as simulate makes")
     levels = _series("noise", noise)
+    if seed is None or isinstance(seed, np.random.Generator):
+        seed = int(np.random.default_rng(seed).integers(2**63))
     return {
         f"{100 * level:.3g} %": measure(motion, noise=level, seed=seed).impacts for level in levels
     }
@@ -90,9 +100,16 @@ def fired_trains(
     InvalidInput
         If an argument is out of its range.
 
+    See Also
+    --------
+    integrate_and_fire, threshold_crossings, plot.return_maps
+
     Examples
     --------
-    >>> plot.return_maps(fired_trains(flows.rossler(), [20, 40, 60], count=2000), lag=4)
+    >>> from impactsig import fired_trains, flows
+    >>> trains = fired_trains(flows.rossler(), [20, 40], count=50)
+    >>> [len(train) for train in trains.values()]
+    [50, 50]
     """
     choice("kind", kind, ("integral", "crossing"))
     fire = integrate_and_fire if kind == "integral" else threshold_crossings

@@ -191,7 +191,7 @@ def test_a_report_takes_the_forcing_from_the_name(recording, written):
         '[parameter]\nfrom = "file name"\npattern = "(?P<value>[0-9.]+)Hz"\n'
         '[forcing]\nfrequency = "parameter"\n'
     )
-    expected = {"dynamics": False, "channel": 0, "sensor": "force", "forcing_frequency": 20.0}
+    expected = {"dynamics": False, "channel": 0, "sensor": "force", "forcing_period": 1 / 20.0}
     assert cli._report_options(recording, chosen) == expected
     chosen = cli._parser().parse_args(["report", str(recording), "--forcing-frequency", "10"])
-    assert cli._report_options(recording, chosen)["forcing_frequency"] == 10.0
+    assert cli._report_options(recording, chosen)["forcing_period"] == 0.1
