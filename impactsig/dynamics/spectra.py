@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._arguments import number, thread_count
+from .._showing import Shown
 from ..oscillators.batch import OscillatorBatch
 from ..simulate._columns import spread
 from ..simulate._events import DONE, MODE, PHASE, STATUS
@@ -24,7 +25,7 @@ TURNS_AT_A_TIME = 1024.0  # as for one oscillator, since the columns are made or
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LyapunovSpectra:
+class LyapunovSpectra(Shown):
     """The Lyapunov exponents of many oscillators.
 
     Attributes
@@ -49,7 +50,8 @@ class LyapunovSpectra:
     >>> import numpy as np
     >>> from impactsig import lyapunov_spectrum, scenes
     >>> beams = scenes.karpodinis(np.array([22.1, 22.2]))
-    >>> lyapunov_spectrum(beams, periods=50, transient=500).exponents.shape
+    >>> spectra = lyapunov_spectrum(beams, periods=50, transient=500)
+    >>> spectra.exponents.shape
     (2, 2)
     """
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from .._arguments import choice, whole
 from .._arguments import path as path_of
+from .._showing import Shown
 from ..errors import ImpactsigError, InvalidInput, MissingExtra
 from ..impacts import Impacts
 from ._kept import Kept
@@ -38,7 +39,7 @@ _WORDS = ("period", "kind", "unit", "sensor", "reason", "recorded_at")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Experiment:
+class Experiment(Shown):
     """The runs of a rig, in the order of branch and parameter.
 
     Attributes

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._arguments import number
+from .._showing import Shown
 from ..errors import ImpactsigWarning, InvalidInput
 from ..recording import Recording
 from ._swings import Machine, decrement, extrema, swings
@@ -28,7 +29,7 @@ class Bounded(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrictionDecay:
+class FrictionDecay(Shown):
     """Damping and friction of a machine with one degree of freedom.
 
     Attributes

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from .._arguments import instance, number
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
 
@@ -23,7 +24,7 @@ SURE = 0.95
 
 
 @dataclass(frozen=True, eq=False)
-class Bounces:
+class Bounces(Shown):
     """The restitution coefficient of a body that bounces, and what it was read from.
 
     Attributes

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._showing import Shown
 from ..errors import InvalidInput, MissingExtra
 from ..oscillators import Oscillator
 from ..oscillators.batch import index
@@ -24,7 +25,7 @@ NUMBERS = (
 )  # fmt: skip
 
 
-class Motions(Sequence[Motion]):
+class Motions(Shown, Sequence[Motion]):
     """What many oscillators did, in the order of what was given.
 
     ``motions[k]`` is what `simulate` gives for that oscillator, to the last bit; it is made each

@@ -12,7 +12,15 @@ from impactsig import Impacts, Oscillator, cli, scenes, simulate
 from impactsig import _simulate_options as options
 from impactsig._options import with_negative_numbers
 
-SCENES = ["karpodinis", "okolewski", "tian", "begley_virgin", "van_der_pol_duffing", "cantilever"]
+SCENES = [
+    "karpodinis",
+    "karpodinis_control",
+    "okolewski",
+    "tian",
+    "begley_virgin",
+    "van_der_pol_duffing",
+    "cantilever",
+]
 
 
 def run(*words):

@@ -145,12 +145,14 @@ def test_blocks_give_what_the_whole_gives(recording, found, monkeypatch):
 def test_warnings_are_kept_and_passed_on(recording, monkeypatch):
     import warnings
 
+    from impactsig import io as readers
+
     def warn(path, **options):
         warnings.warn("channel b was left out", ImpactsigWarning, stacklevel=2)
         return original(path, **options)
 
-    original = _files.read
-    monkeypatch.setattr(_files, "read", warn)
+    original = readers.read
+    monkeypatch.setattr(readers, "read", warn)
     with pytest.warns(ImpactsigWarning, match="left out"):
         result = analyse(recording, sensor="force")
     assert result.warnings == ("channel b was left out",)

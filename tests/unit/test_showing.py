@@ -17,6 +17,7 @@ from tests.unit.test_examples import ROOT, example
 
 GIVEN = {  # what a user makes: data, not results
     *("BaseMotion", "Cantilever", "ContactSamples", "Controlled", "DelayedFeedback", "FixedStep"),
+    *("IntervalFeedback", "OscillatorBatch", "Rig"),
     *("Flow", "Force", "Friction", "Hertz", "KelvinVoigt", "Limits", "LoadCell", "Microphone"),
     *("Noise", "OGY", "Oscillator", "RawLayout", "Rigid", "RungeKutta", "Stop"),
 }
