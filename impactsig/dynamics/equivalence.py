@@ -250,7 +250,7 @@ class SoftStopFit(Shown):
     Examples
     --------
     >>> from impactsig import fit_soft_stop
-    >>> found = fit_soft_stop(0.85, evaluations=200)
+    >>> found = fit_soft_stop(0.85, evaluations=200, seed=0)
     >>> found.evaluations, "stiffness" in found.at_edge
     (200, False)
     """

@@ -85,7 +85,7 @@ class OscillatorFit(Shown):
     >>> beam = scenes.karpodinis(20.1)
     >>> motion = simulate(beam, periods=400, transient=300)
     >>> train = measure(motion.impacts, jitter=2e-4, seed=1).impacts
-    >>> fit = fit_oscillator(train, 20.1, ["amplitude"], scene=beam)
+    >>> fit = fit_oscillator(train, 1 / 20.1, ["amplitude"], scene=beam)
     >>> fit.free, fit.values["restitution"]
     (('amplitude',), 0.2)
     """

@@ -47,7 +47,7 @@ def oscillator_fit(result: OscillatorFit, figure: Figure | SubFigure | None = No
     >>> beam = scenes.karpodinis(20.1)
     >>> motion = simulate(beam, periods=400, transient=300)
     >>> train = measure(motion.impacts, jitter=2e-4, seed=1).impacts
-    >>> fit = fit_oscillator(train, 20.1, ["amplitude"], scene=beam)
+    >>> fit = fit_oscillator(train, 1 / 20.1, ["amplitude"], scene=beam)
     >>> axes = plot.oscillator_fit(fit)
     """
     grid = panels(figure, 2, 2, (8.4, 7.2))
