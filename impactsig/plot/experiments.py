@@ -112,7 +112,9 @@ def experiment(
         _clouds(result, ax, observe, diagrams)
     else:
         _lines(result, ax, observe, diagrams)
-    ax.margins(x=0.01)
+    known = np.unique(result.values[np.isfinite(result.values)])
+    if len(known) > 1:  # all runs, those without impacts too, as the bars of the periods have them
+        ax.set_xlim(1.5 * known[0] - 0.5 * known[1], 1.5 * known[-1] - 0.5 * known[-2])
     return frame(ax, with_unit(result.parameter, result.unit), None)
 
 
