@@ -39,6 +39,9 @@ JUDGED = 40
 """Trains simulated at the optimum, which tell whether the measured one is of their kind."""
 LEAST_P = 1 / (JUDGED + 1)
 """Where all of these are nearer, the search may have gone astray, and it begins anew."""
+APART = 100.0
+"""Forcing periods an interval, or intervals a period, beyond which the period is a mistake."""
+
 TRIES = 3
 """Searches before it is the latter that is believed."""
 UNTOLD = {"restitution": 0.5}
@@ -152,6 +155,12 @@ def fit_oscillator(
         raise InvalidInput(
             "impacts", f"{count} impacts", f"{FEWEST} or more to fit, not cut apart by gaps",
             "2000 make the errors a third",
+        )  # fmt: skip
+    mean = float(np.mean(impacts.intervals()))
+    if not mean / APART < forcing_period < mean * APART:
+        raise InvalidInput(
+            "forcing_period", forcing_period, f"a period in seconds: impacts are {mean:.3g} s apart",
+            "Of a frequency in hertz give 1 / frequency",
         )  # fmt: skip
     frequency = refined(impacts, frequency)
     refuse_periodic(impacts, frequency)

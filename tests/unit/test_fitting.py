@@ -542,6 +542,7 @@ BAD = {
     "no natural frequency": (chaos, 1 / 20.1, {}, "natural_frequency"),
     "unknown parameter": (chaos, 1 / 20.1, {**FULL, "free": ("mass",)}, "free"),
     "a parameter twice": (chaos, 1 / 20.1, {**FULL, "free": ("damping", "damping")}, "free"),
+    "a frequency": (chaos, 20.1, FULL, "1 / frequency"),
     "nothing free": (chaos, 1 / 20.1, {**FULL, "free": ()}, "free"),
     "one that is not known": (chaos, 1 / 20.1, {**FULL, "free": ("damping",)}, "restitution among"),
     "a bound of none": (chaos, 1 / 20.1, {**FULL, "bounds": {"mass": (0, 1)}}, "bounds"),
