@@ -159,7 +159,7 @@ def fit_oscillator(
     mean = float(np.mean(impacts.intervals()))
     if not mean / APART < forcing_period < mean * APART:
         raise InvalidInput(
-            "forcing_period", forcing_period, f"a period in seconds: impacts are {mean:.3g} s apart",
+            "forcing_period", forcing_period, f"seconds: the impacts are {mean:.3g} s apart",
             "Of a frequency in hertz give 1 / frequency",
         )  # fmt: skip
     frequency = refined(impacts, frequency)
