@@ -132,7 +132,7 @@ DETECTION = {
     "least_probability": Key(_positive, "leave out what is less likely an impact"),
 }
 SWEEP = {
-    "from": Key(_one_of(*SWEEPS), 'the frequency is told by a "channel", a "law" or the "impacts"'),
+    "from": Key(_one_of(*SWEEPS), 'the frequency comes from a "channel", a "law" or the "impacts"'),
     "start": Key(_positive, "frequency at the beginning of a recording [Hz]"),
     "rate": Key(_finite, "change of the frequency [Hz/s], negative downwards"),
     "window": Key(_whole(20), "impacts of which one period is identified"),

@@ -1,4 +1,4 @@
-"""One recording worked out: its impacts, its forcing, its period, and what is told of them."""
+"""One recording worked out: its impacts, its forcing, its period, and what they say."""
 
 from __future__ import annotations
 

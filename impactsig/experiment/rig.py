@@ -104,7 +104,7 @@ class Rig:
         if not found:
             return
         if "from" not in found:
-            raise InvalidInput("parameter", dict(found), "a key from, which says where it is told")
+            raise InvalidInput("parameter", dict(found), "a key from, which says where it stands")
         origin = found["from"]
         need = needed.get(origin, origin)
         if need not in found:

@@ -64,7 +64,7 @@ def rig_text(file: FileInfo, sensor: str) -> str:
         known["sensor"] = sensor
         if channel.unit:
             known["unit"] = channel.unit
-        rate = "rate not told" if channel.rate is None else f"{channel.rate:g} Hz"
+        rate = "rate unknown" if channel.rate is None else f"{channel.rate:g} Hz"
         lines += ["", f"# channel {index}: {channel.length} samples, {rate}", "[[channel]]"]
         lines += _keys("", CHANNEL, known)
     set_to: dict[str, dict[str, Any]] = {}
