@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import UnreadableFile
 from ._arrays import Array, Facts, fact, source_of
 from ._limits import Limits
-from ._source import Source
+from ._source import Source, in_utf8
 from ._timebase import time_factor
 
 IMPACTS = b"impactsig"
@@ -109,7 +109,7 @@ def _seconds(read: _Read, count: float, from_first: bool) -> tuple[_Read, int | 
 def _parquet(path: Path, limits: Limits) -> _Groups:
     from pyarrow import parquet
 
-    file = parquet.ParquetFile(path)
+    file = parquet.ParquetFile(path if in_utf8(path) else path.open("rb"))
     counts = [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)]
 
     def load(group: int, name: str) -> np.ndarray:
@@ -122,7 +122,7 @@ def _parquet(path: Path, limits: Limits) -> _Groups:
 def _feather(path: Path, limits: Limits) -> _Groups:
     import pyarrow
 
-    held = pyarrow.memory_map(str(path))
+    held = pyarrow.memory_map(str(path)) if in_utf8(path) else pyarrow.PythonFile(path.open("rb"))
     counts = []
     held.seek(8)
     for message in pyarrow.ipc.MessageReader.open_stream(held):

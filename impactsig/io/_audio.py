@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +25,8 @@ def open_source(path: Path, limits: Limits) -> Source:
     import soundfile
 
     lacking, declared = missing_bytes(path)
-    file = soundfile.SoundFile(path)
+    # As bytes: soundfile takes names in UTF-8 only, and other systems have other names.
+    file = soundfile.SoundFile(path if sys.platform == "win32" else os.fsencode(path))
     try:
         if file.subtype not in _SINGLE | _DOUBLE:
             raise UnreadableFile(path, f"is compressed ({file.subtype})", _CONVERT)

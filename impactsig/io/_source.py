@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
+from pathlib import Path
 
 import numpy as np
 
@@ -103,3 +104,12 @@ def sample_type(dtype: np.dtype) -> type[np.float32] | type[np.float64]:
     """The floating type that holds numbers of `dtype` exactly: float32 if it can, or float64."""
     small = dtype.kind in "biuf" and dtype.itemsize <= (4 if dtype.kind == "f" else 2)
     return np.float32 if small else np.float64
+
+
+def in_utf8(path: Path) -> bool:
+    """Whether the name of a file is text in UTF-8: pyarrow opens no other by name."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        return False
+    return True

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..errors import UnreadableFile
 from ._dialect import Dialect
+from ._source import in_utf8
 
 LARGE = 256 << 20
 """Bytes from which a file is not held."""
@@ -223,6 +224,8 @@ def _columns_by_arrow(source: Path | io.BytesIO, dialect: Dialect) -> list[np.nd
     except ImportError:
         return None
     names = [str(index) for index in range(dialect.columns)]
+    if isinstance(source, Path) and not in_utf8(source):
+        source = io.BytesIO(source.read_bytes())
     try:
         table = csv.read_csv(
             source,

@@ -1,5 +1,6 @@
 """What all formats have in common: choosing, calibrating, blocks, errors, the table of formats."""
 
+import os
 import subprocess
 import sys
 import warnings
@@ -11,6 +12,8 @@ import soundfile
 import impactsig.io as io
 from impactsig.errors import ImpactsigError, ImpactsigWarning, InvalidInput, UnreadableFile
 from impactsig.io import formats
+
+from ..files import WRITERS
 
 X = np.random.default_rng(3).integers(-1000, 1000, (300, 2)).astype(np.int16)
 
@@ -202,3 +205,13 @@ def test_a_rate_that_contradicts_the_file_is_taken_with_a_warning(tmp_path, read
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert read(path, rate=50_001).rate == 50_001.0
+
+
+@pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="names are Unicode there")
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_name_that_is_no_utf8(tmp_path, name):
+    path, options = WRITERS[name](tmp_path, X, 100)
+    expected = io.read(path, **options)
+    strange = path.rename(tmp_path / os.fsdecode(b"b\xff" + path.suffix.encode()))
+    found = io.read(strange, **options)
+    np.testing.assert_array_equal(found.samples, expected.samples)
