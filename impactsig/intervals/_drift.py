@@ -52,7 +52,7 @@ def fit_drift(
     spread = max(float(offset.std()), floor)
     evidence, phases = np.empty(len(wanders) + 1), []
     since = (x - x[0]) / dx
-    slope, level = np.polyfit(since, offset, 1)
+    slope, level = np.polyfit(since, offset, 1) if since[-1] > 0 else (0.0, offset.mean())
     left_over = float(np.sum((offset - level - slope * since) ** 2))
     half_log_det = 0.5 * np.log(max(len(x) ** 2 * since.var(), 1e-300))
     evidence[0] = _normal(len(x), left_over, floor) - half_log_det

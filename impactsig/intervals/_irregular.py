@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ._locking import RATE_ERROR
-from ._tracking import harmonics, steady_rate, tracked_rate
+from ._tracking import harmonics, is_sparse, steady_rate, tracked_rate
 
 LOCKED_POWER = 18.0  # of a harmonic, of which noise has 1 on average before the rate is tracked
 PREDICTED = 7.0  # -ln of the p-value of a prediction that counts as none
@@ -25,7 +25,7 @@ def chaos_odds(cycles: np.ndarray | None, intervals: np.ndarray) -> float:
     intervals, against those of shuffled futures, as a normal deviate.
     """
     predicted = _prediction_odds(intervals)
-    if cycles is None:
+    if cycles is None or is_sparse(cycles):
         # measured chaos is often no more predictable than that: its absence says little
         return max(predicted, UNPREDICTED)
     power = 0.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from ._drift import WANDERS, Drift, fit_drift
 from ._slots import SlotFit, fit_slots
-from ._tracking import steady_rate, tracked_phase, tracked_rate
+from ._tracking import is_sparse, steady_rate, tracked_phase, tracked_rate
 
 WIDEST = 0.08  # [cycles] standard deviation of slots that are looked for
 LEAST_DUE = 0.72  # of the impacts that come must be due
@@ -61,6 +61,8 @@ def lock(
     and then the phase. Slots and drift are fitted in turn for the folds that explain the train best
     beforehand. `gaps` are in the cycles of the clock given; `steady` says that this is a tacho's.
     """
+    if not steady and is_sparse(cycles):
+        return []
     constant = cycles if steady else steady_rate(cycles, RATE_ERROR)
     first = _fits(cycles, constant, gaps, folds, floor, widest, attendance)
     if steady:

@@ -10,6 +10,7 @@ HARMONICS = np.arange(1, 9)
 WEIGHT = np.exp(-((0.11 * HARMONICS) ** 2))  # what jitter leaves of the harmonics
 LEAST_WINDOW = 20.0  # [cycles]
 WINDOW_IMPACTS = 14.0  # and at least so many impacts in a window, on average
+SPARSEST = 100.0  # cycles an impact
 WANDER = 0.0015  # standard deviation by which the rate changes, per square root of a cycle
 BLOCK = 30  # impacts of which one phase is read
 REACH = 0.12  # [cycles] by which the phase of a block may be off the one foretold
@@ -39,6 +40,14 @@ def steady_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:
             return cycles * rate
         tolerance = 2 * step
         window = min(6 * window, longest)
+
+
+def is_sparse(cycles: np.ndarray) -> bool:
+    """Whether impacts come so seldom by this clock that it says nothing of them.
+
+    No period is as long, and the rates to be tried grow with the time that eight impacts take.
+    """
+    return bool(cycles[-1] - cycles[0] > SPARSEST * len(cycles))
 
 
 def tracked_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:

@@ -484,3 +484,11 @@ def test_wrong_types_are_named(argument, known):
     with pytest.raises(InvalidInput) as caught:
         impactsig.identify_period(**{"impacts": train, **known})
     assert caught.value.argument == argument
+
+
+def test_impacts_at_one_instant_and_a_clock_far_too_fast_are_answered():
+    """Both ended in an error: a straight line through one place, and a table of all rates."""
+    together = Impacts.from_times([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 41.0])
+    assert not impactsig.identify_period(together, 1.0).recurs
+    sparse = Impacts.from_times(np.sort(np.random.default_rng(1).uniform(0, 1000, 40)))
+    assert not impactsig.identify_period(sparse, 1e-3).recurs
