@@ -148,51 +148,96 @@ class Nudged:
         return out
 
 
+class SpannedRun:
+    """A run whose parameter is moved in spans: its engines, where it stands and its rows.
+
+    Parameters
+    ----------
+    oscillator, method, chatter, phase, initial
+        As of `simulate`.
+    phases : tuple of (float, controller or None)
+        Which controller is on from when [forcing periods].
+    """
+
+    def __init__(
+        self,
+        oscillator: Oscillator,
+        phases: tuple[tuple[float, Any], ...],
+        *,
+        initial: Any,
+        phase: float,
+        method: Any,
+        chatter: float,
+    ) -> None:
+        self.oscillator, self.phase = oscillator, phase
+        self.engines = Nudged(oscillator, method, chatter, phase)
+        q, v = first_place(oscillator, initial, phase)
+        self.state, self.count = self.engines.engine.begin(q, v, phase)
+        self.clock = np.array([0.0, phase, 0.0])
+        self.first = row_of(START, self.clock, self.state, self.count)
+        self._rows = [np.array([self.first])]
+        self._phases = phases
+        self._starts = np.array([start for start, _ in phases])
+
+    def controller(self, time: float) -> Any:
+        """What is on at a time [forcing periods]; None where nothing is."""
+        k = int(np.searchsorted(self._starts, time, "right")) - 1
+        return self._phases[k][1] if k >= 0 else None
+
+    def span(self, how: Any, by: float, *, marked: bool) -> Engine:
+        """Begin a span with the parameter moved, with rows to sample it from; its engine."""
+        engine = self.engines.period(self.clock[TURNS], self.clock[PHASE], how, by)
+        if marked:  # one that begins at rest ends a stick and begins one
+            kinds = (RELEASE, STICK) if self.count[STUCK] else (MARK,)
+            here = self.clock, self.state, self.count
+            self._rows += [np.array([row_of(kind, *here)]) for kind in kinds]
+        return engine
+
+    def run(
+        self, engine: Engine, buffer: np.ndarray, end: tuple[float, float], legs: int
+    ) -> tuple[int, np.ndarray]:
+        """Run once, until the end or until the buffer is full: the status, and the new rows."""
+        found = engine.run(self.clock, self.state, self.count, buffer, *end, legs)
+        self._rows.append(buffer[: self.count[ROW_COUNT]].copy())
+        return found, self._rows[-1]
+
+    def motion(self, status: int) -> Motion:
+        """The motion so far."""
+        engines: Any = self.engines
+        return assemble(
+            self.oscillator, engines, self.phase, self.first, np.concatenate(self._rows),
+            self.clock, self.state, self.count, STATUS[status],
+        )  # fmt: skip
+
+
 def run_nudged(
     oscillator: Oscillator,
     phases: tuple[tuple[float, Any], ...],
     length: float,
     *,
-    initial: Any,
     phase: float,
-    method: Any,
-    chatter: float,
+    **options: Any,
 ) -> tuple[Motion, Nudged]:
     """The motion of an oscillator whose parameter is moved once in a period."""
-    going = Nudged(oscillator, method, chatter, phase)
-    q, v = first_place(oscillator, initial, phase)
-    state, count = going.engine.begin(q, v, phase)
-    clock = np.array([0.0, phase, 0.0])
-    first = row_of(START, clock, state, count)
-    rows, buffer, found = [np.array([first])], np.empty((CHUNK, COLUMNS)), DONE
-    starts = np.array([start for start, _ in phases])
+    going = SpannedRun(oscillator, phases, phase=phase, **options)
+    engines, state = going.engines, going.state
+    buffer, found = np.empty((CHUNK, COLUMNS)), DONE
     swing = pace(oscillator)
     for n in range(math.ceil(length - 1e-12)):
-        k = int(np.searchsorted(starts, n, "right")) - 1
-        how = phases[k][1] if k >= 0 else None
-        by = 0.0
+        how, by = going.controller(n), 0.0
         if how is not None:
             at, moving = base_motion(oscillator, swing * (TURN * n + phase))
-            x = float(going.place(count[MODE], state[Q]) + at)
-            by = _nudge(how, np.array([x, float(state[V] * going.omega + moving)]))
-        engine = going.period(clock[TURNS], clock[PHASE], how, by)
-        if n > 0:
-            rows += _marks(clock, state, count)
+            x = float(engines.place(going.count[MODE], state[Q]) + at)
+            by = _nudge(how, np.array([x, float(state[V] * engines.omega + moving)]))
+        engine = going.span(how, by, marked=n > 0)
         end = after(phase, min(n + 1.0, length))
-        count[LEG_COUNT] = 0
-        while True:
-            found = engine.run(clock, state, count, buffer, *end, LEGS_PER_PERIOD)
-            rows.append(buffer[: count[ROW_COUNT]].copy())
-            if found != FULL:
-                break
+        going.count[LEG_COUNT] = 0
+        found = FULL
+        while found == FULL:
+            found, _ = going.run(engine, buffer, end, LEGS_PER_PERIOD)
         if found != DONE:
             break
-    engine_of_all: Any = going
-    motion = assemble(
-        oscillator, engine_of_all, phase, first, np.concatenate(rows), clock, state, count,
-        STATUS[found],
-    )  # fmt: skip
-    return motion, going
+    return going.motion(found), engines
 
 
 def _nudge(how: OGY, state: np.ndarray) -> float:
@@ -201,9 +246,3 @@ def _nudge(how: OGY, state: np.ndarray) -> float:
     k = int(np.argmin(np.hypot(*((how.points - state) * scale).T)))
     by = -float(how.gain[k] @ (state - how.points[k]))
     return by if abs(by) <= how.limit else 0.0
-
-
-def _marks(clock: np.ndarray, state: np.ndarray, count: np.ndarray) -> list[np.ndarray]:
-    """Rows from which a period is sampled; one that begins at rest ends a stick and begins one."""
-    kinds = (RELEASE, STICK) if count[STUCK] else (MARK,)
-    return [np.array([row_of(kind, clock, state, count)]) for kind in kinds]
