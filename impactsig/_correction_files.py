@@ -29,11 +29,11 @@ def write(impacts: Impacts, recording: Any) -> Path:
     """As `Impacts.write_corrections`."""
     import csv
 
-    own, digest = channel_of(impacts), _digest(recording)
+    own, digest = channel_of(impacts), sha256(recording)[:DIGITS]
     lines = [line for line in read(recording) if line["channel"] != own]
     for line in impacts.settings.get("corrections", ()):
         lines.append({**line, "recording": digest})
-    target = _beside(recording)
+    target = beside(recording)
     with (
         atomic_path(target) as temporary,
         temporary.open("w", encoding="utf-8", newline="") as file,
@@ -67,7 +67,7 @@ def applied(impacts: Impacts, recording: Any) -> Impacts:
     if misfits:
         named = ", ".join(misfits[:NAMED]) + (", ..." if len(misfits) > NAMED else "")
         note = (
-            f"{len(misfits)} of {len(lines)} corrections in {_beside(recording).name} name no "
+            f"{len(misfits)} of {len(lines)} corrections in {beside(recording).name} name no "
             f"impact that was found, and were not made: {named}"
         )
         impacts = replace(impacts, notes=(*impacts.notes, note))
@@ -84,7 +84,7 @@ def read(recording: Any) -> list[dict[str, Any]]:
     """
     import csv
 
-    path = _beside(recording)
+    path = beside(recording)
     if not path.exists():
         return []
     try:
@@ -137,10 +137,10 @@ def _check_recording(known: set[str], recording: Any) -> None:
     """Refuse corrections that were made in another recording of this name."""
     if not known:
         return
-    digest = _digest(recording)
+    digest = sha256(recording)[:DIGITS]
     if known != {digest}:
         raise UnreadableFile(
-            _beside(recording),
+            beside(recording),
             f"corrections of another recording: {Path(recording).name} has changed since they "
             f"were made (SHA-256 {digest}..., not {(known - {digest}).pop()}...)",
             "Move the table away; or, if the impacts are the same ones, empty its column "
@@ -148,13 +148,21 @@ def _check_recording(known: set[str], recording: Any) -> None:
         )
 
 
-def _beside(recording: Any) -> Path:
+def beside(recording: Any) -> Path:
+    """The file of corrections of a recording."""
     return Path(f"{recording}{SUFFIX}")
 
 
-def _digest(recording: Any) -> str:
+def sha256(path: str | Path) -> str:
+    """SHA-256 of a file, in hexadecimal digits.
+
+    Raises
+    ------
+    UnreadableFile
+        If it cannot be read.
+    """
     try:
-        with Path(recording).open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()[:DIGITS]
+        with Path(path).open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
-        raise UnreadableFile(recording, f"cannot be read ({error.strerror})") from error
+        raise UnreadableFile(path, f"cannot be read ({error.strerror})") from error

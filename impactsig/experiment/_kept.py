@@ -11,17 +11,17 @@ Every file is written whole or not at all, so a run whose row is there is done.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
 from time import time
 from typing import Any
 
 from .._atomic import atomic_path
-from .._correction_files import SUFFIX
+from .._correction_files import beside, sha256
 from .._impact_tables import read_npz, write_npz
 from ..errors import ImpactsigError, InvalidInput, UnreadableFile, UnwritableFile
 from ..impacts import Impacts
+from ..studies._fingerprint import digest
 from ._run import Run
 
 CONTENTS = "contents.jsonl"
@@ -29,8 +29,6 @@ LASTING = {"InvalidInput": InvalidInput, "UnreadableFile": UnreadableFile}
 """Errors that the same content and settings give again."""
 SETTLED = 2.0
 """Age from which the time of a file tells that it has not changed [s]; clocks are coarse."""
-_BLOCK = 1 << 20
-_DIGITS = 32
 
 
 def content_of(path: Path) -> str:
@@ -41,28 +39,13 @@ def content_of(path: Path) -> str:
     UnreadableFile
         If it cannot be read.
     """
-    whole = hashlib.blake2b(digest_size=_DIGITS // 2)
-    for part in (path, corrections_of(path)):
-        if part is path or part.is_file():
-            try:
-                with part.open("rb") as file:
-                    while block := file.read(_BLOCK):
-                        whole.update(block)
-            except OSError as error:
-                raise UnreadableFile(part, f"cannot be read ({error.strerror})") from None
-        whole.update(b"\0end of a file")
-    return whole.hexdigest()
-
-
-def corrections_of(path: Path) -> Path:
-    """The file of corrections beside a recording."""
-    return path.with_name(path.name + SUFFIX)
+    corrections = beside(path)
+    return digest(f"{sha256(path)} {sha256(corrections) if corrections.is_file() else ''}")
 
 
 def key_of(content: str, settings: str, frequency: float | None) -> str:
     """The name of a run."""
-    whole = f"{content} {settings} {frequency!r}".encode()
-    return hashlib.blake2b(whole, digest_size=_DIGITS // 2).hexdigest()
+    return digest(f"{content} {settings} {frequency!r}")
 
 
 class Kept:
@@ -159,7 +142,7 @@ def _stamp(path: Path) -> list[int] | None:
         own = path.stat()
     except OSError:
         return None
-    beside = corrections_of(path)
-    other = beside.stat() if beside.is_file() else None
+    corrections = beside(path)
+    other = corrections.stat() if corrections.is_file() else None
     edited = (0, 0) if other is None else (other.st_size, other.st_mtime_ns)
     return [own.st_size, own.st_mtime_ns, *edited]

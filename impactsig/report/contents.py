@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import gzip
-import hashlib
 import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
+from .._correction_files import sha256
 from .._corrections import in_words
 from .._impact_columns import ERRORS, MEASURED
 from ..impacts import FLAG_NAMES, KINDS, flag_names
@@ -356,12 +356,6 @@ def _settings_of_dynamics(analysis: Analysis) -> list[tuple[str, str]]:
     if rows:
         rows.append(("seed", str(SEED)))
     return rows
-
-
-def sha256(path: str | Path) -> str:
-    """SHA-256 of a file, in hexadecimal digits."""
-    with Path(path).open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _level(impacts: Impacts) -> str:
