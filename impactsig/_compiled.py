@@ -10,6 +10,7 @@ must import that too, if only to say so.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import linecache
@@ -23,9 +24,11 @@ import numba
 from numba.core import sigutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.ccallback import CFunc
+from numba.core.compiler_lock import global_compiler_lock
 
 from . import _sources
 from ._private import private_directory
+from ._turns import Turn
 from .errors import ImpactsigWarning
 
 
@@ -68,9 +71,18 @@ def state(path: Path) -> str:
 def _keep(compiled: Any, function: Callable[..., Any]) -> None:
     """Give a compiled function its cache; numba has no public way to choose one."""
     try:
-        compiled._cache = _Cache(function)
+        cache = _Cache(function)
     except (OSError, RuntimeError):  # no directory can be written
         _warn("compiles its functions anew in every process")
+        return
+    compile_now = compiled.compile
+
+    def compile_in_turn(*arguments: Any) -> Any:
+        with global_compiler_lock, cache.turn.ended():
+            return compile_now(*arguments)
+
+    compiled._cache = cache
+    compiled.compile = compile_in_turn
 
 
 def _warn(instead: str) -> None:
@@ -155,6 +167,7 @@ class _Cache(FunctionCache):
         # The version is compared before anything else is read.
         self._cache_file._version += f" {code}"
         self._cache_file._source_stamp = code
+        self.turn = Turn(Path(self._cache_path) / f"{self._impl.filename_base}.lock")
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         """Without the bytecode, which a docstring changes: the stamp covers the code."""
@@ -162,7 +175,16 @@ class _Cache(FunctionCache):
         return signature, target, closure
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """What was kept for a signature, or None."""
+        """What was kept for a signature, perhaps by a process that has just compiled it."""
+        kept = self._read(sig, target_context)
+        if kept is None:
+            with contextlib.suppress(OSError):
+                self._impl.locator.ensure_cache_path()  # where the turn is taken
+            self.turn.take()
+            kept = self._read(sig, target_context)
+        return kept
+
+    def _read(self, sig: Any, target_context: Any) -> Any:
         try:
             if isinstance(self._impl.locator, _Temporary):
                 self._impl.locator.ensure_cache_path()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import resource
@@ -13,6 +14,7 @@ import pytest
 
 from impactsig import _compiled
 from impactsig._private import private_directory
+from impactsig._turns import Turn
 
 INNER = """
 from impactsig._compiled import njit
@@ -157,6 +159,77 @@ def test_state_is_of_what_is_imported_and_of_nothing_else(tmp_path):
     first = state()
     assert state(other="B = 2\n") == first
     assert state(names="A = 2\n") != first
+
+
+TWO_AT_ONCE = """
+import json, os, sys, time
+from pathlib import Path
+import numba
+from numba.core import event
+
+folder = Path(sys.argv[1])
+sys.path.insert(0, sys.argv[1])
+numba.njit(lambda x: 2 * x + 1)(5)  # loads what any compilation needs
+second = os.fork() == 0
+
+class Slow(event.Listener):  # the first has begun to compile, and takes its time over it
+    def on_start(self, event):
+        (folder / "begun").touch()
+        until = time.monotonic() + 20
+        while not (folder / "called").exists() and time.monotonic() < until:
+            time.sleep(0.01)
+        time.sleep(0.2)
+
+    def on_end(self, event):
+        pass
+
+from kernels.outer import outer
+if second:
+    while not (folder / "begun").exists():
+        time.sleep(0.01)
+    (folder / "called").touch()
+else:
+    event.register("numba:compile", Slow())
+value = outer(5)
+hits = {False: "first", True: "second"}[second]
+(folder / hits).write_text(json.dumps([value, sum(outer.stats.cache_hits.values())]))
+if not second:
+    assert os.wait()[1] == 0
+"""
+
+
+def test_of_two_processes_one_compiles_and_the_other_waits(package, tmp_path):
+    subprocess.run(
+        [sys.executable, "-c", TWO_AT_ONCE, str(tmp_path)], check=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )  # fmt: skip
+    assert json.loads((tmp_path / "first").read_text()) == [11, 0]
+    assert json.loads((tmp_path / "second").read_text()) == [11, 1]
+
+
+def test_a_turn_ends_with_what_it_was_taken_for(tmp_path):
+    """Also where that fails; and a process that has it does not wait for itself."""
+    turn = Turn(tmp_path / "turn")
+
+    def is_free():
+        with turn.path.open("w") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return False
+        return True
+
+    def fail():
+        with turn.ended():
+            turn.take()
+            with turn.ended():
+                turn.take()
+            assert not is_free()
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    assert is_free()
 
 
 # -- directories that cannot be written ------------------------------------------------------------
