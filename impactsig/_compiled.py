@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import sigutils
+from numba.core import sigutils, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.ccallback import CFunc
 from numba.core.compiler_lock import global_compiler_lock
@@ -29,6 +29,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from . import _sources
 from ._private import private_directory
 from ._turns import Turn
+from ._watched import watched
 from .errors import ImpactsigWarning
 
 
@@ -40,6 +41,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         dispatcher = compiled(function)
         if dispatcher is not function:  # as it is with NUMBA_DISABLE_JIT
             _keep(dispatcher, function)
+            _without_values(dispatcher)
         return dispatcher
 
     return keep
@@ -83,6 +85,31 @@ def _keep(compiled: Any, function: Callable[..., Any]) -> None:
 
     compiled._cache = cache
     compiled.compile = compile_in_turn
+
+
+def _without_values(dispatcher: Any) -> None:
+    """Compile for the types of arguments, and not again for each constant that is passed."""
+    template = dispatcher.get_call_template
+
+    def of_types(arguments: Any, named: dict[str, Any]) -> Any:
+        plain = {name: types.unliteral(kind) for name, kind in named.items()}
+        return template(tuple(map(types.unliteral, arguments)), plain)
+
+    dispatcher.get_call_template = of_types
+
+
+def _say_so() -> None:
+    """Tell whoever watches, once in a process, why this takes long."""
+    if not _said:
+        _said.append(True)
+        if watched():
+            print(
+                "impactsig: compiling for this machine, once (`impactsig warmup` compiles all)",
+                file=sys.stderr,
+            )
+
+
+_said: list[bool] = []
 
 
 def _warn(instead: str) -> None:
@@ -182,6 +209,8 @@ class _Cache(FunctionCache):
                 self._impl.locator.ensure_cache_path()  # where the turn is taken
             self.turn.take()
             kept = self._read(sig, target_context)
+        if kept is None:
+            _say_so()
         return kept
 
     def _read(self, sig: Any, target_context: Any) -> Any:

@@ -288,7 +288,7 @@ def demo(chosen: argparse.Namespace) -> None:
     from .report import analyse_to_page
 
     analysis, path = analyse_to_page(
-        _sample("loadcell_periodic_22.1Hz.wav"),
+        sample("loadcell_periodic_22.1Hz.wav"),
         "impactsig-demo.html",
         sensor="force",
         unit="V",
@@ -298,7 +298,7 @@ def demo(chosen: argparse.Namespace) -> None:
     print(f"report: {one_line(path.resolve())}")
 
 
-def _sample(name: str) -> Path:
+def sample(name: str) -> Path:
     """A sample recording: inside an installed package, or beside it in a checkout."""
     package = Path(__file__).resolve().parent
     places = (package / "_samples" / name, package.parent / "data_samples" / name)
@@ -306,6 +306,14 @@ def _sample(name: str) -> Path:
         if path.is_file():
             return path
     raise UnreadableFile(places[0], "the sample recording is missing", "Install impactsig again")
+
+
+def warmup(chosen: argparse.Namespace) -> None:
+    """Compile what the commands need, once, so that the first of each is as fast as the next."""
+    from ._warmup_command import warmed_up
+
+    for line in warmed_up(chosen.workers):
+        print(line)
 
 
 COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
@@ -320,6 +328,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
     "rig": rig,
     "experiment": experiment,
     "demo": demo,
+    "warmup": warmup,
 }
 
 
@@ -361,6 +370,8 @@ def _parser() -> argparse.ArgumentParser:
             )
         elif name == "experiment":
             _add_experiment(command)
+        elif name == "warmup":
+            command.add_argument("--workers", type=int, metavar="N", help=_PROCESSES)
         elif name == "compare":
             command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_EITHER)
         elif name != "demo":

@@ -26,7 +26,6 @@ from ._force import MOST_SAMPLES, Wanted, detect_force
 from ._merge import Columns, keep_first, merge
 from ._notes import force_notes
 from ._source import Gaps, Source, open_source
-from ._watching import compiling
 
 Polarity = Literal["auto", "positive", "negative"]
 _SIGNS = {"auto": 0.0, "positive": 1.0, "negative": -1.0}
@@ -270,20 +269,19 @@ def detect_channel(
         "dead_time": dead_time,
         "gaps": gaps,
     }
-    with compiling():
-        if kind == "sound":
-            refuse_other_than_default(
-                kind,
-                ("polarity", polarity, "auto"),
-                ("contact_level", contact_level, 0.0),
-                ("contact_time", contact_time, None),
-                ("threshold", threshold, None),
-            )
-            columns, run = _find_sound(opened, least_probability)
-        else:
-            chosen = chosen._replace(least_probability=parse_probability(least_probability))
-            wanted = Wanted(_SIGNS[polarity], chosen, level, relative, *span, skip_quiet)
-            columns, run = _find_force(opened, wanted, contact_level)
+    if kind == "sound":
+        refuse_other_than_default(
+            kind,
+            ("polarity", polarity, "auto"),
+            ("contact_level", contact_level, 0.0),
+            ("contact_time", contact_time, None),
+            ("threshold", threshold, None),
+        )
+        columns, run = _find_sound(opened, least_probability)
+    else:
+        chosen = chosen._replace(least_probability=parse_probability(least_probability))
+        wanted = Wanted(_SIGNS[polarity], chosen, level, relative, *span, skip_quiet)
+        columns, run = _find_force(opened, wanted, contact_level)
     if dead_time > 0:
         columns = keep_first(columns, dead_time)
     if merge_within > 0:

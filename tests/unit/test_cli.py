@@ -144,11 +144,11 @@ def test_demo_writes_its_report_here_and_says_what_it_found(capsys, tmp_path, mo
 def test_samples_are_found_inside_an_installed_package_first(tmp_path, monkeypatch):
     monkeypatch.setattr(cli, "__file__", str(tmp_path / "site" / "impactsig" / "cli.py"))
     with pytest.raises(UnreadableFile, match="sample recording is missing"):
-        cli._sample("a.wav")
+        cli.sample("a.wav")
     for folder in ("site/data_samples", "site/impactsig/_samples"):
         (tmp_path / folder).mkdir(parents=True)
         (tmp_path / folder / "a.wav").touch()
-        assert cli._sample("a.wav") == tmp_path / folder / "a.wav"
+        assert cli.sample("a.wav") == tmp_path / folder / "a.wav"
 
 
 # -- what goes wrong -------------------------------------------------------------------------

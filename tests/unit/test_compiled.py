@@ -142,6 +142,24 @@ def outer(x):
     assert run(package) == (8, 1, [])
 
 
+def test_a_constant_is_compiled_as_any_number(package, run):
+    """Once for its type, not once for each value."""
+    (package / "outer.py").write_text("""
+from impactsig._compiled import njit
+from .inner import inner
+
+@njit()
+def first(x):
+    return inner(1) + inner(2) + inner(-x) + inner(x=3)
+
+def outer(x):
+    return first(x) + 1000 * len(inner.signatures)
+
+outer.stats = first.stats
+""")
+    assert run(package) == (1002, 0, [])
+
+
 def test_state_is_of_what_is_imported_and_of_nothing_else(tmp_path):
     def state(**changed):
         texts = {

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
 import io
 import sys
 
 import numpy as np
-from numba import njit
 
 import impactsig
+from impactsig import _compiled
 from impactsig._watched import progress
-from impactsig.detect._watching import compiling
 
 
 class Terminal(io.StringIO):
@@ -18,7 +18,29 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_a_terminal_sees_progress_and_compilation(monkeypatch):
+KERNELS = """
+from impactsig._compiled import njit
+
+@njit()
+def first(x):
+    return x + 1
+
+@njit()
+def second(x):
+    return x + 2
+"""
+
+
+def compile_two(folder, monkeypatch):
+    (folder / "two_kernels.py").write_text(KERNELS)
+    monkeypatch.syspath_prepend(str(folder))
+    monkeypatch.setattr(_compiled, "_said", [])
+    kernels = importlib.import_module("two_kernels")
+    monkeypatch.delitem(sys.modules, "two_kernels")
+    assert (kernels.first(1), kernels.second(1)) == (2, 3)
+
+
+def test_a_terminal_sees_progress_and_compilation(monkeypatch, tmp_path):
     monkeypatch.setattr(sys, "stderr", Terminal())
     with progress(1000, "S", leave=False) as advance:
         advance.__self__.delay = 0
@@ -26,15 +48,12 @@ def test_a_terminal_sees_progress_and_compilation(monkeypatch):
         advance(500)
         advance.__self__.refresh()
     assert "50%" in sys.stderr.getvalue()
-    with compiling():
-        njit(lambda x: x + 1)(1)
-        njit(lambda x: x + 2)(1)
+    compile_two(tmp_path, monkeypatch)
     assert sys.stderr.getvalue().count("compiling") == 1
 
 
-def test_nobody_else_sees_anything(capfd):
+def test_nobody_else_sees_anything(capfd, monkeypatch, tmp_path):
     rec = impactsig.Recording(np.random.default_rng(0).standard_normal(10_000), 1000.0)
     impactsig.detect_impacts(rec)
-    with compiling():
-        njit(lambda x: x + 1)(1)
+    compile_two(tmp_path, monkeypatch)
     assert capfd.readouterr() == ("", "")
