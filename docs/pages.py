@@ -61,7 +61,13 @@ def write_api() -> dict[str, str]:
             for inner in module.__all__
             if inner not in impactsig.__all__
         ]
-    lines = ["API", "===", "", "What functions return is of the classes in ``impactsig.results``.", ""]
+    lines = [
+        "API",
+        "===",
+        "",
+        "What functions return is of the classes in ``impactsig.results``.",
+        "",
+    ]
     for title, names in groups.items():
         names.sort(key=lambda name: (name.split(".")[-1][0].isupper(), name))
         plain = title.replace("`", "``")
