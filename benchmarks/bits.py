@@ -149,7 +149,7 @@ def delayed_flow() -> list[Any]:
 
 
 @cache
-def saddle() -> im.PeriodicOrbit:
+def saddle() -> im.results.PeriodicOrbit:
     found = im.find_periodic_orbits(im.scenes.karpodinis(20.1), guesses=60)
     return next(orbit for orbit in found if abs(orbit.multipliers).max() > 1)
 

@@ -40,7 +40,7 @@ class Truth:
     """What the simulator did along a branch: its diagram and the train of every value."""
 
     branch: str
-    diagram: im.BifurcationDiagram
+    diagram: im.results.BifurcationDiagram
     trains: tuple[im.Impacts, ...]
 
 
@@ -85,7 +85,7 @@ def record(truth: Truth, folder: Path, noise: float, seed: int = 0) -> None:
         soundfile.write(place / f"{value:06.3f}Hz.wav", one.samples / 2, int(RATE), "PCM_24")
 
 
-def motion_in(diagram: im.BifurcationDiagram, k: int) -> str:
+def motion_in(diagram: im.results.BifurcationDiagram, k: int) -> str:
     """The motion of the simulator, in the words of an experiment."""
     if not diagram.periods[k]:
         return "aperiodic"

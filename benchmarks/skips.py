@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 
 import impactsig
-from impactsig import Force, Friction, Motion, Oscillator, Rigid, Stop, scenes
+from impactsig import Force, Friction, Oscillator, Rigid, Stop, scenes
+from impactsig.results import Motion
 
 from .detection import markdown
 from .simulation import seconds

@@ -24,7 +24,8 @@ from pathlib import Path
 
 import numpy as np
 
-from impactsig import Impacts, Periodicity, identify_period, track_period
+from impactsig import Impacts, identify_period, track_period
+from impactsig.results import Periodicity
 
 from .verdict_trains import KINDS, PERIOD, Train, chaotic_beam, jittered, noise_of, spoilt, train
 

@@ -7,7 +7,11 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from docutils.nodes import Node, TextElement
 from pages import write_api, write_bibliography, write_gallery
+from sphinx.addnodes import pending_xref
+from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 
 import impactsig
 
@@ -63,3 +67,21 @@ html_theme_options = {
 html_static_path = ["_static"]
 html_css_files = ["wide.css"]
 html_sidebars = {"start": [], "index": []}
+
+
+def setup(app: Sphinx) -> None:
+    """Docstrings name things as `impactsig` does, also those of `impactsig.results`."""
+    app.connect("missing-reference", _public_name)
+
+
+def _public_name(
+    app: Sphinx, env: BuildEnvironment, node: pending_xref, content: TextElement
+) -> Node | None:
+    if node.get("refdomain") != "py":
+        return None
+    domain, page, name = env.get_domain("py"), node["refdoc"], node["reftarget"]
+    for path in (f"impactsig.{name}", f"impactsig.results.{name}"):
+        found = domain.resolve_xref(env, page, app.builder, "obj", path, node, content)
+        if found is not None:
+            return found
+    return None

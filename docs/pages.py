@@ -41,19 +41,33 @@ def write_api() -> dict[str, str]:
     home = {part: title for title, parts in TITLES.items() for part in parts}
     groups: dict[str, list[str]] = {title: [] for title in TITLES}
     modules: dict[str, ModuleType] = {}
+
+    def add(path: str, value: object) -> None:
+        """Under the title of the room it is from: a result stands beside what returns it."""
+        groups[home[value.__module__.split(".")[1]]].append(path)
+
     for name in impactsig.__all__:
         value = getattr(impactsig, name)
-        if isinstance(value, ModuleType):
+        if value is impactsig.results:
+            for inner in value.__all__:
+                add(f"impactsig.{name}.{inner}", getattr(value, inner))
+        elif isinstance(value, ModuleType):
             modules[name] = value
         else:
-            groups[home[value.__module__.split(".")[1]]].append(f"impactsig.{name}")
+            add(f"impactsig.{name}", value)
     for name, module in modules.items():
         groups[f"`impactsig.{name}`"] = [
             f"impactsig.{name}.{inner}"
             for inner in module.__all__
             if inner not in impactsig.__all__
         ]
-    lines = ["API", "===", ""]
+    lines = [
+        "API",
+        "===",
+        "",
+        "What functions return is of the classes in ``impactsig.results``.",
+        "",
+    ]
     for title, names in groups.items():
         names.sort(key=lambda name: (name.split(".")[-1][0].isupper(), name))
         plain = title.replace("`", "``")

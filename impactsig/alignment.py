@@ -51,7 +51,7 @@ class Alignment(Shown):
 
     See Also
     --------
-    align_impacts, Combination
+    align_impacts, results.Combination
 
     Examples
     --------
@@ -135,7 +135,7 @@ def align_impacts(
 
     See Also
     --------
-    match_impacts, combine_impacts, Alignment
+    match_impacts, combine_impacts, results.Alignment
 
     Examples
     --------

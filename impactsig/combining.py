@@ -41,7 +41,7 @@ class Combination(Shown):
 
     See Also
     --------
-    combine_impacts, Alignment
+    combine_impacts, results.Alignment
 
     Examples
     --------

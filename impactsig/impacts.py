@@ -137,7 +137,7 @@ class Impacts:
 
     See Also
     --------
-    detect_impacts, Motion, compare
+    detect_impacts, results.Motion, compare
 
     Examples
     --------

@@ -34,7 +34,7 @@ class Matching(Shown):
 
     See Also
     --------
-    match_impacts, Alignment
+    match_impacts, results.Alignment
 
     Examples
     --------

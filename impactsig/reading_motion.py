@@ -58,7 +58,7 @@ def recorded_motion(
 
     See Also
     --------
-    RecordedMotion, plot.phase_portrait
+    results.RecordedMotion, plot.phase_portrait
 
     Examples
     --------

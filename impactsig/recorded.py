@@ -62,7 +62,7 @@ class RecordedMotion(Shown):
 
     See Also
     --------
-    recorded_motion, Motion, plot.phase_portrait
+    recorded_motion, results.Motion, plot.phase_portrait
 
     Examples
     --------

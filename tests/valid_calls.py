@@ -65,16 +65,16 @@ class Things:
         return driven(1.0)
 
     @cached_property
-    def orbit(self) -> im.PeriodicOrbit:
+    def orbit(self) -> im.results.PeriodicOrbit:
         return im.find_periodic_orbit(self.oscillator)
 
     @cached_property
-    def saddle(self) -> im.PeriodicOrbit:
+    def saddle(self) -> im.results.PeriodicOrbit:
         found = im.find_periodic_orbits(im.scenes.karpodinis(20.1), guesses=60)
         return next(orbit for orbit in found if abs(orbit.multipliers).max() > 1)
 
     @cached_property
-    def motion(self) -> im.Motion:
+    def motion(self) -> im.results.Motion:
         return im.simulate(self.oscillator, periods=20)
 
     @cached_property
@@ -82,7 +82,7 @@ class Things:
         return im.Cantilever(0.2, 0.02, 0.001, 2e11, 7800.0)
 
     @cached_property
-    def beam_motion(self) -> im.BeamMotion:
+    def beam_motion(self) -> im.results.BeamMotion:
         stop, base = im.Stop(1e-3, im.Rigid(0.7)), im.BaseMotion(1e-3, 10.0)
         return im.simulate(replace(self.beam, stop=stop, modes=3, forcing=base), periods=30)
 

@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 
 from impactsig import (
-    BifurcationDiagram,
     KelvinVoigt,
     Stop,
     bifurcation_diagram,
@@ -18,6 +17,7 @@ from impactsig import (
     simulate,
     stop_damping,
 )
+from impactsig.results import BifurcationDiagram
 
 from .rows import Found, Paper
 

@@ -6,7 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from impactsig import Ensemble, averaged_density, p_bifurcation, scenes, simulate_ensemble
+from impactsig import averaged_density, p_bifurcation, scenes, simulate_ensemble
+from impactsig.results import Ensemble
 
 from .rows import Found, Outcome, Paper
 

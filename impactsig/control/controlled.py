@@ -38,7 +38,7 @@ class ControlledMotion(Motion):
 
     See Also
     --------
-    Motion, Controlled, plot.control_force
+    results.Motion, Controlled, plot.control_force
 
     Examples
     --------

@@ -58,7 +58,7 @@ class Controlled:
 
     See Also
     --------
-    DelayedFeedback, OGY, ControlledMotion, ControlledFlowMotion
+    DelayedFeedback, OGY, results.ControlledMotion, results.ControlledFlowMotion
 
     Notes
     -----

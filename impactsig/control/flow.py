@@ -47,7 +47,7 @@ class ControlledFlowMotion(Shown):
 
     See Also
     --------
-    Controlled, plot.controlled_flow, FlowMotion
+    Controlled, plot.controlled_flow, results.FlowMotion
 
     Examples
     --------

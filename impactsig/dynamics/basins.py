@@ -44,7 +44,7 @@ class Attractor(Shown):
 
     See Also
     --------
-    basins_of_attraction, Basins
+    basins_of_attraction, results.Basins
 
     Examples
     --------
@@ -88,7 +88,7 @@ class Basins(Shown):
 
     See Also
     --------
-    basins_of_attraction, Attractor, plot.basins
+    basins_of_attraction, results.Attractor, plot.basins
 
     Examples
     --------

@@ -156,7 +156,7 @@ class EquivalenceError(Shown):
 
     See Also
     --------
-    equivalence_error, SoftStopFit
+    equivalence_error, results.SoftStopFit
 
     Examples
     --------
@@ -245,7 +245,7 @@ class SoftStopFit(Shown):
 
     See Also
     --------
-    fit_soft_stop, EquivalenceError
+    fit_soft_stop, results.EquivalenceError
 
     Examples
     --------

@@ -51,7 +51,7 @@ class FlowOrbit(Shown):
 
     See Also
     --------
-    find_periodic_orbit, PeriodicOrbit, plot.flow_orbit
+    find_periodic_orbit, results.PeriodicOrbit, plot.flow_orbit
 
     Examples
     --------

@@ -74,7 +74,7 @@ class LyapunovSpectrum(Shown):
 
     See Also
     --------
-    lyapunov_spectrum, LyapunovExponent, plot.lyapunov_convergence
+    lyapunov_spectrum, results.LyapunovExponent, plot.lyapunov_convergence
 
     Examples
     --------

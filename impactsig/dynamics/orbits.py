@@ -60,7 +60,7 @@ class PeriodicOrbit(Shown):
 
     See Also
     --------
-    find_periodic_orbit, FlowOrbit, Branch
+    find_periodic_orbit, results.FlowOrbit, results.Branch
 
     Examples
     --------

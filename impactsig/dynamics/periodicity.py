@@ -34,7 +34,7 @@ class OrbitPeriod(Shown):
 
     See Also
     --------
-    orbit_period, PeriodicOrbit
+    orbit_period, results.PeriodicOrbit
 
     Examples
     --------

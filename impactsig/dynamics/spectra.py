@@ -43,7 +43,7 @@ class LyapunovSpectra(Shown):
 
     See Also
     --------
-    lyapunov_spectrum, LyapunovSpectrum, OscillatorBatch
+    lyapunov_spectrum, results.LyapunovSpectrum, results.OscillatorBatch
 
     Examples
     --------

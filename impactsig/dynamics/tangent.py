@@ -49,7 +49,7 @@ class TangentMap(Shown):
 
     See Also
     --------
-    tangent_map, LyapunovSpectrum
+    tangent_map, results.LyapunovSpectrum
 
     Examples
     --------

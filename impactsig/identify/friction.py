@@ -60,7 +60,7 @@ class FrictionDecay(Shown):
 
     See Also
     --------
-    identify_friction, Resonance
+    identify_friction, results.Resonance
 
     Examples
     --------
@@ -144,7 +144,7 @@ def identify_friction(recording: Recording, *, level: float = 0.95) -> FrictionD
 
     See Also
     --------
-    identify_resonance, FrictionDecay
+    identify_resonance, results.FrictionDecay
 
     Examples
     --------

@@ -48,6 +48,19 @@ class Bounces(Shown):
     misfit : float
         Sum of the squared residuals over what the errors of the instants let expect; NaN where
         nothing is left to judge by. Above 1 the errors have been raised by its square root.
+
+    See Also
+    --------
+    restitution_from_bounces, results.ApparentRestitution
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Impacts, restitution_from_bounces
+    >>> drop = Impacts.from_times(np.cumsum(0.5 * 0.8 ** np.arange(8)), time_error=np.full(8, 1e-4))
+    >>> bounces = restitution_from_bounces(drop, contact_time=0.0)
+    >>> np.round(bounces.ratios[:3], 6)
+    array([0.8, 0.8, 0.8])
     """
 
     restitution: float

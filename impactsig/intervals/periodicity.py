@@ -75,7 +75,7 @@ class SpeedDrift(Shown):
 
     See Also
     --------
-    identify_period, Periodicity
+    identify_period, results.Periodicity
 
     Examples
     --------
@@ -152,7 +152,7 @@ class Periodicity(Shown):
 
     See Also
     --------
-    identify_period, PeriodTrack
+    identify_period, results.PeriodTrack
 
     Examples
     --------

@@ -36,7 +36,7 @@ class Split(Shown):
 
     See Also
     --------
-    repair_intervals, Repair, Join
+    repair_intervals, results.Repair, results.Join
 
     Examples
     --------
@@ -64,7 +64,7 @@ class Join(Shown):
 
     See Also
     --------
-    repair_intervals, Repair, Split
+    repair_intervals, results.Repair, results.Split
 
     Examples
     --------
@@ -98,7 +98,7 @@ class Repair(Shown):
 
     See Also
     --------
-    repair_intervals, Split, Join
+    repair_intervals, results.Split, results.Join
 
     Examples
     --------

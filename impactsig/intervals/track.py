@@ -65,7 +65,7 @@ class PeriodTrack(Shown):
 
     See Also
     --------
-    track_period, Periodicity, plot.period_track
+    track_period, results.Periodicity, plot.period_track
 
     Examples
     --------

@@ -25,7 +25,7 @@ class Blocks:
     Iterating yields `Recording` objects that follow each other without gap or overlap, each with
     its own `start`. Every iteration opens the file anew, so that iterations are independent.
 
-    Parameters
+    Attributes
     ----------
     rate : float
         Samples per second [Hz].
@@ -45,6 +45,17 @@ class Blocks:
         As in `Recording`.
     truncated : bool
         The file ends before its header says it does.
+
+    See Also
+    --------
+    read_blocks, Recording
+
+    Examples
+    --------
+    >>> from impactsig import read_blocks
+    >>> blocks = read_blocks("data_samples/loadcell_periodic_22.1Hz.wav", seconds=4.0)
+    >>> blocks.samples, blocks.rate, next(iter(blocks)).duration
+    (500000, 50000.0, 4.0)
     """
 
     rate: float

@@ -204,7 +204,7 @@ def power_spectrum(
 
     See Also
     --------
-    impactsig.Motion.power_spectrum, impactsig.plot.time_history
+    impactsig.results.Motion.power_spectrum, impactsig.plot.time_history
 
     Examples
     --------

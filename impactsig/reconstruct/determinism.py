@@ -34,7 +34,7 @@ class ReturnMapDeterminism(Shown):
 
     See Also
     --------
-    return_map_determinism, SurrogateTest
+    return_map_determinism, results.SurrogateTest
 
     Examples
     --------

@@ -134,7 +134,7 @@ class CorrelationDimension(Shown):
 
     See Also
     --------
-    correlation_dimension, CorrelationSum, plot.dimension
+    correlation_dimension, results.CorrelationSum, plot.dimension
 
     Examples
     --------

@@ -78,7 +78,7 @@ class LyapunovExponent(Shown):
 
     See Also
     --------
-    lyapunov_exponent, LyapunovSpectrum, plot.stretch_curve
+    lyapunov_exponent, results.LyapunovSpectrum, plot.stretch_curve
 
     Examples
     --------

@@ -59,7 +59,7 @@ class FalseNeighbors(Shown):
 
     See Also
     --------
-    false_nearest_neighbors, AveragedFalseNeighbors, plot.false_neighbors
+    false_nearest_neighbors, results.AveragedFalseNeighbors, plot.false_neighbors
 
     Examples
     --------
@@ -129,7 +129,7 @@ class AveragedFalseNeighbors(Shown):
 
     See Also
     --------
-    averaged_false_neighbors, FalseNeighbors
+    averaged_false_neighbors, results.FalseNeighbors
 
     Examples
     --------

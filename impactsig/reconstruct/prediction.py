@@ -41,7 +41,7 @@ class PredictionError(Shown):
 
     See Also
     --------
-    prediction_error, SurrogateTest, plot.prediction_error
+    prediction_error, results.SurrogateTest, plot.prediction_error
 
     Examples
     --------

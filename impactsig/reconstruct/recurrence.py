@@ -105,7 +105,7 @@ class RecurrenceQuantification(Shown):
 
     See Also
     --------
-    recurrence_quantification, RecurrencePlot
+    recurrence_quantification, results.RecurrencePlot
 
     Examples
     --------

@@ -60,7 +60,7 @@ class SurrogateTest(Shown):
 
     See Also
     --------
-    surrogate_test, Surrogates, plot.surrogate_test
+    surrogate_test, results.Surrogates, plot.surrogate_test
 
     Examples
     --------

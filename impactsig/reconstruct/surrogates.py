@@ -44,7 +44,7 @@ class Surrogates(Shown):
 
     See Also
     --------
-    surrogates, SurrogateTest
+    surrogates, results.SurrogateTest
 
     Examples
     --------

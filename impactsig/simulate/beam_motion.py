@@ -70,7 +70,7 @@ class BeamMotion(Shown):
 
     See Also
     --------
-    Cantilever, Motion, plot.tip_history
+    Cantilever, results.Motion, plot.tip_history
 
     Examples
     --------

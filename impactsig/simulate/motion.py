@@ -75,7 +75,7 @@ class Motion(Shown):
 
     See Also
     --------
-    simulate, BeamMotion, plot.phase_portrait
+    simulate, results.BeamMotion, plot.phase_portrait
 
     Examples
     --------

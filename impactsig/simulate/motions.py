@@ -50,7 +50,7 @@ class Motions(Shown, Sequence[Motion]):
 
     See Also
     --------
-    simulate_many, OscillatorBatch, Motion
+    simulate_many, results.OscillatorBatch, results.Motion
 
     Examples
     --------

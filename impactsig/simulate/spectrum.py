@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import choice, number, whole
+from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Cantilever
 from ..oscillators.flows import Flow
@@ -24,7 +25,7 @@ PER_PERIOD = 128
 
 
 @dataclass(frozen=True, eq=False)
-class PowerSpectrum:
+class PowerSpectrum(Shown):
     """One-sided power spectral density of a displacement or a velocity about its mean.
 
     Attributes
@@ -45,6 +46,19 @@ class PowerSpectrum:
         What moved.
     in_seconds : bool
         Whether frequencies are in Hz, and not in the unit of an oscillator that tells no seconds.
+
+    See Also
+    --------
+    results.Motion.power_spectrum, plot.power_spectrum
+
+    Examples
+    --------
+    >>> from impactsig import Force, Oscillator, simulate
+    >>> motion = simulate(Oscillator(damping=0.2, forces=(Force(1.0, 0.9),)), periods=200)
+    >>> spectrum = motion.power_spectrum("displacement")
+    >>> line = 1 / spectrum.forcing_period
+    >>> spectrum.power(line - 0.01, line + 0.01) / spectrum.power() > 0.99
+    True
     """
 
     frequency: np.ndarray

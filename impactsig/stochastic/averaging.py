@@ -57,7 +57,7 @@ class AveragedDensity(Shown):
 
     See Also
     --------
-    averaged_density, Ensemble, p_bifurcation
+    averaged_density, results.Ensemble, p_bifurcation
 
     Examples
     --------

@@ -58,7 +58,7 @@ class PBifurcation(Shown):
 
     See Also
     --------
-    p_bifurcation, DensityShape, plot.p_bifurcation
+    p_bifurcation, results.DensityShape, plot.p_bifurcation
 
     Examples
     --------

@@ -39,7 +39,7 @@ class Density(Shown):
 
     See Also
     --------
-    simulate_ensemble, JointDensity, plot.density
+    simulate_ensemble, results.JointDensity, plot.density
 
     Examples
     --------
@@ -93,7 +93,7 @@ class JointDensity(Shown):
 
     See Also
     --------
-    simulate_ensemble, Density, plot.joint_density
+    simulate_ensemble, results.Density, plot.joint_density
 
     Examples
     --------

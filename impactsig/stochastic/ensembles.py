@@ -77,7 +77,7 @@ class Ensemble(Shown):
 
     See Also
     --------
-    simulate_ensemble, averaged_density, NoisyMotion
+    simulate_ensemble, averaged_density, results.NoisyMotion
 
     Examples
     --------

@@ -50,7 +50,7 @@ class NoisyMotion(Shown):
 
     See Also
     --------
-    simulate, Ensemble, plot.noisy_motion
+    simulate, results.Ensemble, plot.noisy_motion
 
     Examples
     --------

@@ -34,7 +34,7 @@ class DensityShape(Shown):
 
     See Also
     --------
-    p_bifurcation, AveragedDensity
+    p_bifurcation, results.AveragedDensity
 
     Examples
     --------

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import _sources
+from .. import _public, _sources
 
 HOME, MAIN = __name__.partition(".")[0], "__main__"
 DIGITS = 32
@@ -249,7 +249,8 @@ def own_code(modules: frozenset[str], names: frozenset[str]) -> str:
     Of a package only those modules count that the functions name, since a package may be referred
     to as ``impactsig`` is in ``impactsig.simulate(...)``.
     """
-    where: dict[str, str] = sys.modules[HOME]._WHERE
+    listed = _public.FUNCTIONS | _public.RESULTS
+    where = {name: module or name for name, module in listed.items()}
     files: set[Path] = set()
     left = [_sources.ROOT.parent.joinpath(*name.split(".")) for name in modules]
     while left:
@@ -263,7 +264,10 @@ def own_code(modules: frozenset[str], names: frozenset[str]) -> str:
             left += [one for one in inside if _sources.module(one) is not None]
         if place != _sources.ROOT:
             files.add(file)
-    return digest(_sources.digest(_sources.reached(files or {_sources.ROOT / "__init__.py"})))
+    if not files:  # the functions name nothing of the package: they may use all of it
+        places = [_sources.ROOT.joinpath(*name.split(".")) for name in where.values()]
+        files = {file for file in map(_sources.module, places) if file is not None}
+    return digest(_sources.digest(_sources.reached(files)))
 
 
 def _is_path(name: str) -> bool:

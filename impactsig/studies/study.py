@@ -147,7 +147,7 @@ def open_study(directory: Any) -> Study:
 
     See Also
     --------
-    sweep, Study, plot.parameter_study
+    sweep, results.Study, plot.parameter_study
 
     Examples
     --------

@@ -17,7 +17,6 @@ from impactsig import (
     InvalidInput,
     KelvinVoigt,
     Oscillator,
-    OscillatorBatch,
     Rigid,
     Stop,
     lyapunov_spectrum,
@@ -25,6 +24,7 @@ from impactsig import (
     simulate,
     simulate_many,
 )
+from impactsig.results import OscillatorBatch
 from impactsig.simulate._columns import columns_of, spread
 from impactsig.simulate._modes import SHARED, stacks, tables
 

@@ -11,7 +11,6 @@ import pytest
 from impactsig import (
     OGY,
     Controlled,
-    ControlledMotion,
     DelayedFeedback,
     FixedStep,
     Flow,
@@ -36,6 +35,7 @@ from impactsig.control import _delayed
 from impactsig.control._line import cut
 from impactsig.dynamics._collocation import chebyshev
 from impactsig.oscillators import BaseMotion, Force
+from impactsig.results import ControlledMotion
 from impactsig.simulate._delay import bernstein
 
 BEAM = scenes.karpodinis(20.3355)

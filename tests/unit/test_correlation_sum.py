@@ -78,7 +78,9 @@ def test_slopes_of_a_power_law_are_its_exponent():
     counts = np.array([[4, 16, 256], [0, 1, 8]])
     pairs = np.array([1000, 900])
     sums = counts / pairs[:, None]
-    result = impactsig.CorrelationSum(radii, counts, pairs, (1, 2), 1, 0, "max", "step", 2.0, sums)
+    result = impactsig.results.CorrelationSum(
+        radii, counts, pairs, (1, 2), 1, 0, "max", "step", 2.0, sums
+    )
     np.testing.assert_allclose(result.local_slopes(), [[2, 2], [np.nan, 1.5]], rtol=1e-12)
     np.testing.assert_allclose(result.slope_radii, [2**0.5, 4])
 

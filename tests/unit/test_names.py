@@ -62,7 +62,8 @@ def test_what_is_assigned_to_a_name_stays(monkeypatch):
 
 def _public():
     """Every public callable: functions, classes and the public methods of these."""
-    places = {"": impactsig, "scenes.": impactsig.scenes, "flows.": impactsig.flows}
+    modules = ("results", "scenes", "flows")
+    places = {"": impactsig, **{f"{name}.": getattr(impactsig, name) for name in modules}}
     for prefix, place in places.items():
         for name in getattr(place, "__all__", vars(place)):
             thing = getattr(place, name)

@@ -11,7 +11,6 @@ matplotlib.use("Agg")
 from matplotlib.figure import Figure
 
 from impactsig import (
-    DensityShape,
     InvalidInput,
     Noise,
     Oscillator,
@@ -22,6 +21,7 @@ from impactsig import (
     plot,
     scenes,
 )
+from impactsig.results import DensityShape
 
 FAR = np.inf
 

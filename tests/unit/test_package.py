@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import pickle
 import re
 import subprocess
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import impactsig
-from impactsig import InvalidInput, MissingExtra, UnreadableFile, UnwritableFile
+from impactsig import InvalidInput, MissingExtra, UnreadableFile, UnwritableFile, _public
 
 
 def test_import_brings_in_nothing_heavy():
@@ -31,6 +32,39 @@ def test_every_public_name_is_there():
         assert name in dir(impactsig)
     with pytest.raises(AttributeError, match="no attribute 'detekt'"):
         _ = impactsig.detekt
+
+
+def test_the_public_names_are_verbs_and_what_one_makes():
+    """Classes that only functions make are in `results`, and nowhere else."""
+    assert len(impactsig.__all__) < 120
+    made = {name for name in impactsig.__all__ if _is_result(getattr(impactsig, name))}
+    assert made == {"Experiment"}  # made by its own method, `read`
+    assert all(_is_result(getattr(impactsig.results, name)) for name in impactsig.results.__all__)
+    assert not set(impactsig.results.__all__) & set(impactsig.__all__)
+    assert dir(impactsig.results) == impactsig.results.__all__
+    with pytest.raises(AttributeError, match="no attribute 'Motoin'"):
+        _ = impactsig.results.Motoin
+
+
+def _is_result(value):
+    """Whether it is a class that checks nothing of what it is made of."""
+    return (
+        isinstance(value, type)
+        and not issubclass(value, BaseException)
+        and "__post_init__" not in vars(value)
+    )
+
+
+@pytest.mark.parametrize("stub", ["__init__.pyi", "results.pyi"])
+def test_a_stub_is_read_as_a_type_checker_reads_it(stub):
+    text = (Path(impactsig.__file__).parent / stub).read_text(encoding="utf-8")
+    names = [
+        alias.asname
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    ]
+    assert sorted(names) == sorted(_public.listed(stub))
 
 
 @pytest.mark.parametrize(

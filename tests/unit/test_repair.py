@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from impactsig import Impacts, InvalidInput, Repair, measure, repair_intervals, scenes, simulate
+from impactsig import Impacts, InvalidInput, measure, repair_intervals, scenes, simulate
 from impactsig.impacts import INFERRED
+from impactsig.results import Repair
 
 T = 0.05
 

@@ -15,19 +15,12 @@ import impactsig as im
 from impactsig._showing import Shown
 from tests.unit.test_examples import ROOT, example
 
-GIVEN = {  # what a user makes: data, not results
-    *("BaseMotion", "Cantilever", "ContactSamples", "Controlled", "DelayedFeedback", "FixedStep"),
-    *("IntervalFeedback", "OscillatorBatch", "Rig"),
-    *("Flow", "Force", "Friction", "Hertz", "KelvinVoigt", "Limits", "LoadCell", "Microphone"),
-    *("Noise", "OGY", "Oscillator", "RawLayout", "Rigid", "RungeKutta", "Stop"),
+RESULTS = {
+    **{f"results.{name}": getattr(im.results, name) for name in im.results.__all__},
+    **{name: getattr(im, name) for name in ("Experiment", "Impacts", "Recording")},
 }
-RESULTS = [
-    name
-    for name in im.__all__
-    if isinstance(getattr(im, name), type)
-    and not issubclass(getattr(im, name), BaseException)
-    and name not in GIVEN
-]
+for name in ("Blocks", "OscillatorBatch"):  # what is still to be read, and to be moved
+    del RESULTS[f"results.{name}"]
 LONGEST = 420
 
 
@@ -47,7 +40,7 @@ def look(result) -> tuple[str, str]:
 
 def test_every_result_shows_itself():
     assert len(RESULTS) > 60
-    assert [name for name in RESULTS if not hasattr(getattr(im, name), "_repr_html_")] == []
+    assert [name for name, kind in RESULTS.items() if not hasattr(kind, "_repr_html_")] == []
 
 
 def test_a_period_is_a_line():
@@ -102,10 +95,10 @@ def test_the_result_of_its_example(name, monkeypatch):
     with contextlib.redirect_stdout(io.StringIO()):
         for one in example(name).examples:
             exec(compile(one.source, name, "single"), names)
-    made = [value for value in names.values() if isinstance(value, getattr(im, name))]
+    made = [value for value in names.values() if isinstance(value, RESULTS[name])]
     inner = [getattr(value, key) for value in names.values() for key in vars_of(value)]
     for value in [*inner, *[one for group in inner if isinstance(group, tuple) for one in group]]:
-        if type(value) is getattr(im, name):
+        if type(value) is RESULTS[name]:
             made.append(value)
     assert made, f"the example of {name} makes none"
     look(made[0])
