@@ -5,8 +5,14 @@ Truths: D2 of the beam's intervals over whole lacunar periods of 10^7 of them, 1
 1.21 +- 0.01, Lorenz's intervals 2.05 +- 0.02; closed forms for the sets of `UNSEEN`, by which no
 constant was chosen. That of a slope is the slope of a long noise-free series over the same scales.
 
-Every series adds a line to results/coverage.jsonl, so that a run that is broken off goes on where
-it was; `benchmarks.coverage_page` makes docs/dimension_coverage.md of all lines there are.
+Every series adds a line to results/coverage.jsonl as soon as it is measured, so that a run that is
+broken off goes on where it was. It goes round all cases, with more of the short series in a round.
+`benchmarks.coverage_page` makes docs/dimension_coverage.md of all lines there are. When the
+estimator changes, empty the file.
+
+Of the beam, one long orbit is cut into series that do not overlap. The first `TRAINS` of a case are
+given as impacts with their `time_error`, the others as intervals with that `timing_error`: these
+only skip the search for a forcing period, which takes 20 times the time of all the rest.
 
     python -m benchmarks.coverage [--series 200] [--case WORD ...]
 """
@@ -16,6 +22,7 @@ from __future__ import annotations
 import argparse
 import functools
 import json
+import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -30,6 +37,9 @@ from tests import series
 LINES = Path(__file__).parent / "results" / "coverage.jsonl"
 SIZES = (500, 2000, 10_000)
 LONG = 200_000
+SERIES, TRAINS = 200, 2
+ROUND = {500: 40, 2000: 20, 10_000: 5}
+"""Series of each size in a round, which takes about as long for each."""
 BEAMS = {20.1: (1.113, 1.1219), 20.3355: (1.0555, 1.0603)}
 
 
@@ -45,21 +55,28 @@ class Case(NamedTuple):
 
 @functools.cache
 def beam(frequency: float) -> tuple[np.ndarray, float]:
-    """A long series of the beam's intervals, and by how many e-folds an impact contracts."""
+    """Intervals of the beam for `SERIES` of the greatest size, and by how much an impact contracts.
+
+    In e-folds of areas.
+    """
     scene = scenes.karpodinis(frequency)
-    x = simulate(scene, periods=2 * LONG, transient=1000).impacts.intervals()[:LONG]
+    count = SERIES * SIZES[-1]
+    x = simulate(scene, periods=2 * count, transient=1000).impacts.intervals()[:count]
     return x, 2 * np.log(5) + scene.damping / scene.time_unit * x.mean()
 
 
 def of_beam(frequency: float, count: int, error: float, faults: float, seed: int):
-    """A stretch of the beam's impacts as an instrument sees them; those of seeds hardly overlap."""
+    """A stretch of the beam's impacts as an instrument sees them; those of seeds do not overlap."""
     x, contraction = beam(frequency)
-    begin = (seed * 7919 * 13) % (LONG - count)
+    begin = seed * count % (len(x) - count + 1)
     time = np.cumsum(np.concatenate(([0.0], x[begin : begin + count])))
     train = Impacts(time, time_error=np.zeros(count + 1))
     measured = impactsig.measure(train, jitter=error, missed=faults, spurious=faults, seed=seed)
-    options = {} if faults else {"contraction": contraction}
-    return measured.impacts, {"missed": faults, **options}
+    options = {"missed": faults, **({} if faults else {"contraction": contraction})}
+    if seed < TRAINS:
+        return measured.impacts, options
+    known = {"timing_error": error, "spurious": faults} if faults else {"timing_error": error}
+    return measured.impacts.intervals(), options | known
 
 
 def of_map(make, count: int, noise: float, seed: int):
@@ -266,8 +283,8 @@ def measured(case: Case, seed: int) -> dict:
 
 
 LONG_SERIES: dict[str, Callable[[], np.ndarray]] = {
-    "beam 20.1": lambda: beam(20.1)[0],
-    "beam 20.3355": lambda: beam(20.3355)[0],
+    "beam 20.1": lambda: beam(20.1)[0][:LONG],
+    "beam 20.3355": lambda: beam(20.3355)[0][:LONG],
     "Hénon": lambda: series.henon(LONG, 987),
     "Lorenz": lambda: series.lorenz_intervals(LONG, 987),
 }
@@ -301,6 +318,14 @@ HEAD = (
 )
 
 
+def share(held: int, count: int) -> str:
+    """In per cent, with the 95 % bounds of Clopper and Pearson."""
+    from scipy.stats import binomtest
+
+    low, high = binomtest(held, count).proportion_ci(0.95)
+    return f"{100 * held / count:.0f} ({100 * low:.0f}–{100 * high:.0f})"
+
+
 def summed_up(case: Case, lines: list[dict]) -> str:
     """A row of the table."""
 
@@ -312,19 +337,19 @@ def summed_up(case: Case, lines: list[dict]) -> str:
         ]
         if not known:
             return "– | –"
-        held = np.mean([one[1] - 1e-9 <= truth <= one[2] + 1e-9 for one, truth in known])
+        held = sum(one[1] - 1e-9 <= truth <= one[2] + 1e-9 for one, truth in known)
         half = np.mean([(one[2] - one[1]) / 2 for one, _ in known])
-        return f"{100 * held:.0f} | {half:.3f}"
+        return f"{share(held, len(known))} | {half:.3f}"
 
     def truth(value: float) -> str:
         return f"{value:.4g}" if np.isfinite(value) else "–"
 
     slopes = [true_slope(case, line) if case.long and "slope" in line else np.nan for line in lines]
-    answered = np.mean([line.get("d2") is not None for line in lines])
+    answered = sum(line.get("d2") is not None for line in lines)
     return (
         f"| {case.name} | {len(lines)} | {cells('slope', slopes)} | {truth(case.d2)} | "
-        f"{100 * answered:.0f} | {cells('d2', len(lines) * [case.d2])} | {truth(case.d1)} | "
-        f"{cells('d1', len(lines) * [case.d1])} |"
+        f"{share(answered, len(lines))} | {cells('d2', len(lines) * [case.d2])} | "
+        f"{truth(case.d1)} | {cells('d1', len(lines) * [case.d1])} |"
     )
 
 
@@ -343,26 +368,35 @@ def lines_there_are() -> dict[str, list[dict]]:
     return lines
 
 
+def go_on(case: Case, seeds: range, lines: list[dict]) -> None:
+    """Measure the series that `lines` lacks, and write each down at once."""
+    done = {line["seed"] for line in lines}
+    for seed in seeds:
+        if seed not in done:
+            lines.append(measured(case, seed))
+            with LINES.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(lines[-1]) + "\n")
+
+
 def main() -> None:
-    """Go on with the series that are missing."""
+    """Go on with the series that are missing, the shortest first."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--series", type=int, default=200)
+    parser.add_argument("--series", type=int, default=SERIES)
     parser.add_argument("--case", nargs="*", default=[], help="words that a name must hold")
     chosen = parser.parse_args()
     LINES.parent.mkdir(exist_ok=True)
     lines = lines_there_are()
+    cases = [case for case in all_cases() if all(word in case.name for word in chosen.case)]
+    for turn in range(math.ceil(chosen.series / min(ROUND.values()))):
+        for size in SIZES:
+            seeds = range(turn * ROUND[size], min((turn + 1) * ROUND[size], chosen.series))
+            for case in cases:
+                if case.name.endswith(f"n {size}"):
+                    go_on(case, seeds, lines[case.name])
     print(HEAD, end="")
     for case in all_cases():
-        if not all(word in case.name for word in chosen.case):
-            continue
-        done = {line["seed"] for line in lines[case.name]}
-        with LINES.open("a", encoding="utf-8") as file:
-            for seed in range(chosen.series):
-                if seed not in done:
-                    line = measured(case, seed)
-                    lines[case.name].append(line)
-                    file.write(json.dumps(line) + "\n")
-        print(summed_up(case, lines[case.name]), flush=True)
+        if case in cases:
+            print(summed_up(case, lines[case.name]), flush=True)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,17 @@ from matplotlib.ticker import NullFormatter
 from impactsig import correlation_dimension
 from tests import series
 
-from .coverage import BEAMS, HEAD, UNSEEN, all_cases, lines_there_are, of_beam, of_map, summed_up
+from .coverage import (
+    BEAMS,
+    HEAD,
+    UNSEEN,
+    all_cases,
+    lines_there_are,
+    of_beam,
+    of_map,
+    share,
+    summed_up,
+)
 
 PAGE = Path(__file__).parent.parent / "docs" / "dimension_coverage.md"
 FIGURE = PAGE.with_suffix(".svg")
@@ -24,13 +34,12 @@ FIGURE = PAGE.with_suffix(".svg")
 TEXT = """# What the intervals of the correlation dimension hold
 
 Made by `python -m benchmarks.coverage_page` of what `python -m benchmarks.coverage` measured,
-series by series. *Held* is the share of the 95 % intervals that hold the truth, ± their mean
-half-width.
+series by series. *Held* is the share of the 95 % intervals that hold the truth, with its own 95 %
+bounds (Clopper and Pearson) by the number of series, ± their mean half-width.
 The truth of a slope is the slope of a noise-free series of 200 000 values between the same two
 scales; where the truths of D2 and D1 are from is said in `benchmarks/coverage.py`. *Answered* is
 the share of the series for which a dimension is given; noise has none. The error of an instant or
-of a value is given, not estimated. Two standard deviations of
-a share of 95 % are {scatter}.
+of a value is given, not estimated.
 
 ![Local slopes](dimension_coverage.svg)
 
@@ -57,13 +66,8 @@ def pooled(lines: dict[str, list[dict]]) -> str:
         return ""
     return (
         f"Pooled over the {len(UNSEEN)} unseen sets: answered {answered} of {total} "
-        f"({answered / total:.0%}), held {held} of {answered} ({held / answered:.1%})."
+        f"({share(answered, total)} %), held {held} of {answered} ({share(held, answered)} %)."
     )
-
-
-def scatter(count: float) -> str:
-    """Two standard deviations of a share of 95 %, of the median number of series."""
-    return f"{200 * np.sqrt(0.95 * 0.05 / count):.0f} points of {count:.0f} series"
 
 
 SHOWN = (
@@ -120,9 +124,8 @@ def main() -> None:
     lines = lines_there_are()
     measured = [case for case in all_cases() if lines[case.name]]
     table = HEAD + "\n".join(summed_up(case, lines[case.name]) for case in measured) + "\n"
-    count = np.median([len(lines[case.name]) for case in measured])
     PAGE.write_text(
-        TEXT.format(scatter=scatter(count), table=table, pooled=pooled(lines)).rstrip() + "\n",
+        TEXT.format(table=table, pooled=pooled(lines)).rstrip() + "\n",
         encoding="utf-8",
     )
     draw()

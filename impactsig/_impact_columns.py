@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .impacts import Impacts
 
 ERRORS = ("time_error", "contact_time_error", "peak_error", "impulse_error")
+PROBABILITIES = ("probability", "stop_probability")
 COUNTS = {"pulses": 1, "stop_index": -1}
 """Whole numbers, and the least that each may be."""
 MEASURED = (
@@ -25,6 +26,7 @@ MEASURED = (
     *ERRORS,
     "probability",
     *COUNTS,
+    "stop_probability",
 )
 COLUMNS = ("time", *MEASURED, "flags")
 
@@ -39,7 +41,7 @@ def filled(name: str, values: np.ndarray, left: np.ndarray, right: np.ndarray) -
     """A column at impacts that were not measured, between the neighbours `left` and `right`."""
     if name in ERRORS:
         return np.full(len(left), np.inf)
-    if name == "probability":
+    if name in PROBABILITIES:
         return np.zeros(len(left))
     if name in COUNTS:
         return np.full(len(left), COUNTS[name])
@@ -148,7 +150,7 @@ def column(name: str, value: Any, length: int) -> np.ndarray:
         _require(name, array, array >= 0, "standard errors, 0 or greater")
         return array
     array = vector(name, value, length)
-    if name == "probability":
+    if name in PROBABILITIES:
         _require(name, array, (array >= 0) & (array <= 1), "probabilities, 0 to 1")
     elif name in COUNTS:
         least = COUNTS[name]

@@ -19,7 +19,7 @@ from .impacts import Impacts
 STRENGTH = 0.9
 """Quantile of its peaks that tells what a sensor makes of a strong impact."""
 IN_THE_UNIT = ("peak", "peak_error", "impulse", "impulse_error")
-OF_SEVERAL = ("time_error", "probability", "stop_index", "pulses")
+OF_SEVERAL = ("time_error", "probability", "stop_index", "stop_probability", "pulses")
 
 
 @dataclass(frozen=True, eq=False)

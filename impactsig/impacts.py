@@ -100,6 +100,9 @@ class Impacts:
     stop_index : array_like of int, shape (n,), optional
         Which stop was hit, -1 where that is not known; of a simulated impact its place in
         `Oscillator.stops`.
+    stop_probability : array_like, shape (n,), optional
+        Probability that this stop was hit, and no other, 0 to 1; of impacts that `separate_stops`
+        assigned by their sound. 0 where the stop is not known.
     flags : array_like of uint8, shape (n,), optional
         Bits `OPEN_START`, `OPEN_END`, `CLIPPED`, `UNRESOLVED`, `INFERRED`,
         `EDITED`.
@@ -162,6 +165,7 @@ class Impacts:
     probability: np.ndarray | None = None
     pulses: np.ndarray | None = None
     stop_index: np.ndarray | None = None
+    stop_probability: np.ndarray | None = None
     flags: np.ndarray = field(default_factory=lambda: np.empty(0, np.uint8))
     # Once made they are numbers; None only asks for the default.
     start: float = None  # type: ignore[assignment]

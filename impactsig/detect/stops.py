@@ -42,7 +42,7 @@ class StopSeparation(Shown):
     ----------
     impacts : Impacts
         With `stop_index`, if there are two kinds of sound: 0 for the kind of the first
-        impact.
+        impact; and with `stop_probability`, that of the stop assigned.
     probability : ndarray, shape (n, 2), or None
         Of either stop, for each impact.
     distance : float
@@ -121,11 +121,11 @@ def separate_stops(
     one = chosen_channel(recording, channel)
     if len(impacts) < FEWEST:
         reason = f"{len(impacts)} impacts are too few: {FEWEST} are needed"
-        return StopSeparation(replace(impacts, stop_index=None), None, 0.0, reason)
+        return StopSeparation(_unknown(impacts), None, 0.0, reason)
     colours = _colours(one, impacts.time)
     if not colours.any():
         reason = "the recording is silent at the impacts"
-        return StopSeparation(replace(impacts, stop_index=None), None, 0.0, reason)
+        return StopSeparation(_unknown(impacts), None, 0.0, reason)
     centred = colours - colours.mean(axis=0)
     u, s, _ = np.linalg.svd(centred, full_matrices=False)
     places = (u * s)[:, :COMPONENTS]
@@ -138,9 +138,18 @@ def separate_stops(
             f"the sounds form no two clusters: the best two are {distance:.1f} standard "
             f"deviations apart, {APART:g} are needed"
         )
-        return StopSeparation(replace(impacts, stop_index=None), None, distance, reason)
-    stop = np.argmax(probability, axis=1)
-    return StopSeparation(replace(impacts, stop_index=stop), probability, distance)
+        return StopSeparation(_unknown(impacts), None, distance, reason)
+    assigned = replace(
+        impacts,
+        stop_index=np.argmax(probability, axis=1),
+        # Sums of exponentials may round to a little more than 1.
+        stop_probability=np.minimum(probability.max(axis=1), 1.0),
+    )
+    return StopSeparation(assigned, probability, distance)
+
+
+def _unknown(impacts: Impacts) -> Impacts:
+    return replace(impacts, stop_index=None, stop_probability=None)
 
 
 def _colours(recording: Recording, time: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from ._fits import Fit, least_squares
 from ._kernel_sum import FLOOR, LARGEST, LEAST_PAIRS, KernelSum, kernel_sum
 from ._noise import Noise
 from ._slope import Slope, slope
+from ._unrelated import steepened
 from .dimension import CorrelationDimension, ScaleSlope
 
 KAPPA = 0.15
@@ -41,6 +42,9 @@ MOST_FAULTS = 0.12
 
 MOST_REPEATED = 0.01
 """Share of vectors equal to an earlier one, without rounding, beyond which nothing is counted."""
+
+FEWEST_SCALES = 3
+"""Of a slope."""
 
 FEW = 200
 """Vectors below which too few pairs decide for 95 % intervals."""
@@ -164,8 +168,10 @@ def _read(given: Setting, noise: Noise, embedding: int | None) -> _Read | None:
     m, largest, read = embedding or FIRST_EMBEDDING, LARGEST, None
     while True:
         sums = given.sums(noise, m, given.scales, largest)
-        if sums is None or len(sums.scales) < 3:
+        if sums is None or len(sums.scales) < FEWEST_SCALES:
             return read
+        if given.scales is None:
+            sums = sums.smallest(_related(given, noise, m, sums))
         read = _Read(m, sums, slope(sums, given.fit))
         wanted = min(math.floor(2 * read.slope.value) + 1, MOST_EMBEDDING)
         if embedding is not None or wanted <= m:
@@ -176,12 +182,33 @@ def _read(given: Setting, noise: Noise, embedding: int | None) -> _Read | None:
         m, largest = wanted, LARGEST_STEEP if steep else largest
 
 
+def _related(given: Setting, noise: Noise, m: int, sums: KernelSum) -> int:
+    """How many of the scales are to be read: where slopes rise and unrelated vectors explain it.
+
+    The largest are left out. Slopes also rise where an attractor is lacunar, and unrelated vectors
+    may not show because its extent lessens the slope: neither alone is a reason.
+    """
+    chance = steepened(sums.scales, sums.sums, given.values, m, given.theiler, noise.of_value**2)
+    logs, values = np.log(sums.scales), np.log(sums.sums)
+    count = len(logs)
+    while count > FEWEST_SCALES and chance[count - 1] > RISES:
+        last, rest = slice(count - FEWEST_SCALES, count), slice(count - 1)
+        if least_squares(logs[last], values[last]) - least_squares(logs[rest], values[rest]) < (
+            RISES
+        ):
+            break
+        count -= 1
+    return count
+
+
 def _again(
     given: Setting, noise: Noise, read: _Read, m: int, values: np.ndarray | None = None
 ) -> float | None:
     """The slope over the same scales of another embedding, noise or series."""
     sums = given.sums(noise, m, read.slope.scales, values=values)
-    return None if sums is None or len(sums.scales) < 3 else slope(sums, given.fit).value
+    return (
+        None if sums is None or len(sums.scales) < FEWEST_SCALES else slope(sums, given.fit).value
+    )
 
 
 def _moved_by_noise(given: Setting, noise: Noise, read: _Read) -> float:
@@ -195,7 +222,7 @@ def _moved_by_noise(given: Setting, noise: Noise, read: _Read) -> float:
     moved = []
     for one in (noise, high):
         sums = given.sums(one, read.embedding, (floor, top))
-        if sums is None or len(sums.scales) < 3:
+        if sums is None or len(sums.scales) < FEWEST_SCALES:
             return 0.5
         moved.append(slope(sums, given.fit).value)
     return abs(moved[1] - moved[0])
@@ -215,7 +242,7 @@ def _shift_by_faults(given: Setting, noise: Noise, read: _Read) -> float:
 def _rise(given: Setting, noise: Noise, read: _Read) -> float:
     """What one more coordinate adds to the slope over the same scales."""
     sums = given.sums(noise, read.embedding + 1, read.slope.scales)
-    if sums is None or len(sums.scales) < 3:
+    if sums is None or len(sums.scales) < FEWEST_SCALES:
         return math.inf
     same = read.sums.largest(len(sums.scales))
     return slope(sums, given.fit).value - slope(same, given.fit).value
@@ -238,6 +265,11 @@ def _why_not(
     if span >= LEAST_SPAN:
         if rise <= RISES:
             return "", ""
+        if not math.isfinite(rise):
+            return (
+                "with a further coordinate too few pairs are left to see whether the slope rises",
+                "more impacts",
+            )
         return (
             f"the slope still rises with a further coordinate, from {read.slope.value:.2f} by "
             f"{rise:.2f}, as that of noise does, or of a motion that expands distances beyond "

@@ -89,6 +89,16 @@ class KernelSum(NamedTuple):
             self.vectors,
         )
 
+    def smallest(self, count: int) -> KernelSum:
+        """The sums of the `count` smallest scales alone."""
+        return KernelSum(
+            self.scales[:count],
+            self.parts[..., :count],
+            self.pairs[..., :count],
+            self.raw[:count],
+            self.vectors,
+        )
+
 
 def kernel_sum(
     x: np.ndarray,

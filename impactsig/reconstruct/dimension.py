@@ -267,7 +267,9 @@ def correlation_dimension(
     whose mean is exactly that without noise. It grows as H^D2. The slope of ln K against ln H is
     read by least squares from H1 to H2: H1 is the greatest of 1.5 standard deviations of the noise,
     twice the resolution and the scale whose kernel sums to 60 pairs; at H2 is K = 0.03 (0.01 where
-    the slope is above 1.5). `fit` reads it otherwise.
+    the slope is above 1.5), or less where the slope rises there and vectors of unrelated values
+    explain it: with m coordinates, K_1(H)^m of the pairs are near by chance. `fit` reads it
+    otherwise.
 
     The slope is the primary result. Its interval is for the noise-free slope between the same two
     scales; it covers chance (a jackknife of 16 blocks of time) and, where they are, the doubt about

@@ -187,6 +187,8 @@ def table(impacts: Impacts, count: int) -> Table:
         columns.append(("probability", impacts.probability, 1.0, ".3f"))
     if impacts.stop_index is not None:
         columns.append(("stop", impacts.stop_index, 1, "stop"))
+    if impacts.stop_probability is not None:
+        columns.append(("stop probability", impacts.stop_probability, 1.0, ".3f"))
     heads = ("impact", *(printable(head) for head, *_ in columns), "flags")
     rows = tuple(
         (

@@ -131,4 +131,7 @@ def _columns(analysis: Analysis, chosen: np.ndarray) -> tuple[dict[str, Any], li
     if impacts.stop_index is not None:
         data["stop"] = impacts.stop_index[chosen]
         tips.append(("stop", "@stop"))
+    if impacts.stop_probability is not None:
+        data["sure"] = impacts.stop_probability[chosen].astype(np.float32)
+        tips.append(("probability of the stop", "@sure{0.000}"))
     return data, tips

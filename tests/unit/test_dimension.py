@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import erf
 
 import impactsig
 from impactsig import Impacts, InvalidInput, correlation_dimension
-from impactsig.reconstruct import _faults, _jackknife, _periodic, _tones
+from impactsig.reconstruct import _faults, _jackknife, _periodic, _tones, _unrelated
 from impactsig.reconstruct._kernel_sum import BLOCKS, kernel_sum
 from impactsig.reconstruct._noise import Noise, estimated
 from impactsig.reconstruct._slope import slope
@@ -372,6 +373,39 @@ def test_too_few_impacts_say_how_many_are_needed():
     assert more.dimension is not None
 
 
+def cat(count, seed):
+    """cos 2 pi x + sin 2 pi y / 2 of Arnold's cat map, which fills the torus."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(size=2)
+    found = np.empty(count)
+    for i in range(count):
+        x, y = (2 * x + y + 1e-15 * rng.uniform()) % 1.0, (x + y) % 1.0
+        found[i] = np.cos(2 * np.pi * x) + 0.5 * np.sin(2 * np.pi * y)
+    return found
+
+
+def test_scales_at_which_unrelated_vectors_are_near_are_left_out():
+    """D2 is 2; four steps expand by 47, and slopes over all scales were 2.2 on average."""
+    found = [correlation_dimension(cat(2000, seed), value_error=0.0) for seed in range(4)]
+    slopes = [one.slope.value for one in found]
+    assert abs(np.mean(slopes) - 2) < 0.1
+    assert all(one.interval[0] < 2 < one.interval[1] for one in found if one.dimension is not None)
+    assert sum(one.dimension is not None for one in found) >= 3
+
+
+def test_unrelated_values_steepen_the_slope_by_as_much_as_they_add():
+    """Of uniform values K_1 is an integral of (1 - d) exp(-d^2 / 4 H^2); near states add H^2."""
+    scales = np.geomspace(0.02, 0.08, 5)
+    root = np.exp(-1 / (4 * scales**2))
+    near = 2 * scales * np.sqrt(np.pi) * erf(1 / (2 * scales)) - 4 * scales**2 * (1 - root)
+    sums = scales**2 + near**3
+    values = np.random.default_rng(0).uniform(size=20_000)
+    found = _unrelated.steepened(scales, sums, values, 3, 2, 0.0)
+    steeper = np.gradient(np.log(sums), np.log(scales)) - 2
+    np.testing.assert_allclose(found[1:-1], steeper[1:-1], rtol=0.1)  # one-sided at the ends
+    assert np.all(np.isinf(_unrelated.steepened(scales, 0.8 * near**3, values, 3, 2, 0.0)))
+
+
 EXPANDING = {"five-fold": lambda x: 5 * x % 1, "Gauss": lambda x: 1 / x % 1}
 
 
@@ -379,22 +413,33 @@ EXPANDING = {"five-fold": lambda x: 5 * x % 1, "Gauss": lambda x: 1 / x % 1}
 def test_strongly_expanding_maps_have_dimension_1_or_are_refused(name):
     """Both fill [0, 1]; five-fold expansion is 125 over a vector, that of Gauss is unbounded.
 
-    The last coordinates then look like noise at all scales that 500 values reach: Gauss' map once
-    had a dimension of 1.2 to 1.5.
+    The last coordinates then look like noise at all but the smallest scales that 500 values reach:
+    Gauss' map once had a dimension of 1.2 to 1.5.
     """
-    refused = 0
+    answered = 0
     for seed in range(4):
         rng = np.random.default_rng(seed)
         x = rng.uniform(size=500)
         for i in range(1, 500):  # binary digits run out
             x[i] = (EXPANDING[name](x[i - 1]) + 1e-15 * rng.uniform()) % 1
         found = correlation_dimension(x, value_error=0.0)
-        if found.dimension is None:
-            refused += "still rises with a further coordinate" in found.reason
-        else:
+        if found.dimension is not None:
+            answered += 1
             assert found.interval[0] < 1 < found.interval[1]
-    assert refused > 0
-    assert found.slope is not None
+        else:
+            assert found.reason
+            assert "inf" not in found.reason
+    assert (answered > 0) == (name == "five-fold")
+
+
+def test_a_slope_that_rises_with_a_further_coordinate_is_no_dimension():
+    """Over scales that the caller chooses, and of Gauss' map, all that there are."""
+    x = np.random.default_rng(1).uniform(size=500)
+    for i in range(1, 500):
+        x[i] = 1 / x[i - 1] % 1
+    found = correlation_dimension(x, value_error=0.0, scales=(0.005, 0.1), dimension=3)
+    assert found.verdict == "slope"
+    assert "still rises with a further coordinate" in found.reason
 
 
 # -- missed and spurious impacts -------------------------------------------------------------

@@ -253,6 +253,7 @@ def test_the_covariance_of_intervals():
         ("stop_index", [0, 0.5], "0.5 at index 1"),
         ("pulses", [0, 1], "0.0 at index 0"),
         ("stop_index", [0, -2], "-2.0 at index 1"),
+        ("stop_probability", [0.5, 1.2], "1.2 at index 1"),
     ],
 )
 def test_what_is_known_of_impacts_must_make_sense(name, value, words):

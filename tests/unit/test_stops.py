@@ -12,9 +12,12 @@ from impactsig import (
     Recording,
     detect_impacts,
     match_impacts,
+    measure,
     separate_stops,
     synthesize,
 )
+from impactsig.detect._merge import merge
+from impactsig.report import contents
 
 MODES = ((2140.0, 6e-3, 1.0), (3710.0, 4e-3, 0.6), (5930.0, 2e-3, 0.4))
 
@@ -71,6 +74,41 @@ def test_stated_probabilities_hold():
             stated.append(found.probability.max(axis=1))
     assert len(stated) >= 3
     assert np.mean(np.concatenate(stated)) == pytest.approx(np.mean(np.concatenate(same)), abs=0.03)
+
+
+def test_the_probability_of_the_stop_is_a_column_that_goes_where_the_stop_goes(tmp_path):
+    """Through tables, files, merging, corrections, repair, the measuring chain and the report."""
+    truth, record = heard(71, apart=0.2, noise=0.7, count=120)
+    found = separate_stops(record, Impacts(truth.time + 1 / 343, start=0.0, duration=truth.stop))
+    train = found.impacts
+    np.testing.assert_array_equal(train.stop_probability, found.probability.max(axis=1))
+    assert 0.5 < train.stop_probability.min() < 1
+    assert train.to_frame()["stop_probability"].tolist() == train.stop_probability.tolist()
+    train.to_csv(tmp_path / "train.csv")
+    again = Impacts.read_csv(tmp_path / "train.csv")
+    np.testing.assert_array_equal(again.stop_probability, train.stop_probability)
+    np.testing.assert_array_equal(train[3:9].stop_probability, train.stop_probability[3:9])
+    added = train.edit(add=[0.001], reject=[train.time[5]])
+    assert (added.stop_index[0], added.stop_probability[0]) == (-1, 0.0)
+    np.testing.assert_array_equal(added.stop_probability[6:], train.stop_probability[6:])
+    kept = measure(train, missed=0.2, seed=1)
+    np.testing.assert_array_equal(
+        kept.impacts.stop_probability, train.stop_probability[kept.source]
+    )
+    shown = contents.table(train, 4)
+    assert shown.heads[-3:] == ("stop", "stop probability", "flags")
+    assert [row[-2] for row in shown.rows] == [f"{p:.3f}" for p in train.stop_probability[:4]]
+    assert separate_stops(record, train[:10]).impacts.stop_probability is None
+
+
+def test_merged_impacts_have_the_stop_probability_of_the_first():
+    columns = {
+        "time": [0.0, 1e-4, 1.0],
+        "peak": [1.0, 2.0, 1.0],
+        "stop_probability": [0.6, 0.9, 1.0],
+    }
+    merged = merge({name: np.array(values) for name, values in columns.items()}, 1e-3)
+    np.testing.assert_array_equal(merged["stop_probability"], [0.6, 1.0])
 
 
 def test_refusals_and_few():
