@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._shared_modes_fit import LEAST, Model, chosen_model
+from ._shared_modes_fit import LEAST, Model, chosen_model, shared_exponents
 from ._shared_modes_kernels import abruptness, crossings, high_passed
 from ._sound_edge import high_pass
 
@@ -137,11 +137,11 @@ class SharedModes:
         self.found.append(self._timed(waves))
 
     def _model(self, waves: np.ndarray) -> None:
-        sounds, crossed = self._heard(waves)
-        guess = crossed[:, 0].copy()
-        quiet = sounds[:, : round(QUIET * self.rate)]
-        noise = float(np.median(np.mean(quiet**2, axis=1)))
-        few = np.linspace(0, len(sounds) - 1, min(CHOOSE, len(sounds))).astype(int)
+        few = np.linspace(0, len(waves) - 1, min(CHOOSE, len(waves))).astype(int)
+        # Sounds that share nothing usually show it by a few.
+        if len(few) < len(waves) and not shared_exponents(*self._guessed(waves[few]), self.rate):
+            return
+        sounds, guess, noise = self._guessed(waves)
         model = chosen_model(sounds, guess, few, noise, self.rate, self.taps)
         if model is None:
             return
@@ -152,6 +152,12 @@ class SharedModes:
             self.model = model
             self.latency = float(np.median(late))
             self.spread = DEVIATION * float(np.median(np.abs(late - self.latency)))
+
+    def _guessed(self, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        """The filtered waves, where each crosses, and the noise of a sample before them."""
+        sounds, crossed = self._heard(waves)
+        quiet = sounds[:, : round(QUIET * self.rate)]
+        return sounds, crossed[:, 0].copy(), float(np.median(np.mean(quiet**2, axis=1)))
 
     def _timed(self, waves: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave; NaN where they are not known."""

@@ -9,6 +9,7 @@ from .._compiled import njit
 TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
 ALMOST = 1.0 - 1e-9  # times the greatest so far: less cannot exceed it, rounding included
+FACTORS = 16  # rises multiplied before their logarithm is taken: rounding bounds each by 1e14
 TILE = 8  # frames of a spectrum that are read side by side
 
 
@@ -69,8 +70,8 @@ def band_rise(power, lag, begin, background, freedom, per, out):
     bands, count = power.shape[0], out.shape[1]
     total, greatest = out
     out[:] = 0.0
-    ratio, bound, least = np.empty(count), np.empty(count), np.empty(count)
-    level = np.empty(count)
+    ratio, bound = np.empty(count), np.empty(count)
+    level, rise = np.empty(count), np.ones(count)
     for b in range(bands):
         now, then = power[b, begin : begin + count], power[b, begin - lag : begin - lag + count]
         lower = power[max(b - 1, 0), begin - lag : begin - lag + count]
@@ -88,12 +89,16 @@ def band_rise(power, lag, begin, background, freedom, per, out):
             noise *= TIMES_BACKGROUND
             before = before if before > noise else noise
             before = before if before > lower[i] else lower[i]
-            least[i] = before if before > upper[i] else upper[i]
+            before = before if before > upper[i] else upper[i]
+            rise[i] *= now[i] / before if now[i] > before > 0.0 else 1.0
         for i in range(count):
             if bound[i] > ALMOST * greatest[i]:
                 greatest[i] = max(greatest[i], half * (ratio[i] - 1.0 - np.log(ratio[i])))
-            if now[i] > least[i] > 0.0:
-                total[i] += np.log(now[i] / least[i])
+        if (b + 1) % FACTORS == 0 or b == bands - 1:
+            for i in range(count):
+                if rise[i] > 1.0:
+                    total[i] += np.log(rise[i])
+            rise[:] = 1.0
     total /= bands
 
 
@@ -120,9 +125,14 @@ def group_means(power, heard, per, out):
     for g in range(out.shape[1]):
         begin, end = g * per, min((g + 1) * per, power.shape[1])
         count = heard[begin:end].sum()
+        every = count == 0 or count == end - begin
         for b in range(out.shape[0]):
             total = 0.0
-            for k in range(begin, end):
-                if heard[k] or count == 0:
+            if every:
+                for k in range(begin, end):
                     total += power[b, k]
-            out[b, g] = total / (count if count else end - begin)
+            else:
+                for k in range(begin, end):
+                    if heard[k]:
+                        total += power[b, k]
+            out[b, g] = total / (end - begin if every else count)

@@ -21,7 +21,7 @@ from ._sound_band_kernels import gather, shape
 WINDOW = 23.2e-3  # [s]
 PER_OCTAVE = 24
 LOWEST, HIGHEST = 30.0, 17e3  # [Hz]
-BATCH = 64  # frames transformed together
+BATCH = 128  # frames transformed together
 FAINTEST = -500  # power of 2 whose square is still a number; less is silence
 ROUNDING = 2.0**-22  # of the numbers transformed, relative to the greatest
 
@@ -44,8 +44,7 @@ def bands_at(rate: float, hop: int) -> Bands:
     """The bands at a sampling rate."""
     from scipy import fft
 
-    size = fft.next_fast_len(2 * round(WINDOW * rate / 2), real=True)
-    size += size % 2
+    size = 2 * fft.next_fast_len(round(WINDOW * rate / 2), real=True)
     window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(size) / size)
     step = rate / size
     centre = [LOWEST]
@@ -85,11 +84,10 @@ def degrees_of_freedom(bands: Bands, frames: int) -> np.ndarray:
         together += share * np.abs(np.fft.fft(overlap)[:widest]) ** 2
     index = np.arange(widest)
     covariance = together[np.abs(np.subtract.outer(index, index))]
-    variance = []
-    for weights in np.split(bands.weights.astype(float), np.cumsum(bands.width)[:-1]):
-        among = np.ascontiguousarray(covariance[: len(weights), : len(weights)])
-        variance.append(weights @ among @ weights)
-    return 2.0 * bands.gain**2 / np.array(variance)
+    weights = np.zeros((len(bands.width), widest))
+    weights[index < bands.width[:, None]] = bands.weights
+    variance = np.einsum("bi,ij,bj->b", weights, covariance, weights, optimize=True)
+    return np.asarray(2.0 * bands.gain**2 / variance)
 
 
 def band_powers(x: np.ndarray, left: int, frames: int, bands: Bands) -> np.ndarray:
