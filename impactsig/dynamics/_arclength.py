@@ -21,6 +21,7 @@ from .orbits import PeriodicOrbit, orbit_of, shooting_of
 FIRST, LONGEST, SHORTEST = 0.01, 0.04, 1e-9  # steps along the branch, in units of its extent
 CORRECTIONS = 8
 FLAT = 1e-6  # change of the parameter, in units of the range, to differentiate by
+MOVED = 1e-3  # step of the correction after which that derivative is taken again
 FAINT = 1e-3  # least approach velocity, of the greatest it has been, at which a grazing is near
 CLOSING = 40  # last points whose clearance is looked at
 CLOSE = 0.2  # way from the section to the nearest impact, of that from the middle between two
@@ -88,7 +89,7 @@ class Continuation:
 
     def point(self, place: np.ndarray, along: np.ndarray, ahead: np.ndarray) -> _Point | None:
         """The orbit on the plane through a place, normal to `along`; None where there is none."""
-        guess = place
+        guess, moved, column = place, math.inf, np.empty(0)
         for iterations in range(CORRECTIONS):
             parameter = float(place[-1] * self.unit[-1])
             anchor = guess[:-1] * self.unit[:-1]
@@ -100,13 +101,19 @@ class Continuation:
             gap = gap / unit
             slopes = np.empty((len(place), len(place)))
             slopes[:-1, :-1] = shooting.slopes(here, unit)
-            slopes[:-1, -1] = self._by_parameter(state, parameter, here.impacts, anchor)
+            current = moved > MOVED
+            if current:
+                column = self._by_parameter(state, parameter, gap, here.impacts, anchor)
+            slopes[:-1, -1] = column
             slopes[-1] = along
             if not np.isfinite(slopes).all():
                 return None
             try:
                 step = -np.linalg.solve(slopes, [*gap, along @ (place - guess)])
                 if residual <= self.options["tolerance"] and np.abs(step).max() < 1e-7:
+                    if not current:
+                        column = self._by_parameter(state, parameter, gap, here.impacts, anchor)
+                        slopes[:-1, -1] = column
                     tangent = np.linalg.solve(slopes, np.eye(len(place))[-1])
                     tangent /= np.linalg.norm(tangent)
                     tangent *= 1 if tangent @ ahead > 0 else -1
@@ -116,24 +123,28 @@ class Continuation:
                     return _Point(place, tangent, orbit, parameter, iterations)
             except np.linalg.LinAlgError:
                 return None
-            place = place + step
+            place, moved = place + step, float(np.abs(step).max())
             if np.abs(place - guess).max() > 2 * LONGEST:
                 return None
         return None
 
     def _by_parameter(
-        self, state: np.ndarray, parameter: float, impacts: int, anchor: np.ndarray
+        self, state: np.ndarray, parameter: float, gap: np.ndarray, impacts: int, anchor: np.ndarray
     ) -> np.ndarray:
-        """Derivative of the map by the parameter, scaled; from one side where the other grazes."""
-        h, known = FLAT, []
-        for sign in (1, 0, -1):
-            beside = self.map(parameter + sign * h * self.unit[-1], anchor)
-            _, gap, here = beside.off(state)
+        """Derivative of the map by the parameter, scaled; from one side where the other grazes.
+
+        `gap` is how far the return is off at the parameter itself, scaled.
+        """
+        sides = []
+        for sign in (1, -1):
+            beside = self.map(parameter + sign * FLAT * self.unit[-1], anchor)
+            _, off, here = beside.off(state)
             if here is not None and here.impacts == impacts:
-                known.append((sign * h, gap / self.unit[:-1]))
-        if len(known) < 2:
+                sides.append((sign * FLAT, off / self.unit[:-1]))
+        if not sides:
             return np.full(len(state), math.nan)
-        return (known[0][1] - known[-1][1]) / (known[0][0] - known[-1][0])
+        (h, up), (low, down) = sides[0], sides[1] if len(sides) == 2 else (0.0, gap)
+        return (up - down) / (h - low)
 
     def follow(self, most: int) -> Branch:
         """Step along the branch to its end."""
