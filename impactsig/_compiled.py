@@ -21,10 +21,11 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import sigutils, types
+from numba.core import sigutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.ccallback import CFunc
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.types import unliteral  # type: ignore[attr-defined]
 
 from . import _sources
 from ._private import private_directory
@@ -92,8 +93,8 @@ def _without_values(dispatcher: Any) -> None:
     template = dispatcher.get_call_template
 
     def of_types(arguments: Any, named: dict[str, Any]) -> Any:
-        plain = {name: types.unliteral(kind) for name, kind in named.items()}
-        return template(tuple(map(types.unliteral, arguments)), plain)
+        plain = {name: unliteral(kind) for name, kind in named.items()}
+        return template(tuple(map(unliteral, arguments)), plain)
 
     dispatcher.get_call_template = of_types
 

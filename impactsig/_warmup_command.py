@@ -92,7 +92,7 @@ def _stepped(_: Path) -> None:
 
 def _noise(_: Path) -> None:
     from .oscillators import scenes
-    from .stochastic import simulate_ensemble
+    from .stochastic.ensembles import simulate_ensemble
 
     simulate_ensemble(scenes.van_der_pol_duffing(), paths=4, duration=20.0, seed=1)
 
@@ -102,7 +102,8 @@ def _exponents(_: Path) -> None:
     from .oscillators import scenes
 
     lyapunov_spectrum(scenes.karpodinis(20.1), periods=20)
-    lyapunov_spectrum(scenes.karpodinis(np.array([20.1, 22.1])), periods=20)
+    both = scenes.karpodinis(np.array([20.1, 22.1]))  # type: ignore[arg-type]
+    lyapunov_spectrum(both, periods=20)
 
 
 def _orbits(_: Path) -> None:
