@@ -41,7 +41,7 @@ if {name for name in places if not name.endswith(".dist-info")} != {"impactsig"}
 
 with tempfile.TemporaryDirectory() as work:
     with tarfile.open(sdist) as packed:
-        packed.extractall(work, filter="data")
+        packed.extractall(work)  # our own; `filter` came with Python 3.11.4
     (sources,) = Path(work).iterdir()
     shutil.rmtree(sources / "impactsig")  # the tests of the sdist, the code of the wheel
     installed = Path(work) / "installed"
