@@ -172,17 +172,6 @@ def beta(count: int, seed: int) -> np.ndarray:
     return found
 
 
-def cat(count: int, seed: int) -> np.ndarray:
-    """cos 2 pi x + sin 2 pi y / 2 of Arnold's cat map, which fills the torus."""
-    rng = np.random.default_rng(seed)
-    x, y = rng.uniform(size=2)
-    found = np.empty(count)
-    for i in range(count):
-        x, y = (2 * x + y + 1e-15 * rng.uniform()) % 1.0, (x + y) % 1.0
-        found[i] = np.cos(2 * np.pi * x) + 0.5 * np.sin(2 * np.pi * y)
-    return found
-
-
 def solenoid(count: int, seed: int) -> np.ndarray:
     """x + y / 2 + cos t / 2 of the Smale-Williams solenoid that contracts by 0.3."""
     rng = np.random.default_rng(seed)
@@ -208,7 +197,7 @@ UNSEEN = {
     "skew tent": (skew_tent, 1.0),
     "Gauss": (gauss, 1.0),
     "golden beta": (beta, 1.0),
-    "cat": (cat, 2.0),
+    "cat": (series.cat, 2.0),
     "solenoid": (solenoid, 1 - np.log(2) / np.log(0.3)),
 }
 

@@ -159,3 +159,14 @@ def torus(count: int, seed: int = 0, frequencies: int = 2) -> np.ndarray:
 def noisy(x: np.ndarray, share: float, seed: int = 0) -> np.ndarray:
     """`x` with Gaussian noise of `share` of its standard deviation."""
     return x + share * x.std() * np.random.default_rng([seed, 7]).standard_normal(len(x))
+
+
+def cat(count: int, seed: int) -> np.ndarray:
+    """cos 2 pi x + sin 2 pi y / 2 of Arnold's cat map, which fills the torus."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(size=2)
+    found = np.empty(count)
+    for i in range(count):
+        x, y = (2 * x + y + 1e-15 * rng.uniform()) % 1.0, (x + y) % 1.0
+        found[i] = np.cos(2 * np.pi * x) + 0.5 * np.sin(2 * np.pi * y)
+    return found

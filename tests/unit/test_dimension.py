@@ -15,7 +15,7 @@ from impactsig.reconstruct._slope import slope
 from impactsig.reconstruct._values import exact_period, quantum
 
 from .. import naive_reconstruct
-from ..series import henon, lorenz_intervals, noisy, torus
+from ..series import cat, henon, lorenz_intervals, noisy, torus
 
 
 @pytest.fixture(scope="module")
@@ -371,17 +371,6 @@ def test_too_few_impacts_say_how_many_are_needed():
     assert 300 < needed < 3000
     more = correlation_dimension(lorenz_intervals(2 * needed), 4, theiler=6, value_error=0.0)
     assert more.dimension is not None
-
-
-def cat(count, seed):
-    """cos 2 pi x + sin 2 pi y / 2 of Arnold's cat map, which fills the torus."""
-    rng = np.random.default_rng(seed)
-    x, y = rng.uniform(size=2)
-    found = np.empty(count)
-    for i in range(count):
-        x, y = (2 * x + y + 1e-15 * rng.uniform()) % 1.0, (x + y) % 1.0
-        found[i] = np.cos(2 * np.pi * x) + 0.5 * np.sin(2 * np.pi * y)
-    return found
 
 
 def test_scales_at_which_unrelated_vectors_are_near_are_left_out():
