@@ -492,3 +492,12 @@ def test_impacts_at_one_instant_and_a_clock_far_too_fast_are_answered():
     assert not impactsig.identify_period(together, 1.0).recurs
     sparse = Impacts.from_times(np.sort(np.random.default_rng(1).uniform(0, 1000, 40)))
     assert not impactsig.identify_period(sparse, 1e-3).recurs
+
+
+def test_the_answer_is_kept_for_the_same_question_alone():
+    train = Impacts.from_times(0.1 * np.arange(60) + 0.03 * (np.arange(60) % 2))
+    found = impactsig.identify_period(train, 0.1)
+    assert impactsig.identify_period(train, 0.1) is found
+    assert found.name == "period(2,2)"
+    assert impactsig.identify_period(train, 0.2).name == "period(2,1)"
+    assert impactsig.identify_period(Impacts.from_times(train.time), 0.1) is not found
