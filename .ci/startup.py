@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 
-HEAVY = {"numba", "matplotlib", "pandas", "scipy", "bokeh", "soundfile"}
+HEAVY = {"numba", "matplotlib", "pandas", "scipy", "soundfile"}
 PROBE = f"import impactsig, sys; print(*sorted({HEAVY!r} & set(sys.modules)))"
 
 

@@ -36,10 +36,10 @@ TEXT = """# What the intervals of the correlation dimension hold
 Made by `python -m benchmarks.coverage_page` of what `python -m benchmarks.coverage` measured,
 series by series. *Held* is the share of the 95 % intervals that hold the truth, with its own 95 %
 bounds (Clopper and Pearson) by the number of series, ± their mean half-width.
-The truth of a slope is the slope of a noise-free series of 200 000 values between the same two
-scales; where the truths of D2 and D1 are from is said in `benchmarks/coverage.py`. *Answered* is
-the share of the series for which a dimension is given; noise has none. The error of an instant or
-of a value is given, not estimated.
+The truth of a slope is that of a noise-free series of 200 000 values, read at the same scales; only
+series whose scales that reaches count for it. Where the truths of D2 and D1 are from is said in
+`benchmarks/coverage.py`. *Answered* is the share of the series for which a dimension is given;
+noise has none. The error of an instant or of a value is given, not estimated.
 
 ![Local slopes](dimension_coverage.svg)
 

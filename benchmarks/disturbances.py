@@ -131,6 +131,13 @@ def hum(seed, duration=DURATION, *, contact, strength) -> Truth:
     return add(truth, strength * wave)
 
 
+def coupled(seed, duration=DURATION, *, contact, constant, noise=0.1) -> Truth:
+    """A sensor behind a high-pass of the first order with that time constant, noise after it."""
+    truth, turn = stationary(seed, duration, contact=contact, noise=0), 2 * constant * RATE
+    passed = signal.lfilter([turn, -turn], [turn + 1, 1 - turn], truth.samples)
+    return add(replace(truth, samples=passed), noise * chance(seed).standard_normal(len(passed)))
+
+
 def drawn(seed, duration, contact: Callable, second: Callable | None = None) -> Truth:
     """Pulses of contact times `contact(rng, count)`, 8 ms and more between one and the next.
 
@@ -271,6 +278,11 @@ def records(duration: float = DURATION) -> list[Case]:
     for contact in (1, 2, 3):
         for s in (0.1, 0.2, 0.5, 1):
             put(f"hum, {contact} ms, {s}", hum, contact=contact * 1e-3, strength=s)
+    for contact, noise in ((1, 0.1), (3, 0.1), (3, 0.001)):
+        for constant in (1, 2, 5, 20):
+            name = f"AC coupling of {constant} ms, {contact} ms, noise {noise}"
+            options = {"contact": contact * 1e-3, "constant": constant * 1e-3, "noise": noise}
+            put(name, coupled, **options)
     for ratio in (3, 10, 30):
         put(f"widths, {ratio}", widths, ratio=ratio)
     for count in (3, 2, 1.5, 1, 0.7):

@@ -7,8 +7,9 @@ from the instants alone. The soft stop's restitution is that of its free contact
 
 A fit is wrong where a parameter is off by more than the width of its interval, which is four
 standard errors, and by more than 0.1 (restitution), 10 % (amplitude) or 40 % (damping). It is
-silent where it reports no misfit. A parameter without an interval is not counted. Writes
-results/misfit.jsonl, one line a machine, and continues where that file ends.
+silent where it reports no misfit; from instants alone, where it warns that they do not tell a soft
+stop from a rigid one, it is "unsure" instead. A parameter without an interval is not counted.
+Writes results/misfit.jsonl, one line a machine, and continues where that file ends.
 
     python -m benchmarks.misfit [last seed [first seed [file]]]
 """
@@ -108,8 +109,9 @@ def fitted(seed: int) -> dict[str, Any]:
     except Exception as error:
         return row | {"outcome": "crash", "why": repr(error)}
     wrong = [name for name in NAMES if _off(found, truth, name)]
-    told = any("explain" in warning for warning in found.warnings)
-    outcome = ("wrong, " if wrong else "right, ") + ("misfit" if told else "silent")
+    warned = any("soft stop from a rigid one" in warning for warning in found.warnings)
+    said = "misfit" if found.misfit else "unsure" if warned else "silent"
+    outcome = ("wrong, " if wrong else "right, ") + said
     return row | {
         "outcome": outcome, "wrong": wrong, "found": dict(found.values),
         "intervals": {name: list(found.intervals[name]) for name in NAMES},

@@ -167,7 +167,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         tables = {"one page": page_table(Path(folder)), "many files": batch_table(Path(folder))}
     about = {"python": platform.python_version(), "cores": os.cpu_count()}
-    about |= {name: version(name) for name in ("numpy", "matplotlib", "bokeh")}
+    about |= {name: version(name) for name in ("numpy", "matplotlib")}
     RESULTS.mkdir(exist_ok=True)
     (RESULTS / "reports.json").write_text(json.dumps({"about": about, **tables}, indent=1))
     text = "".join(f"## {name}\n\n{markdown(lines)}\n" for name, lines in tables.items())

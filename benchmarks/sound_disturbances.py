@@ -65,7 +65,10 @@ def coded(seed, duration=DURATION, *, rate, codec) -> Truth:
 
 
 def gated(seed, duration=DURATION, *, threshold) -> Truth:
-    """Exact zeros where nothing within 20 ms before and 5 ms after reaches `threshold`."""
+    """Exact zeros where nothing within 20 ms before and 5 ms after reaches `threshold`.
+
+    Impacts of whose first 4 ms more than half are zeros are no part of the truth.
+    """
     from scipy import ndimage
 
     truth = clear(seed, duration)
@@ -73,14 +76,21 @@ def gated(seed, duration=DURATION, *, threshold) -> Truth:
     size = before + after + 1
     origin = before - size // 2
     near = ndimage.maximum_filter1d(np.abs(truth.samples), size, origin=origin)
-    return replace(truth, samples=np.where(near >= threshold, truth.samples, 0.0))
+    samples = np.where(near >= threshold, truth.samples, 0.0)
+    index = np.round(truth.time * RATE).astype(int)
+    first = np.array([samples[i : i + round(4e-3 * RATE)] for i in index])
+    passed = np.mean(first == 0.0, axis=1) <= 0.5
+    time, amplitude, contact = (
+        column[passed] for column in (truth.time, truth.amplitude, truth.contact_time)
+    )
+    return replace(truth, samples=samples, time=time, amplitude=amplitude, contact_time=contact)
 
 
-def reverberant(seed, duration=DURATION, *, time) -> Truth:
+def reverberant(seed, duration=DURATION, *, time, density=12.0) -> Truth:
     """In a room: as much reverberation as direct sound, 60 dB down after `time` seconds."""
     from scipy.signal import fftconvolve
 
-    truth, rng = clear(seed, duration), chance(seed)
+    truth, rng = clear(seed, duration, density=density), chance(seed)
     t = np.arange(round(time * RATE)) / RATE
     room = rng.standard_normal(len(t)) * 10 ** (-3.0 * t / time)
     room[: round(2e-3 * RATE)] = 0.0
@@ -136,6 +146,8 @@ def sound_records(duration: float = DURATION) -> list[Case]:
         put(f"gate, {threshold}", gated, threshold=threshold)
     for time in (0.1, 0.3, 1.0):
         put(f"room, {time} s", reverberant, time=time)
+    for time in (0.1, 0.3):
+        put(f"room, {time} s, 4 a second", reverberant, time=time, density=4)
     for exponent in (0, 1, 2):
         put(f"1/f^k noise at 10 dB, k = {exponent}", in_noise, exponent=exponent)
     for limit in (0.5, 0.2, 0.1):

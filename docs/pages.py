@@ -77,11 +77,17 @@ def write_api() -> dict[str, str]:
     names = [name for group in groups.values() for name in group]
     lower = [name.lower() for name in names]
     # On file systems that ignore case, `Surrogates` and `surrogates` would be one page.
-    return {
+    renamed = {
         name: f"{name}-class"
         for name in names
         if lower.count(name.lower()) > 1 and name.split(".")[-1][0].isupper()
     }
+    # Of what has left the API, or is elsewhere in it, Sphinx would still make pages.
+    pages = {renamed.get(name, name) for name in names}
+    for page in (MADE / "api").glob("*.rst"):
+        if page.stem not in pages:
+            page.unlink()
+    return renamed
 
 
 def write_bibliography() -> None:

@@ -88,6 +88,26 @@ def reals(name: str, value: Any, required: str) -> np.ndarray:
     raise InvalidInput(name, value, required)
 
 
+def times_within(
+    value: Any, start: float, stop: float, unit: str = "", ended: str = ""
+) -> np.ndarray:
+    """Times of the span of a motion, as float64 of any shape.
+
+    Raises
+    ------
+    InvalidInput
+        If one is outside, by more than rounding.
+    """
+    import numpy as np
+
+    required = f"times in the span, {start:.9g} to {stop:.9g}{unit}{ended}"
+    asked = reals("time", value, required)
+    slack = 1e-12 * max(abs(start), abs(stop))
+    if not np.all((asked >= start - slack) & (asked <= stop + slack)):
+        raise InvalidInput("time", value, required)
+    return asked
+
+
 def text(name: str, value: Any) -> str:
     """A text.
 

@@ -57,7 +57,7 @@ def impacts_of(path: Path, chosen: argparse.Namespace) -> Impacts:
 def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
     """The impacts found in a recording, with the options of the command line."""
     from ._corrections import in_words
-    from .detect._files import detect_file
+    from .detect.files import detect_file
 
     impacts = detect_file(path, *reading_and_detecting(path, chosen))
     if words := in_words(impacts):

@@ -232,6 +232,8 @@ class _Cache(FunctionCache):
 
 kernel = njit(**_OPTIONS)
 """A kernel that Python calls."""
+allocating = njit(nogil=True, error_model="numpy")
+"""A kernel that makes arrays, or calls one that does; the counts of references are kept."""
 inner = njit(**_OPTIONS, **_WITHIN)
 """What only kernels call: it has no wrapper, so calling it from Python ends the process."""
 inlined = njit(**_OPTIONS, **_WITHIN, forceinline=True)

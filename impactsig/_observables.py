@@ -18,7 +18,7 @@ from .oscillators import Oscillator
 if TYPE_CHECKING:
     import numpy as np
 
-    from .dynamics.periodicity import OrbitPeriod
+    from .dynamics.diagrams.periodicity import OrbitPeriod
     from .simulate.motion import Motion
 
 RETURN = 1e-6
@@ -64,7 +64,7 @@ class Seen:
     @cached_property
     def period(self) -> OrbitPeriod:
         """Period(m, n)."""
-        from .dynamics.periodicity import orbit_period
+        from .dynamics.diagrams.periodicity import orbit_period
 
         return orbit_period(self.motion, tolerance=RETURN)
 
@@ -92,7 +92,7 @@ def _energy_per_period(seen: Seen) -> float:
 
 def _exponent(seen: Seen) -> float:
     """The greatest Lyapunov exponent from where the motion ends, over as long again."""
-    from .dynamics.lyapunov import lyapunov_spectrum
+    from .dynamics.tangents.lyapunov import lyapunov_spectrum
 
     motion = seen.motion
     x, v, phase = motion.final

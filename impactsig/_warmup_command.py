@@ -17,6 +17,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from ._watched import watched
 from .errors import ImpactsigError
 
 
@@ -25,10 +26,10 @@ def warmed_up(workers: int | None) -> Iterator[str]:
     from .studies.each import each
 
     began = time.monotonic()
+    # From the beginning, where somebody watches: the first task ends late.
+    ends = each(_do, list(TASKS), workers=workers, progress=watched() or None)
     failed = [
-        f"{name}: {error}"
-        for name, error in zip(TASKS, each(_do, list(TASKS), workers=workers), strict=True)
-        if error is not None
+        f"{name}: {error}" for name, error in zip(TASKS, ends, strict=True) if error is not None
     ]
     if failed:
         raise ImpactsigError(f"not all kernels could be compiled: {'; '.join(failed)}")
@@ -98,7 +99,7 @@ def _noise(_: Path) -> None:
 
 
 def _exponents(_: Path) -> None:
-    from .dynamics.lyapunov import lyapunov_spectrum
+    from .dynamics.tangents.lyapunov import lyapunov_spectrum
     from .oscillators import scenes
 
     lyapunov_spectrum(scenes.karpodinis(20.1), periods=20)
@@ -107,8 +108,8 @@ def _exponents(_: Path) -> None:
 
 
 def _orbits(_: Path) -> None:
-    from .dynamics.continuation import continue_orbit
-    from .dynamics.diagrams import bifurcation_diagram
+    from .dynamics.diagrams.diagrams import bifurcation_diagram
+    from .dynamics.periodic.continuation import continue_orbit
     from .oscillators import scenes
 
     continue_orbit(scenes.karpodinis, [22.1, 22.12])
@@ -116,8 +117,8 @@ def _orbits(_: Path) -> None:
 
 
 def _maps(_: Path) -> None:
-    from .dynamics.basins import basins_of_attraction
-    from .dynamics.charts import periodicity_chart
+    from .dynamics.diagrams.basins import basins_of_attraction
+    from .dynamics.diagrams.charts import periodicity_chart
     from .oscillators import scenes
 
     basins_of_attraction(scenes.karpodinis(), [0.0, 0.5], [0.0, 0.5])

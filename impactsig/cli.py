@@ -26,6 +26,7 @@ from ._command_files import (
     write_figure,
     write_table,
 )
+from ._completion_command import SHELLS, completion_script
 from ._dimension_command import add_dimension_options, dimension_in_words
 from ._options import (
     Parser,
@@ -316,6 +317,11 @@ def warmup(chosen: argparse.Namespace) -> None:
         print(line)
 
 
+def completion(chosen: argparse.Namespace) -> None:
+    """Print a script by which a shell completes the words of this command."""
+    print(completion_script(_parser(), chosen.shell))
+
+
 COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
     "report": report,
     "detect": detect,
@@ -329,6 +335,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
     "experiment": experiment,
     "demo": demo,
     "warmup": warmup,
+    "completion": completion,
 }
 
 
@@ -372,6 +379,8 @@ def _parser() -> argparse.ArgumentParser:
             _add_experiment(command)
         elif name == "warmup":
             command.add_argument("--workers", type=int, metavar="N", help=_PROCESSES)
+        elif name == "completion":
+            command.add_argument("shell", choices=SHELLS, help=_SHELL)
         elif name == "compare":
             command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_EITHER)
         elif name != "demo":
@@ -417,6 +426,7 @@ _DYNAMICS = "add dimension, Lyapunov exponent and surrogate test of the interval
 _REPORTS, _EXPERIMENT = "impactsig-reports", "impactsig-experiment"
 _PROCESSES = "processes (default: as many as cores)"
 _WORKERS = "processes, where there are several files (default: as many as cores)"
+_SHELL = "the shell that the script is for"
 _EITHER = (
     "a recording, or a .csv or .parquet table of impacts as detect writes them; - is standard input"
 )

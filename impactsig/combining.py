@@ -9,17 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from . import _impact_columns as tables
 from ._arguments import entries, number
+from ._combined_columns import combined_columns, measuring_contacts
 from ._showing import Shown
 from .alignment import align_impacts
 from .errors import InvalidInput
 from .impacts import Impacts
-
-STRENGTH = 0.9
-"""Quantile of its peaks that tells what a sensor makes of a strong impact."""
-IN_THE_UNIT = ("peak", "peak_error", "impulse", "impulse_error")
-OF_SEVERAL = ("time_error", "probability", "stop_index", "stop_probability", "pulses")
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +26,11 @@ class Combination(Shown):
     impacts : Impacts
         All of them, in the clock of the first sensor. The instant is the weighted mean of those of
         the sensors that recorded an impact and know their errors; where none does, that of the
-        first sensor, with an infinite error. Other columns, if all sensors have them, are those of
-        the sensor in which the impact is strongest.
+        first sensor, with an infinite error. Other columns are those of the sensor in which the
+        impact is strongest, of the sensors that have them: peaks and impulses, where units
+        differ, of those that measure contact times. An impact that none of these recorded has the
+        mean of the measured ones before and after it, with an infinite error; a column without
+        standard errors is then left out.
     index : ndarray of int, shape (n, sensors)
         Which impact of each sensor's train it is, -1 where that has none.
     delays, delay_errors : ndarray, shape (sensors,)
@@ -133,17 +131,18 @@ def combine_impacts(
         delays.append(delay)
         errors.append(error)
         time, index = _join(time, index, train.time - delay, within)
-    known = _columns(trains, index, np.array(delays), own)
+    known = combined_columns(trains, index, np.array(delays), own)
     order = np.argsort(known["time"], kind="stable")
     start = min(train.start - late for train, late in zip(trains, delays, strict=True))
     stop = max(train.stop - late for train, late in zip(trains, delays, strict=True))
     first = trains[0]
+    measuring = measuring_contacts(trains)
     impacts = Impacts(
         **{name: values[order] for name, values in known.items()},
         start=start,
         duration=stop - start,
-        unit=first.unit if _one_unit(trains) else "",
-        contact_level=first.contact_level if "contact_time" in known else None,
+        unit=trains[measuring[0]].unit if measuring else "",
+        contact_level=trains[measuring[0]].contact_level if "contact_time" in known else None,
         gaps=_common_gaps(trains, delays),
         sensor=first.sensor if len({train.sensor for train in trains}) == 1 else "",
         source=first.source,
@@ -210,80 +209,6 @@ def _join(
     rows = np.column_stack((np.concatenate((index, none)), np.append(of_other, alone)))
     order = np.argsort(joined, kind="stable")
     return joined[order], rows[order]
-
-
-def _columns(
-    trains: Sequence[Impacts], index: np.ndarray, delays: np.ndarray, stops: list[int | None]
-) -> dict[str, Any]:
-    """What is known of each impact."""
-    seen = index >= 0
-
-    def of(values: Sequence[np.ndarray | None], missing: float) -> np.ndarray | None:
-        """A column of each train at the impacts, shape (n, sensors), if all have it."""
-        given = [one for one in values if one is not None]
-        if len(given) < len(values):
-            return None
-        padded = [np.append(one, missing) for one in given]
-        return np.column_stack([one[i] for one, i in zip(padded, index.T, strict=True)])
-
-    instants = of([t.time - late for t, late in zip(trains, delays, strict=True)], 0.0)
-    assert instants is not None
-    rows = np.arange(len(index))
-    earliest = np.argmax(seen, axis=1)
-    known = {"time": instants[rows, earliest]}
-    if any(train.time_error is not None for train in trains):
-        errors = of(
-            [
-                np.full(len(train), np.inf) if train.time_error is None else train.time_error
-                for train in trains
-            ],
-            np.inf,
-        )
-        assert errors is not None
-        # An exact instant has all the weight.
-        weight = np.where(seen, 1.0 / np.maximum(errors, 1e-12) ** 2, 0.0)
-        total = weight.sum(axis=1)
-        mean = (weight * instants).sum(axis=1) / np.where(total > 0, total, 1.0)
-        known["time"] = np.where(total > 0, mean, known["time"])
-        known["time_error"] = np.where(
-            total > 0, 1.0 / np.sqrt(np.where(total > 0, total, 1.0)), np.inf
-        )
-        known["time_error"][known["time_error"] <= 1e-12] = 0.0
-    chance = of([train.probability for train in trains], 0.0)
-    if chance is not None:
-        known["probability"] = 1.0 - np.prod(1.0 - chance, axis=1)
-    strength = _strength(trains, of, seen)
-    strongest = np.argmax(strength, axis=1) if strength is not None else earliest
-    for name in (*tables.MEASURED, "flags"):
-        values = of([getattr(train, name) for train in trains], 0)
-        if values is None or name in OF_SEVERAL or (name in IN_THE_UNIT and not _one_unit(trains)):
-            continue
-        known[name] = values[rows, strongest]
-    at = [k for k, stop in enumerate(stops) if stop is not None]
-    if at and strength is not None:
-        place = np.array([stops[k] for k in at])
-        which = place[np.argmax(strength[:, at], axis=1)]
-        known["stop_index"] = np.where(seen[:, at].any(axis=1), which, -1)
-    return known
-
-
-def _strength(trains: Sequence[Impacts], of: Any, seen: np.ndarray) -> np.ndarray | None:
-    """Peaks, comparable from sensor to sensor; less than any where a sensor has none."""
-    peaks: list[np.ndarray | None] = []
-    for train in trains:
-        if train.peak is None:
-            peaks.append(None)
-            continue
-        usual = 1.0
-        if not _one_unit(trains) and len(train):
-            usual = float(np.quantile(train.peak, STRENGTH)) or 1.0
-        peaks.append(train.peak / usual)
-    strength = of(peaks, -np.inf)
-    return None if strength is None else np.where(seen, strength, -np.inf)
-
-
-def _one_unit(trains: Sequence[Impacts]) -> bool:
-    return len({(train.unit, train.sensor) for train in trains}) == 1
 
 
 def _common_gaps(trains: Sequence[Impacts], delays: Sequence[float]) -> np.ndarray:

@@ -25,8 +25,8 @@ DRAWN = """
 const done = arguments[0];
 (function look() {
   const waveform = document.querySelector("#waveform");
-  const idle = window.Bokeh && Bokeh.documents.length && Bokeh.documents[0].is_idle;
-  if (!waveform || (idle && waveform.children.length)) done(performance.now());
+  const { drawn } = document.documentElement.dataset;
+  if (!waveform || drawn) done(Number(drawn ?? performance.now()));
   else requestAnimationFrame(look);
 })();
 """
@@ -70,6 +70,14 @@ class Browser:
 
     def run(self, script):
         return self.driver.execute_script(f"return {script}")
+
+    def mouse(self, kind, x, y, **more):
+        event = {"type": kind, "x": x, "y": y, "button": "left", "clickCount": 1, "buttons": 1}
+        if kind in ("mouseReleased", "mouseWheel"):
+            event["buttons"] = 0
+        if kind == "mouseWheel":
+            event["button"] = "none"
+        self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event | more)
 
     def emulate(self, media="", **features):
         named = [{"name": n.replace("_", "-"), "value": v} for n, v in features.items()]

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from impactsig.simulate._events import COLUMNS, FULL, START
-from impactsig.simulate.runge_kutta import SteppingEngine
+from impactsig.simulate.basis.events import COLUMNS, FULL, START
+from impactsig.simulate.stepping.runge_kutta import SteppingEngine
 
 TURN = 2 * np.pi
 

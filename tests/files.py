@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -134,6 +135,94 @@ def _feather(folder: Path, x: np.ndarray, rate: int) -> Written:
     return folder / "a.feather", {}
 
 
+def _mdf(version: str, packed: int = 0) -> Callable[..., Written]:
+    def write(folder: Path, x: np.ndarray, rate: int) -> Written:
+        asammdf = pytest.importorskip("asammdf")
+        times = np.arange(len(x)) / rate
+        path = folder / ("a.mf4" if version >= "4" else "a.mdf")
+        with asammdf.MDF(version=version) as file:
+            columns = [
+                asammdf.Signal(np.ascontiguousarray(x[:, i]), times, name=name, unit="N")
+                for i, name in enumerate("ab")
+            ]
+            file.append(columns, common_timebase=True)
+            file.save(path, compression=packed)
+        return path, {}
+
+    return write
+
+
+def _ide(folder: Path, x: np.ndarray, rate: int) -> Written:
+    write_ide(folder / "a.ide", x, rate, 100)
+    return folder / "a.ide", {}
+
+
+def write_ide(path: Path, x: np.ndarray, rate: int, block: int, **changed: Any) -> None:
+    """Write blocks of int16, scaled by 1, by the library of enDAQ's loggers.
+
+    `changed` replaces properties of the channel; `stamps` are added to those of the blocks, in
+    ticks of 1 us, and `lost` names blocks that are left out.
+    """
+    pytest.importorskip("idelib")
+    import ebmlite
+
+    stamps, lost = changed.pop("stamps", {}), changed.pop("lost", ())
+    schema = ebmlite.loadSchema("mide_ide.xml")
+    parts = [{"SubChannelID": i, "SubChannelName": n, "SubChannelLabel": n, "SubChannelUnits": "N",
+              "SubChannelCalibrationIDRef": 1} for i, n in enumerate("ab")]  # fmt: skip
+    channel = {"ChannelID": 8, "ChannelFormat": "<hh", "ChannelName": "force",
+               "TimeCodeScale": "1/1000000", "TimeCodeModulus": 1 << 40,
+               "SubChannel": parts} | changed  # fmt: skip
+    gain = {"CalID": 1, "CalReferenceValue": 0.0, "PolynomialCoef": [1.0, 0.0]}
+    with path.open("wb") as file:
+        schema.encode(file, {"EBML": {"DocType": "mide", "DocTypeVersion": 2}}, headers=False)
+        schema.encode(file, {"CalibrationList": {"UnivariatePolynomial": [gain]}})
+        schema.encode(file, {"RecordingProperties": {"ChannelList": {"Channel": [channel]}}})
+        schema.encode(file, {"TimeBaseUTC": 1_600_000_000})
+        for number, first in enumerate(range(0, len(x), block)):
+            if number in lost:
+                continue
+            part = x[first : first + block].astype("<i2")
+            begins = round(1e6 * first / rate) + stamps.get(number, 0)
+            ends = round(1e6 * (first + len(part) - 1) / rate) + stamps.get(number, 0)
+            held = {"ChannelIDRef": 8, "StartTimeCodeAbs": begins, "EndTimeCodeAbs": ends,
+                    "ChannelDataPayload": part.tobytes()}  # fmt: skip
+            schema.encode(file, {"ChannelDataBlock": held})
+
+
+def _tradb(packed: bool) -> Callable[..., Written]:
+    def write(folder: Path, x: np.ndarray, rate: int) -> Written:
+        path = folder / "a.tradb"
+        cuts = (0, len(x) // 2, len(x))
+        parts = [(c, a, x[a:b, c]) for a, b in pairwise(cuts) for c in (0, 1)]
+        write_tradb(path, [(c, a / rate, 0, part) for c, a, part in parts], rate, packed=packed)
+        return path, {}
+
+    return write
+
+
+def write_tradb(
+    path: Path,
+    records: list[tuple[int, float, int, np.ndarray]],
+    rate: int,
+    volts: float = 1.0,
+    packed: bool = False,
+) -> None:
+    """Write records (channel, time, samples before it, counts) by Vallen's library."""
+    vallenae = pytest.importorskip("vallenae")
+    vallenae.io.TraDatabase.create(str(path))
+    with vallenae.io.TraDatabase(str(path), mode="rw", compression=packed) as file:
+        with file.connection() as database:
+            database.execute("INSERT INTO tr_params VALUES (1, 1, 1, 1.0, ?)", (1e3 * volts,))
+        for number, (channel, time, before, counts) in enumerate(records, start=1):
+            samples = (counts * volts).astype(np.float32)
+            file.write(
+                vallenae.io.TraRecord(
+                    time, channel, 1, before, 0.0, rate, len(counts), samples, number
+                )
+            )
+
+
 def _raw(folder: Path, x: np.ndarray, rate: int) -> Written:
     (folder / "a.bin").write_bytes(bytes(16) + x.astype(">i2").tobytes())
     layout = io.RawLayout("int16", channels=2, byte_order="big", skip=16)
@@ -158,5 +247,11 @@ WRITERS: dict[str, Callable[..., Written]] = {
     "uff binary": _uff(True),
     "parquet": _parquet,
     "feather": _feather,
+    "mdf 3": _mdf("3.30"),
+    "mdf 4": _mdf("4.10"),
+    "mdf 4 packed": _mdf("4.10", packed=2),
+    "ide": _ide,
+    "tradb": _tradb(False),
+    "tradb packed": _tradb(True),
     "raw": _raw,
 }

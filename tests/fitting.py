@@ -46,8 +46,10 @@ class Linear:
         return SimpleNamespace(finest=1e-4)
 
     def moments(self, psi):
+        """Of trains at parameters, shape (..., 3)."""
         off = psi - self.truth
-        return self.slopes @ off + 2 * off[0] * off[1] + self.rng.standard_normal(12)
+        curved = 2 * off[..., :1] * off[..., 1:2]
+        return off @ self.slopes.T + curved + self.rng.standard_normal((*off.shape[:-1], 12))
 
     def look(self, psi):
         return self.moments(psi) - self.measured

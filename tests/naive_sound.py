@@ -41,7 +41,7 @@ def windows_of(count, size, blocks):
 
 
 def octave_rise(x, scale, rate, size=4096):
-    """C of each frame of the record, without digital silence."""
+    """C of each frame of the record and the loudness after it, without digital silence."""
     hop, octaves = scale.hop, scale.octaves
     whole, more = extended(x, hop, 80)
     power = octave_powers(whole, octaves)
@@ -60,7 +60,7 @@ def octave_rise(x, scale, rate, size=4096):
     sure = np.array([8 * g >= 4 and 8 * g + 8 <= real for g in range(groups)])
     filled = np.pad(parts, ((0, 0), (0, -groups % 16)))
     means = filled.reshape(octaves, -1, 16).mean(axis=2)
-    c = np.zeros(count)
+    c, loud = np.zeros(count), np.zeros(count)
     for first, last, low, high in windows_of(count, size, round(4 / block)):
         for b in range(octaves):
             inside = np.flatnonzero(sure[16 * low : 16 * high]) + 16 * low
@@ -72,9 +72,26 @@ def octave_rise(x, scale, rate, size=4096):
                 for j in range(128 * g, min(128 * g + 128, count)):
                     ratio = after[b, j] / max(before[b, j], 2 * background)
                     c[j] += weights[b] * max(0.0, np.log(ratio))
+                    loud[j] += weights[b] * max(0.0, np.log(after[b, j] / (2 * background)))
     c[: scale.past] = 0
     c[real - scale.forward :] = 0
-    return c
+    return c, loud
+
+
+def beyond_tails(place, loud, frame):
+    """By how much each crest is louder than the tails of those before it."""
+    strong = [j for j in place if loud[j] > 0.7]
+    rates = []
+    for j, following in zip(strong, [*strong[1:], -(-len(loud) // 16) * 16], strict=True):
+        end = min(j + 0.06 / frame, following - 0.006 / frame) // 16 * 16
+        after = [i for i in range(0, len(loud), 16) if j + 0.007 / frame <= i < end]
+        if after:
+            heard = [i for i in after if loud[i] > 0.1]
+            left = np.mean(loud[heard]) if heard else 0.0
+            rates.append((loud[j] - left) / frame / (np.mean(heard or after[:1]) - j))
+    rate = np.median(rates)
+    tails = [[loud[i] - rate * frame * (j - i) for i in place if i < j] for j in place]
+    return {j: loud[j] - max(tail, default=-np.inf) for j, tail in zip(place, tails, strict=True)}
 
 
 def band_powers(x, rate, hop, bands):
@@ -85,7 +102,7 @@ def band_powers(x, rate, hop, bands):
     more = np.concatenate((np.full(size, x[0]), x, np.full(size + hop, x[-1])))
     triangles = []
     centre, step = [30.0], rate / size
-    while (upper := max(centre[-1] * 2 ** (1 / 24), centre[-1] + step)) <= min(17e3, 0.475 * rate):
+    while (upper := max(centre[-1] * 2 ** (1 / 24), centre[-1] + step)) <= min(17e3, 0.5 * rate):
         centre.append(upper)
     for low, middle, high in zip(centre, centre[1:], centre[2:], strict=False):
         frequency = step * np.arange(size // 2 + 1)
@@ -145,11 +162,12 @@ def crests(values, spacing):
     return np.array(found)
 
 
-def probability(c, b, likelihood, known, spacing, spread, rate, hop):
+def probability(c, loud, b, likelihood, known, spacing, spread, rate, hop):
     """Of crests of C (and of B where there is none of C), by frame."""
     frame = hop / rate
     place = crests(c, spacing)
     place = place[c[place] >= 0.5 * spread]
+    beyond = beyond_tails(place, loud, frame)
     octaves, bands, others = {}, {}, {}
     for j in place:
         i = min(round(j / 16), len(b) - 1)
@@ -167,7 +185,8 @@ def probability(c, b, likelihood, known, spacing, spread, rate, hop):
         rattle = min(rattle, max(least, 50 * (crowd - 0.75 * spread)))
         beside = place[(place >= j - 0.028 / frame) & (place < j + 0.028 / frame)]
         certain = likelihood[near].max() / 36 if c[j] == c[beside].max() else 0.0
-        octaves[int(j)] = min(c[j] / (a + rattle) + certain, c[j] / (0.35 * a + rattle), bound)
+        above = min(c[j], max(beyond[j], 0))
+        octaves[int(j)] = min(above / (a + rattle) + certain, above / (0.35 * a + rattle), bound)
         bands[int(j)] = c[j] / max(1.65, 10 * spread)
         shortly = np.sort(c[place[(place >= j - 0.25 / frame) & (place < j + 0.25 / frame)]])
         briefly = shortly[-20] if len(shortly) >= 20 else 0.0
@@ -183,7 +202,7 @@ def probability(c, b, likelihood, known, spacing, spread, rate, hop):
             - 1.1 * np.log(max(max(rises), 0.01))
             - 1.3 * np.log(max(crowd / a, 0.05) * max(briefly / a, 0.05))
             - 7.3,
-            6.5 * np.log(min(bound, clear / 7, c[j] / max(0.35 * a, 0.1 * beside))),
+            6.5 * np.log(max(min(bound, clear / 7, above / max(0.35 * a, 0.1 * beside)), 1e-9)),
         )
     last = -np.inf
     reach = round(0.025 / frame / 16)

@@ -9,30 +9,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..oscillators import Oscillator
-from ..simulate._events import (
+from ..simulate.basis.contract import run_on
+from ..simulate.basis.events import (
     COLUMNS,
     FULL,
-    LEG_COUNT,
     LINE_FULL,
     PHASE,
-    ROW_COUNT,
     START,
     STATUS,
     TURN,
     TURNS,
     row_of,
 )
-from ..simulate._frame import first_place
-from ..simulate._run import CHUNK, after, work
-from ..simulate._tableau import DEGREE
+from ..simulate.basis.tableau import DEGREE
+from ..simulate.exact.starts import first_place
 from ..simulate.motion import Motion, assemble
-from ..simulate.runge_kutta import RungeKutta, SteppingEngine
+from ..simulate.run import CHUNK, after, work
+from ..simulate.stepping.runge_kutta import RungeKutta, SteppingEngine
 from .delay_line import DelayLine, basis
 from .feedback import DelayedFeedback, check_signal
 from .schedule import Phase
 
 if TYPE_CHECKING:
-    from ..simulate._delay import Feedback, Line
+    from ..simulate.basis.delay import Feedback, Line
     from ._force import Room
 
 ROWS = 4096  # of the delay line, to begin with
@@ -96,23 +95,24 @@ class DelayedRun:
         end = after(self.phase, until)
         legs = int(work(end[0] - clock[TURNS]))
         engine = self.engine
-        count[LEG_COUNT] = 0
-        while True:
+
+        def on(left: int) -> int:
             found = run(
                 engine._problem, engine._tableau, engine._functions, engine._scratch, fb,
-                self.line, self._room, laps, clock, self.state, count, self._buffer, *end,
-                legs - int(count[LEG_COUNT]),
+                self.line, self._room, laps, clock, self.state, count, self._buffer, *end, left,
             )  # fmt: skip
-            self.rows.append(self._buffer[: count[ROW_COUNT]].copy())
-            if found == LINE_FULL:
-                self._more_line()
-            elif found != FULL:
-                self.status = STATUS[found]
-                return
+            if found != LINE_FULL:
+                return found
+            self._more_line()
+            return FULL
+
+        found, rows = run_on(on, count, self._buffer, legs)
+        self.rows += rows
+        self.status = STATUS[found]
 
     def feedback(self, feedback: DelayedFeedback | None) -> Feedback:
         """The feedback in the engine's units."""
-        from ..simulate._delay import DISPLACEMENT, VELOCITY, Feedback
+        from ..simulate.basis.delay import DISPLACEMENT, VELOCITY, Feedback
 
         if feedback is None:
             return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, DISPLACEMENT, 0.0)
@@ -196,7 +196,7 @@ def laps_of(feedback: DelayedFeedback | None) -> np.ndarray:
 
 def new_line(rows: int, coordinates: int) -> Line:
     """Room for a delay line."""
-    from ..simulate._delay import Line
+    from ..simulate.basis.delay import Line
 
     return Line(
         np.zeros((rows, 3)),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..dynamics._flow_shooting import rate_at, tangent_pieces
-from ..dynamics.flow_orbits import FlowOrbit
+from ..dynamics.periodic.flow_orbits import FlowOrbit
+from ..dynamics.periodic.flow_shooting import rate_at, tangent_pieces
 from ._variation import State, Variation, laps_in, moving
 from .feedback import DelayedFeedback
 from .flow import number_of

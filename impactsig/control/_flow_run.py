@@ -7,12 +7,22 @@ As `_run`, for any number of coordinates and without impacts, by the steps of
 from __future__ import annotations
 
 from .._compiled import inner, kernel
-from ..simulate._delay import DISPLACEMENT, Control
-from ..simulate._events import DIVERGED, DONE, EXHAUSTED, LINE_FULL, LOW, PHASE, TIME, TURN, TURNS
-from ..simulate._flow_steps import Field, finish, rates_at, stride, take
-from ..simulate._passing import pass_time, set_clock, time_until
-from ..simulate._step import expand
-from ..simulate._tableau import DEGREE
+from ..simulate.basis.delay import DISPLACEMENT, Control
+from ..simulate.basis.events import (
+    DIVERGED,
+    DONE,
+    EXHAUSTED,
+    LINE_FULL,
+    LOW,
+    PHASE,
+    TIME,
+    TURN,
+    TURNS,
+)
+from ..simulate.basis.tableau import DEGREE
+from ..simulate.exact.passing import pass_time, set_clock, time_until
+from ..simulate.flows.flow_steps import Field, finish, rates_at, stride, take
+from ..simulate.stepping.step import expand
 from ._force import bound, feed
 from ._rows import (
     REACHED,

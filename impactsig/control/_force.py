@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import inlined, inner
-from ..simulate._delay import FORCE, SIGNAL, VELOCITY, read
-from ..simulate._roots import first_root
-from ..simulate._tableau import DEGREE
+from ..simulate.basis.delay import FORCE, SIGNAL, VELOCITY, read
+from ..simulate.basis.roots import first_root
+from ..simulate.basis.tableau import DEGREE
 
 NONE = 2.0  # a share of a step at which nothing happens
 

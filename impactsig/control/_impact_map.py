@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..dynamics.orbits import PeriodicOrbit
+from ..dynamics.periodic.orbits import PeriodicOrbit
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ..simulate import simulate
-from ..simulate._events import IMPACT, PHASE, ROW_KIND, ROW_V, TURN, TURNS
-from ..simulate._frame import base_motion, pace
+from ..simulate.basis.events import IMPACT, PHASE, ROW_KIND, ROW_V, TURN, TURNS
+from ..simulate.basis.frame import base_motion, pace
 from .ogy import moved
 
 STEP = 1e-4  # relative, of difference quotients

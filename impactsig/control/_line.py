@@ -7,9 +7,9 @@ later again, so that no polynomial ever reaches across such a place.
 from __future__ import annotations
 
 from .._compiled import inner, kernel
-from ..simulate._delay import bernstein
-from ..simulate._events import LENGTH, PHASE, TURN, TURNS
-from ..simulate._tableau import DEGREE
+from ..simulate.basis.delay import bernstein
+from ..simulate.basis.events import LENGTH, PHASE, TURN, TURNS
+from ..simulate.basis.tableau import DEGREE
 
 
 @inner

@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..oscillators import Oscillator
-from ..simulate._contract import Engine
-from ..simulate._events import (
+from ..simulate.basis.contract import Engine, run_on
+from ..simulate.basis.events import (
     COLUMNS,
     DONE,
-    FULL,
-    LEG_COUNT,
     MARK,
     MODE,
     PHASE,
@@ -30,10 +28,11 @@ from ..simulate._events import (
     V,
     row_of,
 )
-from ..simulate._frame import base_motion, first_place, multiple, pace
-from ..simulate._run import CHUNK, LEGS_PER_PERIOD, _engine, after
+from ..simulate.basis.frame import base_motion, multiple, pace
+from ..simulate.exact.starts import first_place
 from ..simulate.motion import Motion, assemble
-from ..simulate.runge_kutta import SteppingEngine
+from ..simulate.run import CHUNK, LEGS_PER_PERIOD, after, engine_of
+from ..simulate.stepping.runge_kutta import SteppingEngine
 from .ogy import OGY
 
 
@@ -57,7 +56,7 @@ class Nudged:
         self.how: list[Any] = []  # what moved it
 
     def _made(self, oscillator: Oscillator) -> Engine:
-        engine = _engine(oscillator, *self._options)
+        engine = engine_of(oscillator, *self._options)
         if isinstance(engine, SteppingEngine):
             engine._problem = engine._problem._replace(start=float(self.phase))
         return engine
@@ -201,6 +200,18 @@ class SpannedRun:
         self._rows.append(buffer[: self.count[ROW_COUNT]].copy())
         return found, self._rows[-1]
 
+    def run_on(
+        self, engine: Engine, buffer: np.ndarray, end: tuple[float, float], legs: int
+    ) -> int:
+        """Run until the end, however often the buffer is full: the status."""
+
+        def on(left: int) -> int:
+            return engine.run(self.clock, self.state, self.count, buffer, *end, left)
+
+        found, rows = run_on(on, self.count, buffer, legs)
+        self._rows += rows
+        return found
+
     def motion(self, status: int) -> Motion:
         """The motion so far."""
         engines: Any = self.engines
@@ -228,21 +239,18 @@ def run_nudged(
         if how is not None:
             at, moving = base_motion(oscillator, swing * (TURN * n + phase))
             x = float(engines.place(going.count[MODE], state[Q]) + at)
-            by = _nudge(how, np.array([x, float(state[V] * engines.omega + moving)]))
+            by, _ = nudge(how, np.array([x, float(state[V] * engines.omega + moving)]))
         engine = going.span(how, by, marked=n > 0)
         end = after(phase, min(n + 1.0, length))
-        going.count[LEG_COUNT] = 0
-        found = FULL
-        while found == FULL:
-            found, _ = going.run(engine, buffer, end, LEGS_PER_PERIOD)
+        found = going.run_on(engine, buffer, end, LEGS_PER_PERIOD)
         if found != DONE:
             break
     return going.motion(found), engines
 
 
-def _nudge(how: OGY, state: np.ndarray) -> float:
-    """How far to move the parameter for a state at the section."""
+def nudge(how: OGY, state: np.ndarray) -> tuple[float, np.ndarray]:
+    """How far to move the parameter for a state at the section, and what it goes by."""
     scale = np.array([1.0, 1 / how.orbit.system.angular_forcing_frequency])
     k = int(np.argmin(np.hypot(*((how.points - state) * scale).T)))
     by = -float(how.gain[k] @ (state - how.points[k]))
-    return by if abs(by) <= how.limit else 0.0
+    return (by, how.gain[k]) if abs(by) <= how.limit else (0.0, np.zeros(2))

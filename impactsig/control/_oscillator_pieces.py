@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..dynamics._collocation import NODES, chebyshev
-from ..dynamics.orbits import PeriodicOrbit
+from ..dynamics.periodic.collocation import NODES, chebyshev
+from ..dynamics.periodic.orbits import PeriodicOrbit
 from ..errors import InvalidInput
 from ..oscillators import Hertz, KelvinVoigt, Oscillator, Rigid
-from ..simulate._events import (
+from ..simulate.basis.events import (
     IMPACT,
     PART,
     PHASE,
@@ -27,8 +27,8 @@ from ..simulate._events import (
     TURN,
     TURNS,
 )
-from ..simulate._frame import base_motion, forcing, pace
-from ..simulate._laws import hertz_push, spring_push
+from ..simulate.basis.frame import base_motion, forcing, pace
+from ..simulate.basis.laws import hertz_push, spring_push
 from ._variation import Piece, Variation, laps_in, moving
 from .feedback import DelayedFeedback, check_signal
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 from .._compiled import inner
-from ..simulate._delay import DISPLACEMENT, VELOCITY, Past, read
-from ..simulate._events import BEGUN, LENGTH, LOW, PHASE, TURNS
-from ..simulate._tableau import DEGREE
+from ..simulate.basis.delay import DISPLACEMENT, VELOCITY, Past, read
+from ..simulate.basis.events import BEGUN, LENGTH, LOW, PHASE, TURNS
+from ..simulate.basis.tableau import DEGREE
 from ._force import feed
 from ._line import cut, since
 

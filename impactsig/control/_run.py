@@ -10,16 +10,8 @@ from __future__ import annotations
 import math
 
 from .._compiled import inlined, inner, kernel
-from ..simulate._contact import (
-    hold,
-    note,
-    settle_event,
-    slide,
-    touched,
-)
-from ..simulate._crossing import OF_STOP, ZEROS, event_root, list_events, polish, zeros_at_start
-from ..simulate._delay import DISPLACEMENT, VELOCITY, Control
-from ..simulate._events import (
+from ..simulate.basis.delay import DISPLACEMENT, VELOCITY, Control
+from ..simulate.basis.events import (
     APPROACH,
     BROKEN,
     DIVERGED,
@@ -44,13 +36,28 @@ from ..simulate._events import (
     Q,
     V,
 )
-from ..simulate._laws import PLACE
-from ..simulate._passing import pass_time, set_clock, time_until
-from ..simulate._rates import Functions, open_leg, origin, pull
-from ..simulate._rest import departure, holding, rigid_at, unstick
-from ..simulate._step import interpolate, stride, take
-from ..simulate._stepping import inside
-from ..simulate._tableau import DEGREE
+from ..simulate.basis.laws import PLACE
+from ..simulate.basis.tableau import DEGREE
+from ..simulate.exact.passing import pass_time, set_clock, time_until
+from ..simulate.stepping.contact import (
+    hold,
+    note,
+    settle_event,
+    slide,
+    touched,
+)
+from ..simulate.stepping.crossing import (
+    OF_STOP,
+    ZEROS,
+    event_root,
+    list_events,
+    polish,
+    zeros_at_start,
+)
+from ..simulate.stepping.rates import Functions, open_leg, origin, pull
+from ..simulate.stepping.rest import departure, holding, rigid_at, unstick
+from ..simulate.stepping.step import interpolate, stride, take
+from ..simulate.stepping.stepping import inside
 from ._force import bound, feed, signal_of
 from ._rows import (
     EDGE,

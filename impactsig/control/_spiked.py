@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..oscillators import Oscillator
-from ..simulate._events import (
+from ..simulate.basis.events import (
     COLUMNS,
     FULL,
     IMPACT,
@@ -18,8 +18,8 @@ from ..simulate._events import (
     TURN,
     TURNS,
 )
-from ..simulate._run import LEGS_AT_LEAST, after
 from ..simulate.motion import Motion
+from ..simulate.run import LEGS_AT_LEAST, after
 from ._nudged import Nudged, SpannedRun
 
 SMALL = 4  # rows of an engine that returns after every event

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..dynamics._collocation import NODES, solve
+from ..dynamics.periodic.collocation import NODES, solve
 from ..errors import InvalidInput
 from .feedback import DelayedFeedback
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import number, times_within
 from ..errors import InvalidInput
-from ..simulate._events import TURN
+from ..simulate.basis.events import TURN
 from ..simulate.motion import Motion
 
 if TYPE_CHECKING:
@@ -66,12 +66,7 @@ class ControlledMotion(Motion):
         InvalidInput
             If a time is outside the span.
         """
-        time = np.asarray(time, float)
-        slack = 1e-12 * max(abs(self.start), abs(self.stop))
-        if not ((time >= self.start - slack) & (time <= self.stop + slack)).all():
-            raise InvalidInput(
-                "time", time, f"times in the span, {self.start:.9g} to {self.stop:.9g} s"
-            )
+        time = times_within(time, self.start, self.stop, " s")
         turns, phase = self._instants(time.ravel())
         return self._control.force(turns, phase).reshape(time.shape)
 

@@ -12,8 +12,8 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..oscillators.flows import Flow
 from ..simulate import RungeKutta
-from ..simulate._events import TURN
-from ..simulate._run import LONGEST
+from ..simulate.basis.events import TURN
+from ..simulate.run import LONGEST
 from ..simulate.simulation import CHATTER
 from ._delayed import run_delayed
 from ._nudged import run_nudged
@@ -131,6 +131,28 @@ class Controlled:
         """Period of the forcing [s], or None."""
         return self.system.forcing_period
 
+    @property
+    def angular_forcing_frequency(self) -> Any:
+        """One turn per forcing period [rad per unit of time], or None where there is no forcing."""
+        return getattr(self.system, "angular_forcing_frequency", None)
+
+    @property
+    def dimension(self) -> int | None:
+        """Displacement and velocity under OGY; None where what is fed back is of the state."""
+        phases = schedule(self.controller, self.start, math.inf)
+        return 2 if all(isinstance(own, (OGY, type(None))) for _, own in phases) else None
+
+    def differentiated_by(self) -> Any:
+        """The module that has its tangent map, its exponents and its orbits."""
+        from . import _derivatives
+
+        return _derivatives
+
+    @property
+    def moving_on_orbits(self) -> Any:
+        """What moves on its periodic orbits: where feedback is silent, what it controls alone."""
+        return self.system if self.dimension is None else self
+
 
 def move(
     controlled: Controlled,
@@ -163,7 +185,7 @@ def move(
     options: dict[str, Any] = {"initial": initial, "method": method, "chatter": chatter}
     nudging = [own for _, own in phases if isinstance(own, OGY)]
     if nudging:
-        options["phase"] = _section(nudging, phase)
+        options["phase"] = section_of(nudging, phase)
         motion, engines = run_nudged(system, phases, length, **options)
         return under_control(motion, phases, engines)
     if any(isinstance(own, IntervalFeedback) for _, own in phases):
@@ -176,7 +198,7 @@ def move(
     return under_control(motion, phases, line)
 
 
-def _section(nudging: list[OGY], phase: float | None) -> float:
+def section_of(nudging: list[OGY], phase: float | None) -> float:
     """The phase at which all of them nudge.
 
     Raises

@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from .._arguments import times_within
 from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
-from ..simulate._course import STEPS, Running, coordinate_of
-from ..simulate._events import LINE_FULL, PHASE, STATUS, TURN, TURNS
-from ..simulate._tableau import tableau
+from ..simulate.basis.events import LINE_FULL, PHASE, STATUS, TURN, TURNS
+from ..simulate.basis.tableau import tableau
+from ..simulate.flows.course import STEPS, Running, coordinate_of
 from ._delayed import ROWS, laps_of, new_line, new_room
 from .feedback import DelayedFeedback
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..simulate._delay import Feedback, Line
+    from ..simulate.basis.delay import Feedback, Line
     from ..simulate.spectrum import PowerSpectrum
 
 AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
@@ -95,16 +96,14 @@ class ControlledFlowMotion(Shown):
         InvalidInput
             If a time is outside the span.
         """
-        from ..simulate._delay import FORCE
+        from ..simulate.basis.delay import FORCE
 
         return self._course(FORCE, time)
 
     def _course(self, which: int, time: Any) -> np.ndarray:
         from ._line import sample
 
-        time = np.asarray(time, float)
-        if not ((time >= 0) & (time <= self.duration * (1 + 1e-12))).all():
-            raise InvalidInput("time", time, f"times in the span, 0 to {self.duration:.9g}")
+        time = times_within(time, 0.0, self.duration)
         if len(self._line.laps) == 0:
             raise InvalidInput("time", time, f"a motion of one step or more ({self.status})")
         turns = np.floor(time / TURN)
@@ -181,7 +180,7 @@ class _Going(Running):
 
     def feedback(self, own: DelayedFeedback | None) -> Feedback:
         """In the kernel's terms."""
-        from ..simulate._delay import Feedback
+        from ..simulate.basis.delay import Feedback
         from ._flow_run import COORDINATES
 
         if own is None:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from .._arguments import choice, number, whole
-from ..dynamics.orbits import PeriodicOrbit
+from ..dynamics.periodic.orbits import PeriodicOrbit
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._impact_map import ImpactMap, impact_map_of

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from .._arguments import choice, number
-from ..dynamics.orbits import PeriodicOrbit
-from ..dynamics.tangent import tangent_map
+from ..dynamics.periodic.orbits import PeriodicOrbit
+from ..dynamics.tangents.tangent import tangent_map
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import simulate

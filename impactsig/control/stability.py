@@ -11,13 +11,14 @@ import numpy as np
 
 from .._arguments import whole
 from .._showing import Shown
-from ..dynamics._arguments import parameter_values
-from ..dynamics._batch import batch_error
-from ..dynamics._collocation import NODES
-from ..dynamics.flow_orbits import FlowOrbit
-from ..dynamics.orbits import PeriodicOrbit
+from ..dynamics.arguments import parameter_values
+from ..dynamics.periodic.collocation import NODES
+from ..dynamics.periodic.flow_orbits import FlowOrbit
+from ..dynamics.periodic.orbits import PeriodicOrbit
+from ..dynamics.tangents.batch import batch_error
 from ..errors import InvalidInput
-from ..oscillators import Cantilever
+from ..oscillators import Oscillator
+from ..oscillators.flows import Flow
 from ._flow_pieces import of_flow
 from ._impact_map import impact_map_of
 from ._oscillator_pieces import of_oscillator
@@ -160,10 +161,14 @@ def orbit_stability(
     >>> found.growth < 1
     True
     """
-    if not isinstance(orbit, (PeriodicOrbit, FlowOrbit)) or isinstance(orbit.system, Cantilever):
+    moves = getattr(orbit, "system", None)
+    if not isinstance(orbit, (PeriodicOrbit, FlowOrbit)) or not isinstance(
+        moves, (Oscillator, Flow)
+    ):
         raise InvalidInput(
-            "orbit", orbit, "an orbit of an Oscillator or a Flow", "find_periodic_orbit finds them"
-        )
+            "orbit", orbit, "an orbit of an Oscillator or a Flow alone",
+            "find_periodic_orbit finds them; one of a Controlled has its multipliers already",
+        )  # fmt: skip
     if not orbit.found:
         raise InvalidInput("orbit", orbit, "an orbit that was found")
     if isinstance(feedback, IntervalFeedback):

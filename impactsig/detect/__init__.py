@@ -1,5 +1,5 @@
 """Recording to Impacts: noise floor, threshold with hysteresis, contact time, sound onsets."""
 
-from ._detect import detect_impacts
+from .detect import detect_impacts
 
 __all__ = ["detect_impacts"]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner, kernel, njit
 from ._order_kernels import median_of, select
 
 OUTLYING = 4.0
@@ -20,14 +20,18 @@ SIXTH = 4.75  # the same over the magnitude that a sixth of them stay below
 SEEN = 256  # values that a median is taken of
 
 
-@njit(nogil=True)
+@njit(nogil=True, error_model="numpy", fastmath={"nnan", "nsz"})
 def take(values, reference, factor, out):
-    """Fill `out` with `factor` times what the values are above the reference."""
+    """Fill `out` with `factor` times what the values are above the reference; their range."""
+    lowest, highest = np.inf, -np.inf
     for i in range(len(values)):
-        out[i] = (np.float64(values[i]) - reference) * factor
+        x = (np.float64(values[i]) - reference) * factor
+        out[i] = x
+        lowest, highest = min(lowest, x), max(highest, x)
+    return highest - lowest
 
 
-@njit(nogil=True)
+@allocating
 def chunk_medians(x, chunk, out):
     """Medians of the chunks of x, of SEEN samples each; the last chunk may be longer.
 
@@ -45,7 +49,7 @@ def chunk_medians(x, chunk, out):
         out[0] = select(values, 0, count - 1, count // 6)
 
 
-@njit(nogil=True, fastmath={"reassoc", "nnan", "nsz"})
+@njit(nogil=True, error_model="numpy", fastmath={"reassoc", "nnan", "nsz"})
 def outlying(x, medians, chunk, widest, least, dropouts, mask, block, sums, counts, spikes):
     """Mark the samples of x that are no background; block sums of those that are.
 
@@ -145,7 +149,7 @@ def outlying(x, medians, chunk, widest, least, dropouts, mask, block, sums, coun
     return sigma, alone, runs
 
 
-@njit(nogil=True)
+@kernel
 def next_marked(mask, i):
     """Number of the first sample from i on that is marked; of the end if none is."""
     n = len(mask)
@@ -163,7 +167,7 @@ def next_marked(mask, i):
     return i
 
 
-@njit(nogil=True)
+@allocating
 def _outlying_blocks(mask, block, sums, counts):
     """Mark the blocks whose means are outlying too, and those beside them: feet of pulses."""
     values = np.empty(len(sums))
@@ -192,7 +196,7 @@ def _outlying_blocks(mask, block, sums, counts):
             sums[k], counts[k] = 0.0, 0
 
 
-@njit(nogil=True)
+@inner
 def _stands_alone(x, i, sigma):
     """Whether sample i is off its neighbours by far more than they are off theirs."""
     if i < 2 or i > len(x) - 3:
@@ -202,7 +206,7 @@ def _stands_alone(x, i, sigma):
     return off > 8.0 * sigma and off > ALONE * around
 
 
-@njit(nogil=True)
+@inner
 def _baseline(medians, chunk, i):
     """The line between the medians of the chunks whose middles are before and after sample i."""
     place = (i + 0.5) / chunk + 0.5

@@ -17,15 +17,18 @@ UNDECIDED = 0.2
 """Lead, as a share of the heights of events, that does not decide on the direction."""
 
 
-def direction(record: Survey, grid: Grid, scale: float) -> float:
-    """Whether pulses go up or down: the heights of events in the steepest stretches tell."""
+def direction(record: Survey, grid: Grid, scale: float, constant: float) -> float:
+    """Whether pulses go up or down: the heights of events in the steepest stretches tell.
+
+    What is recorded behind an AC coupling of that time constant [samples] swings either way.
+    """
     lean = 0.0
     found = []
     for part in record.strong:
         x = (part.astype(np.float64) - float(part[0])) * scale
         if len(x) < LEAST_SAMPLES:
             continue
-        found.append([_events(x, sign, grid) for sign in (1.0, -1.0)])
+        found.append([_events(x, sign, grid, constant) for sign in (1.0, -1.0)])
         middle = float(np.median(x[:: max(1, len(x) // 2048)]))
         extent = float(x.max() - x.min())
         lean += (float(x.max()) + float(x.min()) - 2.0 * middle) / extent if extent else 0.0
@@ -48,9 +51,9 @@ def direction(record: Survey, grid: Grid, scale: float) -> float:
     return math.copysign(1.0, vote if abs(vote) > UNDECIDED * voted else lean)
 
 
-def _events(x: np.ndarray, sign: float, grid: Grid) -> np.ndarray:
+def _events(x: np.ndarray, sign: float, grid: Grid, constant: float) -> np.ndarray:
     """Those of a stretch that point one way, no longer than a contact."""
-    spans = Spans(grid, len(x))
+    spans = Spans(grid, len(x), constant=constant)
     for k in range(spans.count):
         first, last = grid.bounds(k, len(x))
         spans.load(x[first:last], 0.0, sign)

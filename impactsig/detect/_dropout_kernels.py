@@ -3,8 +3,8 @@
 A converter that loses its signal, a gate, or a transmitter that repeats what it sent last gives the
 same value again and again. Where other samples are noisy, so many equal ones in a row are no
 signal; nor are zeros that a record which stands elsewhere falls to and comes back from at once. A
-peak at the limit of the instrument is none: it is reached gradually. Dropouts are filled with
-straight lines, so that neither their values nor their silence count.
+peak at the limit of the instrument is none: it is reached gradually, as is silence. Dropouts are
+filled with straight lines, so that neither their values nor their silence count.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import inner, kernel, njit
 from .._impact_flags import OPEN_END, OPEN_START
 from ._order_kernels import median_of
 from ._pulse_edges import ERRORS
@@ -34,6 +34,8 @@ FAR = 6.0
 """Times the noise: what a held value is off where it may be the limit of the instrument."""
 FALLEN = 2.5
 """Codes that zeros are off where a record has fallen to them: by two a slow drift goes as well."""
+SETTLING, SETTLED = 4, 0.1
+"""Samples before a held value that lie near it where the signal has settled; times the noise."""
 FEWEST, ENOUGH = 32, 1024
 """Samples to either side whose median a filled stretch begins and ends with: as many as it has
 itself, within these limits."""
@@ -66,6 +68,7 @@ def find_dropouts(x, zero, held, out):
     some = x[:: max(1, len(x) // 1024)].copy()
     middle = median_of(some, len(some))
     lowest, highest = x.min(), x.max()
+    silent = _silent(x, out[:count], noise)
     kept = 0
     for k in range(count):
         a, b = out[k, 0], out[k, 1]
@@ -78,7 +81,9 @@ def find_dropouts(x, zero, held, out):
         for beside in (before, after):
             between |= 0.25 * abs(off) < abs(beside - middle) < 0.75 * abs(off)
         limit = between or (value in (lowest, highest) and value != zero)
-        if a == 0 and value == held:
+        if value == silent:
+            dead = False
+        elif a == 0 and value == held:
             dead = True
         elif noise > 0.0 and b - a >= longer and (not coarse or b - a >= _usual_here(x, a, b)):
             dead = abs(off) < FAR * noise or not limit
@@ -93,7 +98,24 @@ def find_dropouts(x, zero, held, out):
     return kept
 
 
-@njit(nogil=True)
+@inner
+def _silent(x, runs, noise):
+    """Value that the samples settle to, as a sensor's ringing does where there is no noise; or NaN.
+
+    What drops out leaves noise behind it, which does not stay near one value.
+    """
+    for k in range(len(runs)):
+        a = runs[k, 0]
+        if a >= SETTLING:
+            away = 0.0
+            for i in range(a - SETTLING, a):
+                away = max(away, abs(x[i] - x[a]))
+            if away < SETTLED * noise:
+                return x[a]
+    return np.nan
+
+
+@inner
 def _usual_here(x, a, b):
     """Samples that chance holds at a value beside x[a:b], as far as that is long: see RARE."""
     first, last = max(0, a - (b - a)), min(len(x), 2 * b - a)
@@ -107,7 +129,7 @@ def _usual_here(x, a, b):
     return RARE / math.log(equal / pairs) if equal < pairs else np.inf
 
 
-@njit(nogil=True)
+@kernel
 def may_repeat(x):
     """Whether x may hold LEAST equal values in a row: the ends of parts half as long tell."""
     step = LEAST // 2
@@ -117,7 +139,7 @@ def may_repeat(x):
     return equal > 0
 
 
-@njit(nogil=True)
+@inner
 def _equal_runs(x, out):
     """Stretches of at least LEAST equal values, in order; how many."""
     n, half, count, i = len(x), LEAST // 2, 0, 0
@@ -137,7 +159,7 @@ def _equal_runs(x, out):
     return count
 
 
-@njit(nogil=True)
+@inner
 def _live(x, runs):
     """Noise of the samples outside of the runs, 0 where they do not look noisy; share that repeat.
 
@@ -198,14 +220,14 @@ def _level(x, a, b, values):
     return median_of(values, b - a)
 
 
-@njit(nogil=True)
+@kernel
 def _line(x, run, first, last):
     a, b = run
     for i in range(a, b):
         x[i] = first + (i - a + 1) * (last - first) / (b - a + 1)
 
 
-@njit(nogil=True)
+@kernel
 def cut_off(rows, runs):
     """Flag the pulses that a dropout cuts off as open there, their errors as infinite.
 

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner, kernel
 from ._ladder import HALF_SINE_GAIN, MATCH
 from ._order_kernels import select
 from ._pair_fit import PAIR
-from ._response_kernels import CREST, gated, noise_at, parts, running_sums
+from ._response_kernels import CREST, gated, noise_at, parts, parts_inside, running_sums
 from ._touching_kernels import NOT_TWO, TWO, crests_between_dips, two_pulses
 
 EVENT = 5  # fields of an event: centre, width [samples], height, height over noise, flank mean
@@ -23,36 +23,35 @@ LEAST = 5.0  # standard deviations that are left of a response once others are t
 CLEAR = 15.0  # standard deviations from which an event is one whatever is around it
 AROUND, SEEN = 32, 40  # widths to either side that are looked at, and responses on each
 LOUDER = 2.0  # times the noise that they are at least, where they count
+WIDER = 1.7  # times its width: what a crest's event may be as wide as
 INSIDE = 0.5  # of a wide impact's height: the least of a narrow one on top of it
 NARROW = 0.08  # of its width: the greatest of such, whose flanks lie on the wide one
+LINKS = 3  # crests in a row, each of which explains part of the next
 ROOM = 0.2  # of the way to a neighbour: how far a crest may move
 SURE = 4.5  # standard deviations that the samples fall by between two crests, at least
 RESPONSE = 1.03  # noise of the response to one sample over that of a sample
 
 
-@njit(nogil=True)
-def _half_sine(a, b, length):
-    """Integral from a to b of a half-sine of height 1 in the middle of which 0 lies."""
-    half = 0.5 * length
-    if b <= -half or a >= half:
-        return 0.0
-    turn = math.pi / length
-    upper = math.sin(turn * b) if b < half else 1.0
-    lower = math.sin(turn * a) if a > -half else -1.0
-    return (upper - lower) / turn
+@inner
+def _sine_within(x):
+    """Sine of x, or of the right angle that is nearer where x is beyond; its series, to 1e-9."""
+    x = min(max(x, -0.5 * math.pi), 0.5 * math.pi)
+    z = -x * x
+    y = 1.0 + z * (1 / 72) * (1.0 + z * (1 / 110) * (1.0 + z * (1 / 156)))
+    return x * (1.0 + z * (1 / 6) * (1.0 + z * (1 / 20) * (1.0 + z * (1 / 42) * y)))
 
 
-@njit(nogil=True)
+@kernel
 def explained(apart, width, wide):
     """Response on a width to a half-sine of height 1 that suits the width `wide`, `apart` away."""
-    length = wide / MATCH
-    a, b = apart - 0.5 * width, apart + 0.5 * width
-    response = _half_sine(a, b, length) / width
-    near, far = 1.5 * width + 0.5, 5.5 * width + 4.5
-    sides = _half_sine(apart - far, apart - near, length) + _half_sine(
-        apart + near, apart + far, length
-    )
-    return HALF_SINE_GAIN * (response - 0.5 * sides / (far - near))
+    turn = math.pi * MATCH / wide
+    centre, half = turn * apart, 0.5 * turn * width
+    near, far = turn * (1.5 * width + 0.5), turn * (5.5 * width + 4.5)
+    # Integrals of the half-sine, in the angle that it has gone through.
+    response = (_sine_within(centre + half) - _sine_within(centre - half)) / (2.0 * half)
+    before = _sine_within(centre - near) - _sine_within(centre - far)
+    after = _sine_within(centre + far) - _sine_within(centre + near)
+    return HALF_SINE_GAIN * (response - 0.5 * (before + after) / (far - near))
 
 
 class Noise(NamedTuple):
@@ -63,14 +62,14 @@ class Noise(NamedTuple):
     known: np.ndarray
 
 
-@njit(nogil=True)
+@allocating
 def _noise_of(here):
     """Noise of the responses in a stretch."""
     known = np.full(2 * here.rungs.width[-1], np.nan)
     return Noise(here.rungs.width.astype(np.float64), here.noise, known)
 
 
-@njit(nogil=True)
+@inner
 def _sigma_at(width, noise):
     """Noise of the response to a whole number of samples."""
     if width >= len(noise.known):
@@ -81,12 +80,18 @@ def _sigma_at(width, noise):
     return sigma
 
 
-@njit(nogil=True)
-def near_crests(before, own, after, low, high, out, doubt):
-    """Put the crests of three spans that lie in [low, high) into `out`, in order; how many.
+@kernel
+def near_crests(before, own, after, first, last, widths, out, doubt):
+    """Put the crests of three spans that may matter in [first, last) into `out`; how many.
 
-    `doubt` takes what is the less the more certain they are.
+    They stay in their order. `doubt` takes what is the less the more certain they are.
     """
+    widest = 0.0
+    for crests in (before, own, after):
+        for k in range(len(crests)):
+            widest = max(widest, widths[int(crests[k, 1])])
+    margin = LINKS * 0.5 * (widest / MATCH + widest)
+    low, high = first - margin, last + margin
     count = 0
     for crests in (before, own, after):
         for k in range(len(crests)):
@@ -105,7 +110,7 @@ def strongest_first(doubt):
     return np.argsort(doubt, kind="stable") if _tied(doubt, order) else order
 
 
-@njit(nogil=True)
+@kernel
 def _tied(values, order):
     same = 0
     for k in range(1, len(order)):
@@ -113,7 +118,7 @@ def _tied(values, order):
     return same > 0
 
 
-@njit(nogil=True)
+@allocating
 def find_events(here, crests, order, widest, out):
     """Events whose crests lie in a stretch, in the order of time.
 
@@ -140,12 +145,16 @@ def find_events(here, crests, order, widest, out):
     events = np.empty((len(out), EVENT))
     found = 0
     event = np.empty(EVENT)
+    greatest = 0.0
+    for k in range(kept):
+        greatest = max(greatest, noise.widths[int(crests[chosen[k], 1])])
+    sums = np.empty(_room_for(WIDER * greatest))
     for k in range(kept):
         centre, width = crests[chosen[k], 0], noise.widths[int(crests[chosen[k], 1])]
         if not here.first <= centre < here.last:
             continue
         narrowest = 1.0 if width <= 2.0 else width / 1.6
-        good = _best(x, origin, total, centre, narrowest, 1.7 * width, noise, event)
+        good = _best(x, origin, total, centre, narrowest, WIDER * width, noise, sums, event)
         if good and found < len(events):
             if event[1] <= widest and event[1] >= 4.0:
                 found += _parted(x, origin, total, event, noise, events[found:])
@@ -166,7 +175,7 @@ def find_events(here, crests, order, widest, out):
     return count
 
 
-@njit(nogil=True)
+@allocating
 def _among(x, origin, total, event):
     """Height of an event over the responses around it, inf where these are no louder than noise.
 
@@ -201,7 +210,7 @@ def _among(x, origin, total, event):
     return event[2] / local
 
 
-@njit(nogil=True)
+@allocating
 def _leading(crests, order, widths, out):
     """Numbers of the crests, in the order of `order`, that those before them do not explain.
 
@@ -252,16 +261,27 @@ def _leading(crests, order, widths, out):
     return kept
 
 
-@njit(nogil=True)
-def _best(x, origin, total, centre, narrowest, widest, noise, event, room=np.inf):
+@inner
+def _margin(widest):
+    """Samples to the outer end of a flank of a response, and of the crest's way."""
+    return int(6.2 * widest) + 16
+
+
+@inner
+def _room_for(widest):
+    """Sums that `_best` needs room for."""
+    return 2 * _margin(widest) + 2
+
+
+@inner
+def _best(x, origin, total, centre, narrowest, widest, noise, sums, event, room=np.inf):
     """Fill `event` with the best of the widths in a range, near a centre; quarter octaves.
 
-    The crest is looked for within 0.6 widths and `room` of the centre.
+    The crest is looked for within 0.6 widths and `room` of the centre. `sums` is room to work in.
     """
-    margin = int(8 * widest) + 24
+    margin = _margin(widest)
     lo, hi = max(0, int(centre) - margin), min(total, int(centre) + margin + 1)
     lo, hi = max(lo, origin), min(hi, origin + len(x))
-    sums = np.empty(hi - lo + 1)
     running_sums(x, lo - origin, hi - lo, sums)
     reference = x[lo - origin]
     event[0], event[1], event[2], event[3], event[4] = centre, narrowest, 0.0, 0.0, 0.0
@@ -281,8 +301,13 @@ def _best(x, origin, total, centre, narrowest, widest, noise, event, room=np.inf
         reach = min(0.6 * width, room)
         first = max(round(centre - shift - reach - 0.5), lo)
         last = min(round(centre - shift + reach + 0.5), hi - 1)
+        per_unit, per_side = 1.0 / width, 1.0 / (far - near)
+        inside = first - lo >= far and last + far < hi
         for i in range(first, last + 1, stride):
-            c, left, right = parts(sums, 0, hi - lo, i - lo, width, near, far)
+            if inside:
+                c, left, right = parts_inside(sums, i - lo, width, near, far, per_unit, per_side)
+            else:
+                c, left, right = parts(sums, 0, hi - lo, i - lo, width, near, far)
             value = gated(c, left, right, gain)
             if value > sigma * event[3]:
                 event[0], event[1], event[2] = i + shift, width, value
@@ -290,7 +315,7 @@ def _best(x, origin, total, centre, narrowest, widest, noise, event, room=np.inf
     return event[3] > 0.0
 
 
-@njit(nogil=True)
+@allocating
 def _parted(x, origin, total, event, noise, out):
     """The events that one is made of.
 
@@ -329,14 +354,14 @@ def _parted(x, origin, total, event, noise, out):
     if n < 2 or len(out) < n:
         return 1
     found = 0
-    part = np.empty(EVENT)
+    part, sums = np.empty(EVENT), np.empty(_room_for(float(2 * len(here))))
     for k in range(n):
         left = dips[k - 1] if k > 0 else crests[k] - (dips[k] - crests[k])
         right = dips[k] if k < n - 1 else crests[k] + (crests[k] - dips[k - 1])
         widest = max(1.0, 0.9 * (right - left))
         narrowest = max(1.0, 0.35 * (right - left))
         centre = lo + crests[k] + 0.5 * (mean - 1)
-        if _best(x, origin, total, centre, narrowest, widest, noise, part):
+        if _best(x, origin, total, centre, narrowest, widest, noise, sums, part):
             out[found] = part
             found += 1
     if found == 0:
@@ -345,7 +370,7 @@ def _parted(x, origin, total, event, noise, out):
     return found
 
 
-@njit(nogil=True)
+@allocating
 def _distinct(events, order, out):
     """Mark in `out` the events, in the order of `order`, that lie on none before them."""
     taken = np.empty((len(order), 2))
@@ -363,7 +388,7 @@ def _distinct(events, order, out):
             count += 1
 
 
-@njit(nogil=True)
+@allocating
 def place(here, events, white, out):
     """Crest and flanks of events at the widths that they have been given.
 
@@ -382,13 +407,15 @@ def place(here, events, white, out):
     colours = noise.sigma / (noise.sigma[0] * white)
     for k in range(len(events)):
         events[k, 1] = max(np.round(events[k, 1]), 1.0)
+    sums = np.empty(_room_for(events[:, 1].max() if len(events) else 0.0))
     for k in range(len(events)):
         width, room = events[k, 1], np.inf
         for m in (k - 1, k + 1):
             if 0 <= m < len(events):
                 room = min(room, ROOM * abs(events[m, 0] - events[k, 0]))
         centre = events[k, 0]
-        if _best(here.x, here.origin, here.total, centre, width, width, noise, event, room):
+        x, origin, total = here.x, here.origin, here.total
+        if _best(x, origin, total, centre, width, width, noise, sums, event, room):
             events[k, 0], events[k, 4] = event[0], event[4]
         out[k, 0], out[k, 1], out[k, 2] = events[k, 0], events[k, 4], width
         out[k, 3] = np.interp(width, noise.widths, colours)

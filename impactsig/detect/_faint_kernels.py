@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating
 from ._ladder import FACTOR, Ladder
 from ._response_kernels import Stretch, block_means, crests_on
 
 
-@njit(nogil=True)
+@allocating
 def find_faint(here: Stretch, rung: int, least: float, out: np.ndarray) -> tuple[int, int]:
     """Upward crests of the responses on one rung, then downward ones.
 

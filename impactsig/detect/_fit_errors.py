@@ -18,8 +18,9 @@ import math
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner
 from ._pulse_errors import Errors
+from ._pulse_fit import Fit  # noqa: F401  (the type of an argument)
 from ._pulse_model import (
     AMPLITUDE,
     BY_POWER,
@@ -37,7 +38,8 @@ from ._pulse_model import (
     START,
     VALUE,
     WIDER,
-    linearize,
+    add_priors,
+    inside,
     parts_of,
 )
 from ._small_matrices import factor, solve
@@ -62,32 +64,32 @@ SQUARE = SCORE + WIDER
 KEPT = SQUARE + WIDER * WIDER
 
 
-@njit(nogil=True)
-def fit_errors(points, x, log_edge, p, per, unit, seen, curve, keep):
+@allocating
+def fit_errors(points, log_edge, p, fit, per, unit, seen, keep):
     """Standard errors of start, contact and peak of a fit.
 
     Parameters
     ----------
-    points, x, log_edge, p
+    points, log_edge, p
         As `fit_pulse` took them, and left `p`.
+    fit : Fit
+        What it returned; the priors are taken out of its normal equations.
     per : int
         Samples in the mean that each of x is.
     unit : float
-        Unit of x.
+        Unit of what was fitted to.
     seen : Seen
         What the pulse was measured in.
-    curve : array
-        Room for the curve of the model.
     keep : array (KEPT,)
         Takes the fit, but for the first column.
     """
     noise = seen.noise / (unit * math.sqrt(per))
     variance = noise * noise
-    normal, factors = np.empty((WIDER, WIDER + 1)), np.empty((WIDER, WIDER))
-    inside = linearize(p, points, x, curve, normal)
+    normal, factors = fit.normal, np.empty((WIDER, WIDER))
+    add_priors(p, log_edge, -1.0, normal)
     parts = parts_of(p)
     bins, level, slope = np.zeros((BINS, WIDER + 2)), np.zeros(WIDER), np.zeros(WIDER)
-    _add_up(p, parts, points, inside, seen.baseline.centre, curve, bins, level, slope)
+    _add_up(p, parts, points, seen.baseline.centre, fit.curve, bins, level, slope)
     beside = np.empty(WIDER)
     for i in range(WIDER):
         beside[i] = normal[i, WIDER]
@@ -142,14 +144,14 @@ def fit_errors(points, x, log_edge, p, per, unit, seen, curve, keep):
     return Errors(errors[0], errors[1], errors[2] * unit, 0.0)
 
 
-@njit(nogil=True)
+@inner
 def put_contact(parts, along):
     """Put the derivatives of the contact time by the parameters into `along`."""
     along[SKEW], along[FLAT] = 0.5 * (parts.rise - parts.fall), parts.flat
     along[LENGTH] = parts.rise + parts.flat + parts.fall
 
 
-@njit(nogil=True)
+@inner
 def _product(a, b):
     total = 0.0
     for i in range(len(a)):
@@ -157,7 +159,7 @@ def _product(a, b):
     return total
 
 
-@njit(nogil=True)
+@inner
 def _factor_with(information, normal, factors):
     """Put the factors of the normal equations with priors into `factors`."""
     for i in range(WIDER):
@@ -168,18 +170,19 @@ def _factor_with(information, normal, factors):
     factor(factors)
 
 
-@njit(nogil=True)
-def _add_up(p, parts, points, inside, centre, curve, bins, level, slope):
+@allocating
+def _add_up(p, parts, points, centre, curve, bins, level, slope):
     """Add up derivatives J, residuals and points in stretches; J^T 1, and J^T (t - centre)."""
     end = parts.rise + parts.flat + parts.fall
     turn = 0.5 * (2.0 * parts.rise + parts.flat)
+    first, fall, last = inside(p, parts, points)
     j = np.zeros(WIDER)
-    for k in range(inside.last - inside.first):
-        at = points[inside.first + k]
+    for k in range(last - first):
+        at = points[first + k]
         u = at - p[START]
         by_start = curve[BY_START, k]
         j[0], j[1], j[4], j[5] = curve[VALUE, k], by_start, curve[BY_POWER, k], by_start * u
-        if inside.first + k < inside.fall:
+        if first + k < fall:
             j[2], j[3], j[6] = 0.5 * j[5], 0.0, j[4]
         else:
             j[2], j[3], j[6] = turn * by_start - 0.5 * j[5], parts.flat * by_start, -j[4]

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..impacts import Disturbance
+from ._coupling import time_constant
 from ._direction import direction
 from ._disturbances import disturbances
 from ._dropout_kernels import cut_off
@@ -24,10 +25,11 @@ from ._force_impacts import ROW, ForceImpacts, Found
 from ._grid import Grid
 from ._judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
 from ._judging_kernels import (
-    alone,
     bounds,
     consistent,
-    drawn_together,
+    draw_together,
+    leave_alone,
+    measured_ringing,
     too_long,
     widen,
     with_neighbors,
@@ -80,13 +82,14 @@ def detect_force(
     greatest = max(abs(record.lowest), abs(record.highest))
     # A power of two changes no digit; squares of what is far from 1 would not be numbers.
     scale = 1.0 if 1e-60 < greatest < 1e60 else 2.0 ** -math.floor(math.log2(greatest))
+    constant = time_constant(record.strong, scale)
     size = max(length for _, length in record.segments) if in_memory else 16 * FRAME
 
     def search(longest: float) -> ForceImpacts:
         grid = Grid(rate, longest * rate)
-        sign = wanted.polarity or direction(record, grid, scale)
+        sign = wanted.polarity or direction(record, grid, scale, constant)
         limit = record.highest if sign > 0 else -record.lowest
-        found = Found(longest, scale)
+        found = Found(longest, scale, constant)
         for frame in frames(pieces(), size):
             if frame.offset == 0:
                 total = next(length for first, length in record.segments if first == frame.segment)
@@ -123,6 +126,7 @@ class _Search:
             wanted.level.unit and wanted.level.unit * scale,
             wanted.level.sigma,
             wanted.skip,
+            found.constant,
         )
         self.held = np.empty(0)
         self.offset = 0  # sample of the stretch that held[0] is
@@ -174,26 +178,27 @@ class _Search:
             probability = np.concatenate((probability, judge.faint_probability[inside]))
             order = np.argsort(events[:, 0], kind="stable")
             events, probability = events[order], probability[order]
-        events[:, 1] = drawn_together(events, group)
+        draw_together(events, group)
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
             self._measure(k, events, group, again, rows)
-            wider = widen(events, rows)
-            if wider.any():
-                self._measure(k, events, group, with_neighbors(wider), rows)
-            if (long := too_long(rows, judge.longest)).any():
+            marks, ends = np.empty((2, len(rows)), np.bool_)
+            if widen(events, rows, marks):
+                self._measure(k, events, group, with_neighbors(marks), rows)
+            if too_long(rows, judge.longest, marks):
                 # No impact: nothing rings after it, and it bounds none.
-                span.events = span.events[~np.isin(span.events[:, 0], events[long, 0])]
+                span.events = span.events[~np.isin(span.events[:, 0], events[marks, 0])]
                 self.found.disturbances += [
-                    Disturbance("wide", row[0] + segment, row[1], row[2]) for row in rows[long]
+                    Disturbance("wide", row[0] + segment, row[1], row[2]) for row in rows[marks]
                 ]
                 return self._report(k, segment)
-            kept, ends = consistent(rows, self.total, judge.shortest)
+            kept = marks
+            consistent(rows, self.total, judge.shortest, kept, ends)
             if ends.any():
                 for i in np.flatnonzero(kept & ends):
                     kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])
-            kept &= alone(rows)
-            if kept.all():
+            kept &= ~measured_ringing(rows, group)
+            if leave_alone(rows, kept):
                 break
             dropped = worst(~kept, rows[:, 8])  # what is no pulse bounds none
             again = with_neighbors(dropped)[~dropped]
@@ -228,11 +233,12 @@ class _Search:
         sigma = float(span.noise[0]) / RESPONSE if span.sigma else 0.0
         relative = self.wanted.relative
         level = self.wanted.contact_level * (1.0 if relative else abs(self.factor))
-        again = with_partners(places, again)
+        chosen = np.empty(len(again), np.bool_)
+        with_partners(places, again, chosen)
         measure_all(
-            samples, origin, self.total, places, again, sigma, before, after, level, relative, rows
+            samples, origin, self.total, places, chosen, sigma, before, after, level, relative, rows
         )
         limit = self.limit - self.factor * self.reference
         mark_clipped(span.values, span.first, self.reference, self.factor, limit, rows)
-        measure_pairs(samples, origin, places, again, sigma, level, relative, rows)
+        measure_pairs(samples, origin, places, chosen, sigma, level, relative, rows)
         rows[:, 7], rows[:, 8], rows[:, 9] = events[:, 1], events[:, 3], events[:, 2]

@@ -34,6 +34,7 @@ class ForceImpacts(NamedTuple):
     step: float  # of the converter
     saturation: float | None  # value that pulses were cut off at
     hum: dict[float, float]  # amplitude by frequency
+    constant: float  # time constant of an AC coupling, 0 if there is none
     disturbances: list[Disturbance]
     longest: float  # contact that was searched for [s]
     moves: bool  # something slower than that does
@@ -43,8 +44,8 @@ class ForceImpacts(NamedTuple):
 class Found:
     """What has been found so far."""
 
-    def __init__(self, longest: float, scale: float) -> None:
-        self.longest, self.scale = longest, scale
+    def __init__(self, longest: float, scale: float, constant: float) -> None:
+        self.longest, self.scale, self.constant = longest, scale, constant
         self.rows = [np.empty((0, ROW))]
         self.probability = [np.empty(0)]
         self.noise: list[np.ndarray] = []
@@ -110,6 +111,7 @@ class Found:
             (float(np.median(steps)) if len(steps) > len(self.steps) / 2 else 0.0) * back,
             limit if (flags & CLIPPED).any() else None,
             {f: a * back for f, a in hum.items() if a > 0},
+            self.constant,
             joined([self._in_the_unit(one, sign * back) for one in self.disturbances]),
             self.longest,
             self.moves,

@@ -165,9 +165,11 @@ class Judge:
         like = np.abs(np.log(self.events[:, 1] / width)) < UNLIKE
         several = self.passing & self.certain & like
         heights = self.events[several, 3]
-        chance, certain = probabilities(upward, downward, heights, up / width, down / width)
-        self.probability[several] = np.maximum(self.probability[several], certain)
-        return chance
+        n = len(upward)
+        out = np.empty(n + len(heights))
+        probabilities(upward, downward, heights, up / width, down / width, out)
+        self.probability[several] = np.maximum(self.probability[several], out[n:])
+        return out[:n]
 
     def decide(self) -> None:
         """Keep what is likely enough."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import kernel, njit
 from .._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from ._false_alarms import LEAST_SIGMA, discovery_level
 from ._ladder import MATCH
@@ -24,7 +24,7 @@ LOBES = 32
 """Samples to either side of a very short pulse where its filter rings."""
 
 
-@njit(nogil=True)
+@kernel
 def alike(width, usual):
     """Whether a width is about the usual one, as far as noise lets it be seen."""
     return abs(np.log(width / usual)) < UNLIKE
@@ -53,7 +53,7 @@ def levels(near, samples, seconds):
     return usual, quantile(clear[:, 2], 0.97), level, level_else
 
 
-@njit(nogil=True)
+@kernel
 def certainty(events, usual, usual_level, level_else, out):
     """Fill `out` with the probability of events by the level of their width, where it is 1/2.
 
@@ -67,7 +67,7 @@ def certainty(events, usual, usual_level, level_else, out):
         out[k] = at_level / (at_level + at_height)
 
 
-@njit(nogil=True)
+@kernel
 def apart(crests, events, reach, out):
     """Mark in `out` the crests that lie on none of the events, `reach` widths to either side.
 
@@ -76,8 +76,9 @@ def apart(crests, events, reach, out):
     crests, events : arrays (n, CREST), (m, EVENT)
         The events in the order of time, but for what two seconds share at their border.
     """
-    widest = events[:, 1].max() if len(events) else 0.0
-    first = 0
+    widest, first = 0.0, 0
+    for k in range(len(events)):
+        widest = max(widest, events[k, 1])
     for k in range(len(crests)):
         while first < len(events) and events[first, 0] < crests[k, 0] - reach * widest - 2.0:
             first += 1
@@ -90,14 +91,13 @@ def apart(crests, events, reach, out):
             i += 1
 
 
-@njit(nogil=True)
-def consistent(rows, total, shortest):
-    """Measured pulses about as long and as high as their responses say; those at an end.
+@kernel
+def consistent(rows, total, shortest, kept, ends):
+    """Mark measured pulses about as long and as high as their responses say, and those at an end.
 
     A neighbour in the flanks makes the width too narrow, seldom too wide. At an end of the
     stretch, where a response has one flank only, a pulse is under way or there is none.
     """
-    kept, ends = np.empty(len(rows), np.bool_), np.empty(len(rows), np.bool_)
     for k in range(len(rows)):
         contact, peak, flags = rows[k, 1], rows[k, 2], int(rows[k, 5])
         length, height = rows[k, 7] / MATCH, rows[k, 9]
@@ -111,33 +111,34 @@ def consistent(rows, total, shortest):
             kept[k] = under_way or (whole and flags == 0)
         else:
             kept[k] = flags != NO_PULSE and whole and not under_way
-    return kept, ends
 
 
-@njit(nogil=True)
-def too_long(rows, longest):
-    """Measured pulses that are longer than a contact, and not cut off by an end."""
-    out = np.empty(len(rows), np.bool_)
+@kernel
+def too_long(rows, longest, out):
+    """Mark measured pulses that are longer than a contact and not cut off; whether any is."""
+    count = 0
     for k in range(len(rows)):
         flags = int(rows[k, 5])
         whole = flags != NO_PULSE and not flags & (OPEN_START | OPEN_END)
         out[k] = whole and rows[k, 1] > TOO_LONG * longest
-    return out
+        count += out[k]
+    return count > 0
 
 
-@njit(nogil=True)
-def widen(events, rows):
-    """Give events the widths of what was measured, where that is longer; which these are.
+@kernel
+def widen(events, rows, wider):
+    """Give events the widths of what was measured, where that is longer; whether it is any.
 
-    A neighbour in its flanks makes a pulse look narrower than it is.
+    A neighbour in its flanks makes a pulse look narrower than it is. `wider` marks these.
     """
-    wider = np.zeros(len(rows), np.bool_)
+    count = 0
     for k in range(len(rows)):
         off = rows[k, 1] / (rows[k, 7] / MATCH)
-        if rows[k, 5] == 0 and 1.5 < off < 10.0 and rows[k, 7] > 2.0:
+        wider[k] = rows[k, 5] == 0 and 1.5 < off < 10.0 and rows[k, 7] > 2.0
+        if wider[k]:
             events[k, 1] = MATCH * rows[k, 1]
-            wider[k] = True
-    return wider
+            count += 1
+    return count > 0
 
 
 @njit(nogil=True)
@@ -150,7 +151,7 @@ def with_neighbors(marked):
     return out
 
 
-@njit(nogil=True)
+@kernel
 def bounds(group, first, last, total):
     """Centres of the events next to the samples [first, last); -1 and `total` where none is."""
     before, after = -1.0, float(total)
@@ -164,27 +165,25 @@ def bounds(group, first, last, total):
 
 
 @njit(nogil=True)
-def drawn_together(events, group):
-    """Widths of events, drawn to those around them by how well either is known.
+def draw_together(events, group):
+    """Draw the widths of events, in place, to those around them by how well either is known.
 
     The logarithm of a width is uncertain by about 4 over the height in standard deviations of the
     noise (measured on half-sines in white noise).
     """
-    drawn = events[:, 1].copy()
     if len(group) == 0:
-        return drawn
+        return
     logs = np.log(group[:, 1])
     clear = logs[group[:, 3] > 2 * LEAST_SIGMA]
     if len(clear) < 5:
         clear = logs
     middle = quantile(clear, 0.5)
     spread = max(0.05, 1.4826 * quantile(np.abs(clear - middle), 0.5))
-    for k in range(len(drawn)):
-        own, error = np.log(drawn[k]), 4.0 / events[k, 3]
+    for k in range(len(events)):
+        own, error = np.log(events[k, 1]), 4.0 / events[k, 3]
         if abs(own - middle) < 3 * np.hypot(spread, error):
             weight = spread**2 / (spread**2 + error**2)
-            drawn[k] = np.exp(weight * own + (1 - weight) * middle)
-    return drawn
+            events[k, 1] = np.exp(weight * own + (1 - weight) * middle)
 
 
 @njit(nogil=True)
@@ -198,17 +197,19 @@ def worst(bad, sure):
     return out
 
 
-@njit(nogil=True)
-def alone(rows):
-    """Which pulses are the higher ones where two share half of the first one's contact."""
-    kept = np.ones(len(rows), np.bool_)
+@kernel
+def leave_alone(rows, kept):
+    """Keep the higher of two pulses that share half of the first contact; whether all are kept."""
     for i in range(1, len(rows)):
         if rows[i, 0] < rows[i - 1, 0] + 0.5 * rows[i - 1, 1]:
             kept[i if rows[i, 2] <= rows[i - 1, 2] else i - 1] = False
-    return kept
+    count = 0
+    for i in range(len(rows)):
+        count += kept[i]
+    return count == len(rows)
 
 
-@njit(nogil=True)
+@kernel
 def ringing(events, near, out):
     """Mark in `out` the events that ring: narrower and far weaker than one just before.
 
@@ -239,6 +240,18 @@ def ringing(events, near, out):
 
 
 @njit(nogil=True)
+def measured_ringing(rows, near):
+    """Measured pulses that ring: noise may widen their response, but less so their contact."""
+    events, out = np.empty((len(rows), 3)), np.empty(len(rows), np.bool_)
+    for k in range(len(rows)):
+        events[k, 0] = rows[k, 0] + 0.5 * rows[k, 1]
+        events[k, 1] = MATCH * rows[k, 1]
+        events[k, 2] = rows[k, 2]
+    ringing(events, near, out)
+    return out
+
+
+@kernel
 def lobes(events, near, out):
     """Mark in `out` the events that may be the ringing of a filter beside a greater one.
 

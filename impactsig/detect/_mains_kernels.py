@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import kernel, njit
 
 
-@njit(nogil=True)
+@kernel
 def mean_blocks(sums, counts, means, halved):
     """Means of blocks, 0 of none, and the means of two of them each."""
     for k in range(len(means)):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner
 from ._background_kernels import MEDIAN, next_marked
 from ._order_kernels import median_of, middle, select
 from ._response_kernels import running_sums
@@ -21,7 +21,7 @@ FEW = 24  # responses: fewer tell no noise
 PLACES = 320  # responses that tell the noise of a width
 
 
-@njit(nogil=True)
+@allocating
 def _cut_out(x, mask, runs, kept):
     """Put straight lines in place of what is marked in x; levels where it reaches an end.
 
@@ -53,7 +53,7 @@ def _cut_out(x, mask, runs, kept):
     return count
 
 
-@njit(nogil=True)
+@inner
 def _put_back(x, runs, kept):
     """Undo `_cut_out`."""
     room = 0
@@ -63,7 +63,7 @@ def _put_back(x, runs, kept):
             room += 1
 
 
-@njit(nogil=True)
+@inner
 def _beside(x, mask, first, step, wanted):
     """Mean of up to `wanted` samples from `first` on, as far as they are background."""
     total, count, i = 0.0, 0, first
@@ -74,7 +74,7 @@ def _beside(x, mask, first, step, wanted):
     return total / count if count else np.nan
 
 
-@njit(nogil=True)
+@allocating
 def _response_noise(sums, runs, rungs, floor, sigma, out):
     """Standard deviation of the responses on each rung, from PLACES of them.
 
@@ -136,7 +136,7 @@ def _response_noise(sums, runs, rungs, floor, sigma, out):
         out[j] = max(rungs.gain[j] * max(middle_value, upper), least)
 
 
-@njit(nogil=True)
+@allocating
 def read_noise(x, spikes, mask, rungs, floor, rest, sigma, sums, out):
     """Take samples that stand alone out of x, in place; the noise of its responses.
 
@@ -168,19 +168,18 @@ def read_noise(x, spikes, mask, rungs, floor, rest, sigma, sums, out):
         out[j] = max(out[j], rest)
 
 
-@njit(nogil=True)
-def noise_around(noise, at, least):
-    """Noise of the responses in the span of row `at`, from that of some spans, a row each.
+@allocating
+def noise_around(noise, at, least, out):
+    """Fill `out` with the noise in the span of row `at`, from that of some spans, a row each.
 
     The median; but a louder span counts for itself and the next ones, as responses at the border
     see the noise beyond it.
     """
     usual = np.empty(noise.shape[1])
     middle(noise, usual)
-    out = usual.copy()
     for j in range(len(out)):
+        out[j] = usual[j]
         for k in range(max(at - 1, 0), min(at + 2, len(noise))):
             if noise[k, j] > LOUDER * usual[j]:
                 out[j] = max(out[j], noise[k, j])
         out[j] = max(out[j], least)
-    return out

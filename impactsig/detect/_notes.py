@@ -10,6 +10,8 @@ from ._force_impacts import ForceImpacts
 
 FAINT = 1.4
 """Times the threshold: below it, as many impacts are missed as are found."""
+SHORT = 0.5
+"""Of the usual contact: a time constant below it takes most of the pulse."""
 MANY = 0.1
 """Share of the impacts that a note is worth."""
 
@@ -49,6 +51,12 @@ def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, .
                 "A contact lasts about one sample: contact times are upper bounds; a higher "
                 "sampling rate would resolve them."
             )
+    if count and 0 < found.constant < SHORT * float(np.median(found.columns[:, 1])):
+        notes.append(
+            f"The sensor is AC coupled, with a time constant of {found.constant / rate:.2g} s, "
+            "shorter than half a contact: contact times, peaks and impulses are as exact as it is "
+            "read from the undershoot. A sensor with a longer one would show them."
+        )
     usual = max(LONGEST[0], LONGEST[1] / rate)
     if count and settled and found.longest > usual:
         notes.append(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import kernel, njit
 
 
-@njit(nogil=True)
+@kernel
 def select(values, low, high, wanted):
     """The value that sorting would put at `wanted`; low <= wanted <= high.
 
@@ -47,7 +47,7 @@ def select(values, low, high, wanted):
     return values[wanted]
 
 
-@njit(nogil=True)
+@kernel
 def median_of(values, count):
     """Median of the first `count` values, which are put out of order; the upper of two."""
     return select(values, 0, count - 1, count // 2)

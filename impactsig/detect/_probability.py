@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import inner, kernel, njit
 
 LOWEST = 3.2
 """Height from which on crests are looked for, in standard deviations of their noise."""
@@ -56,7 +56,7 @@ _WIDER = np.exp(-0.5 * ((_PLACES[:, None] - _PLACES) / WIDER) ** 2)
 _WIDER /= WIDER * math.sqrt(2.0 * math.pi)
 
 
-@njit(nogil=True)
+@kernel
 def excursions(u: float) -> float:
     """Excursions above u of Gaussian noise for each width of a sliding mean, u^2 Q(u).
 
@@ -72,8 +72,9 @@ def probabilities(
     certain: np.ndarray,
     widths_up: float,
     widths_down: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """The probability of each upward crest to be an impact, and of each certain impact.
+    out: np.ndarray,
+) -> None:
+    """The probability of each upward crest to be an impact, then of each certain impact.
 
     Parameters
     ----------
@@ -83,6 +84,7 @@ def probabilities(
         Heights of what was found at any width.
     widths_up, widths_down : float
         How many widths of the response the time holds that either crests were found in.
+    out : array (n + k,), filled
     """
     excess = PRIOR * GAUSSIAN
     for u in downward:
@@ -92,7 +94,7 @@ def probabilities(
     count = share * CRESTS * widths_up
     n = len(upward)
     u = np.concatenate((upward, certain))
-    places, noise, out = np.empty(len(u), np.int64), np.empty(len(u)), np.empty(len(u))
+    places, noise = np.empty(len(u), np.int64), np.empty(len(u))
     for k in range(len(u)):
         places[k] = max(0, min(int(math.log(u[k] / LOWEST) / STEP), BINS - 1))
         over = 0.5 * (u[k] * u[k] - LOWEST * LOWEST)
@@ -125,10 +127,9 @@ def probabilities(
             break
     for k in range(n):
         out[k] /= out[k] + LEFT * (1.0 - out[k])
-    return out[:n], out[n:]
 
 
-@njit(nogil=True)
+@inner
 def _spread(kernel: np.ndarray, counts: np.ndarray, out: np.ndarray) -> None:
     """The kernel estimate of what is counted in each bin."""
     out[:] = 0.0

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating
 from ._fit_errors import TAKEN, UNIT, fit_errors
 from ._pulse_edges import (
     ERRORS,
@@ -35,7 +35,7 @@ from ._pulse_errors import (
 )
 from ._pulse_extent import Place, extent_of, level_out, stands_out, summit
 from ._pulse_fit import fit_pulse
-from ._pulse_model import PARAMETERS, parts_of, put_parameters, room_for
+from ._pulse_model import PARAMETERS, parts_of, put_parameters
 
 STEEP = 0.05  # of the flat top: shorter edges are read off the samples
 MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points for the fit
@@ -53,15 +53,27 @@ class Pulse(NamedTuple):
     errors: Errors
 
 
-@njit(nogil=True)
+@allocating
 def measure_reach(width):
     """How many samples to either side of its peak the measurement of a pulse looks at."""
     return 12 * width + 16
 
 
-@njit(nogil=True)
+@allocating
 def measure_pulse(
-    signal, origin, total, peak, base, before, after, width, sigma, colour, level, relative, keep
+    signal,
+    origin,
+    total,
+    peak,
+    base,
+    before,
+    after,
+    width,
+    sigma,
+    colour,
+    level,
+    relative,
+    keep,
 ):
     """Measure the pulse around `peak`.
 
@@ -141,7 +153,7 @@ def measure_pulse(
     return Pulse(lo + start, contact, crest, impulse, rise, flags, errors)
 
 
-@njit(nogil=True)
+@allocating
 def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
     """Whether the family of shapes fits; if so, start, contact, rise time and peak of the fit.
 
@@ -179,8 +191,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
     p = np.empty(PARAMETERS)
     put_parameters(height / unit, start, rise, flat, fall, p)
     log_edge = math.log(0.6 * width)
-    curve = room_for(count)
-    misfit = fit_pulse(points, means, log_edge, curve, p)
+    fit = fit_pulse(points, means, log_edge, p)
     parts = parts_of(p)
     length = parts.rise + parts.flat + parts.fall
     # An edge beyond the valley to a neighbour would be read from the neighbour's samples.
@@ -189,10 +200,10 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
     inside = p[1] > left_most and p[1] + length < right_most
     # What does not fit a faint pulse is not its shape, and its edges tell even less.
     faint = height < 8.0 * sigma
-    fits = (misfit < 2.0 or faint) and p[0] > 0.0 and inside
+    fits = (fit.misfit < 2.0 or faint) and p[0] > 0.0 and inside
     errors = UNKNOWN
     if fits:
-        errors = fit_errors(points, means, log_edge, p, per, unit, seen, curve, keep)
+        errors = fit_errors(points, log_edge, p, fit, per, unit, seen, keep)
     if fits and unit <= sigma:
         crest = p[0] * unit  # less noisy than the greatest sample
     elif fits:
@@ -201,7 +212,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
     return fits, p[1], length, parts.rise + 0.5 * parts.flat, crest, errors
 
 
-@njit(nogil=True)
+@allocating
 def measure_all(signal, origin, total, events, again, sigma, before, after, level, relative, out):
     """Measure the events marked in `again` into rows of `out`: the fields of Pulse.
 
@@ -221,7 +232,9 @@ def measure_all(signal, origin, total, events, again, sigma, before, after, leve
     level, relative : float, bool
         That the contact time refers to; a share of the peak if relative.
     """
-    for k in np.flatnonzero(again):
+    for k in range(len(events)):
+        if not again[k]:
+            continue
         peak = int(events[k, 0] + 0.5)
         previous = int(events[k - 1, 0] + 0.5) if k > 0 else int(before)
         following = int(events[k + 1, 0] + 0.5) if k + 1 < len(events) else int(after)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner, kernel
 
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
 ERRORS = 10  # first column of the standard errors of start, contact, peak and impulse
@@ -23,7 +23,7 @@ class Baseline(NamedTuple):
     slope: float
 
 
-@njit(nogil=True)
+@kernel
 def walk(x, index, step, limit, level):
     """From `index` outward to the first of two successive samples below `level`, or to `limit`."""
     while index != limit:
@@ -33,7 +33,7 @@ def walk(x, index, step, limit, level):
     return index
 
 
-@njit(nogil=True)
+@kernel
 def crossing(x, index, step, limit, level):
     """Where the signal first falls below `level`, going outward; linear between samples."""
     if x[index] < level:
@@ -46,7 +46,7 @@ def crossing(x, index, step, limit, level):
     return float(limit)
 
 
-@njit(nogil=True)
+@kernel
 def touch(x, top, step, limit, level):
     """Where the edge, followed outward to the last sample above `level`, comes down to zero.
 
@@ -80,7 +80,7 @@ def touch(x, top, step, limit, level):
     return max(touch, float(low)) if step < 0 else min(touch, float(low))
 
 
-@njit(nogil=True)
+@inner
 def crest_at(x, top, sigma):
     """Height of the crest at sample `top`, by a parabola, and where it lies between samples.
 
@@ -93,7 +93,7 @@ def crest_at(x, top, sigma):
     return x[top] - 0.25 * difference * shift, shift
 
 
-@njit(nogil=True)
+@inner
 def valley(x, a, b):
     """Index of the least three-sample mean strictly between a < b."""
     best = a + 1
@@ -105,7 +105,7 @@ def valley(x, a, b):
     return best
 
 
-@njit(nogil=True)
+@allocating
 def remove_baseline(x, a, b, c, d, sigma, height, at_top):
     """Subtract from x, in place, the line through x[a:b] and x[c:d] (a level where one is empty).
 
@@ -151,7 +151,7 @@ def remove_baseline(x, a, b, c, d, sigma, height, at_top):
     return Baseline(mean + slope * (at_top - centre), centre, error, slope_error)
 
 
-@njit(nogil=True)
+@inner
 def integral(x, a, b):
     """Integral of x from a to b, in samples.
 
@@ -167,7 +167,7 @@ def integral(x, a, b):
     return total
 
 
-@njit(nogil=True)
+@kernel
 def mark_clipped(values, start, reference, factor, limit, rows):
     """Put 1 behind the fields of each measured pulse that is clipped, else 0.
 

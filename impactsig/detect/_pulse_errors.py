@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import inner
 from .._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from ._pulse_edges import Baseline, crossing
 
@@ -37,7 +37,7 @@ class Seen(NamedTuple):
     baseline: Baseline
 
 
-@njit(nogil=True)
+@inner
 def edge_errors(x, start, end, level, seen):
     """Standard errors of a pulse whose edges were extrapolated from `level`, and of its crest."""
     first = _touch_error(x, start, -1, seen.left_limit, level, seen)
@@ -45,7 +45,7 @@ def edge_errors(x, start, end, level, seen):
     return with_crest(x, Errors(first, math.hypot(first, last), 0.0, 0.0), seen)
 
 
-@njit(nogil=True)
+@inner
 def _touch_error(x, at, step, limit, level, seen):
     """Noise over slope, and half of what the edge's curve below the level may move its end by."""
     foot = crossing(x, seen.top, step, limit, level)
@@ -58,7 +58,7 @@ def _touch_error(x, at, step, limit, level, seen):
     return math.sqrt(noise**2 + beside**2 + 0.25 * (out - run) ** 2)
 
 
-@njit(nogil=True)
+@inner
 def with_crest(x, errors, seen):
     """The errors with that of a peak read off its samples: the greatest of those near it."""
     near = 1
@@ -69,7 +69,7 @@ def with_crest(x, errors, seen):
     return Errors(errors.start, errors.contact, peak, errors.impulse)
 
 
-@njit(nogil=True)
+@inner
 def with_impulse(x, start, end, errors, seen):
     """The errors with that of the sum of the samples between start and end.
 
@@ -89,7 +89,7 @@ def with_impulse(x, start, end, errors, seen):
     return Errors(errors.start, errors.contact, errors.peak, impulse)
 
 
-@njit(nogil=True)
+@inner
 def with_level(x, level, share, errors, seen):
     """The errors with that of the contact time between the crossings of `level`.
 
@@ -107,7 +107,7 @@ def with_level(x, level, share, errors, seen):
     return Errors(errors.start, contact, errors.peak, errors.impulse)
 
 
-@njit(nogil=True)
+@inner
 def _steepness(x, step, limit, level, seen):
     """Samples that an edge takes a unit of height, about a level."""
     wide = min(max(2.0 * seen.noise, 0.05 * level), 0.5 * level)
@@ -116,7 +116,7 @@ def _steepness(x, step, limit, level, seen):
     return abs(low - high) / (wide + min(wide, 0.5 * (x[seen.top] - level)))
 
 
-@njit(nogil=True)
+@inner
 def unless_flagged(x, errors, flags, start, contact, seen):
     """The errors, infinite for what the record does not hold.
 
@@ -140,7 +140,7 @@ def unless_flagged(x, errors, flags, start, contact, seen):
     return Errors(first, length, peak, impulse)
 
 
-@njit(nogil=True)
+@inner
 def _level_error(baseline, at):
     """Standard error of the baseline at a sample."""
     return math.hypot(baseline.level, baseline.slope * (at - baseline.centre))

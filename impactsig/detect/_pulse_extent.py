@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from .._compiled import njit
+from .._compiled import allocating, inner, kernel
 from .._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from ._pulse_edges import Baseline, remove_baseline, valley, walk
 
@@ -32,7 +32,7 @@ class Extent(NamedTuple):
     right_limit: int
 
 
-@njit(nogil=True)
+@kernel
 def summit(x, place, base, width, sigma):
     """Where in x the pulse is highest, and how high."""
     end = len(x) - 1
@@ -55,7 +55,7 @@ def summit(x, place, base, width, sigma):
     return top, crest
 
 
-@njit(nogil=True)
+@inner
 def stands_out(x, top, width, low):
     """Whether samples to either side, where there is one, come down to `low`.
 
@@ -77,7 +77,7 @@ def stands_out(x, top, width, low):
     return True
 
 
-@njit(nogil=True)
+@inner
 def extent_of(x, top, place, base, height, width, sigma):
     """The extent of the pulse, no less than its typical width, and its flags."""
     before, after, lo, hi = place.before, place.after, place.lo, place.hi
@@ -104,7 +104,7 @@ def extent_of(x, top, place, base, height, width, sigma):
     return Extent(left, right, left_limit, right_limit), flags
 
 
-@njit(nogil=True)
+@allocating
 def level_out(x, top, extent, place, width, sigma, colour, height):
     """Subtract the baseline beside the pulse, clear of its neighbours."""
     left, right = extent.left, extent.right

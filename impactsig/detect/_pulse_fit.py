@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner
 from ._pair_fit import pair_cost
 from ._pulse_model import FLAT, WIDER, pulse_cost, room_for
 from ._small_matrices import factor, solve
@@ -21,44 +21,53 @@ LONGEST_STEP = np.array(
 
 
 class Seen(NamedTuple):
-    """What a model is fitted to; of one pulse, also what `pulse_cost` takes."""
+    """What a model is fitted to; of one pulse, also its typical edge's logarithm."""
 
     points: np.ndarray
     x: np.ndarray
     log_edge: float
+
+
+class Fit(NamedTuple):
+    """Where a fit ends; of one pulse, with its curve."""
+
+    misfit: float  # residual variance over the noise's
+    normal: np.ndarray  # normal equations, with the priors
     curve: np.ndarray
 
 
-@njit(nogil=True)
-def fit_pulse(points, x, log_edge, curve, p):
-    """Fit one pulse from `p`, in place; returns the residual variance over the noise's.
+@allocating
+def fit_pulse(points, x, log_edge, p):
+    """Fit one pulse from `p`, in place; returns a Fit.
 
     Points lie at equal distances. x and the height are in units of the noise; log_edge is the
-    logarithm of a typical edge's length, `curve` room for the model's.
+    logarithm of a typical edge's length.
     """
-    return _descend(False, Seen(points, x, log_edge, curve), p)
+    return _descend(False, Seen(points, x, log_edge), p)
 
 
-@njit(nogil=True)
+@allocating
 def fit_pair(points, x, p):
     """Fit two half-sines from `p`, in place; returns the residual variance over the noise's."""
-    return _descend(True, Seen(points, x, 0.0, room_for(0)), p)
+    return _descend(True, Seen(points, x, 0.0), p).misfit
 
 
-@njit(nogil=True)
-def _cost(pair, p, seen, normal):
+@inner
+def _cost(pair, p, seen, curve, normal):
     """Misfit, cost and the normal equations of a model: numba keeps no function it is handed."""
     if pair:
         return pair_cost(p, seen.points, seen.x, normal)
-    return pulse_cost(p, seen.points, seen.x, seen.log_edge, seen.curve, normal)
+    return pulse_cost(p, seen.points, seen.x, seen.log_edge, curve, normal)
 
 
-@njit(nogil=True)
+@allocating
 def _descend(pair, seen, p):
     n, longest = len(p), LONGEST_STEP[1 if pair else 0]
     here, there = np.empty((WIDER, WIDER + 1)), np.empty((WIDER, WIDER + 1))
     low, step, trial = np.empty((n, n)), np.empty(n), np.empty(n)
-    misfit, cost = _cost(pair, p, seen, here)
+    room = 0 if pair else len(seen.points)
+    curve, other = room_for(room), room_for(room)
+    misfit, cost = _cost(pair, p, seen, curve, here)
     damping = 1e-2
     for _ in range(MOST):
         for i in range(n):
@@ -78,11 +87,12 @@ def _descend(pair, seen, p):
                 step[FLAT] = math.log(max(1.0 + step[FLAT], 0.3))
             for i in range(n):
                 trial[i] = p[i] + min(max(step[i], -longest[i]), longest[i])
-            new_misfit, new_cost = _cost(pair, trial, seen, there)
+            new_misfit, new_cost = _cost(pair, trial, seen, other, there)
             if new_cost < cost:
                 gain = cost - new_cost
                 p[:] = trial
                 here, there = there, here
+                curve, other = other, curve
                 misfit, cost = new_misfit, new_cost
                 if gain < FOUND:
                     break
@@ -92,4 +102,4 @@ def _descend(pair, seen, p):
         damping = max(10.0 * damping, 0.01)
         if damping > 1e6:
             break
-    return misfit / len(seen.points)
+    return Fit(misfit / len(seen.points), here, curve)

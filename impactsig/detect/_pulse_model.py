@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner, kernel
 
 AMPLITUDE, START, SKEW, FLAT, POWER, LENGTH = range(6)
 PARAMETERS = 6
@@ -45,7 +45,6 @@ class Inside(NamedTuple):
     first: int
     fall: int
     last: int
-    misfit: float
 
 
 class _Sums(NamedTuple):
@@ -67,13 +66,13 @@ class _Sums(NamedTuple):
     pe: float
 
 
-@njit(nogil=True)
+@allocating
 def room_for(points):
     """Room for the curve at so many points."""
     return np.zeros((CURVE, points + LANES))
 
 
-@njit(nogil=True)
+@kernel
 def put_parameters(height, start, rise, flat, fall, p):
     """Put the parameters of a pulse with edges of q = 1 into `p`."""
     middle = 0.5 * (math.log(rise) + math.log(fall))
@@ -81,44 +80,59 @@ def put_parameters(height, start, rise, flat, fall, p):
     p[FLAT], p[POWER], p[LENGTH] = math.log(flat) - middle, 0.0, middle
 
 
-@njit(nogil=True)
+@inner
 def parts_of(p):
     """How long the parts of a pulse last."""
     middle, skew = math.exp(p[LENGTH]), math.exp(0.5 * p[SKEW])
     return Parts(middle * skew, middle * math.exp(p[FLAT]), middle / skew)
 
 
-@njit(nogil=True)
+@inner
 def pulse_cost(p, points, x, log_edge, curve, normal):
     """Misfit, and with the priors the cost, at `p`; the normal equations go into `normal`."""
-    misfit = linearize(p, points, x, curve, normal).misfit
+    misfit = linearize(p, points, x, curve, normal)
+    return misfit, misfit + add_priors(p, log_edge, 1.0, normal)
+
+
+@inner
+def add_priors(p, log_edge, times, normal):
+    """Add the priors to the normal equations at `p`, so many times; their cost."""
     skew, flatness = p[SKEW] / SKEW_SD, (p[FLAT] - FLAT_MEAN) / FLAT_SD
     power, length = p[POWER] / POWER_SD, (p[LENGTH] - log_edge) / LENGTH_SD
-    normal[SKEW, SKEW] += 1.0 / SKEW_SD**2
-    normal[FLAT, FLAT] += 1.0 / FLAT_SD**2
-    normal[POWER, POWER] += 1.0 / POWER_SD**2
-    normal[LENGTH, LENGTH] += 1.0 / LENGTH_SD**2
-    normal[SKEW, WIDER] -= skew / SKEW_SD
-    normal[FLAT, WIDER] -= flatness / FLAT_SD
-    normal[POWER, WIDER] -= power / POWER_SD
-    normal[LENGTH, WIDER] -= length / LENGTH_SD
-    return misfit, misfit + skew * skew + flatness * flatness + power * power + length * length
+    normal[SKEW, SKEW] += times / SKEW_SD**2
+    normal[FLAT, FLAT] += times / FLAT_SD**2
+    normal[POWER, POWER] += times / POWER_SD**2
+    normal[LENGTH, LENGTH] += times / LENGTH_SD**2
+    normal[SKEW, WIDER] -= times * skew / SKEW_SD
+    normal[FLAT, WIDER] -= times * flatness / FLAT_SD
+    normal[POWER, WIDER] -= times * power / POWER_SD
+    normal[LENGTH, WIDER] -= times * length / LENGTH_SD
+    return skew * skew + flatness * flatness + power * power + length * length
 
 
-@njit(nogil=True)
+@inner
+def inside(p, parts, points):
+    """The points that lie in the pulse of parameters `p`."""
+    per, before = points[1] - points[0], p[START] - points[0]
+    top = parts.rise + parts.flat
+    return Inside(
+        _reached(before, per, len(points)),
+        _reached(before + top, per, len(points)),
+        _reached(before + top + parts.fall, per, len(points)),
+    )
+
+
+@inner
 def linearize(p, points, x, curve, normal):
-    """Of the model at `p`: J^T J (its lower triangle) and J^T e into `normal` (7 x 8), and `curve`.
+    """Misfit of the model at `p`; its `curve`, and into `normal` (7 x 8) J^T J and J^T e.
 
-    Points lie at equal distances; x and the amplitude are in units of the noise.
+    Of J^T J, the lower triangle. Points lie at equal distances; x and the amplitude are in units of
+    the noise.
     """
     parts = parts_of(p)
-    end = parts.rise + parts.flat + parts.fall
     top = parts.rise + parts.flat
     per, count = points[1] - points[0], len(points)
-    before = p[START] - points[0]
-    first = _reached(before, per, count)
-    fall = _reached(before + top, per, count)
-    last = _reached(before + end, per, count)
+    first, fall, last = inside(p, parts, points)
     _draw(p, parts, points[0] + first * per - p[START], per, last - first, curve)
     misfit = 0.0
     for k in range(first):
@@ -153,16 +167,16 @@ def linearize(p, points, x, curve, normal):
     n[0, 7], n[1, 7] = r.fe + d.fe, r.se + d.se
     n[2, 7], n[3, 7] = 0.5 * r.te + a * d.se - 0.5 * d.te, flat * d.se
     n[4, 7], n[5, 7], n[6, 7] = r.pe + d.pe, r.te + d.te, r.pe - d.pe
-    return Inside(first, fall, last, misfit)
+    return misfit
 
 
-@njit(nogil=True)
+@inner
 def _reached(at, per, count):
     """The first of `count` points, `per` apart, that lies at or beyond a place."""
     return int(min(max(math.ceil(at / per), 0.0), float(count)))
 
 
-@njit(nogil=True)
+@inner
 def _draw(p, parts, u, per, count, curve):
     """Fill the curve at `count` points from u on, by loops without calls, which run in lanes.
 
@@ -182,8 +196,13 @@ def _draw(p, parts, u, per, count, curve):
             1.0 + z * (1 / 20) * (1.0 + z * (1 / 42) * (1.0 + z * (1 / 72) * y))
         )
         curve[_SINE, k] = max(angle * y, STEEPEST)
-    for k in range(count):
-        curve[_LOG, k] = math.log(curve[_SINE, k])
+    for k in range(n):
+        # Of a sine above STEEPEST: the series of the logarithm of its sixteenth root, to 5e-9.
+        root = math.sqrt(math.sqrt(math.sqrt(math.sqrt(curve[_SINE, k]))))
+        w = (root - 1.0) / (root + 1.0)
+        z = w * w
+        y = 1.0 + z * (3 / 5) * (1.0 + z * (5 / 7) * (1.0 + z * (7 / 9) * (1.0 + z * (9 / 11))))
+        curve[_LOG, k] = 32.0 * w * (1.0 + z * (1 / 3) * y)
     for k in range(n):
         # sin^(q - 1), as the eighth power of a series.
         z = max((q - 1.0) * curve[_LOG, k], -16.0) * 0.125
@@ -208,7 +227,7 @@ def _draw(p, parts, u, per, count, curve):
         )
 
 
-@njit(nogil=True)
+@inner
 def _sums(points, start, first, last, origin, curve):
     """Sums over the points of an edge; the curve begins at point `origin`."""
     ff = fs = ft = fp = ss = st = sp = tt = tp = pp = fe = se = te = pe = 0.0

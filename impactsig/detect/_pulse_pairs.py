@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner, kernel
 from .._impact_flags import UNRESOLVED
 from ._ladder import MATCH
 from ._pair_fit import PAIR, begin_pair, pair_cost
@@ -20,25 +20,25 @@ MISFIT, SHAPE = 2.0, 0.01  # residual variance over the noise's, or of the heigh
 PLACED = 0.3  # lengths that a fitted crest may be off the crest of the response
 
 
-@njit(nogil=True)
+@inner
 def _may_overlap(first, second):
     """Whether two events are so close that they may be a pair."""
     apart = second[0] - first[0]
     return 2.0 <= apart <= NEAR * 0.5 * (first[2] + second[2]) / MATCH
 
 
-@njit(nogil=True)
-def with_partners(events, again):
-    """Which events are to be measured again, with what may be a pair with one of them."""
-    out = again.copy()
+@kernel
+def with_partners(events, again, out):
+    """Mark the events that are to be measured again, and what may be a pair with one of them."""
+    for k in range(len(out)):
+        out[k] = again[k]
     for k in range(1, len(out)):
         out[k] |= out[k - 1] and _may_overlap(events[k - 1], events[k])
     for k in range(len(out) - 1, 0, -1):
         out[k - 1] |= out[k] and _may_overlap(events[k - 1], events[k])
-    return out
 
 
-@njit(nogil=True)
+@allocating
 def measure_pairs(signal, origin, events, again, sigma, level, relative, out):
     """Measure pulses that lie in pairs anew, in the rows of `out`, where two half-sines fit.
 
@@ -70,7 +70,7 @@ def measure_pairs(signal, origin, events, again, sigma, level, relative, out):
         k += 2
 
 
-@njit(nogil=True)
+@allocating
 def _fit(signal, origin, first, second, sigma, p, errors):
     """Whether two half-sines fit; their heights, starts and lengths [samples] into `p`.
 
@@ -102,7 +102,7 @@ def _fit(signal, origin, first, second, sigma, p, errors):
     return p[1] >= 0.0
 
 
-@njit(nogil=True)
+@allocating
 def _standard_errors(points, means, p, misfit, seen, errors):
     """From the posterior covariance, times the misfit where that is more than noise.
 

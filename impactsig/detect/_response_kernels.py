@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner, kernel
 from ._ladder import FACTOR, Ladder
 
 GATE = 0.35
@@ -35,7 +35,7 @@ class Stretch(NamedTuple):
     noise: np.ndarray  # standard deviation of that of the responses, on each rung
 
 
-@njit(nogil=True)
+@inner
 def block_means(x, out):
     """Means of each FACTOR values of x, as many as `out` holds."""
     for k in range(len(out)):
@@ -45,7 +45,7 @@ def block_means(x, out):
         out[k] = total / FACTOR
 
 
-@njit(nogil=True)
+@inner
 def running_sums(x, first, count, sums):
     """sums[k] = sum of the first k of `count` values from x[first], less x[first] each.
 
@@ -80,7 +80,7 @@ def running_sums(x, first, count, sums):
         sums[k + 1] = sums[k] + (x[first + k] - reference)
 
 
-@njit(nogil=True)
+@kernel
 def parts(sums, lo, total, i, unit, near, far):
     """Mean over the centre, and over either flank, at value i; all above one reference.
 
@@ -108,13 +108,26 @@ def parts(sums, lo, total, i, unit, near, far):
     return centre, left, right
 
 
-@njit(nogil=True)
+@inner
 def gated(centre, left, right, gain):
     """The response, or what the rise above the higher flank allows of it; not above 0 on a ramp."""
     return gain * min(centre - 0.5 * (left + right), (centre - max(left, right)) / GATE)
 
 
-@njit(nogil=True)
+@inner
+def parts_inside(sums, k, unit, near, far, per_unit, per_side):
+    """What `parts` gives at the k-th of the summed values, whose flanks lie within the series.
+
+    `per_unit` and `per_side` are one over the values of the centre and of a flank.
+    """
+    at = k - (unit - 1) // 2
+    centre = (sums[at + unit] - sums[at]) * per_unit
+    left = (sums[k - near] - sums[k - far]) * per_side
+    right = (sums[k + far + 1] - sums[k + near + 1]) * per_side
+    return centre, left, right
+
+
+@inner
 def _respond(sums, lo, total, start, stop, unit, near, far, gain, y):
     """Responses of values [start, stop), without the gate."""
     reach = far + unit
@@ -129,7 +142,7 @@ def _respond(sums, lo, total, start, stop, unit, near, far, gain, y):
         y[i - start] = gain * (centre - 0.5 * (left + right))
 
 
-@njit(nogil=True)
+@inner
 def _respond_inside(sums, k, unit, near, far, gain, y):
     """Responses from the k-th of the summed values on, whose flanks lie within the series."""
     before = (unit - 1) // 2
@@ -144,7 +157,7 @@ def _respond_inside(sums, k, unit, near, far, gain, y):
         y[i] = (c1[i] - c0[i]) * per_unit - ((l1[i] - l0[i]) + (r1[i] - r0[i])) * per_side
 
 
-@njit(nogil=True)
+@inner
 def _next_above(y, i, stop, least):
     """Number of the first of the values from i on that is at least `least`; `stop` if none is."""
     # Values are counted, because the compiler runs that in lanes; by numbers without a sign,
@@ -163,7 +176,7 @@ def _next_above(y, i, stop, least):
     return i
 
 
-@njit(nogil=True)
+@allocating
 def find_crests(here, thresholds, out):
     """Crests of the responses of all widths.
 
@@ -206,7 +219,7 @@ def find_crests(here, thresholds, out):
     return found
 
 
-@njit(nogil=True)
+@allocating
 def crests_on(x, origin, total, first, last, level, rungs, thresholds, out, found):
     """Add to `out` the crests of one level, within values [first, last) of it."""
     block = FACTOR**level
@@ -234,6 +247,8 @@ def crests_on(x, origin, total, first, last, level, rungs, thresholds, out, foun
             j = below + k
             unit, near, far = rungs.unit[j], rungs.near[j], rungs.far[j]
             gain, threshold = rungs.gain[j], thresholds[j]
+            per_unit, per_side = 1.0 / unit, 1.0 / (far - near)
+            inner, outer = far + unit, total - far - unit
             _respond(sums, lo, total, start, stop, unit, near, far, gain, y)
             within, height, top, low = inside[k], greatest[k], at[k], valley[k]
             i = start
@@ -244,7 +259,12 @@ def crests_on(x, origin, total, first, last, level, rungs, thresholds, out, foun
                         break
                 value = y[i - start]
                 if value >= VALLEY * threshold:
-                    centre, left, right = parts(sums, lo, total, i, unit, near, far)
+                    if inner <= i < outer:
+                        centre, left, right = parts_inside(
+                            sums, i - lo, unit, near, far, per_unit, per_side
+                        )
+                    else:
+                        centre, left, right = parts(sums, lo, total, i, unit, near, far)
                     value = gated(centre, left, right, gain)
                 if within:
                     if value > height:
@@ -266,7 +286,7 @@ def crests_on(x, origin, total, first, last, level, rungs, thresholds, out, foun
     return found
 
 
-@njit(nogil=True)
+@inner
 def _note(at, first, last, unit, block, rung, response, out, found):
     """Put a crest into the next row of `out`, if it lies in [first, last) and there is room."""
     if first <= at < last and found < len(out):
@@ -277,7 +297,7 @@ def _note(at, first, last, unit, block, rung, response, out, found):
     return found
 
 
-@njit(nogil=True)
+@inner
 def noise_at(width, widths, noise):
     """Noise of the response to a width, between those of the rungs beside it."""
     if width <= widths[0]:

@@ -9,10 +9,11 @@ and faint ones are measured with it.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner
 from ._fit_errors import BESIDE, EDGE, ESTIMATE, MISFIT, TAKEN, UNIT
 from ._pulse_edges import ERRORS, FIT
 from ._pulse_model import FLAT, LENGTH, SKEW, START, WIDER, parts_of
@@ -28,7 +29,16 @@ BENT = 0.2
 """Of the way that an instant is moved by: the standard error of taking the fit to be linear."""
 
 
-@njit(nogil=True)
+class Work(NamedTuple):
+    """Room to measure a pulse in."""
+
+    new: np.ndarray  # (WIDER,), its parameters
+    along: np.ndarray  # (3, WIDER), derivatives of instant, contact time and peak
+    seen: np.ndarray  # (SHAPES,), twice for variances
+    moved: np.ndarray
+
+
+@allocating
 def share_shape(rows, timed):
     """Measure the pulses of `rows` anew, in place, each by the shape that they share.
 
@@ -57,30 +67,33 @@ def share_shape(rows, timed):
     for i in range(count):
         weight = float(SHAPES)
         for a in range(SHAPES):
-            weight -= fits.covariance[i, a, a] * shape.weight[a]
+            weight -= fits.covariance[a, a, i] * shape.weight[a]
         weight = max(weight, 0.0)
         misfit = rows[alike[i], FIT + MISFIT]
         common += math.sqrt(weight * misfit / (1.0 + misfit))
         total += weight
     if common * common > UNLIKE * max(total, 1e-9):
         return
+    work = Work(np.empty(WIDER), np.zeros((3, WIDER)), np.empty(SHAPES), np.empty(SHAPES))
     for i in range(count):
-        _measure(rows[alike[i]], i, fits, shape, timed)
+        _measure(rows[alike[i]], i, fits, shape, timed, work)
 
 
-@njit(nogil=True)
-def _measure(row, i, fits, shape, timed):
+@inner
+def _measure(row, i, fits, shape, timed, work):
     """Write instant, contact time and peak of pulse i, and their errors, by the shape."""
     kept = row[FIT:]
     old = kept[ESTIMATE : ESTIMATE + WIDER]
-    new = old + fits.step[i]
+    new, along, seen, turned = work
+    for m in range(WIDER):
+        new[m] = old[m] + fits.step[m, i]
     for m in range(SKEW, WIDER):
         new[m] = min(max(new[m], old[m] - 1.0), old[m] + 1.0)
     before = parts_of(old)
     change, new[FLAT] = new[FLAT] - old[FLAT], old[FLAT]
     parts = parts_of(new)
     middle = math.exp(new[LENGTH])
-    flat = middle * BRIEF * (math.exp(fits.shape[i, FLAT - SKEW] + change) - 1.0)
+    flat = middle * BRIEF * (math.exp(fits.shape[FLAT - SKEW, i] + change) - 1.0)
     contact = parts.rise + flat + parts.fall
     previous = before.rise + before.flat + before.fall
     moved = new[START] - old[START]
@@ -88,18 +101,19 @@ def _measure(row, i, fits, shape, timed):
         return
     if not (0.5 < contact / previous < 2.0 and 0.5 < new[0] / old[0] < 2.0):
         return
-    along = np.zeros((3, WIDER))
     along[0, START] = along[2, 0] = 1.0
     along[1, SKEW], along[1, FLAT] = 0.5 * (parts.rise - parts.fall), flat + middle * BRIEF
     along[1, LENGTH] = contact
-    start = variance_along(along[0], i, fits, shape) + kept[BESIDE] + (BENT * moved) ** 2
+    start = (
+        variance_along(along[0], i, fits, shape, seen, turned) + kept[BESIDE] + (BENT * moved) ** 2
+    )
     row[0] += moved
     row[ERRORS] = math.sqrt(start)
     if timed:
         row[1], row[4] = contact, parts.rise + 0.5 * flat
         # That of the baseline hardly moves a length that the shape holds.
-        row[ERRORS + 1] = math.sqrt(variance_along(along[1], i, fits, shape))
+        row[ERRORS + 1] = math.sqrt(variance_along(along[1], i, fits, shape, seen, turned))
     if kept[UNIT] > 0.0:
-        peak = variance_along(along[2], i, fits, shape) + kept[BESIDE + 2]
+        peak = variance_along(along[2], i, fits, shape, seen, turned) + kept[BESIDE + 2]
         row[2] = new[0] * kept[UNIT]
         row[ERRORS + 2] = math.sqrt(peak) * kept[UNIT]

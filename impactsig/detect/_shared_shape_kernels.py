@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner, kernel, njit
 from ._fit_errors import ESTIMATE, MISFIT, SCORE, SQUARE
 from ._pulse_model import FLAT, SKEW, WIDER
 from ._small_matrices import factor, invert, solve
@@ -32,152 +32,202 @@ SPREAD, WEIGHT = np.array([0.05, 0.17, 0.025, 0.02, 0.025]), 2.0
 
 
 class Fits(NamedTuple):
-    """Fits of pulses, an entry each."""
+    """Fits of pulses; the last axis counts them, for loops over it run in lanes."""
 
-    own: np.ndarray  # (n, 2, 2), Haa^-1
-    pull: np.ndarray  # (n, 2), Haa^-1 ga
-    along: np.ndarray  # (n, 2, s), Haa^-1 Has
-    information: np.ndarray  # (n, s, s), M
-    score: np.ndarray  # (n, s), b
-    shape: np.ndarray  # (n, s), that was fitted
-    step: np.ndarray  # (n, 2 + s), from the fit to what the shared shape makes of it
-    covariance: np.ndarray  # (n, s, s), C
+    own: np.ndarray  # (2, 2, n), Haa^-1
+    pull: np.ndarray  # (2, n), Haa^-1 ga
+    along: np.ndarray  # (2, s, n), Haa^-1 Has
+    information: np.ndarray  # (s, s, n), M
+    score: np.ndarray  # (s, n), b
+    shape: np.ndarray  # (s, n), that was fitted
+    step: np.ndarray  # (2 + s, n), from the fit to what the shared shape makes of it
+    covariance: np.ndarray  # (s, s, n), C
 
 
 class Shape(NamedTuple):
     """The shared shape."""
 
     weight: np.ndarray  # (s,), W
-    uncertain: np.ndarray  # (s, s), covariance of the mean
+    common: np.ndarray  # (s, s), W (covariance of the mean) W
 
 
-@njit(nogil=True)
+@allocating
 def set_free(kept):
     """The fits, of what is kept of each, with shapes freed from height and start."""
     n, s = len(kept), SHAPES
     fits = Fits(
-        np.empty((n, SKEW, SKEW)),
-        np.empty((n, SKEW)),
-        np.empty((n, SKEW, s)),
-        np.empty((n, s, s)),
-        np.empty((n, s)),
-        np.empty((n, s)),
-        np.empty((n, WIDER)),
-        np.empty((n, s, s)),
+        np.empty((SKEW, SKEW, n)),
+        np.empty((SKEW, n)),
+        np.empty((SKEW, s, n)),
+        np.empty((s, s, n)),
+        np.empty((s, n)),
+        np.empty((s, n)),
+        np.empty((WIDER, n)),
+        np.empty((s, s, n)),
     )
+    square, score = np.empty((WIDER, WIDER)), np.empty(WIDER)
     for i in range(n):
         # Misfit makes a pulse count for less.
         part = 1.0 / (1.0 + kept[i, MISFIT])
-        square = kept[i, SQUARE:].copy().reshape((WIDER, WIDER))
-        score = kept[i, SCORE:SQUARE].copy()
         flat = np.exp(kept[i, ESTIMATE + FLAT])
         longer = 1.0 + BRIEF / flat
-        score[FLAT] *= longer
+        for m in range(WIDER):
+            score[m] = kept[i, SCORE + m] * (longer if m == FLAT else 1.0)
+            for k in range(WIDER):
+                square[m, k] = kept[i, SQUARE + m * WIDER + k]
         for m in range(WIDER):
             square[FLAT, m] *= longer
             square[m, FLAT] *= longer
         first, second = square[0, 0] * part + 1e-9, square[1, 1] * part + 1e-9
         cross = square[1, 0] * part
         determinant = first * second - cross * cross
-        own = fits.own[i]
-        own[0, 0], own[1, 1] = second / determinant, first / determinant
-        own[0, 1] = own[1, 0] = -cross / determinant
+        own, along, pull = fits.own, fits.along, fits.pull
+        own[0, 0, i], own[1, 1, i] = second / determinant, first / determinant
+        own[0, 1, i] = own[1, 0, i] = -cross / determinant
         for m in range(SKEW):
-            fits.pull[i, m] = part * (own[m, 0] * score[0] + own[m, 1] * score[1])
+            pull[m, i] = part * (own[m, 0, i] * score[0] + own[m, 1, i] * score[1])
             for a in range(s):
-                fits.along[i, m, a] = part * (
-                    own[m, 0] * square[0, SKEW + a] + own[m, 1] * square[1, SKEW + a]
+                along[m, a, i] = part * (
+                    own[m, 0, i] * square[0, SKEW + a] + own[m, 1, i] * square[1, SKEW + a]
                 )
         for a in range(s):
-            fits.shape[i, a] = kept[i, ESTIMATE + SKEW + a]
-            fits.score[i, a] = part * (
+            fits.shape[a, i] = kept[i, ESTIMATE + SKEW + a]
+            fits.score[a, i] = part * (
                 score[SKEW + a]
-                - square[SKEW + a, 0] * fits.pull[i, 0]
-                - square[SKEW + a, 1] * fits.pull[i, 1]
+                - square[SKEW + a, 0] * pull[0, i]
+                - square[SKEW + a, 1] * pull[1, i]
             )
             for b in range(s):
-                fits.information[i, a, b] = part * (
+                fits.information[a, b, i] = part * (
                     square[SKEW + a, SKEW + b]
-                    - square[SKEW + a, 0] * fits.along[i, 0, b]
-                    - square[SKEW + a, 1] * fits.along[i, 1, b]
+                    - square[SKEW + a, 0] * along[0, b, i]
+                    - square[SKEW + a, 1] * along[1, b, i]
                 )
-            fits.information[i, a, a] += 1e-9
-        fits.shape[i, FLAT - SKEW] = np.log(1.0 + flat / BRIEF)
+            fits.information[a, a, i] += 1e-9
+        fits.shape[FLAT - SKEW, i] = np.log(1.0 + flat / BRIEF)
     return fits
 
 
-@njit(nogil=True)
+# reassoc: sums over the pulses run in lanes.
+@njit(nogil=True, error_model="numpy", fastmath={"reassoc", "nsz", "contract"})
 def estimate_shape(fits, about):
     """The shape that fits share, expected near `about`; fills in their steps and covariances."""
-    n, s = len(fits.score), SHAPES
+    n, s = fits.score.shape[1], SHAPES
     mean, spread = about.copy(), APART.copy()
-    weight, towards, own, shown = np.empty(s), np.empty(s), np.empty(s), np.empty(s)
+    weight, towards = np.empty(s), np.empty(s)
     information, uncertain, factors = np.empty((s, s)), np.empty((s, s)), np.empty((s, s))
-    pull = np.empty(s)
+    pull, room, covariance = np.empty((s, n)), np.empty(n), fits.covariance
     for _ in range(ROUNDS):
         for a in range(s):
             weight[a] = spread[a] ** -2.0
-            towards[a] = (about[a] - mean[a]) / APART[a] ** 2
-            own[a] = shown[a] = 0.0
-            information[a, :] = 0.0
-            information[a, a] = n * weight[a] + APART[a] ** -2.0
-        for i in range(n):
-            covariance = fits.covariance[i]
-            for a in range(s):
-                for b in range(a):
-                    factors[a, b] = fits.information[i, a, b]
-                factors[a, a] = fits.information[i, a, a] + weight[a]
-            factor(factors)
-            invert(factors, covariance)
-            for a in range(s):
-                pull[a] = fits.score[i, a] - weight[a] * (fits.shape[i, a] - mean[a])
-            for a in range(s):
-                step = 0.0
-                for b in range(s):
-                    step += covariance[a, b] * pull[b]
-                    information[a, b] -= weight[a] * covariance[a, b] * weight[b]
-                fits.step[i, SKEW + a] = step
-                off = fits.shape[i, a] - mean[a] + step
-                towards[a] += off * weight[a]
-                own[a] += off * off
-                shown[a] += 1.0 - covariance[a, a] * weight[a]
         for a in range(s):
+            for b in range(a + 1):
+                here, known = covariance[a, b], fits.information[a, b]
+                more = weight[a] if a == b else 0.0
+                for i in range(n):
+                    here[i] = known[i] + more
+            here, score, shape = pull[a], fits.score[a], fits.shape[a]
+            for i in range(n):
+                here[i] = score[i] - weight[a] * (shape[i] - mean[a])
+        _invert_all(covariance, room)
+        for a in range(s):
+            step = fits.step[SKEW + a]
+            step[:] = 0.0
             for b in range(s):
-                factors[a, b] = information[a, b]
-            spread[a] = np.sqrt((own[a] + WEIGHT * SPREAD[a] ** 2) / (max(shown[a], 0.0) + WEIGHT))
+                column, along = covariance[max(a, b), min(a, b)], pull[b]
+                total = 0.0
+                for i in range(n):
+                    step[i] += column[i] * along[i]
+                for i in range(n):
+                    total += column[i]
+                information[a, b] = -weight[a] * total * weight[b]
+            shape = fits.shape[a]
+            moved = own = 0.0
+            for i in range(n):
+                off = shape[i] - mean[a] + step[i]
+                moved += off
+                own += off * off
+            shown = max(n + information[a, a] / weight[a], 0.0)
+            information[a, a] += n * weight[a] + APART[a] ** -2.0
+            towards[a] = (about[a] - mean[a]) / APART[a] ** 2 + weight[a] * moved
+            spread[a] = np.sqrt((own + WEIGHT * SPREAD[a] ** 2) / (shown + WEIGHT))
+        factors[:] = information
         factor(factors)
         invert(factors, uncertain)
         solve(factors, towards)
         for a in range(s):
             mean[a] += towards[a]
-    for i in range(n):
-        for m in range(SKEW):
-            fits.step[i, m] = fits.pull[i, m]
-            for a in range(s):
-                fits.step[i, m] -= fits.along[i, m, a] * fits.step[i, SKEW + a]
+    for a in range(s):
+        for b in range(a):
+            covariance[b, a] = covariance[a, b]
+        for b in range(s):
+            uncertain[a, b] *= weight[a] * weight[b]
+    for m in range(SKEW):
+        step = fits.step[m]
+        step[:] = fits.pull[m]
+        for a in range(s):
+            along, turned = fits.along[m, a], fits.step[SKEW + a]
+            for i in range(n):
+                step[i] -= along[i] * turned[i]
     return Shape(weight, uncertain)
 
 
-@njit(nogil=True)
-def variance_along(direction, i, fits, shape):
-    """Variance of a linear function of the parameters of pulse i: its own, and the mean shape's."""
+@kernel
+def _invert_all(a, room):
+    """Put the inverses of positive definite matrices, lower triangles (s, s, n), in their place.
+
+    Gauss and Jordan's elimination, which leaves the negative inverse; `room` is (n,).
+    """
+    s, n = a.shape[0], a.shape[2]
+    for p in range(s):
+        pivot = a[p, p]
+        for k in range(n):
+            room[k] = 1.0 / pivot[k]
+        for i in range(s):
+            if i == p:
+                continue
+            row = a[max(i, p), min(i, p)]
+            for j in range(i + 1):
+                if j == p:
+                    continue
+                column, here = a[max(j, p), min(j, p)], a[i, j]
+                for k in range(n):
+                    here[k] -= row[k] * column[k] * room[k]
+        for i in range(s):
+            if i != p:
+                row = a[max(i, p), min(i, p)]
+                for k in range(n):
+                    row[k] *= room[k]
+        for k in range(n):
+            pivot[k] = -room[k]
+    for i in range(s):
+        for j in range(i + 1):
+            here = a[i, j]
+            for k in range(n):
+                here[k] = -here[k]
+
+
+@inner
+def variance_along(direction, i, fits, shape, seen, moved):
+    """Variance of a linear function of the parameters of pulse i: its own, and the mean shape's.
+
+    `seen` and `moved` are room to work in, a number for each parameter of the shape.
+    """
     s = SHAPES
     total = 0.0
     for m in range(SKEW):
         for k in range(SKEW):
-            total += direction[m] * fits.own[i, m, k] * direction[k]
-    seen, moved = np.empty(s), np.empty(s)
+            total += direction[m] * fits.own[m, k, i] * direction[k]
     for a in range(s):
         seen[a] = direction[SKEW + a]
         for m in range(SKEW):
-            seen[a] -= direction[m] * fits.along[i, m, a]
+            seen[a] -= direction[m] * fits.along[m, a, i]
     for a in range(s):
         moved[a] = 0.0
         for b in range(s):
-            moved[a] += fits.covariance[i, a, b] * seen[b]
+            moved[a] += fits.covariance[a, b, i] * seen[b]
         total += seen[a] * moved[a]
     for a in range(s):
         for b in range(s):
-            common = shape.weight[a] * shape.uncertain[a, b] * shape.weight[b]
-            total += moved[a] * common * moved[b]
+            total += moved[a] * shape.common[a, b] * moved[b]
     return total

@@ -5,10 +5,10 @@ A = L D L' with ones in the diagonal of L: its place is taken by the reciprocals
 
 from __future__ import annotations
 
-from .._compiled import njit
+from .._compiled import inner, kernel
 
 
-@njit(nogil=True)
+@kernel
 def factor(a):
     """Put the factors into the lower triangle of `a`; False if it is not definite."""
     for i in range(len(a)):
@@ -28,7 +28,7 @@ def factor(a):
     return True
 
 
-@njit(nogil=True)
+@kernel
 def solve(factors, b):
     """Put the solution of A x = b into b."""
     n = len(factors)
@@ -41,7 +41,7 @@ def solve(factors, b):
             b[i] -= factors[k, i] * b[k]
 
 
-@njit(nogil=True)
+@inner
 def invert(factors, out):
     """Put the inverse of A into `out`."""
     n = len(factors)

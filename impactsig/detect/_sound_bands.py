@@ -23,7 +23,7 @@ PER_OCTAVE = 24
 LOWEST, HIGHEST = 30.0, 17e3  # [Hz]
 BATCH = 128  # frames transformed together
 FAINTEST = -500  # power of 2 whose square is still a number; less is silence
-ROUNDING = 2.0**-22  # of the numbers transformed, relative to the greatest
+ROUNDING = 2.0**-20  # of the greatest sample: less is leakage, and rounding of the transform
 
 
 class Bands(NamedTuple):
@@ -50,7 +50,7 @@ def bands_at(rate: float, hop: int) -> Bands:
     centre = [LOWEST]
     while True:
         upper = max(centre[-1] * 2 ** (1 / PER_OCTAVE), centre[-1] + step)
-        if upper > min(HIGHEST, 0.475 * rate):
+        if upper > min(HIGHEST, 0.5 * rate):
             break
         centre.append(upper)
     frequency = step * np.arange(size // 2 + 1)

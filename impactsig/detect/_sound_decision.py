@@ -5,13 +5,15 @@ C is the rise in octaves, B that in narrow bands, G the likelihood of a rise in 
 C of an hour of noise, which is skewed the more the fewer coefficients it has. The rattle r is the
 greater of 50 times the 0.75-quantile and 12 times the 0.9-quantile of C within a second, digital
 silence left out. It is no more than 4 a, than 0.3 C_max + r / 10, C_max the greatest C within a
-second, or, if that is more, than 50 times what the 80th highest crest of these two seconds is above
-0.75 s: dense impacts fill the quantiles as rattling does, but make no such number of crests, and
-faint knocks have faint tails. The evidence of a crest of C by octaves is
+second, or, if that is more, than 50 times what the 80th highest crest of these two seconds (fewer
+beside digital silence) is above 0.75 s: dense impacts fill the quantiles as rattling does, but make
+no such number of crests, and faint knocks have faint tails. The evidence of a crest of C by octaves
+is
 
     min(C / (a + r) + G / 36, C / (0.35 a + r)),
 
-G counting for the greatest C within 28 ms only; but no more than B over the greater of 0.035 and
+C no more than it exceeds the tails of earlier crests by (`_sound_tails.py`) and G counting for the
+greatest C within 28 ms only; but no more than B over the greater of 0.035 and
 its mean around. Its evidence by bands is C over the greater of 1.65 and 10 s, or
 B / 0.33 if that is more, B has a crest here that none within 25 ms exceeds, and C none greater
 nearby. Where B has a crest and C has none, the impact lies at the crest of B.
@@ -31,8 +33,8 @@ The third holds a crest against the others around it, where a room or many impac
 with sound. Its e is the evidence by bands, L is G for the greatest C within 28 ms and 1 for others,
 m how many other crests a second exceed 2 a within a second, and K and k what 40 crests a second
 reach within a second and a quarter of one, at least a / 20 each. These odds are no more than 6.5
-times the logarithm of the least of C / (0.35 a), C over a tenth of the greatest within 40 ms, G / 7
-and B over what it needs.
+times the logarithm of the least of C / (0.35 a), C over a tenth of the greatest within 40 ms, C
+again no more than beyond tails, G / 7 and B over what it needs.
 
 The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
 the third to synthetic sound and drums, also in rooms and noise, by logistic regression.
@@ -46,6 +48,7 @@ import numpy as np
 
 from ._sound_kernels import BLOCK, GROUP, Scale, greatest_between, greatest_but
 from ._sound_survey import SAMPLED, Passage
+from ._sound_tails import beyond_tails
 
 APART = 25e-3  # [s], crests of B
 LEAST_BANDS = 0.33  # rise in the mean over narrow bands [neper of power]
@@ -97,6 +100,7 @@ class Crests(NamedTuple):
     borne_out: np.ndarray  # this over what a rise in octaves needs
     likelihood: np.ndarray  # the greatest G nearby
     greatest: np.ndarray  # bool: none within ALONE exceeds it
+    clear: np.ndarray  # C, but no more than it exceeds the tails of those before it by
 
 
 def log_odds(by_octaves: np.ndarray, by_bands: np.ndarray, often: np.ndarray) -> np.ndarray:
@@ -131,7 +135,8 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     greatest_between(height, first, last, best)
     alone = best < 0
     np.maximum.at(by_bands, best[~alone], b[crest[~alone]] / LEAST_BANDS)
-    among = odds_among(crests, by_bands, audible, seconds)
+    silent = np.concatenate(passage.silent)
+    among = odds_among(crests, by_bands, audible, silent, seconds)
     frame = np.concatenate((place, GROUP * crest[alone]))
     by_octaves = np.concatenate((by_octaves, np.zeros(int(alone.sum()))))
     by_bands = np.concatenate((by_bands, b[crest[alone]] / LEAST_BANDS))
@@ -158,17 +163,17 @@ def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
     likelihood = greatest_within(np.concatenate(passage.likelihood), 2)[beside]
     likelihood[~known] = np.inf
     greatest = height >= greatest_near(place, height, ALONE / seconds)
-    return Crests(
-        place, height, bands, np.where(known, bands / needed, np.inf), likelihood, greatest
-    )
+    borne_out = np.where(known, bands / needed, np.inf)
+    clear = np.clip(beyond_tails(passage, place, seconds), 0.0, height)
+    return Crests(place, height, bands, borne_out, likelihood, greatest, clear)
 
 
 def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: float) -> np.ndarray:
     """What the rise in octaves says of each of its crests; nothing where it is far below 1."""
-    place, height, _, borne_out, likelihood, greatest = crests
+    place, height, _, borne_out, likelihood, greatest, clear = crests
     likelihood = np.where(greatest & np.isfinite(likelihood), likelihood, 0.0)
     audible = spread * (SIGMAS + SKEW * spread)
-    evidence = np.minimum(height / audible + likelihood / CERTAIN, borne_out)
+    evidence = np.minimum(clear / audible + likelihood / CERTAIN, borne_out)
     far = evidence < FAINT
     evidence[far] = 0.0
     near = ~far
@@ -176,12 +181,13 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
     rattle = rattling(np.concatenate(passage.octaves), silent, place[near], seconds)
     loudest = greatest_near(place, height, RATTLE_WITHIN / seconds)[near]
     without_crowd = np.minimum(FEW * audible, TAIL * loudest + STEADY * rattle)
-    reached = crowd(place, height, near, RATTLE_WITHIN, seconds)
+    share = heard_share(silent, place[near], RATTLE_WITHIN, seconds)
+    reached = crowd(place, height, near, RATTLE_WITHIN, seconds, share)
     crowded = ABOVE * (reached - IN_NOISE * spread)
     rattle = np.minimum(rattle, np.maximum(without_crowd, crowded))
     calm = np.minimum(
-        height[near] / (audible + rattle) + likelihood[near] / CERTAIN,
-        height[near] / (LEAST_OCTAVES * audible + rattle),
+        clear[near] / (audible + rattle) + likelihood[near] / CERTAIN,
+        clear[near] / (LEAST_OCTAVES * audible + rattle),
     )
     evidence[near] = np.minimum(calm, borne_out[near])
     return evidence
@@ -218,15 +224,17 @@ def rattling(rise: np.ndarray, silent: np.ndarray, place: np.ndarray, seconds: f
     return most[which]
 
 
-def odds_among(crests: Crests, by_bands: np.ndarray, audible: float, seconds: float) -> np.ndarray:
+def odds_among(
+    crests: Crests, by_bands: np.ndarray, audible: float, silent: np.ndarray, seconds: float
+) -> np.ndarray:
     """Log-odds of crests beside all others around them; -inf where they are far below 0."""
-    place, height, bands, borne_out, likelihood, greatest = crests
+    place, height, bands, borne_out, likelihood, greatest, clear = crests
     bands_slope, likelihood_slope, often_slope, crowd_slope, loud_slope = OTHERS_SLOPES
     with np.errstate(divide="ignore"):
         needed = np.maximum(
             LEAST_OCTAVES * audible, BESIDE_OTHER * greatest_near(place, height, NEXT / seconds)
         )
-        most = np.log(np.minimum(np.minimum(borne_out, likelihood / LIKELY), height / needed))
+        most = np.log(np.minimum(np.minimum(borne_out, likelihood / LIKELY), clear / needed))
         odds = bands_slope * np.log(by_bands) + OTHERS_OFFSET
     counted = np.where(greatest & np.isfinite(likelihood), likelihood, 1.0)
     odds += likelihood_slope * np.log(np.maximum(counted, 1.0))
@@ -240,19 +248,39 @@ def odds_among(crests: Crests, by_bands: np.ndarray, audible: float, seconds: fl
     possible = np.minimum(OCTAVES_SLOPE * most, odds - 2.0 * crowd_slope * np.log(LEAST_CROWD))
     asked = possible > HOPELESS
     for within in (RATTLE_WITHIN, SHORTLY):
-        reached = crowd(place, height, asked, within, seconds) / audible
+        share = heard_share(silent, place[asked], within, seconds)
+        reached = crowd(place, height, asked, within, seconds, share) / audible
         odds[asked] -= crowd_slope * np.log(np.maximum(reached, LEAST_CROWD))
     return np.where(asked, np.minimum(OCTAVES_SLOPE * most, odds), -np.inf)
 
 
+def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: float) -> np.ndarray:
+    """Share of what lies `within` of each place that is no digital silence."""
+    if not silent.any():
+        return np.ones(len(place))
+    reach = round(within / (GROUP * seconds))
+    quiet = local_mean(silent, reach, reach)
+    return 1.0 - quiet[np.clip(np.round(place / GROUP).astype(int), 0, len(quiet) - 1)]
+
+
 def crowd(
-    place: np.ndarray, height: np.ndarray, asked: np.ndarray, within: float, seconds: float
+    place: np.ndarray,
+    height: np.ndarray,
+    asked: np.ndarray,
+    within: float,
+    seconds: float,
+    share: np.ndarray,
 ) -> np.ndarray:
-    """Height that CRESTS a second reach `within` of each crest that is asked for; 0 if fewer."""
+    """Height that CRESTS a second reach `within` of each crest that is asked for; 0 if fewer.
+
+    Of these crests, only a `share` of the time is heard: at least that share of them, and all at
+    most. The geometric mean is asked for.
+    """
     reach = within / seconds
     first, last = np.searchsorted(place, (place[asked] - reach, place[asked] + reach))
     found = np.empty(len(first))
-    greatest_but(height, first, last, round(2.0 * within * CRESTS), found)
+    rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
+    greatest_but(height, first, last, np.maximum(rank, 1), found)
     return found
 
 

@@ -114,6 +114,19 @@ def octave_rise(after, before, background, weights, out):
         out[j] = total
 
 
+@njit(nogil=True, error_model="numpy")
+def loudness(after, background, weights, frames, out):
+    """out[k]: mean over the octaves of max(0, ln(after / 2 background)) at frames[k]."""
+    for k in range(len(frames)):
+        j = frames[k]
+        total = 0.0
+        for b in range(after.shape[0]):
+            level = 2.0 * background[b, j // BLOCK]
+            if after[b, j] > level > 0.0:
+                total += weights[b] * np.log(after[b, j] / level)
+        out[k] = total
+
+
 @njit(nogil=True)
 def crests(rise, spacing, least, first, last, out):
     """The frames in first <= j < last whose rise is at least `least`, the greatest nearby.
@@ -147,12 +160,13 @@ def greatest_between(values, first, last, out):
 
 @njit(nogil=True)
 def greatest_but(values, first, last, rank, out):
-    """out[k]: what `rank` of values[first[k] : last[k]] reach; 0 if there are fewer."""
+    """out[k]: what rank[k] of values[first[k] : last[k]] reach; 0 if there are fewer."""
     for k in range(len(out)):
         count = last[k] - first[k]
         out[k] = 0.0
-        if count >= rank:
-            out[k] = np.partition(values[first[k] : last[k]], count - rank)[count - rank]
+        if count >= rank[k]:
+            least = count - rank[k]
+            out[k] = np.partition(values[first[k] : last[k]], least)[least]
 
 
 @njit(nogil=True)

@@ -21,6 +21,7 @@ from ._sound_bands import (
     degrees_of_freedom,
 )
 from ._sound_floor import NEARBY, WITHIN, noise_power, quantile_bias
+from ._sound_gate import Gate
 from ._sound_kernels import (
     BLOCK,
     EDGE,
@@ -28,6 +29,7 @@ from ._sound_kernels import (
     Scale,
     both_sides,
     crests,
+    loudness,
     octave_powers,
     octave_rise,
 )
@@ -52,6 +54,8 @@ class Passage:
     known: list[np.ndarray] = field(default_factory=list)  # where these are; not at both ends
     place: list[np.ndarray] = field(default_factory=list)  # frames of the crests in octaves
     height: list[np.ndarray] = field(default_factory=list)  # the rise there
+    loud: list[np.ndarray] = field(default_factory=list)  # the loudness after it
+    loudness: list[np.ndarray] = field(default_factory=list)  # that after every SAMPLED-th frame
     silent: list[np.ndarray] = field(default_factory=list)  # GROUPs of frames
 
 
@@ -69,6 +73,7 @@ class Slab:
     parts_sound: np.ndarray  # those that digital silence does not touch
     levels: np.ndarray  # (octaves, BLOCKs), mean powers
     power: np.ndarray  # (bands, GROUPs)
+    closes: np.ndarray  # GROUPs where a gate closes
     known: np.ndarray  # those whose windows lie in the segment
     means: np.ndarray  # (bands, BLOCKs)
     means_sound: np.ndarray
@@ -88,6 +93,7 @@ class Survey:
     scale: Scale
     rate: float
     bands: Bands = field(init=False)
+    gate: Gate = field(init=False)
     weights: np.ndarray = field(init=False)
     spread: float = field(init=False)  # standard deviation of the rise in noise, about
     lag: int = field(init=False)
@@ -98,12 +104,14 @@ class Survey:
     slabs: list[Slab] = field(default_factory=list)
     done: int = 0  # of the slabs
     tail: np.ndarray = field(default_factory=lambda: np.empty(0))  # rise not yet searched
+    tail_loud: np.ndarray = field(default_factory=lambda: np.empty(0))  # the loudness there
     carried: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))  # last band powers
 
     def __post_init__(self) -> None:
         scale = self.scale
         hop = GROUP * scale.hop
         self.bands = bands_at(self.rate, hop)
+        self.gate = Gate(scale, self.rate, self.bands)
         self.weights = octave_weights(scale)
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
         self.spread = math.sqrt(scale.octaves) / float(np.sqrt(count).sum())
@@ -140,10 +148,13 @@ class Survey:
         power = np.empty((scale.octaves, total))
         scratch = np.empty((3, len(x) // 2))
         octave_powers(x, scale.octaves, scratch[0], scratch[1], scratch[2], power)
-        after, before = np.empty((scale.octaves, count)), np.empty((scale.octaves, count))
-        both_sides(power, left, count, scale, after, before)
         groups = -(-count // GROUP)
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
+        if window.first == 0:
+            self.gate.begin()
+        x, continued = self.gate.octaves(x, power, real, count)
+        after, before = np.empty((scale.octaves, count)), np.empty((scale.octaves, count))
+        both_sides(continued, left, count, scale, after, before)
         # From two GROUPs before the first of the core to two after its last.
         begin = left - 2 * GROUP + PART * np.arange(GROUP // PART * (groups + 4))
         reach = slice(begin[0], begin[-1] + PART)
@@ -187,7 +198,7 @@ class Survey:
             parts,
             whole_blocks(counted[None, core_parts], BLOCK // PART)[0],
             levels,
-            fine,
+            *self.gate.narrow(fine, left * hop),
             known,
             means,
             sounding,
@@ -217,18 +228,20 @@ class Survey:
         rise[max(last, 0) :] = 0.0
         if slab.first == 0:
             self.passages.append(Passage(slab.segment))
-            self.tail = np.zeros(2 * self.scale.spacing)
+            self.tail = self.tail_loud = np.zeros(2 * self.scale.spacing)
             self.carried = np.repeat(slab.power[:, :1], self.lag, axis=1)
         passage = self.passages[-1]
         passage.octaves.append(rise[::SAMPLED].astype(np.float32))
         passage.silent.append(slab.silent)
-        self._keep_crests(passage, rise, slab)
+        frames = np.arange(0, len(rise), SAMPLED)
+        passage.loudness.append(self._loudness(slab, octaves, frames))
+        self._keep_crests(passage, rise, slab, octaves)
         power = np.concatenate((self.carried, slab.power), axis=1)
         finer = np.empty((2, slab.power.shape[1]))
         band_rise(power, self.lag, self.lag, bands, self.frame_freedom, PER, finer)
         if slab.first == 0:
             slab.known[: self.begins] = False
-        finer[:, ~slab.known] = 0.0
+        finer[:, slab.closes | ~slab.known] = 0.0
         passage.bands.append(finer[0])
         passage.likelihood.append(finer[1])
         passage.known.append(slab.known)
@@ -263,14 +276,31 @@ class Survey:
             background(noise, means, at, self.nearby, out[-1])
         return out
 
-    def _keep_crests(self, passage: Passage, rise: np.ndarray, slab: Slab) -> None:
+    def _loudness(self, slab: Slab, background: np.ndarray, frames: np.ndarray) -> np.ndarray:
+        out = np.empty(len(frames))
+        loudness(slab.after, background, self.weights, frames, out)
+        return out
+
+    def _keep_crests(
+        self, passage: Passage, rise: np.ndarray, slab: Slab, background: np.ndarray
+    ) -> None:
         spacing = self.scale.spacing
         known = np.concatenate((self.tail, rise, np.zeros(spacing * slab.last)))
         found = np.empty(len(known) // (spacing + 1) + 1, np.int64)
         n = crests(known, spacing, LEAST * self.spread, spacing, len(known) - spacing, found)
         passage.place.append(found[:n] + slab.first - 2 * spacing)
         passage.height.append(known[found[:n]])
+        frames = found[:n] - 2 * spacing
+        earlier = frames < 0
+        loud = (
+            self.tail_loud[found[:n][earlier]],
+            self._loudness(slab, background, frames[~earlier]),
+        )
+        passage.loud.append(np.concatenate(loud))
         self.tail = known[-2 * spacing :]
+        end = np.arange(len(rise) - 2 * spacing, len(rise))
+        if end[0] >= 0:
+            self.tail_loud = self._loudness(slab, background, end)
 
 
 def octave_weights(scale: Scale) -> np.ndarray:

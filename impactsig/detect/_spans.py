@@ -7,10 +7,13 @@ on how the samples were delivered.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ._background_kernels import chunk_medians, outlying, take
 from ._converter import converter_step
+from ._coupling_kernels import uncouple
 from ._dropout_kernels import BORDER, MOST, fill, find_dropouts
 from ._event_kernels import EVENT, find_events, near_crests, strongest_first
 from ._faint_kernels import find_faint
@@ -31,6 +34,9 @@ LEAST = 5.0
 CODES, CODES_IN_A_ROW = 1.35, 1.7
 """Steps of the converter that it must reach, where noise does not blur them; and that one of up to
 four samples must, since noise of a third of a step moves as many by one code now and then."""
+SETTLED = 0.5
+"""Seconds in which what is undone of an AC coupling settles: four chunks of the baseline, which so
+follows it, and many contacts, behind which so little is left."""
 TINY = 1e-7
 """Of the range of the samples: the least noise that is assumed."""
 WEAK = 0.1
@@ -59,6 +65,8 @@ class Spans:
         What it must reach in standard deviations of its noise, if there is no `level`.
     skip : bool
         Pass over what does not move at all.
+    constant : float
+        Time constant of the AC coupling that is undone, in samples; 0 if there is none.
     """
 
     def __init__(
@@ -68,8 +76,9 @@ class Spans:
         level: float | None = None,
         sigmas: float | None = None,
         skip: bool = True,
+        constant: float = 0.0,
     ) -> None:
-        self.grid, self.total = grid, total
+        self.grid, self.total, self.constant = grid, total, constant
         self.level, self.sigmas, self.skip = level, LEAST if sigmas is None else sigmas, skip
         self.count = grid.count(total)
         self.spans: dict[int, Span] = {}
@@ -90,6 +99,7 @@ class Spans:
         self._spikes = np.empty(MOST_GLITCHES, np.int64)
         self._sums = np.empty(0)
         self._runs = np.empty((MOST, 2), np.int64)
+        self._coupled = (0.0, 0.0)  # integral of what is behind the coupling, its last sample
         self._level = self._held = np.nan  # what a dropout at the border began with, and its value
 
     def load(self, values: np.ndarray, reference: float, factor: float) -> None:
@@ -100,12 +110,12 @@ class Spans:
         k = self.done[0]
         first, last = self.grid.bounds(k, self.total)
         clean = self._line.samples(k)
-        take(values, reference, factor, clean)
+        extent = take(values, reference, factor, clean)
         self.zero = (0.0 - reference) * factor
         before = np.empty(BORDER if k > 0 else 0)
         if k > 0:
             take(self.spans[k - 1].values[-BORDER:], reference, factor, before)
-        self.spans[k] = Span(first, last, values, before, clean)
+        self.spans[k] = Span(first, last, values, before, clean, range=extent)
         self.done[0] += 1
         moved = True
         while moved:
@@ -168,20 +178,32 @@ class Spans:
             for a, b in span.dropouts:
                 rest[a:b] = False
             live = span.clean[rest]
+            span.range = float(span.clean.max() - span.clean.min())
         else:
             self._level = np.nan
         seen[:left], seen[left + n :] = beside
+        if self.constant:
+            self._uncouple(k)
         span.medians = np.empty(max(1, n // chunk))
         chunk_medians(span.clean, chunk, span.medians)
         span.moves = np.abs(span.medians[1:] - span.medians[:-1])
-        span.range = float(span.clean.max() - span.clean.min())
         span.step = converter_step(live) if span.range and len(live) else 0.0
+
+    def _uncouple(self, k: int) -> None:
+        """Undo the AC coupling of the sensor: what a step leaves decays within SETTLED seconds."""
+        span, leak = self.spans[k], 1.0 / (SETTLED * self.grid.rate)
+        if k == 0:  # as if it had lasted for ever; what is coupled has no mean but an offset
+            offset = float(span.clean.mean())
+            self._coupled = (offset * (0.5 / math.tanh(0.5 * leak)), offset)
+        self._coupled = uncouple(span.clean, 1.0 / self.constant, leak, *self._coupled)
 
     def _cut(self, k: int) -> None:
         """Tell the background from what stands out of it; see which lines of the mains it shows."""
         span = self.spans[k]
-        span.mask = np.zeros(len(span.clean), np.uint8)
-        if span.range or not self.skip:
+        if not span.range and self.skip:
+            span.mask = np.zeros(len(span.clean), np.uint8)
+        else:
+            span.mask = np.empty(len(span.clean), np.uint8)
             span.lines = self._background(span, self._medians(k))
 
     def _take_hum_off(self, k: int) -> None:
@@ -278,10 +300,12 @@ class Spans:
         beside = self.around(k, BESIDE)
         # Where nothing moves for seconds, anything but rounding is something.
         extent = max(one.range for one in beside)
-        span.noise = noise_around(
+        span.noise = np.empty(len(rungs.width))
+        noise_around(
             np.array([one.own_noise for one in beside]),
             min(k, BESIDE),
             max(TINY**2 * extent, TINIEST),
+            span.noise,
         )
         step = max(one.step for one in beside)
         if step and span.sigma < step:
@@ -308,8 +332,10 @@ class Spans:
         most = len(before) + len(span.crests) + len(after)
         if len(self._near) < most:
             self._near, self._doubt = np.empty((2 * most, CREST)), np.empty(2 * most)
-        low, high = span.first - self.grid.margin, span.last + self.grid.margin
-        count = near_crests(before, span.crests, after, low, high, self._near, self._doubt)
+        widths = self.grid.rungs.width
+        count = near_crests(
+            before, span.crests, after, span.first, span.last, widths, self._near, self._doubt
+        )
         order = strongest_first(self._doubt[:count])
         if len(self._events) < (most := 4 * len(span.crests) + 8):
             self._events = np.empty((2 * most, EVENT))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import kernel
 from ._dropouts import without_dropouts
 from ._stream import Frame
 
@@ -66,7 +66,7 @@ def block_ranges(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return low, high
 
 
-@njit(nogil=True)
+@kernel
 def _put_ranges(x: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
     """Fill `low` and `high`, four samples at a time: each comparison waits for the one before."""
     for k in range(len(low)):

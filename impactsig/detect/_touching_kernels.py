@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiled import allocating, inner
 from ._half_sine_kernels import FOOT, is_half_sine
 from ._pair_fit import PAIR, begin_pair
 from ._pulse_fit import fit_pair, fit_pulse
-from ._pulse_model import PARAMETERS, put_parameters, room_for
+from ._pulse_model import PARAMETERS, put_parameters
 
 PER_WIDTH = 24  # means of samples in a width that are looked at, at most
 REACH = 3.2  # widths to either side of a crest within which a pair ends
@@ -43,7 +43,7 @@ class Window(NamedTuple):
     right: float
 
 
-@njit(nogil=True)
+@inner
 def look_around(x, origin, centre, width, height, base, sigma, points, means):
     """Fill `points` (0, 1, ...) and `means` with what stands around a crest, feet included.
 
@@ -87,7 +87,7 @@ def look_around(x, origin, centre, width, height, base, sigma, points, means):
     return Window(count, per, start, unit, base + level, float(left - first), float(right - first))
 
 
-@njit(nogil=True)
+@inner
 def _foot(means, k, step, limit, stop, gap):
     """From point k outward to the first of `gap` points that lie below `stop`."""
     low = 0
@@ -97,7 +97,7 @@ def _foot(means, k, step, limit, stop, gap):
     return k - step * low
 
 
-@njit(nogil=True)
+@inner
 def _pad(means, k, step, limit, pad, stop):
     """Up to `pad` points further, as far as they do not rise above `stop`."""
     for _ in range(pad):
@@ -107,7 +107,7 @@ def _pad(means, k, step, limit, pad, stop):
     return k
 
 
-@njit(nogil=True)
+@allocating
 def two_pulses(x, origin, centre, width, height, base, sigma, pair):
     """Whether what stands around a crest is two pulses that overlap; if so, `pair` is filled.
 
@@ -152,7 +152,7 @@ def two_pulses(x, origin, centre, width, height, base, sigma, pair):
     return TWO
 
 
-@njit(nogil=True)
+@inner
 def plausible(p):
     """Whether both are pulses that a detector could part: neither a ripple on the other."""
     long, short = math.exp(max(p[2], p[5])), math.exp(min(p[2], p[5]))
@@ -161,7 +161,7 @@ def plausible(p):
     return weak > WEAK * high and long < UNLIKE * short and apart > APART * math.exp(p[2])
 
 
-@njit(nogil=True)
+@inner
 def to_samples(p, seen):
     """A pair's parameters, in place, from points and units of the noise."""
     for m in range(0, PAIR, 3):
@@ -170,7 +170,7 @@ def to_samples(p, seen):
         p[m + 2] += math.log(seen.per)
 
 
-@njit(nogil=True)
+@allocating
 def _left_by_one(points, means, seen, from_feet):
     """Sum of squares that one pulse leaves, fitted from its crossings or from its feet."""
     p = np.empty(PARAMETERS)
@@ -178,10 +178,10 @@ def _left_by_one(points, means, seen, from_feet):
     half = 0.5 * (seen.right - seen.left)
     if from_feet:
         put_parameters(p[0], seen.left, half, 0.2 * half, half, p)
-    return len(means) * fit_pulse(points, means, math.log(half), room_for(len(points)), p)
+    return len(means) * fit_pulse(points, means, math.log(half), p).misfit
 
 
-@njit(nogil=True)
+@inner
 def _begin_one(means, p):
     """Where the fit of one pulse begins: crossings of 0.2 and 0.8 of the height."""
     top = 0
@@ -205,7 +205,7 @@ def _begin_one(means, p):
     put_parameters(means[top], start, rise, flat, fall, p)
 
 
-@njit(nogil=True)
+@allocating
 def crests_between_dips(x, base, mean, least, sure, crests, dips):
     """Crests of the running mean of x over `mean` samples, which dips between any two of them.
 

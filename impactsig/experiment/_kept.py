@@ -21,7 +21,7 @@ from .._correction_files import beside, sha256
 from .._impact_tables import read_npz, write_npz
 from ..errors import ImpactsigError, InvalidInput, UnreadableFile, UnwritableFile
 from ..impacts import Impacts
-from ..studies._fingerprint import digest
+from ..studies.fingerprint import digest
 from ._run import Run
 
 CONTENTS = "contents.jsonl"

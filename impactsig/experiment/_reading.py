@@ -13,7 +13,7 @@ import numpy as np
 from .._arguments import thread_count
 from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput
 from ..io.formats import FORMATS
-from ..studies._fingerprint import digest, own_code
+from ..studies.fingerprint import digest, own_code
 from ..studies.sweeping import sweep
 from ._kept import LASTING, Kept, content_of, key_of
 from ._run import worked_out

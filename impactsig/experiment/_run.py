@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..detect._files import detect_file
+from ..detect.files import detect_file
 from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput
-from ..intervals._forcing import forcing_cycles, rising_instants
+from ..intervals.forcing import forcing_cycles, rising_instants
 from ..intervals.period import identify_period
 from ..io import info, read
 from ._motions import NO_IMPACTS

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ..intervals._forcing import forcing_cycles
+from ..intervals.forcing import forcing_cycles
 from ..intervals.track import track_period
 from ._motions import NO_IMPACTS, motion_of
 from .rig import Rig

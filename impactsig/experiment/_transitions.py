@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ._motions import motion_of
-from ._points import Point
+from .points import Point
 
 REACH = 5
 """Points to either side that say where a change is."""

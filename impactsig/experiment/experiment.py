@@ -13,13 +13,14 @@ import numpy as np
 
 from .._arguments import choice, whole
 from .._arguments import path as path_of
+from .._extras import library
 from .._showing import Shown
-from ..errors import ImpactsigError, InvalidInput, MissingExtra
+from ..errors import ImpactsigError, InvalidInput
 from ..impacts import Impacts
 from ._kept import Kept
-from ._points import QUANTITIES, Point, branch_of, cloud_of, points_of
 from ._reading import KEPT, read_runs
 from ._transitions import Hysteresis, Jump, changes_of, hysteresis_of, jumps_of
+from .points import QUANTITIES, Point, branch_of, cloud_of, points_of
 from .rig import RIG, Rig
 
 if TYPE_CHECKING:
@@ -220,10 +221,7 @@ class Experiment(Shown):
         MissingExtra
             If xarray is not installed.
         """
-        try:
-            import xarray
-        except ImportError:
-            raise MissingExtra("xarray", "studies", "An experiment as labelled arrays") from None
+        xarray = library("xarray", "studies", "An experiment as labelled arrays")
         frame = self.to_frame()
         data: dict[str, Any] = {
             name: ("run", frame[name].to_numpy(object if name in _WORDS else float))

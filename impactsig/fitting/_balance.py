@@ -13,7 +13,7 @@ gradient by the three instants this is how far they must be moved to fulfil it.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,13 +26,13 @@ TURN = 2 * np.pi
 
 
 class Values(NamedTuple):
-    """An impact oscillator in units of its gap and of 1 / omega_n."""
+    """An impact oscillator in units of its gap and of 1 / omega_n, or arrays of several."""
 
-    restitution: float
-    damping: float
-    amplitude: float
-    frequency: float  # of the forcing
-    phase: float  # of the forcing at the mean phase of the impacts
+    restitution: Any
+    damping: Any
+    amplitude: Any
+    frequency: Any  # of the forcing
+    phase: Any  # of the forcing at the mean phase of the impacts
 
 
 class Courses(NamedTuple):
@@ -74,23 +74,23 @@ def _alike(steps: np.ndarray, phase: np.ndarray, fewest: int) -> list[np.ndarray
 def imbalance(values: Values, course: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How far instants must be moved to fulfil the balance, and the approach velocities.
 
-    Both of the middle one of all triples, shape (groups, length - 1); in units of 1 / omega_n and
-    of gaps by these.
+    Both of the middle one of all triples, shape (..., groups, length - 1), the first axes those of
+    the values; in units of 1 / omega_n and of gaps by these.
     """
-    r, zeta, amplitude, omega, phase = values
+    r, zeta, amplitude, omega, phase = (np.asarray(one)[..., None, None] for one in values)
     root = np.sqrt(1 - zeta**2)
     t = course * TURN / omega
     response = amplitude / (1 - omega**2 + 2j * zeta * omega) * np.exp(1j * (omega * t + phase))
     y, p1, p2 = 1 - response.real, -omega * response.imag, -(omega**2) * response.real
-    leg = np.diff(t, axis=1)
+    leg = np.diff(t)
     e = np.exp(-zeta * leg)
     s = e * np.sin(root * leg) / root
     c = e * np.cos(root * leg) + zeta * s
     ds, e = c - 2 * zeta * s, e * e
-    s0, e0, ds0 = s[:, :-1], e[:, :-1], ds[:, :-1]
-    s1, c1, ds1 = s[:, 1:], c[:, 1:], ds[:, 1:]
-    y0, y1, y2 = y[:, :-2], y[:, 1:-1], y[:, 2:]
-    v0, v1, v2 = p1[:, :-2], p1[:, 1:-1], p1[:, 2:]
+    s0, e0, ds0 = s[..., :-1], e[..., :-1], ds[..., :-1]
+    s1, c1, ds1 = s[..., 1:], c[..., 1:], ds[..., 1:]
+    y0, y1, y2 = y[..., :-2], y[..., 1:-1], y[..., 2:]
+    v0, v1, v2 = p1[..., :-2], p1[..., 1:-1], p1[..., 2:]
     stay = c1 * s0 - r * ds0 * s1
     value = (1 + r) * s1 * s0 * v1 + s0 * y2 - stay * y1 - r * e0 * s1 * y0
     # By the length of the leg before and of the one after; s' = ds, c' = -s, e' = -2 zeta e.
@@ -99,22 +99,27 @@ def imbalance(values: Values, course: np.ndarray) -> tuple[np.ndarray, np.ndarra
     after = (1 + r) * ds1 * s0 * v1 + (s1 * s0 + r * ds0 * ds1) * y1 - r * e0 * ds1 * y0
     first = r * e0 * s1 * v0 - before
     last = after - s0 * v2
-    middle = before - after + (1 + r) * s1 * s0 * p2[:, 1:-1] + stay * v1
+    middle = before - after + (1 + r) * s1 * s0 * p2[..., 1:-1] + stay * v1
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = value / np.sqrt(first**2 + middle**2 + last**2)
         approach = v1 + (ds0 * y1 - e0 * y0) / s0
     return distance, approach
 
 
-def badness(values: Values, course: Courses) -> float:
-    """Mean square of how far instants and strengths are off; more where the stop would pull."""
+def badness(values: Values, course: Courses) -> np.ndarray:
+    """Mean square of how far instants and strengths are off; more where the stop would pull.
+
+    Of each of the values.
+    """
     distance, approach = imbalance(values, course.instant)
     off = np.where(approach < 0, np.abs(distance) + FAR, np.abs(distance))
     off = np.minimum(np.nan_to_num(off, nan=FAR), 2 * FAR) ** 2
+    triples = off.shape[-1]
     if course.strength is not None:
         speed = np.maximum(np.nan_to_num(approach, nan=0.0), 0.0)
-        speed = speed / max(float(np.mean(course.weight * speed)) * len(speed), 1e-12)
+        mean = np.sum(course.weight * speed, axis=(-2, -1), keepdims=True) / triples
         known = course.strength[:, 1:-1]
-        known = known / (np.mean(course.weight * known) * len(known))
-        off = off + np.minimum(np.abs(speed - known), 2 * FAR) ** 2
-    return float(np.sum(course.weight * off) / off.shape[1])
+        known = known / (np.sum(course.weight * known) / triples)
+        off = off + np.minimum(np.abs(speed / np.maximum(mean, 1e-12) - known), 2 * FAR) ** 2
+    total: np.ndarray = np.sum(course.weight * off, axis=(-2, -1)) / triples
+    return total

@@ -6,10 +6,11 @@ from blocks of the measured one (1, as `Problem.look` has it). So a moment that 
 simulated trains, as all do where these are periodic, does not count without limit.
 
 The p-value is a rank among all trains that were simulated. A train with too few impacts to have
-moments is unlike the measured one: it counts as nearer. Whichever rank such trains are given in
-advance, the measured train and the simulated ones remain exchangeable, and the test has its size;
-with this rank an oscillator that seldom gives enough impacts can be rejected, which it could not be
-if such trains were left out or counted as farther.
+moments, or with ten times as many as the measured one, is unlike the measured one: it counts as
+nearer. Whichever rank such trains are given in advance, the measured train and the simulated ones
+remain exchangeable, and the test has its size; with this rank an oscillator that seldom gives a fit
+number of impacts can be rejected, which it could not be if such trains were left out or counted as
+farther.
 """
 
 from __future__ import annotations
@@ -20,6 +21,11 @@ import numpy as np
 
 from ._problem import Problem
 
+JUDGED = 40
+"""Trains simulated at an optimum, which tell whether the measured one is of their kind."""
+HOPELESS = 10.0
+"""Distance beyond which no chance or bias, but only another oscillator, explains the train."""
+
 
 class Judgement(NamedTuple):
     """How the measured train compares with trains simulated at an optimum."""
@@ -28,6 +34,16 @@ class Judgement(NamedTuple):
     p_value: float
     shares: np.ndarray  # of the words: measured, mean and deviation of the simulated, (3, words)
     failed: int  # simulated trains without moments
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether the search need not go on from here."""
+        return self.distance > HOPELESS and self.p_value <= 1 / (JUDGED + 1)
+
+
+def judged(problem: Problem, psi: np.ndarray) -> Judgement | None:
+    """Compare the measured train with trains simulated at parameters."""
+    return judge(problem, problem.look(np.tile(psi, (JUDGED, 1))))
 
 
 def judge(problem: Problem, looks: np.ndarray) -> Judgement | None:

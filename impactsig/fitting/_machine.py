@@ -1,21 +1,19 @@
-"""The oscillator that is fitted, as a function of its parameters, and trains measured of it."""
+"""The oscillator that is fitted, as a function of its parameters."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..errors import InvalidInput
+from ..impacts import Impacts
 from ..oscillators import Force, Oscillator, Rigid, Stop
-from ..simulate import simulate
-from ..simulate.measuring import measure
+from ..oscillators.batch import takes_arrays
 from ._balance import TURN, Values
 from ._partition import Train
-
-SETTLING = 60  # periods left out before a simulated train, and up to as many more
 
 
 @dataclass(frozen=True)
@@ -44,9 +42,9 @@ class Parameter:
         """The value on the scale of the search."""
         return math.log(value) if self.logarithmic else value
 
-    def value(self, scaled: float) -> float:
-        """The value of one on the scale of the search."""
-        return math.exp(scaled) if self.logarithmic else float(scaled)
+    def value(self, scaled: Any) -> Any:
+        """The value of one, or of several, on the scale of the search."""
+        return np.exp(scaled) if self.logarithmic else scaled
 
 
 PARAMETERS = {
@@ -63,17 +61,24 @@ CHAIN = {
 }
 
 
-def oscillator(values: dict[str, float], forcing_frequency: float, length_unit: float = 1.0) -> Any:
-    """The dimensionless oscillator; its unit of length is the gap."""
-    natural = values["natural_frequency"]
+@takes_arrays("forcing_frequency")
+def _oscillator(
+    restitution: float, damping: float, amplitude: float, natural_frequency: float,
+    forcing_frequency: float,
+) -> Oscillator:  # fmt: skip
     return Oscillator(
-        damping=2 * values["damping"],
-        forces=(Force(values["amplitude"], forcing_frequency / natural),),
-        stops=(Stop(1.0, Rigid(values["restitution"])),),
-        time_unit=1 / (TURN * natural),
-        length_unit=length_unit,
+        damping=2 * damping,
+        forces=(Force(amplitude, forcing_frequency / natural_frequency),),
+        stops=(Stop(1.0, Rigid(restitution)),),
+        time_unit=1 / (TURN * natural_frequency),
         name=f"fitted at {forcing_frequency:g} Hz",
     )
+
+
+def oscillator(values: dict[str, Any], forcing_frequency: float) -> Any:
+    """The dimensionless oscillator, or a batch of them; the unit of length is the gap."""
+    own: dict[str, Any] = {name: values[name] for name in PARAMETERS}
+    return _oscillator(**own, forcing_frequency=forcing_frequency)
 
 
 def parameters_of(scene: Oscillator) -> dict[str, float]:
@@ -111,15 +116,7 @@ def parameters_of(scene: Oscillator) -> dict[str, float]:
     }
 
 
-@dataclass(frozen=True)
-class Beginnings:
-    """States on the motion that was measured, from where simulated ones start."""
-
-    phase: np.ndarray  # of the forcing at an impact [rad]
-    approach: np.ndarray  # velocity there
-
-
-def dimensionless(values: dict[str, float], forcing_frequency: float, phase: float) -> Values:
+def dimensionless(values: dict[str, Any], forcing_frequency: float, phase: Any) -> Values:
     """The parameters as the balance of three impacts has them."""
     return Values(
         values["restitution"],
@@ -130,46 +127,18 @@ def dimensionless(values: dict[str, float], forcing_frequency: float, phase: flo
     )
 
 
-def simulated(
-    values: dict[str, float],
-    forcing_frequency: float,
-    periods: int,
-    beginnings: Beginnings,
-    rng: np.random.Generator,
-) -> Any:
-    """Impacts of the oscillator, as the measuring chain has them, with their strengths.
-
-    Returns
-    -------
-    Impacts
-        Their `approach_velocity` with the noise of the strengths.
-    """
-    machine = oscillator(values, forcing_frequency)
-    which = rng.integers(len(beginnings.phase))
-    away = -values["restitution"] * beginnings.approach[which]
-    truth = simulate(
-        machine,
-        periods=periods,
-        transient=float(SETTLING + rng.integers(SETTLING)),
-        initial=(1.0, min(away, 0.0)),
-        phase=float(beginnings.phase[which]),
-    ).impacts
-    assert truth is not None
-    seen = measure(
-        truth,
-        jitter=values["jitter"] / forcing_frequency,
-        missed=values["missed"],
-        spurious=values["spurious"],
-        seed=rng,
-    ).impacts
-    speed = seen.approach_velocity
-    assert speed is not None
-    floor = values["strength_floor"] * speed.mean() if len(speed) else 0.0
-    noise = values["strength_noise"] * np.hypot(speed, floor) * rng.standard_normal(len(seen))
-    return replace(seen, approach_velocity=np.maximum(speed + noise, 0.0))
-
-
 def as_train(impacts: Any, forcing_frequency: float, strength: np.ndarray | None) -> Train:
     """A train in forcing periods."""
     x = (impacts.time - impacts.start) * forcing_frequency
     return Train(x, strength, ~impacts.interval_spans_gap())
+
+
+def as_impacts(train: Train, forcing_frequency: float, periods: int) -> Impacts:
+    """The impacts of a train of so many periods."""
+    return Impacts(
+        train.x / forcing_frequency,
+        approach_velocity=train.strength,
+        start=0.0,
+        duration=periods / forcing_frequency,
+        source="simulated",
+    )

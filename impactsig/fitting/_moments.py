@@ -32,20 +32,26 @@ class Groups(NamedTuple):
     """Impacts in groups, and what is asked of the members of each."""
 
     group: np.ndarray  # of each member, shape (members,)
+    owner: np.ndarray  # number of the train of each
     values: np.ndarray  # shape (quantities, members)
 
     def means(self, number: int) -> np.ndarray:
-        """Of every quantity in every group, shape (quantities, number)."""
+        """Of every quantity in every group over all trains, shape (quantities, number)."""
         count = np.maximum(np.bincount(self.group, minlength=number), 1)
-        return self._totals(self.values, number) / count
+        totals = [np.bincount(self.group, one, minlength=number) for one in self.values]
+        return np.array(totals) / count
 
-    def moments(self, centre: np.ndarray) -> np.ndarray:
-        """Share of each group, and mean over all of what its members are off the centre."""
-        off = np.vstack((np.ones(len(self.group)), self.values - centre[:, self.group]))
-        return self._totals(off, centre.shape[1]).ravel() / max(len(self.group), 1)
+    def moments(self, centre: np.ndarray, trains: int) -> np.ndarray:
+        """Share of each group, and mean over a train of what its members are off the centre.
 
-    def _totals(self, values: np.ndarray, number: int) -> np.ndarray:
-        return np.array([np.bincount(self.group, one, minlength=number) for one in values])
+        Of each train, shape (trains, moments).
+        """
+        number = centre.shape[1]
+        place, size = self.owner * number + self.group, trains * number
+        off = (None, *(self.values - centre[:, self.group]))
+        totals = [np.bincount(place, one, minlength=size).reshape(trains, number) for one in off]
+        members = totals[0].sum(axis=1, keepdims=True)
+        return np.hstack(totals) / np.maximum(members, 1)
 
 
 class Moments(NamedTuple):
@@ -79,23 +85,33 @@ class Moments(NamedTuple):
         """How many of the first moments are shares of words."""
         return self.words.shape[1]
 
-    def __call__(self, train: Train) -> np.ndarray | None:
-        """The moments of a train; None where it has no word."""
-        sifted = self.partition.sift(train)
+    def __call__(self, train: Train) -> np.ndarray:
+        """The moments of each train, shape (trains, moments); nan where it has no word."""
+        sifted, trains = self.partition.sift(train), len(train.starts)
         words = _words(self.partition, sifted)
-        if not len(words.group):
-            return None
-        parts = [words.moments(self.words)]
+        parts = [words.moments(self.words, trains)]
         if self.edges is not None and self.steps is not None:
-            parts.append(_steps(self.edges, sifted).moments(self.steps))
+            parts.append(_steps(self.edges, sifted).moments(self.steps, trains))
         ends = _ends(sifted)
         first, second = ends.values - self.centre[:, ends.group]
-        squares = Groups(ends.group, np.array([first**2, first * second, second**2]))
-        parts.append(squares.moments(np.zeros((3, self.centre.shape[1]))))
-        lone = float(np.mean(sifted.symbol < 0))
-        span = train.x[-1] - train.x[0]
-        parts.append(np.array([sifted.off, lone, len(train.x) / span]))
-        return np.concatenate(parts)
+        squares = ends._replace(values=np.array([first**2, first * second, second**2]))
+        parts.append(squares.moments(np.zeros((3, self.centre.shape[1])), trains))
+        parts.append(self._false(train, sifted))
+        found = np.hstack(parts)
+        found[np.bincount(words.owner, minlength=trains) == 0] = np.nan
+        return found
+
+    def _false(self, train: Train, sifted: Sifted) -> np.ndarray:
+        """What is in no word, and the impacts per period, of each train."""
+        trains = len(train.starts)
+        within = sifted.owner[1:] == sifted.owner[:-1]
+        owner = sifted.owner[:-1]
+        alone = np.bincount(owner[within & (sifted.symbol < 0)], minlength=trains)
+        lone = alone / np.maximum(np.bincount(owner[within], minlength=trains), 1)
+        counts = train.counts
+        ends = np.append(train.x, 0.0)  # a train without impacts has neither
+        span = ends[train.starts + counts - 1] - ends[train.starts]
+        return np.column_stack((sifted.off, lone, counts / np.where(span > 0, span, np.inf)))
 
 
 def _words(partition: Partition, sifted: Sifted) -> Groups:
@@ -103,13 +119,14 @@ def _words(partition: Partition, sifted: Sifted) -> Groups:
     words = partition.words(sifted)
     middle = words.first + partition.length // 2
     known = [sifted.phase] if sifted.strength is None else [sifted.phase, sifted.strength]
-    return Groups(words.code, np.array([one[middle] for one in known]))
+    return Groups(words.code, sifted.owner[middle], np.array([one[middle] for one in known]))
 
 
 def _ends(sifted: Sifted) -> Groups:
     """The phases at both ends of every interval, by its class."""
     at = np.flatnonzero(sifted.symbol >= 0)
-    return Groups(sifted.symbol[at], np.array([sifted.phase[at], sifted.phase[at + 1]]))
+    both = np.array([sifted.phase[at], sifted.phase[at + 1]])
+    return Groups(sifted.symbol[at], sifted.owner[at], both)
 
 
 def _steps(edges: np.ndarray, sifted: Sifted) -> Groups:
@@ -119,4 +136,4 @@ def _steps(edges: np.ndarray, sifted: Sifted) -> Groups:
     symbol = sifted.symbol[at]
     fifth = np.sum(sifted.strength[at, None] > edges[symbol], axis=1)
     known = (sifted.phase[at], sifted.phase[at + 1], sifted.strength[at + 1])
-    return Groups(symbol * BINS + fifth, np.array(known))
+    return Groups(symbol * BINS + fifth, sifted.owner[at], np.array(known))

@@ -55,12 +55,12 @@ class Cloud(NamedTuple):
     def draw(
         self, count: int, problem: Problem, look: Callable[[np.ndarray], np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters within the box, and what `look` says of a train simulated there."""
+        """Parameters within the box, and what `look` says of trains simulated there."""
         low, high = problem.box
         z = problem.rng.standard_normal((4 * count, len(self.centre)))
         z = z[np.linalg.norm(z, axis=1) < self.reach][:count]
         psi = np.clip(self.centre + z @ self.shape.T, low, high)
-        return psi, np.array([look(one) for one in psi])
+        return psi, look(psi)
 
     def place(self, psi: np.ndarray) -> np.ndarray:
         """The z of parameters, shape (n, parameters)."""

@@ -18,18 +18,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._orbit_kernels import Machine, Noise, project, smooth
+from ._laying_kernels import CUT, lay
+from ._orbit_kernels import Machine, Noise, project
 from ._partition import Sifted
 
 SLACKS = (0.03, 0.01, 0.003, 3e-4, 3e-5)
 """In gaps. The last is far below what the noise moves a velocity by: a slack that is not biases the
 parameters, as noise in what one regresses on does. The first lets every orbit begin."""
-ITERATIONS, CLOSE = 20, 1e-4
-CUT = 16.0  # chi squared of 2 degrees of freedom that a leg may cost: one in 3000 does by chance
-BESIDE = 3  # legs on either side that a contradiction spreads to: the worst of them is left out
-PASSES = 12
 QUIET = 1e-4  # periods, and a share: a simulated train without noise would divide by none
-MEDIAN = 2 * math.log(2)  # of that chi squared
 FAINT = 0.05  # of the mean strength: a floor that hardly any impact knows of
 FLOORS = (FAINT, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
 CERTAIN = 5.0  # logarithm of the likelihood, from which another floor is believed
@@ -93,13 +89,7 @@ def follow(theta: np.ndarray, noise: Noise, sight: Sight, free: np.ndarray) -> O
     machine, scale = machine_of(theta), math.exp(theta[5])
     node = np.ascontiguousarray(sight.seen[:, :2] / [1.0, scale])
     joined = sight.joined.copy()
-    for slack in SLACKS:
-        for _ in range(PASSES):
-            found = smooth(
-                machine, scale, noise, slack, sight.seen, joined, node, ITERATIONS, CLOSE
-            )
-            if not _leave_out(found.release, joined):
-                break
+    found = lay(machine, scale, noise, SLACKS, sight.seen, joined, node)
     with np.errstate(all="ignore"):
         sizes = np.maximum(np.sqrt(found.squares / found.freedom), QUIET)
         loss = len(node) * float(np.log(sizes).sum()) + CUT / 2 * np.sum(sight.joined & ~joined)
@@ -112,20 +102,6 @@ def follow(theta: np.ndarray, noise: Noise, sight: Sight, free: np.ndarray) -> O
     else:
         step -= np.linalg.lstsq(information, gradient, rcond=None)[0]
     return Orbit(node, joined, explained, Noise(*sizes), loss, step, information)
-
-
-def _leave_out(release: np.ndarray, joined: np.ndarray) -> bool:
-    """Take the worst of each run of legs that contradict each other out of `joined`."""
-    if not joined.any():
-        return False
-    # Parameters that are off make all legs worse than chance would.
-    usual = max(1.0, float(np.median(release[joined])) / MEDIAN)
-    release = np.where(joined, release, 0.0)
-    wide = np.pad(release, BESIDE)
-    worst = np.lib.stride_tricks.sliding_window_view(wide, 2 * BESIDE + 1).max(1)
-    bad = (release > CUT * usual) & (release >= worst)
-    joined &= ~bad
-    return bool(bad.any())
 
 
 def distances(orbit: Orbit, sight: Sight, scale: float) -> tuple[np.ndarray, np.ndarray]:

@@ -21,22 +21,46 @@ LONGEST = 4  # intervals in a word
 
 
 class Train(NamedTuple):
-    """Instants in forcing periods, what is known of the strengths, and what is not joined."""
+    """Instants in forcing periods, what is known of the strengths, and what is not joined.
+
+    Of one train, or of several, one after another and not joined.
+    """
 
     x: np.ndarray  # shape (n,)
     strength: np.ndarray | None  # shape (n,)
     joined: np.ndarray  # shape (n - 1,): whether no gap lies in the interval that follows
+    starts: np.ndarray = np.zeros(1, np.intp)  # index of the first impact of each train
+
+    @property
+    def counts(self) -> np.ndarray:
+        """Impacts of each train."""
+        return np.diff(self.starts, append=len(self.x))
+
+    @property
+    def owner(self) -> np.ndarray:
+        """Number of the train that each impact belongs to."""
+        return np.repeat(np.arange(len(self.starts)), self.counts)
+
+    def split(self) -> list[Train]:
+        """Each train by itself."""
+        found = []
+        for first, count in zip(self.starts, self.counts, strict=True):
+            own, after = slice(first, first + count), slice(first, max(first + count - 1, first))
+            strength = None if self.strength is None else self.strength[own]
+            found.append(Train(self.x[own], strength, self.joined[after]))
+        return found
 
 
 class Sifted(NamedTuple):
-    """What is left of a train at the phases that count."""
+    """What is left of trains at the phases that count."""
 
     cycle: np.ndarray  # whole periods, shape (n,)
-    phase: np.ndarray  # from the mean phase, in periods, -0.5 to 0.5
-    strength: np.ndarray | None  # by their mean
+    phase: np.ndarray  # from the mean phase of the train, in periods, -0.5 to 0.5
+    strength: np.ndarray | None  # by their mean in the train
     symbol: np.ndarray  # class of the interval that follows; -1 for none, shape (n - 1,)
     joined: np.ndarray  # whether no gap lies in that interval
-    off: float  # share of the impacts at other phases
+    owner: np.ndarray  # number of the train, shape (n,)
+    off: np.ndarray  # share of the impacts at other phases, shape (trains,)
 
 
 class Words(NamedTuple):
@@ -56,7 +80,7 @@ class Partition(NamedTuple):
     @classmethod
     def of(cls, train: Train) -> Partition:
         """The one that suits a train."""
-        phase = train.x - mean_phase(train.x)
+        phase = train.x - mean_phases(train)
         counts = np.bincount(_bins(phase), minlength=PHASES)
         window = counts > max(3.0, THIN * counts.max())
         # What jitter carries beyond the edge belongs to the same cluster.
@@ -72,22 +96,25 @@ class Partition(NamedTuple):
 
     def sift(self, train: Train) -> Sifted:
         """Leave out what comes at other phases, and tell the intervals apart."""
-        x = train.x - mean_phase(train.x)
+        owner, number = train.owner, len(train.starts)
+        x = train.x - mean_phases(train)[owner]
         kept = self.window[_bins(x)]
-        stretch = np.concatenate(([0], np.cumsum(~train.joined)))[kept]
-        x = x[kept]
+        stretch = np.concatenate(([0], np.cumsum(~train.joined)))[: len(x)][kept]
+        x, owner = x[kept], owner[kept]
         cycle = np.rint(x)
         interval = np.diff(x)
         symbol = np.full(len(interval), -1)
-        for number, (low, high) in enumerate(self.classes):
-            symbol[(interval > low) & (interval <= high)] = number
+        for name, (low, high) in enumerate(self.classes):
+            symbol[(interval > low) & (interval <= high)] = name
         joined = np.diff(stretch) == 0
         symbol[~joined] = -1
         strength = None
-        if train.strength is not None and len(x):
-            strength = train.strength[kept] / max(train.strength[kept].mean(), 1e-300)
-        off = 1 - kept.mean() if len(kept) else 0.0
-        return Sifted(cycle, x - cycle, strength, symbol, joined, off)
+        left = np.bincount(owner, minlength=number)
+        if train.strength is not None:
+            total = np.bincount(owner, train.strength[kept], minlength=number)
+            strength = train.strength[kept] / np.maximum(total / np.maximum(left, 1), 1e-300)[owner]
+        off = 1 - left / np.maximum(train.counts, 1)
+        return Sifted(cycle, x - cycle, strength, symbol, joined, owner, off)
 
     def words(self, sifted: Sifted) -> Words:
         """All runs of `length` intervals, each in a class."""
@@ -101,9 +128,14 @@ class Partition(NamedTuple):
         return Words(code[first], first)
 
 
-def mean_phase(x: np.ndarray) -> float:
-    """Circular mean of the phases, in periods."""
-    return float(np.angle(np.exp(2j * np.pi * x).sum())) / (2 * np.pi)
+def mean_phases(train: Train) -> np.ndarray:
+    """Circular mean of the phases of each train, in periods."""
+    owner, number = train.owner, len(train.starts)
+    turn = 2 * np.pi * train.x
+    sine = np.bincount(owner, np.sin(turn), minlength=number)
+    cosine = np.bincount(owner, np.cos(turn), minlength=number)
+    mean: np.ndarray = np.arctan2(sine, cosine) / (2 * np.pi)
+    return mean
 
 
 def _bins(x: np.ndarray) -> np.ndarray:

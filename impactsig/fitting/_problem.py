@@ -10,9 +10,10 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ._balance import Courses, courses
-from ._machine import CHAIN, PARAMETERS, Beginnings, Parameter, as_train, simulated
+from ._machine import CHAIN, PARAMETERS, Parameter
 from ._moments import FALSE, Moments
 from ._partition import Train
+from ._simulated import Beginnings, simulated
 
 LONGEST = 5000  # impacts in a simulated train; of a longer measured one the scatter is scaled
 BLOCKS = 20  # of the measured train, of 50 impacts or more, for a first scale of its moments
@@ -36,8 +37,8 @@ class Problem:
 
     def __post_init__(self) -> None:
         self.moments = Moments.of(self.train)
-        measured = self.moments(self.train)
-        if measured is None:
+        (measured,) = self.moments(self.train)
+        if not np.isfinite(measured).all():
             raise InvalidInput(
                 "impacts",
                 f"{len(self.train.x)} impacts",
@@ -61,53 +62,48 @@ class Problem:
         low, high = ([self.kind(n).scale(known[n][k]) for n in self.names] for k in (0, 1))
         return np.array(low), np.array(high)
 
-    def values(self, psi: np.ndarray) -> dict[str, float]:
-        """Everything by its name."""
-        found = {n: self.kind(n).value(p) for n, p in zip(self.names, psi, strict=False)}
-        return {"strength_noise": 0.0} | self.known | found
+    def values(self, psi: np.ndarray) -> dict[str, Any]:
+        """Everything by its name, of one or of several with the names along the last axis."""
+        last = np.moveaxis(psi, -1, 0)
+        found = {n: self.kind(n).value(p) for n, p in zip(self.names, last, strict=False)}
+        return {"strength_noise": 0.0, "strength_floor": self.floor} | self.known | found
 
     def courses(self) -> Courses:
         """Mean courses of the measured impacts."""
         return courses(self.train, self.moments.partition)
 
-    def simulate(self, psi: np.ndarray) -> Any:
-        """Impacts measured at parameters."""
-        self.evaluations += 1
+    def simulate(self, psi: np.ndarray) -> Train:
+        """Trains measured at parameters, shape (n, names)."""
+        self.evaluations += len(psi)
+        values = {n: np.broadcast_to(v, len(psi)) for n, v in self.values(psi).items()}
+        impacts = self.share * len(self.train.x)
         return simulated(
-            self.values(psi) | {"strength_floor": self.floor},
-            self.forcing_frequency,
-            self.periods,
-            self.beginnings,
-            self.rng,
+            values, self.forcing_frequency, self.periods, impacts, self.beginnings, self.rng
         )
 
     def look(self, psi: np.ndarray) -> np.ndarray:
-        """How far a simulated train is from the measured one, moment by moment.
+        """How far trains simulated at parameters are from the measured one, moment by moment.
 
-        In units of the moments' scatter; nan where there are too few impacts.
+        In units of the moments' scatter, shape (n, moments); nan where impacts are too few, or far
+        too many.
         """
-        return self._off(self._simulated(psi))
+        return self._off(self.simulate(psi))
 
     def tell(self, psi: np.ndarray) -> np.ndarray:
-        """How far an orbit beside a simulated train is from the one beside the measured.
+        """How far orbits beside simulated trains are from the one beside the measured.
 
-        With what moments tell of missed and of spurious impacts.
+        With what moments tell of missed and of spurious impacts; shape (n, numbers).
         """
         assert self.orbit is not None
-        train = self._simulated(psi)
-        return np.concatenate((self.orbit(train), self._off(train)[-FALSE:]))
-
-    def _simulated(self, psi: np.ndarray) -> Train:
-        impacts = self.simulate(psi)
-        strength = None if self.train.strength is None else impacts.approach_velocity
-        return as_train(impacts, self.forcing_frequency, strength)
+        train = self.simulate(psi)
+        told = np.array([self.orbit(one) for one in train.split()])
+        return np.hstack((told, self._off(train)[:, -FALSE:]))
 
     def _off(self, train: Train) -> np.ndarray:
-        moments = None
-        if len(train.x) > self.moments.partition.length + 1:
-            moments = self.moments(train)
-        if moments is None:
-            return np.full(len(self.measured), np.nan)
+        if self.train.strength is None:
+            train = train._replace(strength=None)
+        moments = self.moments(train)
+        moments[train.counts <= self.moments.partition.length + 1] = np.nan
         return FAR * np.tanh((moments - self.measured) / self.scale / FAR)
 
     def _scale(self) -> np.ndarray:
@@ -119,8 +115,15 @@ class Problem:
             own = slice(start, start + size)
             strength = None if self.train.strength is None else self.train.strength[own]
             joined = self.train.joined[start : start + size - 1]
-            part = self.moments(Train(self.train.x[own], strength, joined))
-            if part is not None:
+            (part,) = self.moments(Train(self.train.x[own], strength, joined))
+            if np.isfinite(part).all():
                 parts.append(part)
+        if len(parts) < 2:
+            raise InvalidInput(
+                "impacts",
+                f"{len(self.train.x)} impacts, of whose {blocks} parts {len(parts)} can be read",
+                "some in most parts that follow each other without a gap, five at a time",
+                "A second stop, a soft one, or friction cannot be fitted",
+            )
         scatter = np.std(parts, axis=0) / np.sqrt(blocks)
         return np.where(scatter > 0, scatter, np.inf)

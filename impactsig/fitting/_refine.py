@@ -13,13 +13,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from ._machine import CHAIN, PARAMETERS, Beginnings
+from ._judging import judged
+from ._machine import CHAIN, PARAMETERS
 from ._narrow import Estimate, beside
 from ._orbit import FAINT, QUIET, Approach, Sight, approach, distances, floor_of, follow
 from ._orbit_kernels import TURN, Noise
 from ._partition import Partition, Train
 from ._problem import Problem
 from ._search import Beginning, begin, chain
+from ._simulated import Beginnings
 
 PARTS = 2  # of the range of damping, in each of which the search begins
 PHASE, SCALE = 4, 5  # places in theta, after the parameters of the oscillator
@@ -91,7 +93,11 @@ def refine(problem: Problem) -> Estimate | None:
     if not np.isfinite(told.measured).all():
         return None
     problem.orbit = told
-    estimate = beside(problem, *_first(problem, best, len(sight.seen)))
+    centre, covariance = _first(problem, best, len(sight.seen))
+    verdict = judged(problem, centre)
+    if verdict is not None and verdict.hopeless:  # a misfit, of which trains tell no more
+        return Estimate(centre, covariance, best.orbit.explained)
+    estimate = beside(problem, centre, covariance)
     return None if estimate is None else estimate._replace(explained=best.orbit.explained)
 
 

@@ -12,12 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ._balance import TURN, Values, badness, imbalance
-from ._machine import Beginnings, dimensionless
+from ._machine import dimensionless
 from ._problem import FAR, Problem
+from ._simulated import Beginnings
 
 MEMBERS, GENERATIONS = 40, 14
 RESTARTS = 2
 NEAR = 2.5  # mean square of the moments' distances, by their scatter: where the search may end
+HOPELESS, GAIN = 10.0, 0.9  # beyond the first it ends as well, where a restart has not gained
 ELSEWHERE = 8  # members that begin anywhere along the box, in case the balance has misled
 
 
@@ -42,17 +44,19 @@ def begin(problem: Problem, damping: tuple[float, float] | None = None) -> Begin
         box[problem.free.index("damping")] = list(damping)
 
     def values(point: np.ndarray) -> Values:
-        named = problem.values(point[:-1])
-        return dimensionless(named, problem.forcing_frequency, point[-1])
+        named = problem.values(point[..., :-1])
+        return dimensionless(named, problem.forcing_frequency, point[..., -1])
 
     found = differential_evolution(
-        lambda point: badness(values(point), course),
+        lambda points: badness(values(points.T), course),
         [*box, (-np.pi, np.pi)],
         seed=problem.rng,
         popsize=12,
         maxiter=150,
         tol=1e-4,
         polish=False,
+        vectorized=True,
+        updating="deferred",
     )
     best = values(found.x)
     approach = imbalance(best, course.instant)[1].ravel()
@@ -81,12 +85,13 @@ def descend(problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarray
     count = len(problem.free)
     seen: list[tuple[np.ndarray, np.ndarray]] = []
 
-    def distance(psi: np.ndarray) -> float:
-        y = problem.look(psi)
-        seen.append((psi.copy(), y))
-        return float(np.mean(np.nan_to_num(y, nan=FAR) ** 2))
+    def distance(members: np.ndarray) -> np.ndarray:
+        y = problem.look(members.T)
+        seen.append((members.T.copy(), y))
+        square: np.ndarray = np.mean(np.nan_to_num(y, nan=FAR) ** 2, axis=1)
+        return square
 
-    best = np.empty((0, len(half)))
+    best, before = np.empty((0, len(half))), np.inf
     for _ in range(1 + RESTARTS):
         members = centre + half * problem.rng.uniform(-1, 1, (MEMBERS, len(half)))
         wide = problem.rng.uniform(-1, 1, (ELSEWHERE, count))
@@ -99,12 +104,14 @@ def descend(problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarray
             maxiter=GENERATIONS,
             polish=False,
             tol=0,
+            vectorized=True,
+            updating="deferred",
         )
-        if found.fun < NEAR:
+        if found.fun < NEAR or found.fun > max(HOPELESS, GAIN * before):
             break
-        best = found.x[None]
+        best, before = found.x[None], found.fun
     psi, y = zip(*seen, strict=True)
-    return np.array(psi), np.array(y)
+    return np.vstack(psi), np.vstack(y)
 
 
 def chain(problem: Problem) -> list[float]:
@@ -114,7 +121,7 @@ def chain(problem: Problem) -> list[float]:
     guess = {
         "jitter": 0.5 * float(sifted.phase.std()),
         "missed": 0.02,
-        "spurious": sifted.off / outside,
+        "spurious": float(sifted.off[0]) / outside,
         "strength_noise": 0.05,
     }
     names = problem.names[len(problem.free) :]

@@ -9,7 +9,6 @@ from typing import Any, Literal
 import numpy as np
 
 from .._arguments import Seed, number, streams
-from ..comparison import compare
 from ..errors import InvalidInput
 from ..impacts import INFERRED, Impacts
 from ..intervals import identify_period
@@ -24,8 +23,8 @@ from ._asked import (
     strengths_of,
     strengths_used,
 )
-from ._judging import Judgement, judge
-from ._machine import as_train, oscillator
+from ._judging import JUDGED, Judgement, judged
+from ._machine import as_impacts, as_train, oscillator
 from ._narrow import Estimate, narrow
 from ._problem import Problem
 from ._refine import refine
@@ -35,8 +34,6 @@ from .result import MISFIT, OscillatorFit
 FEWEST = 200
 """Impacts below which no fit is tried: words of four intervals come too seldom."""
 CONFIDENCE = 0.95
-JUDGED = 40
-"""Trains simulated at the optimum, which tell whether the measured one is of their kind."""
 LEAST_P = 1 / (JUDGED + 1)
 """Where all of these are nearer, the search may have gone astray, and it begins anew."""
 APART = 100.0
@@ -44,6 +41,8 @@ APART = 100.0
 
 TRIES = 3
 """Searches before it is the latter that is believed."""
+ENOUGH = 2
+"""Searches that end hopelessly far, after which no other is begun."""
 UNTOLD = {"restitution": 0.5}
 """Half-width of an interval that tells nothing; of parameters sought by their logarithm, log 5."""
 
@@ -129,7 +128,9 @@ def fit_oscillator(
     -----
     The forcing must be harmonic and the stop rigid. A machine with stops on both sides cannot be
     fitted, as its impacts do not show which stop they are on: its trains are refused, or the fit
-    reports a `misfit`, as it does of most soft stops. Dead time and echoes are not in the chain.
+    reports a `misfit`, as it does of soft stops where strengths are known. From instants alone a
+    soft stop passes for a rigid one with less restitution and damping, and the fit warns of it.
+    Dead time and echoes are not in the chain.
 
     Examples
     --------
@@ -184,13 +185,13 @@ def _fit(
         estimate = _estimate(problem)
         if estimate is None:
             continue
-        looks = np.array([problem.look(estimate.psi) for _ in range(JUDGED)])
-        verdict = judge(problem, looks)
+        verdict = judged(problem, estimate.psi)
         if verdict is None:
             continue
         state = (problem.floor, problem.beginnings)  # that it is simulated with
         tries.append((verdict, estimate, state))
-        if verdict.p_value > LEAST_P:
+        hopeless = [one.hopeless for one, *_ in tries]
+        if verdict.p_value > LEAST_P or sum(hopeless) == ENOUGH:
             break
     if not tries:
         raise InvalidInput(
@@ -200,15 +201,17 @@ def _fit(
         )  # fmt: skip
     verdict, estimate, state = max(tries, key=lambda one: (one[0].p_value, -one[0].distance))
     problem.floor, problem.beginnings = state
-    values = problem.values(estimate.psi)
+    values = {name: float(value) for name, value in problem.values(estimate.psi).items()}
     count = len(names)
     told = _intervals(problem, estimate.psi, estimate.covariance)
     machine = oscillator(values, frequency)
+    untold = tuple(name for name in names if not math.isfinite(told[name][0]))
     settles = _settles(machine)
-    if settles:
+    if settles or untold:
         told |= dict.fromkeys(names, (-math.inf, math.inf))
-    warnings = _warnings(names, told, settles, verdict)
-    simulated = problem.simulate(estimate.psi)
+    warnings = _warnings(untold, settles, used is not None, verdict)
+    train = problem.simulate(estimate.psi[None])
+    simulated = as_impacts(train, frequency, problem.periods)
     chain = {name: values[name] for name in problem.names[count:]}
     chain["jitter"] /= frequency
     if used is not None:
@@ -230,7 +233,8 @@ def _fit(
         verdict.distance,
         verdict.p_value,
         verdict.shares,
-        compare(impacts, simulated, forcing_period=1 / frequency, names=("measured", "simulated")),
+        impacts,
+        simulated,
         problem.evaluations,
         warnings,
     )
@@ -275,13 +279,17 @@ def _intervals(
 
 
 def _warnings(
-    names: tuple[str, ...],
-    told: dict[str, tuple[float, float]],
-    settles: bool,
-    verdict: Judgement,
+    untold: tuple[str, ...], settles: bool, strengths: bool, verdict: Judgement
 ) -> tuple[str, ...]:
-    untold = [name.replace("_", " ") for name in names if not math.isfinite(told[name][0])]
-    found = [f"these impacts do not tell the {name}" for name in untold]
+    found = []
+    if untold:
+        # The less of the energy the damping takes, the more the stop must take, and so on.
+        named = " and the ".join(name.replace("_", " ") for name in untold)
+        found = [
+            f"these impacts do not tell the {named}: another value, with others of the parameters "
+            "that are free beside it, explains them as well, and no interval is given. Strengths, "
+            "or a `scene` with a value measured otherwise, tell more"
+        ]
     if settles:
         found = [
             "the oscillator found moves periodically: one period cannot tell its parameters, "
@@ -290,7 +298,12 @@ def _warnings(
     if verdict.failed:
         found.append(
             f"{verdict.failed} of {JUDGED} trains simulated at the optimum have too few impacts to "
-            "compare; the p-value takes them for unlike the measured one"
+            "compare, or far too many; the p-value takes them for unlike the measured one"
+        )
+    if not strengths:
+        found.append(
+            "instants alone do not tell a soft stop from a rigid one, for which these values hold: "
+            "of a soft one the restitution coefficient can be 0.3 larger, the damping several times"
         )
     if verdict.p_value <= MISFIT:
         found.append(

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._showing import Shown
-from ..comparison import Comparison
+from ..comparison import Comparison, compare
+from ..impacts import Impacts
 from ..oscillators import Oscillator
 
 if TYPE_CHECKING:
@@ -33,7 +35,8 @@ class OscillatorFit(Shown):
         forcing: the deflection in gaps that it would have as a constant force),
         "natural_frequency" [Hz].
     intervals : dict of str to (float, float)
-        95 % intervals of the free ones; (-inf, inf) where the impacts do not tell.
+        95 % intervals of the free ones. (-inf, inf) of all where the impacts do not tell one: the
+        others make up for what is taken for it.
     free : tuple of str
         Which were free.
     covariance : ndarray, shape (free, free)
@@ -64,12 +67,12 @@ class OscillatorFit(Shown):
     p_value : float
         Share of 41 trains, 40 simulated and the measured one, that are as far from the mean of the
         simulated ones as the measured one, or farther; 1/41 at least. A simulated train with too
-        few impacts to compare counts as nearer.
+        few impacts to compare, or ten times as many as were measured, counts as nearer.
     word_shares : ndarray, shape (3, words)
         How often each word of intervals comes: measured; mean and standard deviation of the
         simulated trains.
-    comparison : Comparison
-        The measured train, and one simulated at the optimum and measured alike.
+    measured, simulated : Impacts
+        The train that was fitted, and one simulated at the optimum and measured alike.
     evaluations : int
         Trains simulated.
     warnings : tuple of str
@@ -104,9 +107,20 @@ class OscillatorFit(Shown):
     distance: float
     p_value: float
     word_shares: np.ndarray = field(repr=False)
-    comparison: Comparison = field(repr=False)
+    measured: Impacts = field(repr=False)
+    simulated: Impacts = field(repr=False)
     evaluations: int
     warnings: tuple[str, ...]
+
+    @cached_property
+    def comparison(self) -> Comparison:
+        """The measured train and the simulated one side by side, in numbers."""
+        return compare(
+            self.measured,
+            self.simulated,
+            forcing_period=self.forcing_period,
+            names=("measured", "simulated"),
+        )
 
     @property
     def misfit(self) -> bool:

@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ._drift_kernels import settle
+
 KNOTS = 4.0  # [cycles] from one knot to the next
 WANDERS = np.array([1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # of the rate, per square root of a cycle
 
@@ -52,21 +54,19 @@ def fit_drift(
     spread = max(float(offset.std()), floor)
     evidence, phases = np.empty(len(wanders) + 1), []
     since = (x - x[0]) / dx
-    slope, level = np.polyfit(since, offset, 1) if since[-1] > 0 else (0.0, offset.mean())
+    apart = since - since.mean()
+    across = float(apart @ apart)
+    slope = float(apart @ offset) / across if across > 0 else 0.0
+    level = float(offset.mean()) - slope * float(since.mean())
     left_over = float(np.sum((offset - level - slope * since) ** 2))
-    half_log_det = 0.5 * np.log(max(len(x) ** 2 * since.var(), 1e-300))
+    half_log_det = 0.5 * np.log(max(len(x) * across, 1e-300))
     evidence[0] = _normal(len(x), left_over, floor) - half_log_det
     phases.append(level + slope * np.arange(count))
     for k, wander in enumerate(wanders, 1):
-        noise = spread
-        for _ in range(3):
-            ratio = noise**2 / (wander**2 * dx**3)
-            knots, half_log_det, left_over = _solve(
-                gram, bend, target, offset, place, left, right, ratio
-            )
-            before, noise = noise, max(np.sqrt(left_over / len(x)), floor)
-            if abs(noise - before) < 0.01 * before:
-                break
+        stiffness = 1 / (wander**2 * dx**3)
+        knots, half_log_det, left_over, ratio = settle(
+            gram, bend, target, offset, place, left, right, stiffness, spread, floor
+        )
         evidence[k] = _normal(len(x), left_over, floor) - half_log_det
         evidence[k] += 0.5 * (count - 2) * np.log(ratio)
         phases.append(knots)
@@ -92,26 +92,3 @@ def _second_differences(count: int) -> np.ndarray:
     bend[1, 1 : count - 1] += -2.0
     bend[2, : count - 2] = 1.0
     return bend
-
-
-def _solve(
-    gram: np.ndarray,
-    bend: np.ndarray,
-    target: np.ndarray,
-    offset: np.ndarray,
-    place: np.ndarray,
-    left: np.ndarray,
-    right: np.ndarray,
-    ratio: float,
-) -> tuple[np.ndarray, float, float]:
-    """Knots, half the logarithm of the determinant, and the penalised sum of squares."""
-    from scipy.linalg import cho_solve_banded, cholesky_banded
-
-    # a knot that no impact is near hangs by its neighbours; the trace keeps the factor finite
-    bands = gram + ratio * bend
-    bands[0] += 1e-15 * bands[0].max()
-    factor = cholesky_banded(bands, lower=True, check_finite=False)
-    knots = cho_solve_banded((factor, True), target, check_finite=False)
-    rest = offset - left * knots[place] - right * knots[place + 1]
-    bends = np.diff(knots, 2)
-    return knots, float(np.log(factor[0]).sum()), float(rest @ rest + ratio * (bends @ bends))

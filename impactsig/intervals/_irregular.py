@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._locking import RATE_ERROR
-from ._tracking import harmonics, is_sparse, steady_rate, tracked_rate
+from ._tracking import Warps, harmonics, is_sparse
 
 LOCKED_POWER = 18.0  # of a harmonic, of which noise has 1 on average before the rate is tracked
 PREDICTED = 7.0  # -ln of the p-value of a prediction that counts as none
@@ -16,7 +15,7 @@ LEAST_VECTORS = 40
 MOST_VECTORS = 2000
 
 
-def chaos_odds(cycles: np.ndarray | None, intervals: np.ndarray) -> float:
+def chaos_odds(warps: Warps | None, intervals: np.ndarray) -> float:
     """Log-odds of chaos against a renewal process, by the stronger of two signs.
 
     *Locking*: the greatest power |S_h|^2/N of the first three harmonics of the forcing, at a
@@ -25,13 +24,13 @@ def chaos_odds(cycles: np.ndarray | None, intervals: np.ndarray) -> float:
     intervals, against those of shuffled futures, as a normal deviate.
     """
     predicted = _prediction_odds(intervals)
-    if cycles is None or is_sparse(cycles):
+    if warps is None or is_sparse(warps.cycles):
         # measured chaos is often no more predictable than that: its absence says little
         return max(predicted, UNPREDICTED)
     power = 0.0
-    for warp in (steady_rate(cycles, RATE_ERROR), tracked_rate(cycles, RATE_ERROR)):
+    for warp in (warps.constant, warps.rate):
         sums = harmonics(warp)[:3].sum(axis=1)
-        power = max(power, float(np.max(np.abs(sums) ** 2)) / len(cycles))
+        power = max(power, float(np.max(np.abs(sums) ** 2)) / len(warp))
     return max(power - LOCKED_POWER, predicted)
 
 
@@ -47,9 +46,13 @@ def _prediction_odds(intervals: np.ndarray) -> float:
     near = cKDTree(vectors).query(vectors, NEIGHBORS + 1)[1]
     near = near[:, 1:]
     rng = np.random.default_rng(0)
-    error = np.empty(SHUFFLES + 1)
-    for k in range(SHUFFLES + 1):
-        values = future if k == 0 else rng.permutation(future)
-        error[k] = np.mean((values[near].mean(axis=1) - values) ** 2)
+    futures = np.empty((n, SHUFFLES + 1))
+    futures[:, 0] = future
+    for k in range(SHUFFLES):
+        futures[:, k + 1] = rng.permutation(future)
+    foretold = futures[near[:, 0]]
+    for k in range(1, NEIGHBORS):
+        foretold += futures[near[:, k]]
+    error = np.mean((foretold / NEIGHBORS - futures) ** 2, axis=0)
     deviation = (error[0] - error[1:].mean()) / max(float(error[1:].std()), 1e-300)
     return float(-log_ndtr(deviation) - PREDICTED)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ._drift import WANDERS, Drift, fit_drift
 from ._slots import SlotFit, fit_slots
-from ._tracking import is_sparse, steady_rate, tracked_phase, tracked_rate
+from ._tracking import Warps, is_sparse
 
 WIDEST = 0.08  # [cycles] standard deviation of slots that are looked for
 LEAST_DUE = 0.72  # of the impacts that come must be due
@@ -16,7 +16,6 @@ MOST_JITTER = 0.075  # [cycles] beyond which a phase is no phase
 LEAST_CHANCE = 1e-4  # of the other impacts coming at random
 ROUNDS = 3  # of slots and drift in turn
 MOST_FOLDS = 3  # for which that is done
-RATE_ERROR = 0.026  # relative, of the base period given and of its drift through the run
 EXPLAINED = 0.99  # probability of slots at a constant rate from which on no drift is looked for
 HOPELESS = 1e-3  # and below which no other folds are
 WORSE = 10.0  # by which the score of slots may fall in a round
@@ -46,7 +45,7 @@ class Lock(NamedTuple):
 
 
 def lock(
-    cycles: np.ndarray,
+    warps: Warps,
     gaps: np.ndarray,
     folds: list[int],
     floor: float,
@@ -61,9 +60,10 @@ def lock(
     and then the phase. Slots and drift are fitted in turn for the folds that explain the train best
     beforehand. `gaps` are in the cycles of the clock given; `steady` says that this is a tacho's.
     """
+    cycles = warps.cycles
     if not steady and is_sparse(cycles):
         return []
-    constant = cycles if steady else steady_rate(cycles, RATE_ERROR)
+    constant = cycles if steady else warps.constant
     first = _fits(cycles, constant, gaps, folds, floor, widest, attendance)
     if steady:
         return _settle(cycles, first, gaps, floor, widest, WANDERS[:0], attendance)
@@ -74,13 +74,18 @@ def lock(
             return locks
     # a tracked rate takes about one number from 60 cycles of the train
     penalty = 0.5 * np.log(len(cycles)) * cycles[-1] / 60
-    rate = tracked_rate(cycles, RATE_ERROR)
-    for warp in (rate, tracked_phase(rate)):
-        tracked = _fits(cycles, warp, gaps, folds, floor, widest, attendance)
-        for fold, fit in tracked.items():
-            if fold not in first or fit.score - penalty > first[fold].score:
-                first[fold] = fit._replace(score=fit.score - penalty)
-    locks = _settle(cycles, first, gaps, floor, widest, WANDERS, attendance)
+    better: dict[int, SlotFit] = {}
+    tried = [constant]  # of a short run, or of few impacts, no more than that is followed
+    for warp in (warps.rate, warps.phase):
+        if any(warp is one for one in tried):
+            continue
+        tried.append(warp)
+        for fold, fit in _fits(cycles, warp, gaps, folds, floor, widest, attendance).items():
+            known = better.get(fold, first.get(fold))
+            if known is None or fit.score - penalty > known.score:
+                better[fold] = fit._replace(score=fit.score - penalty)
+    if better:
+        locks = _settle(cycles, first | better, gaps, floor, widest, WANDERS, attendance)
     if len(folds) == 1 or not locks:
         return locks
     best = max(locks, key=lambda one: one.score)

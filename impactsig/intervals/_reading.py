@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from ..impacts import Impacts
-from ._locking import RATE_ERROR, USUAL, WIDEST, Attendance, Lock, lock, predictive
+from ._locking import USUAL, WIDEST, Attendance, Lock, lock, predictive
 from ._satellites import SAME, Satellites, satellites
 from ._slots import bunching_chance, poisson_score
 from ._structure import FEWEST, SLOWEST, residuals, strongest_line
+from ._tracking import RATE_ERROR, Warps
 from .periodicity import Candidate
 
 LEAST_REPEATS = 4
@@ -33,13 +36,52 @@ class Reading(NamedTuple):
     score: float  # log-evidence of all impacts [1/s]
 
 
-class Clock(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Clock:
     """A train in cycles of a forcing."""
 
     cycles: np.ndarray
     gaps: np.ndarray
     unit: float  # [s]
     steady: bool  # measured by a tacho, so that no drift is left
+
+    @cached_property
+    def warps(self) -> Warps:
+        """The train in warps of its time."""
+        return Warps(self.cycles)
+
+    @cached_property
+    def echoes(self) -> Satellites | None:
+        """Its satellites, if what they leave is a train."""
+        found = satellites(self.cycles)
+        return None if found is None or (~found.which).sum() < TOO_FEW else found
+
+    @cached_property
+    def alone(self) -> Warps:
+        """The train without its satellites in warps of its time."""
+        assert self.echoes is not None
+        return Warps(self.cycles[~self.echoes.which])
+
+
+class Recurrence(NamedTuple):
+    """The time in which a train most often recurs after so many impacts."""
+
+    impacts: int
+    period: float  # [s]
+    warps: Warps  # of the train in cycles of it
+
+
+def recurrences(time: np.ndarray) -> list[Recurrence]:
+    """Those of 1 to 8 impacts."""
+    found = []
+    for m in range(1, MOST_FREE + 1):
+        differences = time[m:] - time[:-m]
+        if len(differences) < LEAST_REPEATS * m:
+            break
+        period = _mode(differences)
+        if period > 0:
+            found.append(Recurrence(m, period, Warps((time - time[0]) / period)))
+    return found
 
 
 def forced_readings(
@@ -48,9 +90,8 @@ def forced_readings(
     """Slots for repeats of 1, 2, ... forcing periods, with satellites and without."""
     folds = list(range(1, min(max_periods, int(clock.cycles[-1] / LEAST_REPEATS)) + 1))
     found = _readings(clock, folds, resolution, attendance, None)
-    echoes = satellites(clock.cycles)
-    if echoes is not None and (~echoes.which).sum() >= TOO_FEW:
-        found += _readings(clock, folds, resolution, attendance, echoes)
+    if clock.echoes is not None:
+        found += _readings(clock, folds, resolution, attendance, clock.echoes)
     return found
 
 
@@ -61,14 +102,14 @@ def _readings(
     attendance: Attendance,
     echoes: Satellites | None,
 ) -> list[Reading]:
-    cycles = clock.cycles if echoes is None else clock.cycles[~echoes.which]
+    warps = clock.warps if echoes is None else clock.alone
     bonus = 0.0 if echoes is None else echoes.score(floor)
-    locks = lock(cycles, clock.gaps, folds, floor, steady=clock.steady, attendance=attendance)
+    locks = lock(warps, clock.gaps, folds, floor, steady=clock.steady, attendance=attendance)
     if echoes is not None:
         locks = [_without_orphans(one, echoes, attendance) for one in locks]
     density = len(clock.cycles) * np.log(clock.unit)
     readings = [
-        Reading(one, clock.unit, one.fit.fold, cycles, echoes, one.score + bonus - density)
+        Reading(one, clock.unit, one.fit.fold, warps.cycles, echoes, one.score + bonus - density)
         for one in locks
     ]
     return _tones_for_slots(readings, clock.steady)
@@ -121,6 +162,7 @@ def _off_slots(value: float) -> float:
 
 def free_readings(
     impacts: Impacts,
+    recurring: list[Recurrence],
     span: float,
     resolution: float,
     forcing_period: float | None,
@@ -134,18 +176,13 @@ def free_readings(
     """
     time = impacts.time
     found: list[Reading] = []
-    for m in range(1, MOST_FREE + 1):
-        differences = time[m:] - time[:-m]
-        if len(differences) < LEAST_REPEATS * m:
-            break
-        repeat = _mode(differences)
+    for m, repeat, warps in recurring:
         # as often as that, the impacts there are would have to come, roughly
         if not attendance.kept < repeat * (len(time) - 1) / (m * span) < 1.6:
             continue
         periods = None if forcing_period is None else _multiple(repeat / forcing_period)
         if periods is not None and periods <= max_periods:
             continue
-        cycles = (time - time[0]) / repeat
         gaps = (impacts.gaps - time[0]) / repeat
         # in mean intervals, so that limits mean the same for every m
         widest, floor = WIDEST / m, resolution / m
@@ -154,9 +191,9 @@ def free_readings(
             floor = resolution * forcing_period / repeat
         density = len(time) * np.log(repeat)
         found += [
-            Reading(one, repeat, periods, cycles, None, one.score - density)
+            Reading(one, repeat, periods, warps.cycles, None, one.score - density)
             for one in lock(
-                cycles, gaps, [1], min(floor, widest / 2), widest=widest, attendance=attendance
+                warps, gaps, [1], min(floor, widest / 2), widest=widest, attendance=attendance
             )
         ]
     return found

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..impacts import Impacts
 from ._locking import THINNED
-from ._reading import Clock, Reading, forced_readings, free_readings, weigh
+from ._reading import Clock, Reading, Recurrence, forced_readings, free_readings, weigh
 from ._slots import SlotFit
 from .periodicity import Candidate
 
@@ -20,6 +20,7 @@ def thinned(
     usual: Weighed,
     impacts: Impacts,
     clock: Clock | None,
+    recurring: list[Recurrence],
     span: float,
     max_periods: int,
     resolution: float,
@@ -28,7 +29,7 @@ def thinned(
     from scipy.special import expit
 
     if clock is None:
-        readings = free_readings(impacts, span, resolution, None, max_periods, THINNED)
+        readings = free_readings(impacts, recurring, span, resolution, None, max_periods, THINNED)
         gaps = impacts.gaps
     else:
         readings = forced_readings(clock, max_periods, resolution, THINNED)

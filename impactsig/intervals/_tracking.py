@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from ._tracking_kernels import coherence, window_scores
@@ -10,13 +12,45 @@ HARMONICS = np.arange(1, 9)
 WEIGHT = np.exp(-((0.11 * HARMONICS) ** 2))  # what jitter leaves of the harmonics
 LEAST_WINDOW = 20.0  # [cycles]
 WINDOW_IMPACTS = 14.0  # and at least so many impacts in a window, on average
+LEAST_WINDOWS = 1.5  # in a run whose rate is followed
 SPARSEST = 100.0  # cycles an impact
 WANDER = 0.0015  # standard deviation by which the rate changes, per square root of a cycle
 BLOCK = 30  # impacts of which one phase is read
 REACH = 0.12  # [cycles] by which the phase of a block may be off the one foretold
 FADING = 0.85  # weight of the template against the block before it
 CARRIED = 0.7  # share of the slope that is carried on
+RATE_ERROR = 0.026  # relative, of the base period given and of its drift through the run
 MOST_REFINED = 2000  # impacts used to find a single rate; they are spread over the run
+
+
+class Warps:
+    """A train in the warps of time in which slots are looked for, each found when first asked for.
+
+    Attributes
+    ----------
+    cycles : ndarray
+        The train by the clock given, whose rate is right to `RATE_ERROR`.
+    """
+
+    def __init__(self, cycles: np.ndarray) -> None:
+        self.cycles = cycles
+
+    @cached_property
+    def constant(self) -> np.ndarray:
+        """Cycles at the one rate that suits the train best."""
+        return steady_rate(self.cycles, RATE_ERROR)
+
+    @cached_property
+    def rate(self) -> np.ndarray:
+        """Cycles at a rate that is followed through the run; of a short run, the one rate."""
+        if np.ptp(self.cycles) < LEAST_WINDOWS * _window(self.cycles):
+            return self.constant
+        return tracked_rate(self.cycles, RATE_ERROR)
+
+    @cached_property
+    def phase(self) -> np.ndarray:
+        """The same, with the phase followed as well."""
+        return tracked_phase(self.rate)
 
 
 def steady_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:
@@ -31,11 +65,13 @@ def steady_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:
     while True:
         # four samples to a peak of the highest harmonic
         step = 1 / (4 * window * HARMONICS[-1])
-        count = int(np.ceil(tolerance / step))
-        trial = np.clip(rate + step * np.arange(-count, count + 1), *limits)
-        power = _coherence(cycles, window, trial)
+        reach = step * np.ceil(tolerance / step)
+        low, high = max(rate - reach, limits[0]), min(rate + reach, limits[1])
+        power = np.empty(max(round((high - low) / step), 2) + 1)
+        step = (high - low) / (len(power) - 1)
+        _fill_coherence(cycles, window, low, step, power)
         best = int(np.argmax(power))
-        rate = float(np.clip(trial[best] + step * vertex(power, best), *limits))
+        rate = float(np.clip(low + step * (best + vertex(power, best)), *limits))
         if window >= longest:
             return cycles * rate
         tolerance = 2 * step
@@ -58,10 +94,7 @@ def tracked_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:
     (Viterbi's algorithm). A motion of period (m, n) has m phases modulo 1 whatever n, so harmonics
     of the base period serve for all of them.
     """
-    span = float(cycles[-1] - cycles[0])
-    window = max(LEAST_WINDOW, WINDOW_IMPACTS * span / len(cycles))
-    if span < 1.5 * window:
-        return steady_rate(cycles, tolerance)
+    span, window = float(np.ptp(cycles)), _window(cycles)
     stride, width = window / 4, window / 4
     centre = cycles[0] + stride * np.arange(int(span / stride) + 2)
     step = 0.19 / (4 * window)
@@ -70,7 +103,7 @@ def tracked_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:
     score = np.empty((len(centre), len(rate)))
     low = np.searchsorted(cycles, centre - 2.5 * width)
     high = np.searchsorted(cycles, centre + 2.5 * width)
-    window_scores(cycles, low, high, centre, rate, width, WEIGHT, score)
+    window_scores(cycles, low, high, centre, rate[0], step, width, WEIGHT, score)
     # windows overlap: each impact counts once
     score *= stride / (width * np.sqrt(np.pi))
     states = np.arange(len(rate))
@@ -82,6 +115,11 @@ def tracked_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:
 
     phase = CubicSpline(centre, smooth).antiderivative()
     return cycles + phase(cycles)
+
+
+def _window(cycles: np.ndarray) -> float:
+    """The length of the windows in which a rate is sought that is followed."""
+    return max(LEAST_WINDOW, WINDOW_IMPACTS * float(np.ptp(cycles)) / len(cycles))
 
 
 def tracked_phase(cycles: np.ndarray) -> np.ndarray:
@@ -162,8 +200,10 @@ def best_path(score: np.ndarray, change: np.ndarray) -> np.ndarray:
     return path
 
 
-def _coherence(cycles: np.ndarray, window: float, trial: np.ndarray) -> np.ndarray:
-    """Power of the harmonics inside windows, summed over harmonics and windows, per trial rate."""
+def _fill_coherence(
+    cycles: np.ndarray, window: float, rate: float, step: float, power: np.ndarray
+) -> None:
+    """Power of the harmonics inside windows, summed over both, at each rate + r step."""
     which = (cycles / window).astype(np.intp)
     if len(cycles) > MOST_REFINED:
         first = np.flatnonzero(np.diff(which, prepend=-1))
@@ -173,10 +213,7 @@ def _coherence(cycles: np.ndarray, window: float, trial: np.ndarray) -> np.ndarr
         inside = np.isin(which, kept)
         cycles, which = cycles[inside], which[inside]
     first = np.flatnonzero(np.diff(which, prepend=-1))
-    centred = cycles - (which + 0.5) * window
-    power = np.empty(len(trial))
-    coherence(centred, first, trial, WEIGHT, power)
-    return power
+    coherence(cycles - (which + 0.5) * window, first, rate, step, WEIGHT, power)
 
 
 def _between(cycles: np.ndarray, centre: np.ndarray, phase: np.ndarray) -> np.ndarray:

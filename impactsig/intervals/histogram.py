@@ -11,7 +11,7 @@ import numpy as np
 from .._arguments import reals, whole
 from .._showing import Shown
 from ..errors import InvalidInput
-from ._pairs import Intervals, as_intervals
+from .pairs import Intervals, as_intervals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

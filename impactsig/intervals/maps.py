@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._pairs import Intervals, interval_pairs
+from .pairs import Intervals, interval_pairs
 
 
 def return_map(intervals: Intervals, lag: int = 1) -> tuple[np.ndarray, np.ndarray]:

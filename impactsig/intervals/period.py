@@ -10,22 +10,25 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._forcing import Forcing, forcing_cycles
 from ._irregular import chaos_odds
-from ._locking import EXPLAINED, RATE_ERROR
+from ._locking import EXPLAINED
 from ._reading import (
     LEAST_REPEATS,
     Clock,
     Reading,
+    Recurrence,
     forced_readings,
     free_readings,
     is_unlocked,
+    recurrences,
     repeat_period,
     weigh,
 )
 from ._structure import SLOWEST, Structure, structure
 from ._thinning import thinned
+from ._tracking import RATE_ERROR
 from ._verdict import KINDS, Verdict, locked_verdict, unlocked_verdict
+from .forcing import Forcing, forcing_cycles
 from .periodicity import LEAST_IMPACTS, Kind, Periodicity, SpeedDrift
 
 MOST_RESOLUTION = 0.03
@@ -159,17 +162,19 @@ def read_period(
     unit = None if clock is None else clock.unit
     readings = [] if clock is None else forced_readings(clock, max_periods, resolution)
     best, locked, candidates = weigh(readings, count, span)
+    recurring: list[Recurrence] = []
     if best is None:
+        recurring = recurrences(time)
         # together with those before, so that no multiple of what has failed slips through
-        readings += free_readings(impacts, span, resolution, unit, max_periods)
+        readings += free_readings(impacts, recurring, span, resolution, unit, max_periods)
         best, locked, candidates = weigh(readings, count, span)
     if locked < EXPLAINED:
         best, locked, candidates = thinned(
-            (best, locked, candidates), impacts, clock, span, max_periods, resolution
+            (best, locked, candidates), impacts, clock, recurring, span, max_periods, resolution
         )
     chaos = 0.0
     if locked < CERTAINLY_LOCKED:
-        chaos = chaos_odds(None if clock is None else clock.cycles, intervals)
+        chaos = chaos_odds(None if clock is None else clock.warps, intervals)
     if best is None:
         verdict = unlocked_verdict(locked, chaos)
         kind = "chaotic" if chaos > 0 else "irregular"

@@ -12,9 +12,9 @@ from .._arguments import number
 from .._impact_columns import filled
 from .._showing import Shown
 from ..impacts import INFERRED, Impacts
-from ._pairs import Intervals, as_intervals
 from ._repair_map import map_edits
 from ._repair_slots import slot_edits
+from .pairs import Intervals, as_intervals
 from .period import read_period
 from .periodicity import LEAST_IMPACTS, Periodicity
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,20 +12,23 @@ from .._arguments import whole
 from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._forcing import Forcing
 from ._locking import lock
 from ._reading import Clock
 from ._slots import poisson_score
 from ._tracking import best_path
 from ._verdict import KINDS
+from .forcing import Forcing
 from .period import forcing_clock, identify_period
 from .periodicity import LEAST_IMPACTS, Periodicity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-CHANGE = 10.0  # log-odds against a change from one window to the next
-UNSUPPORTED = -50.0  # log-evidence of a period that was not found in a window
+OVERLAPPING = 4  # windows that an impact is in
+CHANGE = 5.0  # log-odds against a change from one window to the next
+UNLIKELY = -8.0  # least log-odds of a period in a window
+CERTAIN = 1e-12  # least probability of none
+UNSUPPORTED = -50.0  # log-evidence of a period that was not found in a part
 STEPS = 12  # places at which a change is looked for, first far apart, then near each other
 
 
@@ -112,9 +116,10 @@ def track_period(
     """Follow the motion through a run: periods and their probabilities over time, and changes.
 
     `identify_period` is asked about windows that overlap by three quarters. The sequence of periods
-    with the greatest evidence, a change taken to be as improbable as exp(-10), is found by
+    with the greatest probability, a change taken to be as improbable as exp(-5), is found by
     Viterbi's algorithm; each change is then placed where the impacts before and after it are
-    explained best by their own periods, and each stretch between changes is identified anew.
+    explained best by their own periods, and each stretch between changes is identified anew. Where
+    stretches that follow each other have one motion, there is no change between them.
 
     Parameters
     ----------
@@ -164,13 +169,14 @@ def track_period(
             resolution=resolution,
         )
 
-    stride = window // 4
+    stride = window // OVERLAPPING
     first = np.arange(0, len(impacts) - window + 1, stride)
     windows = tuple(asked(int(one), int(one) + window) for one in first)
     states = sorted({_orbit(one) for one in windows}, key=str)
-    evidence = np.array([[_evidence(one, state) for state in states] for one in windows])
+    odds = np.array([[_log_odds(one, state) for state in states] for one in windows])
     # windows overlap: each impact counts once
-    path = best_path(evidence * stride / window, CHANGE * (1 - np.eye(len(states))))
+    path = best_path(odds * stride / window, CHANGE * (1 - np.eye(len(states))))
+    path = _without_straddling(path, [k for k, one in enumerate(states) if one[0] is None])
     clock = forcing_clock(impacts, forcing_period, forcing)
     assert clock is not None
     edges = [0]
@@ -180,12 +186,16 @@ def track_period(
         pair = states[path[k]], states[path[k + 1]]
         edges.append(_place(clock, low, max(high, low + 1), window, pair, resolution))
     edges.append(len(impacts))
+    parts = [asked(*both) for both in itertools.pairwise(edges)]
+    # what shows a period in windows, as chaos near one does, may show none in the whole
+    while alike := [k for k in range(1, len(parts)) if _orbit(parts[k]) == _orbit(parts[k - 1])]:
+        del edges[alike[0]]
+        parts[alike[0] - 1 : alike[0] + 1] = [asked(*edges[alike[0] - 1 : alike[0] + 1])]
     time = impacts.time
     changes = np.array([0.5 * (time[one - 1] + time[one]) for one in edges[1:-1]])
     bounds = [float(time[0]), *changes.tolist(), float(time[-1])]
     stretches = tuple(
-        Stretch(bounds[k], bounds[k + 1], asked(edges[k], edges[k + 1]))
-        for k in range(len(edges) - 1)
+        Stretch(*both, part) for both, part in zip(itertools.pairwise(bounds), parts, strict=True)
     )
     # a window across a change shows neither motion: what is beyond is cut off
     spans = [_within(edges, int(one), int(one) + window) for one in first]
@@ -211,16 +221,35 @@ def _orbit(found: Periodicity) -> Orbit:
     return found.impacts, found.periods
 
 
-def _evidence(found: Periodicity, state: Orbit) -> float:
-    """Log-evidence of a period in a window, over that of impacts at random."""
+def _log_odds(found: Periodicity, state: Orbit) -> float:
+    """Log-odds of a period in a window against none.
+
+    Of slots that fall short of a period, as those of chaos do, the score counts for nothing: it
+    says how much better they are than impacts at random, not that impacts keep to them.
+    """
     if state[0] is None:
         return 0.0
-    scores = [
-        candidate.score + np.log(max(candidate.probability, 1e-12))
+    alike = [
+        candidate.probability
         for candidate in found.candidates
         if (candidate.impacts, candidate.periods) == state
     ]
-    return max([*scores, UNSUPPORTED])
+    none = max(1 - sum(candidate.probability for candidate in found.candidates), CERTAIN)
+    return float(np.log(max([*alike, none * np.exp(UNLIKELY)]) / none))
+
+
+def _without_straddling(path: np.ndarray, none: list[int]) -> np.ndarray:
+    """The path, with a loss of the period that windows across one change seem to show taken out.
+
+    A window across a change shows neither of the motions, and fewer than four in a row overlap.
+    """
+    path = path.copy()
+    bounds = np.concatenate(([0], np.flatnonzero(np.diff(path)) + 1, [len(path)])).tolist()
+    for low, high in itertools.pairwise(bounds[1:-1]):
+        if path[low] in none and high - low < OVERLAPPING:
+            middle = (low + high) // 2
+            path[low:middle], path[middle:high] = path[low - 1], path[high]
+    return path
 
 
 def _place(
@@ -249,6 +278,6 @@ def _evidence_of(clock: Clock, first: int, last: int, state: Orbit, resolution: 
         return 0.0
     cycles = clock.cycles[first:last]
     part = Clock(cycles - cycles[0], clock.gaps - cycles[0], clock.unit, clock.steady)
-    locks = lock(part.cycles, part.gaps, [state[1]], resolution, steady=part.steady)
+    locks = lock(part.warps, part.gaps, [state[1]], resolution, steady=part.steady)
     scores = [one.score for one in locks if len(one.fit.centre) == state[0]]
     return max([*scores, UNSUPPORTED]) - poisson_score(len(cycles), max(part.cycles[-1], 1e-9))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import InvalidInput
-from ._pairs import Intervals, as_intervals, interval_pairs
+from .pairs import Intervals, as_intervals, interval_pairs
 
 
 def coefficient_of_variation(intervals: Intervals) -> float:

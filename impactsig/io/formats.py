@@ -30,11 +30,15 @@ from os import PathLike
 from pathlib import Path
 
 from .._arguments import instance
-from ..errors import ImpactsigError, InvalidInput, MissingExtra, UnreadableFile
+from .._extras import library
+from ..errors import ImpactsigError, InvalidInput, UnreadableFile
+from ._ide import is_ide
 from ._limits import DEFAULT_LIMITS, Limits
 from ._mat4 import is_mat4
+from ._mdf import is_mdf
 from ._raw import RawLayout
 from ._source import Source
+from ._tradb import is_sqlite
 
 _HEAD = 4096
 
@@ -139,6 +143,9 @@ FORMATS: tuple[Format, ...] = (
     ),
     Format("NI LVM", (".lvm",), is_lvm, "_lvm"),
     Format("UFF 58", (".uff", ".unv"), _is_uff, "_uff"),
+    Format("enDAQ IDE", (".ide",), is_ide, "_ide", "idelib", "endaq"),
+    Format("MDF", (".mf4", ".mdf"), is_mdf, "_mdf", "asammdf", "mdf"),
+    Format("Vallen tradb", (".tradb", ".pridb"), is_sqlite, "_tradb"),
     # Last, because many formats are text: those have sniffers of their own further up.
     Format("text (CSV, TSV, TXT)", (".csv", ".tsv", ".txt", ".dat", ".asc"), _is_text, "_text"),
 )
@@ -225,10 +232,7 @@ def open_file(
     head = _first_bytes(path)
     found = _recognised(path, head) if raw is None else RAW
     if found.library:
-        try:
-            import_module(found.library)
-        except ImportError as error:
-            raise MissingExtra(found.library, found.extra, f"Reading {found.name}") from error
+        library(found.library, found.extra, f"Reading {found.name}")
     with guarded(path, found.name):
         module = import_module(f".{found.module}", __package__)
         source = module.open_source(path, limits if raw is None else raw)

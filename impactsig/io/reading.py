@@ -121,7 +121,8 @@ def read(
 
     The format is recognised by the content of the file, then by its extension: audio (WAV, FLAC,
     OGG, AIFF, W64, RF64), NI TDMS, NI LVM, HDF5, MATLAB (4 to 7.3), universal files (UFF 58),
-    Parquet, Feather, NumPy npy and npz, and text tables (CSV, TSV, TXT).
+    enDAQ IDE, ASAM MDF, Vallen tradb, Parquet, Feather, NumPy npy and npz, and text tables (CSV,
+    TSV, TXT).
 
     Parameters
     ----------
@@ -214,10 +215,10 @@ def read_blocks(
 ) -> Blocks:
     """Go through a recording in blocks; joined, they equal what `read` returns, bit for bit.
 
-    Memory is bounded by a block for audio, TDMS, HDF5, MATLAB, binary UFF, npy and raw files of any
-    size, by a group of rows for Parquet and Feather, and by 16 MB of text and the column of times
-    for text tables. LVM files with a header, UFF written as text, npz and packed MATLAB 5 files
-    are read whole, once, and then cut.
+    Memory is bounded by a block for audio, TDMS, HDF5, MATLAB, binary UFF, tradb, npy and raw files
+    of any size, by a block and the column of times for MDF, by a group of rows for Parquet and
+    Feather, and by 16 MB of text and the column of times for text tables. LVM files with a header,
+    UFF written as text, npz, IDE and packed MATLAB 5 files are read whole, once, and then cut.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ class OscillatorBatch(Sequence[Oscillator]):
     array([20, 20])
     """
 
-    moved_by = "impactsig.simulate.many"
+    moved_by = "impactsig.simulate.batches.many"
 
     def __init__(
         self,

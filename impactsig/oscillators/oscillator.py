@@ -10,7 +10,6 @@ from typing import Any
 
 from .._arguments import flag, text
 from ..errors import InvalidInput
-from ._recurrence import Recurrence, recurrence, repeats
 from .parts import (
     BaseMotion,
     Force,
@@ -23,6 +22,7 @@ from .parts import (
     columns_allowed,
     numbers,
 )
+from .recurrence import Recurrence, recurrence, repeats
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,14 @@ import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ._axes import BLUE, axes, called, frame
+from .axes import BLUE, axes, called, frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..control.flow import ControlledFlowMotion
     from ..oscillators.flows import Flow
-    from ..simulate.flow_motion import FlowMotion
+    from ..simulate.flows.flow_motion import FlowMotion
 
 MOST = 20_000  # states that are drawn
 
@@ -45,7 +45,7 @@ def flow_portrait(
 
 def _two(flow: Flow, coordinates: tuple[str | int, str | int] | None) -> tuple[int, int]:
     """Numbers of the coordinates, across and up."""
-    from ..simulate._course import coordinate_of
+    from ..simulate.flows.course import coordinate_of
 
     try:
         across, up = (0, 1) if coordinates is None else coordinates

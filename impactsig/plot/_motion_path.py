@@ -10,7 +10,7 @@ import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ._axes import ORANGE, VERMILLION, points
+from .axes import ORANGE, VERMILLION, points
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._axes import BLUE, GREY, VERMILLION, axes, called, frame, panels, title
 from ._kinds import checked
+from .axes import BLUE, GREY, VERMILLION, axes, called, frame, panels, title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

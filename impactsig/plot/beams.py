@@ -9,7 +9,9 @@ import numpy as np
 
 from .._arguments import number, whole
 from ..errors import InvalidInput
-from ._axes import (
+from ._kinds import checked, refuse_others
+from ._motion_path import mark_events
+from .axes import (
     BLUE,
     CHANNEL_COLOURS,
     GREY,
@@ -21,15 +23,13 @@ from ._axes import (
     points,
     seconds,
 )
-from ._kinds import checked, refuse_others
-from ._motion_path import mark_events
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..oscillators import Cantilever
-    from ..simulate.beam_motion import BeamMotion
-    from ..simulate.restitution import ApparentRestitution
+    from ..simulate.beam.beam_motion import BeamMotion
+    from ..simulate.beam.restitution import ApparentRestitution
 
 
 @checked

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ._axes import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, axes, frame
 from ._kinds import checked
+from .axes import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, axes, frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..dynamics.branches import Branch
+    from ..dynamics.periodic.branches import Branch
 
 MARKS = {
     "fold": ("s", VERMILLION),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._calibration_bins import calibration_bins
-from ._axes import BLUE, GREY, axes, frame
+from .axes import BLUE, GREY, axes, frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

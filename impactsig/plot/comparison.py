@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import intervals
-from ._axes import (
+from ._kinds import checked
+from .axes import (
     BLUE,
     VERMILLION,
     bins,
@@ -21,7 +22,6 @@ from ._axes import (
     span_of,
     title,
 )
-from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidInput
-from ._axes import BLUE, GREY, VERMILLION, axes, colour, explain, frame, level, points, seconds
 from ._kinds import checked
+from .axes import BLUE, GREY, VERMILLION, axes, colour, explain, frame, level, points, seconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..control import ControlledFlowMotion, ControlledMotion
-    from ..dynamics.flow_orbits import FlowOrbit
+    from ..dynamics.periodic.flow_orbits import FlowOrbit
     from ..studies.study import Study
 
 FLOOR = 1e-18  # below which a force is drawn as none
@@ -193,7 +193,7 @@ def controlled_flow(
     >>> course = simulate(Controlled(flows.rossler(), feedback, start=50), duration=100)
     >>> ax = plot.controlled_flow(course, coordinate="x")
     """
-    from ..simulate._course import coordinate_of
+    from ..simulate.flows.course import coordinate_of
 
     k = coordinate_of(course.system, coordinate)
     ax = axes(ax)
@@ -225,7 +225,7 @@ def flow_orbit(
     >>> from impactsig import find_periodic_orbit, flows, plot
     >>> ax = plot.flow_orbit(find_periodic_orbit(flows.rossler(), period=5.88))
     """
-    from ..simulate._course import coordinate_of
+    from ..simulate.flows.course import coordinate_of
 
     i, j = coordinate_of(orbit.system, x), coordinate_of(orbit.system, y)
     ax = axes(ax, width=4.2, height=3.8)

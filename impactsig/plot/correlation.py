@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import frame, panels, shades
 from ._kinds import checked
+from .axes import frame, panels, shades
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure

@@ -9,7 +9,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.patches import Patch
 
 from ..errors import InvalidInput
-from ._axes import (
+from ._kinds import checked
+from .axes import (
     BLUE,
     CHANNEL_COLOURS,
     GREY,
@@ -20,15 +21,14 @@ from ._axes import (
     frame,
     legend,
 )
-from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..dynamics.basins import Basins
-    from ..dynamics.charts import PeriodicityChart
-    from ..dynamics.diagrams import BifurcationDiagram
-    from ..dynamics.response import ResponseSpectrum
+    from ..dynamics.diagrams.basins import Basins
+    from ..dynamics.diagrams.charts import PeriodicityChart
+    from ..dynamics.diagrams.diagrams import BifurcationDiagram
+    from ..dynamics.diagrams.response import ResponseSpectrum
 
 LABELS = {
     "displacement": "displacement once a period",

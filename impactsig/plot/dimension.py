@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import GREY, VERMILLION, explain, frame, panels, title
 from ._kinds import checked
+from .axes import GREY, VERMILLION, explain, frame, panels, title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import BLUE, ORANGE, SKY, axes, chosen, curve, frame, level
 from ._kinds import checked
+from .axes import BLUE, ORANGE, SKY, axes, chosen, curve, frame, level
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

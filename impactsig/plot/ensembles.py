@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import BLUE, VERMILLION, axes, frame, legend, seconds
 from ._kinds import checked
+from .axes import BLUE, VERMILLION, axes, frame, legend, seconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

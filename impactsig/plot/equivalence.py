@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.colors import TwoSlopeNorm
 
-from ._axes import axes, called, frame, title
 from ._kinds import checked
+from .axes import axes, called, frame, title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..dynamics.matching import MatchRate
+    from ..dynamics.contacts.matching import MatchRate
 
 DECADES = 4  # shown on either side of the limit
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..errors import InvalidInput
-from ._axes import (
+from ._kinds import checked, refuse_others
+from .axes import (
     BLUE,
     CHANNEL_COLOURS,
     GREEN,
@@ -21,14 +22,13 @@ from ._axes import (
     seconds,
     with_unit,
 )
-from ._kinds import checked, refuse_others
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..dynamics.diagrams import BifurcationDiagram
-    from ..experiment._points import Point
+    from ..dynamics.diagrams.diagrams import BifurcationDiagram
     from ..experiment.experiment import Experiment
+    from ..experiment.points import Point
 
 LABELS = {
     "interval": "interval",

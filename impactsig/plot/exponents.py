@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import GREY, SKY, VERMILLION, axes, curve, explain, frame, level, unanswered, with_unit
 from ._kinds import checked
+from .axes import GREY, SKY, VERMILLION, axes, curve, explain, frame, level, unanswered, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import BLUE, GREY, VERMILLION, delay_plane, explain, frame, panels, points, span_of
 from ._kinds import checked
+from .axes import BLUE, GREY, VERMILLION, delay_plane, explain, frame, panels, points, span_of
 from .comparison import densities
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def oscillator_fit(result: OscillatorFit, figure: Figure | SubFigure | None = No
     >>> axes = plot.oscillator_fit(fit)
     """
     grid = panels(figure, 2, 2, (8.4, 7.2))
-    trains = (result.comparison.a.impacts, result.comparison.b.impacts)
+    trains = (result.measured, result.simulated)
     values = [train.intervals() for train in trains]
     densities(grid[0, 0], values, ["measured", "simulated"])
     grid[0, 0].set_xlim(span_of(np.quantile(np.concatenate(values), [0.001, 0.999])))

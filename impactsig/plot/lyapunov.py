@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import axes, colour, explain, frame, level, title
 from ._kinds import checked
+from .axes import axes, colour, explain, frame, level, title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..dynamics.lyapunov import LyapunovSpectrum
+    from ..dynamics.tangents.lyapunov import LyapunovSpectrum
 
 
 @checked

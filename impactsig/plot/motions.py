@@ -9,7 +9,6 @@ import numpy as np
 from .._arguments import number
 from ..errors import InvalidInput
 from ..recording import sample_span
-from ._axes import BLUE, GREY, VERMILLION, axes, called, explain, frame, legend, points, seconds
 from ._flow_portrait import flow_portrait
 from ._kinds import checked
 from ._motion_path import (
@@ -24,14 +23,15 @@ from ._motion_path import (
     strobe_times,
     swing,
 )
+from .axes import BLUE, GREY, VERMILLION, axes, called, explain, frame, legend, points, seconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..control.flow import ControlledFlowMotion
     from ..recorded import RecordedMotion
-    from ..simulate.beam_motion import BeamMotion
-    from ..simulate.flow_motion import FlowMotion
+    from ..simulate.beam.beam_motion import BeamMotion
+    from ..simulate.flows.flow_motion import FlowMotion
     from ..simulate.motion import Motion
     from ..simulate.spectrum import PowerSpectrum
     from ..stochastic.noisy_motion import NoisyMotion
@@ -90,8 +90,8 @@ def phase_portrait(
     """
     from ..control.flow import ControlledFlowMotion
     from ..recorded import RecordedMotion
-    from ..simulate.beam_motion import BeamMotion
-    from ..simulate.flow_motion import FlowMotion
+    from ..simulate.beam.beam_motion import BeamMotion
+    from ..simulate.flows.flow_motion import FlowMotion
     from ..stochastic.noisy_motion import NoisyMotion
 
     if isinstance(motion, (FlowMotion, ControlledFlowMotion)):

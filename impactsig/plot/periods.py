@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import axes, frame
 from ._kinds import checked
+from .axes import axes, frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

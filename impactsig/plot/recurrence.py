@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from ._axes import axes, title
 from ._kinds import checked
+from .axes import axes, title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

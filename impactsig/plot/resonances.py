@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import BLUE, GREY, VERMILLION, axes, frame, seconds, with_unit
 from ._kinds import checked
+from .axes import BLUE, GREY, VERMILLION, axes, frame, seconds, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._axes import axes, explain, frame, legend, points
 from ._kinds import checked
-from ._stops import stop_colour, stop_name
+from .axes import axes, explain, frame, legend, points
+from .stops import stop_colour, stop_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..dynamics.sections import Section
+    from ..dynamics.sections.sections import Section
 
 
 @checked

@@ -8,9 +8,9 @@ import numpy as np
 
 from .. import intervals
 from ..impacts import Impacts
-from ..intervals._pairs import unbroken_pairs
-from ._axes import axes, bins, delay_plane, explain, frame, points, seconds, span_of
-from ._stops import by_stop, name_stops
+from ..intervals.pairs import unbroken_pairs
+from .axes import axes, bins, delay_plane, explain, frame, points, seconds, span_of
+from .stops import by_stop, name_stops
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

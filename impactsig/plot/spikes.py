@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InvalidInput
-from ._axes import (
+from ._kinds import checked
+from .axes import (
     GREY,
     RASTER_ABOVE,
     axes,
@@ -17,8 +18,7 @@ from ._axes import (
     span_of,
     with_unit,
 )
-from ._kinds import checked
-from ._stops import by_stop, name_stops
+from .stops import by_stop, name_stops
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

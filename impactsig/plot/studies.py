@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 
 from ..errors import InvalidInput
-from ._axes import (
+from ._kinds import checked
+from .axes import (
     BLUE,
     CHANNEL_COLOURS,
     RASTER_ABOVE,
@@ -20,7 +21,6 @@ from ._axes import (
     title,
     with_unit,
 )
-from ._kinds import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

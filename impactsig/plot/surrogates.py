@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from ._axes import GREY, VERMILLION, axes, curve, frame, level
 from ._kinds import checked
+from .axes import GREY, VERMILLION, axes, curve, frame, level
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

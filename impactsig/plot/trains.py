@@ -11,8 +11,8 @@ import numpy as np
 from .. import intervals
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ..intervals._pairs import as_intervals
-from ._axes import axes, delay_plane, explain, panels, plain, points, seconds, span_of, title
+from ..intervals.pairs import as_intervals
+from .axes import axes, delay_plane, explain, panels, plain, points, seconds, span_of, title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InvalidInput
-from ._axes import (
+from ._kinds import checked, refuse_others
+from .axes import (
     BLUE,
     GREEN,
     GREY,
@@ -23,8 +24,7 @@ from ._axes import (
     title,
     with_unit,
 )
-from ._kinds import checked, refuse_others
-from ._stops import by_stop, several_stops
+from .stops import by_stop, several_stops
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

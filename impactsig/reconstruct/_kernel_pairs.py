@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import exprel
 
 from .._compiled import njit
 from ._neighbors import _part
@@ -29,12 +30,21 @@ LOG2_E = np.float32(1 / np.log(2))
 TO_WHOLE = np.float32(1.5 * 2**23)
 """What is added to it has no binary digits left behind the point."""
 
-LOWEST = np.float32(-126)
-"""Exponent of 2 below which a number is 0 for any purpose."""
+LOWEST = np.float32(-60)
+"""Exponent of 2 below which a number is 0 for any purpose; its square is a normal number still."""
 
-# 2^x between -1/2 and 1/2, by Chebyshev's nodes: wrong by 1e-7 of itself at most.
-_CHEBYSHEV = np.polynomial.Chebyshev.interpolate(np.exp2, 5, domain=[-0.5, 0.5])
-C0, C1, C2, C3, C4, C5 = _CHEBYSHEV.convert(kind=np.polynomial.Polynomial).coef.astype(np.float32)
+LEAST = np.float32(2.0**-60)
+
+SQUARED = 3
+"""Times that exponentials are squared before they are worked out anew."""
+
+# (2^x - 1) / x between -1/2 and 1/2, by Chebyshev's nodes. 2^x is wrong by 2e-7 of itself at most,
+# and by less the nearer x is to 0: squares of it are no worse where they count.
+_CHEBYSHEV = np.polynomial.Chebyshev.interpolate(
+    lambda x: np.log(2) * exprel(np.log(2) * x), 4, domain=[-0.5, 0.5]
+)
+C1, C2, C3, C4, C5 = _CHEBYSHEV.convert(kind=np.polynomial.Polynomial).coef.astype(np.float32)
+C0 = np.float32(1)
 
 
 class Leaves(NamedTuple):
@@ -96,18 +106,45 @@ def _build(points, order):
 
 
 @njit(nogil=True, fastmath={"contract"})
-def _square_differences(theirs, mine, count, squares, add):
-    """Squares of differences, in single precision; those of two coordinates are added up."""
-    for p in range(count):
-        gap = np.float32(theirs[p] - mine[p])
-        squares[p] = gap * gap + (squares[p] if add else np.float32(0))
+def _square_differences(points, line, count, lanes, squares):
+    """Squares of differences, in single precision; those of the last column are added up."""
+    last, width = len(squares) - 1, lanes.shape[1]  # not LANES: 16 single steps, no lanes
+    for d in range(len(points)):
+        column = min(d, last)
+        for r in range(count):
+            value, at = points[d, line[r]], r * width
+            if d > last:
+                for j in range(width):
+                    gap = np.float32(lanes[d, j] - value)
+                    squares[column, at + j] += gap * gap
+            else:
+                for j in range(width):
+                    gap = np.float32(lanes[d, j] - value)
+                    squares[column, at + j] = gap * gap
 
 
 @njit(nogil=True)
-def _leave_out(theirs, mine, theiler, count, squares):
-    """Put pairs that are too close in time infinitely far apart."""
-    for p in range(count):
-        squares[p] = np.float32(np.inf) if abs(theirs[p] - mine[p]) <= theiler else squares[p]
+def _leave_out(times, line, count, own, many, theiler, near_in_time, leaf, squares):
+    """Put pairs that are too close in time infinitely far apart.
+
+    Few are: `near_in_time` tells for which stretches of time it is to be looked at all.
+    """
+    width = max(theiler, 1.0)
+    for r in range(count):
+        time = times[line[r]]
+        if near_in_time[int(time / width) + 1] == leaf:
+            for j in range(many):
+                if abs(own[j] - time) <= theiler:
+                    squares[r * LANES + j] = np.inf
+
+
+@njit(nogil=True)
+def _mark(times, theiler, leaf, near_in_time):
+    """Mark the stretches of time, as long as `theiler`, at and beside those of a leaf."""
+    width = max(theiler, 1.0)
+    for time in times:
+        at = int(time / width) + 1
+        near_in_time[at - 1 : at + 2] = leaf
 
 
 @njit(nogil=True, fastmath={"contract"})
@@ -116,16 +153,9 @@ def _weigh(weight, squares, count, exponents, add):
         exponents[p] = weight * squares[p] + (exponents[p] if add else np.float32(0))
 
 
-@njit(nogil=True)
-def _repeat(values, count, repeated):
-    """Each value for all points of a leaf."""
-    for r in range(count):
-        repeated[r * LANES : r * LANES + LANES] = values[r]
-
-
 @njit(nogil=True, fastmath={"contract"})
-def _add_exponentials(weight, exponents, count, blocks, sums, s):
-    """sums[blocks[r], s] += 2^(weight exponents[r]), in single precision.
+def _add_exponentials(weight, exponents, count, blocks, sums, s, powers):
+    """sums[blocks[r], s] += powers[r] = 2^(weight exponents[r]), in single precision.
 
     The whole part of the exponent goes where a number has its own, 2 to the rest is a polynomial.
     """
@@ -137,7 +167,21 @@ def _add_exponentials(weight, exponents, count, blocks, sums, s):
             x -= whole - TO_WHOLE
             power = np.float32(C0 + x * (C1 + x * (C2 + x * (C3 + x * (C4 + x * C5)))))
             bits = power.view(np.int32) + (np.float32(whole).view(np.int32) << 23)
-            sums[block, s, j] += np.int32(bits).view(np.float32)
+            powers[r * LANES + j] = np.int32(bits).view(np.float32)
+            sums[block, s, j] += powers[r * LANES + j]
+
+
+@njit(nogil=True)
+def _add_squares(powers, count, blocks, sums, s):
+    """sums[blocks[r], s] += powers[r], which are squared before."""
+    width = sums.shape[2]  # see `_square_differences`
+    for r in range(count):
+        block, at = blocks[r], r * width
+        for j in range(width):
+            power = powers[at + j]
+            power = max(power * power, LEAST)
+            powers[at + j] = power
+            sums[block, s, j] += power
 
 
 @njit(nogil=True)
@@ -213,25 +257,25 @@ def kernel_sums(tree: Leaves, part, parts, theiler, weights, sums):
     for s in range(scales):
         reaches[s] = NEGLIGIBLE / weights[s].min()
     size = LANES * TOGETHER * LANES
-    theirs, mine = np.empty((m + 1, size)), np.empty(size)
+    lanes = np.empty((m, LANES))
+    near_in_time = np.full(int(tree.times.max() / max(theiler, 1.0)) + 3, -1)
     squares, exponents = np.empty((columns, size), np.float32), np.empty(size, np.float32)
-    values, upto = np.empty(LANES * TOGETHER), np.zeros(TOGETHER + 1, np.int64)
+    powers, doubling = np.empty(size, np.float32), columns == 1
+    for s in range(scales - 1):
+        doubling &= abs(weights[s, 0] - 2 * weights[s + 1, 0]) < 1e-9 * weights[s, 0]
+    upto = np.zeros(TOGETHER + 1, np.int64)
     line, blocks = np.empty(LANES * TOGETHER, np.int64), np.empty(LANES * TOGETHER, np.int64)
     near, firsts = np.empty(len(begin), np.int64), np.empty(len(begin), np.int64)
     nodes, first_of = np.empty(len(begin) + 2, np.int64), np.empty(len(begin) + 2, np.int64)
     added = np.empty((len(sums), scales, LANES), np.float32)
-    lanes = np.empty(LANES)
     for leaf in range(len(begin) // 2 + part, len(begin), parts):
         start, many = begin[leaf], end[leaf] - begin[leaf]
         if many == 0:
             continue
-        for d in range(m + 1):
-            lanes[many:] = np.inf
-            for j in range(many):
-                lanes[j] = tree.points[d, start + j] if d < m else tree.times[start + j]
-            for r in range(LANES * TOGETHER):
-                for j in range(LANES):
-                    theirs[d, r * LANES + j] = lanes[j]
+        lanes[:, many:] = np.inf
+        lanes[:, :many] = tree.points[:, start : start + many]
+        own = tree.times[start : start + many]
+        _mark(own, theiler, leaf, near_in_time)
         added[:] = 0
         found = _partners(tree, leaf, reaches, near, firsts, nodes, first_of)
         for at in range(0, found, TOGETHER):
@@ -241,16 +285,8 @@ def kernel_sums(tree: Leaves, part, parts, theiler, weights, sums):
                     line[count], blocks[count] = i, tree.blocks[i]
                     count += 1
                 upto[k + 1] = count
-            for d in range(m + 1):
-                for r in range(count):
-                    values[r] = tree.points[d, line[r]] if d < m else tree.times[line[r]]
-                _repeat(values, count, mine)
-                column = min(d, columns - 1)
-                if d < m:
-                    add = d > column
-                    _square_differences(theirs[d], mine, count * LANES, squares[column], add)
-                else:
-                    _leave_out(theirs[m], mine, theiler, count * LANES, squares[0])
+            _square_differences(tree.points, line, count, lanes, squares)
+            _leave_out(tree.times, line, count, own, many, theiler, near_in_time, leaf, squares[0])
             for r in range(count):
                 # Each pair of a leaf with itself once.
                 if line[r] < start + many:
@@ -261,11 +297,16 @@ def kernel_sums(tree: Leaves, part, parts, theiler, weights, sums):
                     left -= 1
                 if left == 0:
                     break
+                if doubling and (scales - 1 - s) % (SQUARED + 1):
+                    _add_squares(powers, upto[left], blocks, added, s)
+                    continue
                 if columns == 1:
-                    _add_exponentials(negative[s, 0], squares[0], upto[left], blocks, added, s)
+                    one = negative[s, 0]
+                    _add_exponentials(one, squares[0], upto[left], blocks, added, s, powers)
                     continue
                 for d in range(m):
                     _weigh(negative[s, d], squares[d], upto[left] * LANES, exponents, d > 0)
-                _add_exponentials(np.float32(1), exponents, upto[left], blocks, added, s)
+                one = np.float32(1)
+                _add_exponentials(one, exponents, upto[left], blocks, added, s, powers)
         for b in range(len(sums)):
             _add_lanes(added, b, tree.blocks, start, many, sums)

@@ -45,7 +45,7 @@ VECTORS = 10_000
 
 SCALES = 160
 
-BLOCKS = 16
+BLOCKS = 32
 
 PARTS = 16
 """Parts of the sum, for threads."""

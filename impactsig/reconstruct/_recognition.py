@@ -12,9 +12,9 @@ from scipy.special import ndtri
 from ..impacts import Impacts
 from ..intervals import identify_period
 from . import _periodic
-from ._kinds import CERTAIN, Kind, is_certain, of_period
 from ._tones import tones
 from ._values import exact_period
+from .kinds import CERTAIN, Kind, is_certain, of_period
 
 FINE = 0.02
 """Share of the standard deviation below which a resolution lets recurrences be told from chance."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ from . import _jackknife
 from ._fits import Fit, least_squares
 from ._kernel_sum import KernelSum
 
-CHANGE = 1e-3
+LEAST_CHANGE = 1e-3
 """Of ln K, by which the weight of a scale in a slope is found."""
 
 
@@ -32,41 +31,32 @@ class Slope(NamedTuple):
 
 def slope(found: KernelSum, fit: Fit = least_squares) -> Slope:
     """The slope over all scales, by any rule, and local ones between each scale's neighbours."""
-    logs = np.log(found.scales)
-    with np.errstate(divide="ignore"):
-        values = np.log(_jackknife.without_each(found.parts) / _jackknife.without_each(found.pairs))
-    value, error = _of(found, values, lambda y: np.array([fit(logs, y)]))
+    logs, values = np.log(found.scales), np.log(found.sums)
+    parts = found.parts / found.parts.sum(axis=(0, 1))
+    # As far as chance may move each ln K, so that a rule that is not linear is seen over that.
+    moved = np.maximum(np.sqrt(_jackknife.variance(parts - _shares(found))), LEAST_CHANGE)
+    weights = np.array(
+        [
+            (fit(logs, values + change) - fit(logs, values - change)) / (2 * change.max())
+            for change in np.diag(moved)
+        ]
+    )
     local = np.full((2, len(logs)), np.nan)
     if len(logs) > 2:
-        local[:, 1:-1] = _of(found, values, lambda y: (y[2:] - y[:-2]) / (logs[2:] - logs[:-2]))
+        steps = logs[2:] - logs[:-2]
+        local[0, 1:-1] = (values[2:] - values[:-2]) / steps
+        local[1, 1:-1] = np.sqrt(_jackknife.variance(parts[..., 2:] - parts[..., :-2])) / steps
     return Slope(
-        float(value[0]),
-        float(error[0]),
+        float(fit(logs, values)),
+        # The weights add up to 0, so that the numbers of pairs drop out.
+        float(np.sqrt(_jackknife.variance(parts @ weights))),
         (float(found.scales[0]), float(found.scales[-1])),
         local[0],
         local[1],
     )
 
 
-def _of(
-    found: KernelSum, values: np.ndarray, read: Callable[[np.ndarray], np.ndarray]
-) -> tuple[np.ndarray, np.ndarray]:
-    """What `read` makes of ln K, and its standard errors by chance.
-
-    Parameters
-    ----------
-    values : ndarray, shape (1 + blocks, scales)
-        ln K of all vectors, and without each block.
-    """
-    of_all = read(values[0])
-    # Without a block there may be scales without a pair.
-    without = [read(one) if np.all(np.isfinite(one)) else of_all for one in values]
-    # To first order; weights add up to 0, so that the numbers of pairs drop out.
-    weights = np.array(
-        [
-            (read(values[0] + change) - read(values[0] - change)) / (2 * CHANGE)
-            for change in CHANGE * np.eye(len(values[0]))
-        ]
-    )
-    parts = (found.parts / found.parts.sum(axis=(0, 1))) @ weights
-    return of_all, np.sqrt(_jackknife.variance(np.array(without), parts))
+def _shares(found: KernelSum) -> np.ndarray:
+    """Of the pairs, by the blocks of both vectors."""
+    shares: np.ndarray = found.pairs / found.pairs.sum(axis=(0, 1))
+    return shares

@@ -6,12 +6,14 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 from .._arguments import thread_count
+from .._watched import progress
 
 
 def in_threads(part: Callable[[int], object], parts: int, workers: int | None) -> list:
     """part(0), part(1), ... in that order, worked out by so many threads."""
-    threads = thread_count(workers)
-    if threads == 1:
-        return [part(k) for k in range(parts)]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(part, range(parts)))
+    threads, done = thread_count(workers), []
+    with ThreadPoolExecutor(threads) as pool, progress(parts, " parts", leave=False) as advance:
+        for one in map(part, range(parts)) if threads == 1 else pool.map(part, range(parts)):
+            done.append(one)
+            advance(1)
+    return done

@@ -14,10 +14,10 @@ from ..errors import InvalidInput
 from ..impacts import Impacts
 from ._arguments import finite_range
 from ._fits import Fit, FitName, fit_of
-from ._kinds import Kind
 from ._series import series, stretches, unbroken
 from ._theiler import theiler_window
 from ._values import quantum
+from .kinds import Kind
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -266,18 +266,19 @@ def correlation_dimension(
 
     whose mean is exactly that without noise. It grows as H^D2. The slope of ln K against ln H is
     read by least squares from H1 to H2: H1 is the greatest of 1.5 standard deviations of the noise,
-    twice the resolution and the scale whose kernel sums to 60 pairs; at H2 is K = 0.03 (0.01 where
-    the slope is above 1.5), or less where the slope rises there and vectors of unrelated values
+    twice the resolution and the scale whose kernel sums to 60 pairs, or to 0.15 pairs for each
+    vector where that leaves W = 1.6 e-folds; at H2 is K = 0.03 (0.01 where the slope is above 1.5,
+    if that leaves W = 1.6), or less where the slope rises there and vectors of unrelated values
     explain it: with m coordinates, K_1(H)^m of the pairs are near by chance. `fit` reads it
     otherwise.
 
     The slope is the primary result. Its interval is for the noise-free slope between the same two
-    scales; it covers chance (a jackknife of 16 blocks of time) and, where they are, the doubt about
-    an estimated noise and missed and spurious impacts. It is taken for the dimension D2 of the
-    attractor where the scales span W = 1.6 e-folds at least and a further coordinate adds no more
-    than 0.15. The interval of the dimension also covers the choice of scales, since a slope over W
-    e-folds misses the limit by 0.15 / W, as a standard error, and that of the embedding, by what a
-    further coordinate adds.
+    scales; it covers chance (the scatter over 32 blocks of time) and, where they are, the doubt
+    about an estimated noise and missed and spurious impacts. It is taken for the dimension D2 of
+    the attractor where the scales span W = 1.6 e-folds at least and a further coordinate adds no
+    more than 0.15. The interval of the dimension also covers the choice of scales, since a slope
+    over W e-folds misses the limit by 0.13 / W, as a standard error, and that of the embedding, by
+    what a further coordinate adds.
 
     Constant, periodic (also but for noise, or as `identify_period` says), quasi-periodic series and
     linear noise are recognised before anything is counted.

@@ -13,11 +13,12 @@ import numpy as np
 
 from .._arguments import number
 from .._corrections import in_words
-from ..detect._files import channel_readings, open_recording
+from ..detect.files import channel_readings, open_recording
 from ..errors import ImpactsigWarning
 from ..recording import Recording, Sensor
-from .channels import around, overviews_of, typical
+from .channels import around, typical
 from .dynamics import Dynamics, read_dynamics
+from .samples import Span, seen
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
@@ -38,6 +39,9 @@ class Analysis:
     overviews : tuple of Recording
         The channels analysed, in the clock of the first; a long one reduced to the least and the
         greatest sample of each of 10 000 spans, in that order, at the rate which that makes.
+    spans : tuple of tuple of Span
+        Of each channel its samples around impacts, as many as a page can hold; none where the
+        overview holds every sample.
     excerpts : tuple of (int, Recording)
         Close-ups at full rate: index of an impact, and the samples around it, of the sensor of its
         stop where there is one, else of the first.
@@ -56,6 +60,7 @@ class Analysis:
     file: FileInfo
     rates: tuple[float, ...]
     overviews: tuple[Recording, ...]
+    spans: tuple[tuple[Span, ...], ...]
     excerpts: tuple[tuple[int, Recording], ...]
     impacts: Impacts
     periodicity: Periodicity
@@ -151,7 +156,7 @@ def analyse(
     ImpactsigWarning
         As reading and detection do; the texts are kept in the result too.
     """
-    from ..detect._detect import detect_opened
+    from ..detect.detect import detect_opened
     from ..intervals import identify_period
     from ..io import info
 
@@ -189,7 +194,7 @@ def analyse(
         impacts = detect_opened(sources, channels, path, **detecting)
         periodicity = identify_period(impacts, forcing_period=forcing_period)
         found = read_dynamics(impacts, periodicity, forcing_period, dynamics)
-        overviews = overviews_of(sources, impacts)
+        overviews, spans = seen(sources, impacts)
         excerpts = tuple(
             (index, around(impacts, index, sources, each)) for index in typical(impacts)
         )
@@ -197,6 +202,7 @@ def analyse(
         file=file,
         rates=tuple(source.rate for source in sources),
         overviews=overviews,
+        spans=spans,
         excerpts=excerpts,
         impacts=impacts,
         periodicity=periodicity,

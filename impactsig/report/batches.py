@@ -215,7 +215,7 @@ def write_each_report(
 
 
 def _detect(path: Path, options: dict[str, Any]) -> Impacts:
-    from ..detect._files import detect_file
+    from ..detect.files import detect_file
 
     reading = {name: value for name, value in options.items() if name in READING}
     detecting = {name: value for name, value in options.items() if name not in READING}
@@ -223,7 +223,7 @@ def _detect(path: Path, options: dict[str, Any]) -> Impacts:
 
 
 def _report(task: tuple[Path, Path, dict[str, Any]]) -> Entry:
-    from .contents import tiles
+    from .cards import tiles
     from .page import analyse_to_page
 
     path, page, options = task

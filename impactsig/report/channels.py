@@ -39,13 +39,13 @@ def overview_of(source: Recording | Iterable[Recording], duration: float) -> Rec
         of each span, alternating, at the rate which that makes.
     """
     if isinstance(source, Recording) and len(source) <= 2 * OVERVIEW_BINS:
-        return _flat(source)
+        return flat(source)
     first, pieces, covered = None, [], 0.0
     for block in [source] if isinstance(source, Recording) else source:
-        first = first or _flat(block.between())
+        first = first or flat(block.between())
         covered += block.duration
         share = block.duration / duration if duration else 1.0
-        _, low, high = _flat(block).envelope(max(1, round(OVERVIEW_BINS * share)))
+        _, low, high = flat(block).envelope(max(1, round(OVERVIEW_BINS * share)))
         pieces.append(np.column_stack((low, high)).ravel())
     if first is None:
         raise InvalidInput("source", "no blocks", "at least one block of samples")
@@ -53,14 +53,6 @@ def overview_of(source: Recording | Iterable[Recording], duration: float) -> Rec
     # A file that is cut short has fewer samples than it says.
     rate = len(samples) / covered if len(samples) else first.rate
     return replace(first, samples=samples, rate=rate)
-
-
-def overviews_of(sources: Sequence[Recording | Blocks], impacts: Impacts) -> tuple[Recording, ...]:
-    """The overview of each channel, in the clock of the first."""
-    return tuple(
-        _earlier(overview_of(source, source.duration), delay)
-        for source, delay in zip(sources, _delays(impacts), strict=True)
-    )
 
 
 def around(
@@ -71,17 +63,17 @@ def around(
 ) -> Recording:
     """What the sensor of an impact recorded around it, in the clock of the first channel."""
     k = _sensor_of(impacts, index)
-    source, delay = sources[k], _delays(impacts)[k]
+    source, delay = sources[k], delays(impacts)[k]
     touch = float(impacts.time[index]) + delay
     contact = 0.0 if impacts.contact_time is None else float(impacts.contact_time[index])
     margin = 4 * contact or EXCERPT
     low, high = max(source.start, touch - margin), min(source.stop, touch + contact + margin)
     if isinstance(source, Recording):
-        return _earlier(_flat(source.between(low, high)), delay)
+        return earlier(flat(source.between(low, high)), delay)
     from ..io import read
 
     near = read(source.source, **{**readings[k], "start": low, "stop": high})
-    return _earlier(_flat(near), delay)
+    return earlier(flat(near), delay)
 
 
 def typical(impacts: Impacts) -> list[int]:
@@ -93,16 +85,17 @@ def typical(impacts: Impacts) -> list[int]:
     return [int(index) for index in dict.fromkeys(chosen.tolist())]
 
 
-def _flat(recording: Recording) -> Recording:
+def flat(recording: Recording) -> Recording:
+    """The recording as one channel without a second axis."""
     return recording if recording.samples.ndim == 1 else recording.channel(0)
 
 
-def _earlier(recording: Recording, delay: float) -> Recording:
+def earlier(recording: Recording, delay: float) -> Recording:
     """A recording in a clock that is behind its own by that delay [s]."""
     return replace(recording, start=recording.start - delay)
 
 
-def _delays(impacts: Impacts) -> list[float]:
+def delays(impacts: Impacts) -> list[float]:
     """How late each channel is against the first [s]."""
     return list(impacts.settings.get("delay", {"": 0.0}).values())
 

@@ -20,7 +20,7 @@ from .contents import printable
 from .figures import Picture, draw
 
 if TYPE_CHECKING:
-    from ..dynamics.diagrams import BifurcationDiagram
+    from ..dynamics.diagrams.diagrams import BifurcationDiagram
     from ..experiment.experiment import Experiment
 
 RUNS, JUMPS, RECORDINGS = "runs.csv", "jumps.csv", "recordings"

@@ -29,12 +29,16 @@ MANY = 400
 
 @dataclass(frozen=True)
 class Picture:
-    """One figure: `source` is a data URI, `alt` says in words what it shows."""
+    """One figure: `source` is a data URI, `alt` says in words what it shows.
+
+    A `still` one is for paper and for readers without scripts: the page draws it itself else.
+    """
 
     source: str
     alt: str
     caption: str
     size: Literal["third", "half", "wide"] = "half"
+    still: bool = False
 
 
 def draw(paint: Callable[[Axes], object], width: float, height: float) -> str:
@@ -81,10 +85,18 @@ def waveform(analysis: Analysis) -> Picture:
 
     return Picture(
         draw_figure(paint, 9.2, 2.9 if count == 1 else 0.5 + 2.1 * count),
-        f"Waveform of {impacts.duration:.4g} s with {len(impacts)} impacts marked",
+        waveform_in_words(analysis),
         "The recording and the impacts found in it.",
         size="wide",
     )
+
+
+def waveform_in_words(analysis: Analysis, overview: Recording | None = None) -> str:
+    """What the waveform shows; that of one channel of several by its name."""
+    impacts, name = analysis.impacts, ""
+    if overview is not None and len(analysis.overviews) > 1 and overview.channels[0]:
+        name = f" of {overview.channels[0]}"
+    return f"Waveform{name}, {impacts.duration:.4g} s with {len(impacts)} impacts marked"
 
 
 def pictures(analysis: Analysis) -> Iterator[Picture]:
@@ -116,6 +128,7 @@ def pictures(analysis: Analysis) -> Iterator[Picture]:
             f"{count} interspike intervals against time",
             "Interspike intervals in the order of time.",
             size="wide",
+            still=True,
         )
     if len(impacts) and impacts.peak is not None:
         yield Picture(

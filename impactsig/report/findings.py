@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from .. import plot
-from ..reconstruct._kinds import is_certain
+from ..reconstruct.kinds import is_certain
 from ..reconstruct.surrogate_testing import LEVEL
 from .contents import counted, printable
 from .dynamics import REPAIRED, ROUGH_BELOW, TESTED, short_time

@@ -1,102 +1,181 @@
-"""The waveform to zoom into: a Bokeh drawing as JSON, and the script that shows it."""
+"""What the page draws itself: waveform, intervals, return map and table, as numbers in JSON."""
 
 from __future__ import annotations
 
+import base64
 import json
-from pathlib import Path
+from collections.abc import Sequence
+from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..plot._axes import BLUE, GREY, VERMILLION
-from ..plot._stops import by_stop, several_stops
+from ..impacts import flag_names
+from ..plot.axes import VERMILLION
+from ..plot.stops import by_stop
 from ..plot.waveforms import marker_heights
+from .contents import printable
+from .samples import Span, by_interest
+from .tables import columns_shown, intervals_before
 
 if TYPE_CHECKING:
+    from ..impacts import Impacts
     from ..recording import Recording
     from .analysis import Analysis
 
-MARKED = 5000
-"""Impacts marked at most; beyond that they would hide the waveform and slow the page down."""
+MARKED = 10_000
+"""Impacts marked and listed at most; beyond that they would make the page slow and large."""
+LEVELS = 65_534
+"""Steps into which the range of some samples is divided; one code more says: not valid."""
 
 
-def bokeh_script() -> str:
-    """Bokeh itself, from the installed package: the page must work without a network."""
-    import bokeh
+def scripts() -> list[str]:
+    """The scripts of the page: the library that draws, then ours."""
+    parts = resources.files("impactsig.report")
+    names = ("charts.js", "table.js", "linked.js")
+    ours = "\n".join((parts / name).read_text(encoding="utf-8") for name in names)
+    # The policy and a reader's browser see a script as it is here, so its ends of line are fixed.
+    library = (parts / "uplot" / "uPlot.iife.min.js").read_text(encoding="utf-8")
+    return [library, f'"use strict";\n(() => {{\n{ours}}})();\n']
 
-    script = Path(bokeh.__file__).parent / "server" / "static" / "js" / "bokeh.min.js"
-    return script.read_text(encoding="utf-8")
+
+def style() -> str:
+    """The style of the library that draws."""
+    return (resources.files("impactsig.report") / "uplot" / "uPlot.min.css").read_text("utf-8")
 
 
-def marked(analysis: Analysis) -> np.ndarray:
+def marked(impacts: Impacts) -> np.ndarray:
     """Indices of the impacts that are marked: all, or every second, third, ... of very many."""
-    count = len(analysis.impacts)
+    count = len(impacts)
     return np.arange(0, count, max(1, -(-count // MARKED)))
 
 
-def waveform_json(analysis: Analysis) -> str:
-    """The drawing as JSON that is safe inside a script element: a panel a channel, in one time.
+def colours(impacts: Impacts) -> list[tuple[str, str, np.ndarray]]:
+    """Label and colour of each stop, and which of the impacts marked are of it."""
+    return list(by_stop(impacts, marked(impacts), VERMILLION))
 
-    Text from the file reaches Bokeh only as plain text, never as markup or a formula.
+
+def numbers(analysis: Analysis, room: int) -> tuple[str, int]:
+    """The JSON, safe inside a script element, and around how many impacts it holds samples.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    room : int
+        Bytes it may take. What exceeds them is left out by the samples around impacts, those of
+        least interest first.
     """
-    from bokeh.embed import json_item
-    from bokeh.layouts import column
-
-    panels: list[Any] = []
-    for overview in analysis.overviews:
-        panels.append(_panel(analysis, overview))
-        panels[-1].x_range = panels[0].x_range
-    for one in panels[:-1]:
-        one.xaxis.axis_label = None
-    drawn = panels[0] if len(panels) == 1 else column(panels, sizing_mode="stretch_width")
-    return script_safe(json.dumps(json_item(drawn)))
+    without = script_safe(json.dumps(_content(analysis, [()] * len(analysis.overviews))))
+    kept = _fitting(analysis, room - len(without))
+    held = {span.impact for spans in kept for span in spans}
+    return script_safe(json.dumps(_content(analysis, kept))), len(held)
 
 
-def _panel(analysis: Analysis, overview: Recording) -> Any:
-    """One channel and the impacts, those of each stop in its colour."""
-    from bokeh.models import ColumnDataSource, HoverTool, PlainText
-    from bokeh.plotting import figure
+SPAN_BYTES, SAMPLE_BYTES = 44, 2.7
+"""What a span takes in base64, of two whole numbers and three others; and each of its samples."""
 
-    impacts = analysis.impacts
-    drawing = figure(
-        height=340 if len(analysis.overviews) == 1 else 240,
-        sizing_mode="stretch_width",
-        tools="xpan,xwheel_zoom,box_zoom,reset,save",
-        active_scroll="xwheel_zoom",
-        active_drag="box_zoom",
-        background_fill_color=None,
-        border_fill_color=None,
-        outline_line_color=None,
-    )
-    drawing.toolbar.logo = None
-    line = GREY if several_stops(impacts) else BLUE
-    drawing.line(overview.time, overview.samples.astype(np.float32), color=line, line_width=0.8)
-    chosen = marked(analysis)
-    if len(chosen) and len(overview):
-        every = overview.samples
-        heights = marker_heights(impacts[chosen], overview.time, every, every).astype(np.float32)
-        for label, colour, own in by_stop(impacts, chosen, VERMILLION):
-            data, tips = _columns(analysis, chosen[own])
-            data["height"] = heights[own]
-            named = {"legend_label": label} if label else {}
-            markers = drawing.scatter(
-                "time", "height", source=ColumnDataSource(data), color=colour, size=6, alpha=0.8,
-                **named,
-            )  # fmt: skip
-            drawing.add_tools(HoverTool(renderers=[markers], tooltips=tips))
-    if drawing.legend:
-        drawing.legend.orientation = "horizontal"
-        drawing.legend.click_policy = "hide"
-        drawing.add_layout(drawing.legend[0], "above")
-    drawing.xaxis.axis_label = "time [s]"
-    name = overview.channels[0] or "signal"
-    drawing.yaxis.axis_label = PlainText(
-        text=f"{name} [{overview.unit}]" if overview.unit else name
-    )
-    drawing.axis.axis_label_text_font_style = "normal"
-    drawing.axis.minor_tick_line_color = None
-    drawing.grid.grid_line_alpha = 0.4
-    return drawing
+
+def _fitting(analysis: Analysis, room: int) -> list[Sequence[Span]]:
+    """The spans of each channel that fit, whole impacts in the order of interest."""
+    cost = np.zeros(len(analysis.impacts))
+    for spans in analysis.spans:
+        for span in spans:
+            cost[span.impact] += SPAN_BYTES + SAMPLE_BYTES * len(span.samples)
+    order = by_interest(analysis.impacts)
+    fits = np.zeros(len(cost), bool)
+    fits[order] = np.cumsum(cost[order]) <= room
+    return [[span for span in spans if fits[span.impact]] for spans in analysis.spans]
+
+
+def _content(analysis: Analysis, spans: Sequence[Sequence[Span]]) -> dict[str, Any]:
+    chosen = marked(analysis.impacts)
+    return {
+        "panels": [
+            _panel(analysis.impacts, overview, rate, own, chosen)
+            for overview, rate, own in zip(analysis.overviews, analysis.rates, spans, strict=True)
+        ],
+        "impacts": _impacts(analysis.impacts, chosen),
+    }
+
+
+def _panel(
+    impacts: Impacts, overview: Recording, rate: float, spans: Sequence[Span], chosen: np.ndarray
+) -> dict[str, Any]:
+    """One channel: its overview, its samples around impacts, and how high the marks stand."""
+    every = overview.samples
+    heights = np.zeros(len(chosen))
+    if len(chosen) and len(every):
+        heights = marker_heights(impacts[chosen], overview.time, every, every)
+    codes = [_codes(span.samples) for span in spans]
+    return {
+        "name": printable(overview.channels[0] or "signal"),
+        "unit": printable(overview.unit),
+        "rate": rate,
+        "start": overview.start,
+        "step": 1 / overview.rate,
+        "reduced": overview.rate != rate,
+        "overview": [*_codes(every)[:2], _packed(_codes(every)[2], "<u2")],
+        "heights": _packed(heights, "<f4"),
+        "spans": {
+            "impact": _packed([span.impact for span in spans], "<u4"),
+            "start": _packed([span.start for span in spans], "<f8"),
+            "count": _packed([len(span.samples) for span in spans], "<u4"),
+            "low": _packed([low for low, _, _ in codes], "<f8"),
+            "step": _packed([step for _, step, _ in codes], "<f8"),
+            "codes": _packed(np.concatenate([c for *_, c in codes]) if codes else [], "<u2"),
+        },
+    }
+
+
+def _impacts(impacts: Impacts, chosen: np.ndarray) -> dict[str, Any]:
+    """Every impact that is marked: what the table shows of it, its intervals and its colour."""
+    before = intervals_before(impacts)
+    flags = impacts.flags[chosen]
+    stops = colours(impacts)
+    colour = np.zeros(len(chosen), np.uint8)
+    for k, (_, _, own) in enumerate(stops):
+        colour[own] = k
+    return {
+        "number": _packed(chosen + 1, "<u4"),
+        "time": _packed(impacts.time[chosen], "<f8"),
+        "contact": _packed(
+            np.zeros(len(chosen)) if impacts.contact_time is None else impacts.contact_time[chosen],
+            "<f4",
+        ),
+        "before": _packed(1e3 * before[chosen], "<f4"),
+        "after": _packed(1e3 * np.append(before[1:], np.nan)[chosen], "<f4"),
+        "columns": [
+            {
+                "head": column.head,
+                "form": column.form,
+                "values": _packed(
+                    column.values[chosen], "<f8" if column.head == "time [s]" else "<f4"
+                ),
+            }
+            for column in columns_shown(impacts)
+        ],
+        "flags": _packed(flags, "<u2"),
+        "flagNames": {str(one): flag_names(int(one)) for one in np.unique(flags)},
+        "colour": _packed(colour, "u1"),
+        "colours": [[printable(name), shade] for name, shade, _ in stops],
+    }
+
+
+def _codes(samples: np.ndarray) -> tuple[float, float, np.ndarray]:
+    """Least value, step, and each sample in steps above the least; `LEVELS` + 1 is not valid."""
+    valid = np.isfinite(samples)
+    if not valid.any():
+        return 0.0, 1.0, np.full(len(samples), LEVELS + 1, np.uint16)
+    low, high = float(samples[valid].min()), float(samples[valid].max())
+    step = (high - low) / LEVELS or 1.0
+    steps = np.round((samples.astype(float) - low) / step)
+    return low, step, np.where(valid, steps, LEVELS + 1).astype(np.uint16)
+
+
+def _packed(values: Any, kind: str) -> str:
+    """Numbers as little-endian bytes in base64."""
+    with np.errstate(over="ignore"):  # what no drawing could show is infinite
+        return base64.b64encode(np.asarray(values).astype(kind).tobytes()).decode()
 
 
 def script_safe(text: str) -> str:
@@ -104,34 +183,3 @@ def script_safe(text: str) -> str:
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return text
-
-
-def _columns(analysis: Analysis, chosen: np.ndarray) -> tuple[dict[str, Any], list[Any]]:
-    impacts = analysis.impacts
-    data: dict[str, Any] = {"number": chosen + 1, "time": impacts.time[chosen]}
-    tips = [("impact", "@number"), ("time", "@time{0.000000} s")]
-    if len(impacts) > 1:
-        before = np.concatenate(([np.nan], np.diff(impacts.time)))
-        before[1:][impacts.interval_spans_gap()] = np.nan
-        data["interval"] = (before[chosen] * 1e3).astype(np.float32)
-        tips.append(("interval before", "@interval{0.000} ms"))
-    if impacts.contact_time is not None:
-        data["contact"] = (impacts.contact_time[chosen] * 1e3).astype(np.float32)
-        tips.append(("contact time", "@contact{0.0000} ms"))
-    if impacts.peak is not None:
-        data["peak"] = impacts.peak[chosen].astype(np.float32)
-        # Only the number: a unit comes from the file, and tooltips are markup.
-        tips.append(("peak", "@peak{0.0000}"))
-    if impacts.time_error is not None:
-        data["error"] = (impacts.time_error[chosen] * 1e6).astype(np.float32)
-        tips.append(("standard error of time", "@error{0.00} µs"))
-    if impacts.probability is not None:
-        data["probability"] = impacts.probability[chosen].astype(np.float32)
-        tips.append(("probability", "@probability{0.000}"))
-    if impacts.stop_index is not None:
-        data["stop"] = impacts.stop_index[chosen]
-        tips.append(("stop", "@stop"))
-    if impacts.stop_probability is not None:
-        data["sure"] = impacts.stop_probability[chosen].astype(np.float32)
-        tips.append(("probability of the stop", "@sure{0.000}"))
-    return data, tips

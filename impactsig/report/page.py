@@ -15,22 +15,26 @@ from .._arguments import path
 from .._atomic import atomic_path
 from ..errors import InvalidInput
 from .analysis import Analysis, analyse
+from .cards import tiles
 from .contents import (
-    download,
     notes,
     parameters,
     printable,
-    table,
-    tiles,
+    samples_held,
 )
 from .reproduction import command, python_lines
+from .tables import download, table
 
-ROWS_SHOWN = 50
+ROWS_SHOWN = 20
+"""Rows on paper, and where scripts do not run."""
 
-START = (
-    'Bokeh.embed.embed_item(JSON.parse(document.getElementById("waveform-data").textContent),'
-    '"waveform");'
-)
+LIMIT = 3_000_000
+"""Bytes of a page at most; samples around impacts fill what the rest leaves."""
+
+CONTROLS = (
+    ("previous", "Previous impact"), ("next", "Next impact"), ("nearer", "Nearer"),
+    ("farther", "Farther"), ("earlier", "Earlier"), ("later", "Later"), ("whole", "Whole"),
+)  # fmt: skip
 
 
 def write_report(source_path: str | Path, output: str | Path | None = None, **options: Any) -> Path:
@@ -119,36 +123,33 @@ def render(analysis: Analysis) -> str:
     template = Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
     ).from_string((parts / "page.html.j2").read_text(encoding="utf-8"))
-    library = interactive.bokeh_script()
-    marked = len(interactive.marked(analysis))
+    scripts = interactive.scripts()
     # Scripts run only if their hash stands in the policy: text that slipped in stays text.
     policy = (
         "default-src 'none'; base-uri 'none'; form-action 'none'; img-src data: blob:; "
-        f"style-src 'unsafe-inline'; script-src {_hash(library)} {_hash(START)}"
+        f"style-src 'unsafe-inline'; script-src {' '.join(map(_hash, scripts))}"
     )
     path = analysis.file.path
-    return template.render(
+    said = dict(
         name=printable(Path(path).name),
         policy=policy,
-        style=(parts / "page.css").read_text(encoding="utf-8"),
+        style=interactive.style() + (parts / "page.css").read_text(encoding="utf-8"),
         summary=printable(re.sub(r"(\d) (m?s)\b", "\\1\u00a0\\2", analysis.summary())),
         notes=notes(analysis),
         tiles=tiles(analysis),
         still=figures.waveform(analysis) if any(map(len, analysis.overviews)) else None,
-        library=library,
-        start=START,
-        waveform=interactive.waveform_json(analysis),
-        reduced=any(
-            one.rate != rate for one, rate in zip(analysis.overviews, analysis.rates, strict=True)
-        ),
-        marked=marked,
+        controls=CONTROLS,
+        panels=[figures.waveform_in_words(analysis, one) for one in analysis.overviews],
+        between=len(analysis.impacts.intervals()),
+        stops=[(name, colour) for name, colour, _ in interactive.colours(analysis.impacts)],
+        scripts=scripts,
+        marked=len(interactive.marked(analysis.impacts)),
         impacts=analysis.impacts,
         pictures=list(figures.pictures(analysis)),
         findings=list(findings.findings(analysis)),
         verdict=findings.verdict(analysis),
         care=findings.care(analysis),
         table=table(analysis.impacts, ROWS_SHOWN),
-        rows_shown=ROWS_SHOWN,
         download=download(analysis.impacts, printable(Path(path).stem)),
         parameters=parameters(analysis),
         command=printable(command(analysis)),
@@ -156,6 +157,9 @@ def render(analysis: Analysis) -> str:
         version=__version__,
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     )
+    rest = template.render(**said, numbers="", samples_held=samples_held(analysis, 0))
+    numbers, held = interactive.numbers(analysis, LIMIT - len(rest.encode()))
+    return template.render(**said, numbers=numbers, samples_held=samples_held(analysis, held))
 
 
 def _hash(script: str) -> str:

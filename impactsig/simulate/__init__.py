@@ -3,9 +3,9 @@
 ``impactsig.simulate`` is the function `simulate`, whichever way this package was imported first.
 """
 
-from .many import simulate_blocks, simulate_many
+from .batches.many import simulate_blocks, simulate_many
 from .motion import Motion
-from .runge_kutta import FixedStep, RungeKutta
 from .simulation import simulate
+from .stepping.runge_kutta import FixedStep, RungeKutta
 
 __all__ = ["FixedStep", "Motion", "RungeKutta", "simulate", "simulate_blocks", "simulate_many"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InvalidInput
-from ._events import (
+from .basis.events import (
     IMPACT,
     PART,
     PHASE,

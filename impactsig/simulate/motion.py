@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import number, times_within
 from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts, exact
 from ..oscillators import Oscillator, Rigid
-from ._contract import Engine
-from ._events import (
+from .basis.contract import Engine
+from .basis.events import (
     IMPACT,
     IMPACT_COUNT,
     LOST,
@@ -35,7 +35,7 @@ from ._events import (
     Q,
     V,
 )
-from ._frame import base_motion, pace
+from .basis.frame import base_motion, pace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -141,12 +141,7 @@ class Motion(Shown):
         InvalidInput
             If a time is outside the span, or only counts were kept.
         """
-        time = np.asarray(time, float)
-        slack = 1e-12 * max(abs(self.start), abs(self.stop))
-        if not ((time >= self.start - slack) & (time <= self.stop + slack)).all():
-            raise InvalidInput(
-                "time", time, f"times in the span, {self.start:.9g} to {self.stop:.9g} s"
-            )
+        time = times_within(time, self.start, self.stop, " s")
         return self._at(*self._instants(time))
 
     def stroboscopic(self, phase: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -197,7 +192,7 @@ class Motion(Shown):
 
     def _stops_at(self, turns: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity of what the stops hang on, at such instants."""
-        from ._flow import phases_of
+        from .exact.flow import phases_of
 
         own = phases_of(pace(self.system), turns.ravel(), phase.ravel())
         at, moving = base_motion(self.system, own)
@@ -259,7 +254,7 @@ def assemble(
     status: str,
 ) -> Motion:
     """A motion from what the engine left."""
-    from ._flow import phases_of
+    from .exact.flow import phases_of
 
     omega = engine.omega
     unit = oscillator.time_unit / omega

@@ -12,16 +12,16 @@ from .._arguments import choice
 from ..errors import InvalidInput
 from ..oscillators import Cantilever, Oscillator
 from ..oscillators.flows import Flow
-from ._run import Run
 from .motion import Motion
-from .runge_kutta import FixedStep, RungeKutta
+from .run import Run
+from .stepping.runge_kutta import FixedStep, RungeKutta
 
 if TYPE_CHECKING:
     from .._arguments import Seed
     from ..oscillators.batch import OscillatorBatch
-    from .beam_motion import BeamMotion
-    from .flow_motion import FlowMotion
-    from .motions import Motions
+    from .batches.motions import Motions
+    from .beam.beam_motion import BeamMotion
+    from .flows.flow_motion import FlowMotion
 
 CHATTER = 1e-6
 DEFAULTS = {"chatter": CHATTER, "keep": "all", "skip_unreachable": True, "path": 0}

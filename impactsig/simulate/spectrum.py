@@ -13,8 +13,8 @@ from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Cantilever
 from ..oscillators.flows import Flow
-from ._course import coordinate_of
-from ._frame import swings
+from .basis.frame import swings
+from .flows.course import coordinate_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

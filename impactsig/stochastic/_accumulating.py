@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import inlined, inner, kernel
-from ..simulate._laws import EXPONENT, HERTZ, LAW, PLACE, SIDE, STIFFNESS
+from ..simulate.basis.laws import EXPONENT, HERTZ, LAW, PLACE, SIDE, STIFFNESS
 from ._equation import ground_at
 
 # Columns of `Kept.sums`.

@@ -11,8 +11,9 @@ import numpy as np
 from .._arguments import number
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ..simulate._frame import first_place, reference_frequency
-from ..simulate._run import LONGEST
+from ..simulate.basis.frame import reference_frequency
+from ..simulate.exact.starts import first_places
+from ..simulate.run import LONGEST
 from ._running import Method, check_method
 from ._scales import Survey, survey
 
@@ -136,6 +137,7 @@ def starts(
             "initial", initial, f"displacement and velocity, shape (2,) or ({paths}, 2)"
         )
     omega = reference_frequency(oscillator)
-    found = np.array([first_place(oscillator, row, phase) for row in given.reshape(-1, 2)])
-    q, v = np.broadcast_to(found, (paths, 2)).T
-    return q.copy(), v * omega
+    if not np.isfinite(given).all():
+        raise InvalidInput("initial", initial, "finite displacements and velocities")
+    q, v = first_places(oscillator, given.reshape(-1, 2), phase)
+    return np.broadcast_to(q, paths).copy(), np.broadcast_to(v * omega, paths).copy()

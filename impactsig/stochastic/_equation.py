@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import inlined, inner
-from ..simulate import _laws
-from ..simulate._laws import (
+from ..simulate.basis import laws
+from ..simulate.basis.laws import (
     EXPONENT,
     HERTZ,
     LAW,
@@ -26,16 +26,16 @@ from ..simulate._laws import (
     STIFFNESS,
 )
 
-# Columns of `Problem.soft`: those of `simulate._laws`, and the number of the stop.
+# Columns of `Problem.soft`: those of `simulate.basis.laws`, and the number of the stop.
 STOP = LAW_COLUMNS
 # Rows of the state: position, velocity, the filtered force, then for each soft stop the approach
 # velocity of its last contact.
 Q, V, F, APPROACH = range(4)
 # Columns of the events that a path is asked for: instant, stop, approach velocity.
 INSTANT, WHICH, SPEED, COLUMNS = range(4)
-hertz_push = inlined(_laws.hertz_push)
-hertz_loss = inlined(_laws.hertz_loss)
-spring_push = inlined(_laws.spring_push)
+hertz_push = inlined(laws.hertz_push)
+hertz_loss = inlined(laws.hertz_loss)
+spring_push = inlined(laws.spring_push)
 BLOCK = 64  # steps whose random numbers are drawn together
 
 

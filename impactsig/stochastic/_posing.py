@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..oscillators import Hertz, Noise, Oscillator, Rigid
-from ..simulate._frame import forcing, reference_frequency
-from ..simulate._user import compiled, restitution_laws
+from ..simulate.basis.frame import forcing, reference_frequency
+from ..simulate.exact.user import compiled, restitution_laws
 
 if TYPE_CHECKING:
     from ._accumulating import Potential
@@ -22,7 +22,7 @@ NODES = 4097  # of a law's potential
 
 def pose(oscillator: Oscillator, step: float, phase: float, unfold: bool = False) -> Problem:
     """The oscillator per mass, in its own units of time and length."""
-    from ..simulate._stops import columns, restitution_of
+    from ..simulate.basis.stops import columns, restitution_of
     from ._equation import Problem
 
     mass, omega = oscillator.mass, reference_frequency(oscillator)
@@ -88,7 +88,7 @@ def filtered_deviation(oscillator: Oscillator) -> float:
 
 def functions(oscillator: Oscillator) -> Functions:
     """The user's functions, compiled; stand-ins where there are none."""
-    from ..simulate._rates import no_law
+    from ..simulate.stepping.rates import no_law
     from ._equation import Functions
     from ._laws import no_laws, over_paths
 

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import Seed, number, reals, whole
+from .._arguments import Seed, reals, whole
 from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts, exact
 from ..oscillators import Oscillator
+from ..simulate.basis.frame import strobe_times
 from ._arguments import TURN, course
 from ._running import Method, Mover, key_of
 
@@ -120,16 +121,9 @@ class NoisyMotion(Shown):
             times `every` of `simulate`, and so must the time to that phase.
         """
         period = self.system.forcing_period
-        if period is None:
-            raise InvalidInput("motion", repr(self), "a forced motion: a section is taken by it")
-        phase = number("phase", phase, "a finite angle [rad]")
-        since = math.fmod(phase - self._phase, TURN) % TURN / TURN * period
-        if not len(self.time):
-            return self.x, self.v
-        slack = 1e-6 * self.step
-        first = math.ceil((self.time[0] - since - slack) / period)
-        last = math.floor((self.time[-1] - since + slack) / period)
-        return self.sample(since + np.arange(first, last + 1) * period)
+        omega = None if period is None else TURN / period
+        first, last = self.time[[0, -1]] if len(self.time) else (self.start, self.start)
+        return self.sample(strobe_times(self, phase, omega, first, last)[: len(self.time)])
 
     def power_spectrum(self, quantity: str | None = None, *, segments: int = 8) -> PowerSpectrum:
         """Power spectral density; see `impactsig.simulate.spectrum.power_spectrum`."""

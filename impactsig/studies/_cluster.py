@@ -13,7 +13,8 @@ import threading
 import uuid
 from typing import Any
 
-from ..errors import ImpactsigError, InvalidInput, MissingExtra
+from .._extras import library
+from ..errors import ImpactsigError, InvalidInput
 from ._cells import Outcome, brief
 from ._grid import Task
 from ._pool import Closing, Ended, Label, Labelled
@@ -33,10 +34,7 @@ class Cluster(Closing):
     """A dask cluster."""
 
     def __init__(self, client: Any, payload: bytes) -> None:
-        try:
-            import distributed
-        except ImportError:
-            raise MissingExtra("distributed", "studies", "A sweep on a dask cluster") from None
+        distributed = library("distributed", "studies", "A sweep on a dask cluster")
         self.payload = payload
         self.sweep = uuid.uuid4().hex
         self.own = isinstance(client, str)

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..errors import ImpactsigError, InvalidInput, MissingExtra
 from ._cells import Job, Outcome, brief, seeded
-from ._fingerprint import digest
 from ._grid import Grid, Task
 from ._pool import Threads
+from .fingerprint import digest
 
 EXTRA = "gpu"
 THREADS = 64

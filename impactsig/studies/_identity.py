@@ -11,9 +11,9 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ._cells import Job, name_of
-from ._fingerprint import DIGITS, digest, digest_of
 from ._grid import Grid, tile_shape
 from ._store import Store
+from .fingerprint import DIGITS, digest, digest_of
 
 READABLE = 80
 """Characters of a bound value up to which it is told as it is."""

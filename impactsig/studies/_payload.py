@@ -8,7 +8,7 @@ import pickle
 
 from ..errors import ImpactsigError, InvalidInput
 from ._cells import Job, brief, name_of
-from ._fingerprint import code_of
+from .fingerprint import code_of
 
 
 def pack(job: Job, code: dict[str, str]) -> bytes:

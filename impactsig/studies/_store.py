@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from .._atomic import atomic_path
+from .._extras import library
 from ..errors import ImpactsigError, InvalidInput, MissingExtra, UnreadableFile, UnwritableFile
 from ._grid import Grid, Tiling
 from ._layout import Layout, missing
@@ -287,10 +288,7 @@ def locked(directory: Path) -> Iterator[None]:
 
 def require_zarr() -> None:
     """Raise MissingExtra where zarr is not installed, or too old."""
-    try:
-        import zarr
-    except ImportError:
-        raise MissingExtra("zarr", EXTRA, "A study in a directory") from None
+    zarr = library("zarr", EXTRA, "A study in a directory")
     if int(zarr.__version__.partition(".")[0]) < 3:
         raise MissingExtra(f"zarr 3 (here is {zarr.__version__})", EXTRA, "A study in a directory")
 

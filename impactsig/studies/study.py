@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import path
+from .._extras import library
 from .._showing import Shown
-from ..errors import InvalidInput, MissingExtra
+from ..errors import InvalidInput
 from ._store import EXTRA, Store
 
 if TYPE_CHECKING:
@@ -97,10 +98,7 @@ class Study(Shown):
         MissingExtra
             If xarray is not installed.
         """
-        try:
-            import xarray
-        except ImportError:
-            raise MissingExtra("xarray", EXTRA, "A study as labelled arrays") from None
+        xarray = library("xarray", EXTRA, "A study as labelled arrays")
         axes = list(self.parameters)
         variables = {}
         for name in self.observables:

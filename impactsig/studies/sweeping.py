@@ -16,7 +16,6 @@ from .._arguments import path as path_of
 from .._watched import progress as bar
 from ..errors import ImpactsigWarning, InvalidInput
 from ._cells import Job, Outcome, run_cells
-from ._fingerprint import code_of
 from ._gpu import Gpu, parts_of_device
 from ._grid import Grid, Tiling, grid_of, tile_shape
 from ._identity import identity_of, refuse_other
@@ -25,6 +24,7 @@ from ._pool import Executor, Serial, Threads
 from ._processes import Processes
 from ._results import Results
 from ._store import Store, claim, locked
+from .fingerprint import code_of
 from .study import Study, stored
 
 if TYPE_CHECKING:

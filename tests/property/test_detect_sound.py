@@ -22,6 +22,8 @@ def detect(pieces, **settings):
 
 
 WHOLE = detect([Piece(0, X)])
+LOUDNESS = np.convolve(np.abs(X), np.ones(400) / 400, "same")
+GATED = np.where(np.median(LOUDNESS) < LOUDNESS, X, 0.0)
 
 
 def same(found, expected=WHOLE):
@@ -40,6 +42,15 @@ def test_there_is_something_to_find():
 def test_any_division_into_blocks_gives_the_same(cuts):
     edges = [0, *sorted(cuts), len(X)]
     same(detect([Piece(a, X[a:b]) for a, b in pairwise(edges)]))
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.integers(1, len(X) - 1), max_size=40, unique=True))
+def test_any_division_of_a_gated_sound_gives_the_same(cuts):
+    edges = [0, *sorted(cuts), len(X)]
+    found = detect([Piece(a, GATED[a:b]) for a, b in pairwise(edges)])
+    assert len(found.time) > 40
+    same(found, detect([Piece(0, GATED)]))
 
 
 def test_blocks_of_one_sample_give_the_same():

@@ -16,6 +16,7 @@ from impactsig import (
     KelvinVoigt,
     Rigid,
     Stop,
+    displacement_section,
     find_periodic_orbit,
     flows,
     lyapunov_spectrum,
@@ -153,3 +154,38 @@ def test_bad_input_names_the_argument(ask, argument):
     with pytest.raises(InvalidInput) as caught:
         ask()
     assert caught.value.argument == argument
+
+
+def test_a_tip_that_swings_freely_crosses_a_level_at_instants_known_in_closed_form():
+    """x = q cos(w t), without damping and with a base that does next to nothing."""
+    base = BaseMotion(1e-30, 0.1)
+    ruler = Cantilever(0.2, 0.025, 0.001, 210e9, 7850, modes=1, damping_ratio=0.0, forcing=base)
+    q, level = 1e-3, 4e-4
+    motion = simulate(ruler, duration=2.0, initial=([q], [0.0]))
+    w = 2 * np.pi * motion.frequencies[0]
+    found = displacement_section(motion, level, "up")
+    first = 2 * np.pi - np.arccos(level / q)
+    exact = (first + 2 * np.pi * np.arange(len(found))) / w
+    assert len(found) == int((2.0 * w - first) / (2 * np.pi)) + 1
+    np.testing.assert_allclose(found.time, exact, atol=1e-14 * 2.0 * w)
+    np.testing.assert_allclose(found.velocity, w * np.sqrt(q**2 - level**2), rtol=1e-9)
+    np.testing.assert_allclose(found.phase, 0.1 * exact, rtol=1e-9)
+    down = displacement_section(motion, level, "down")
+    np.testing.assert_allclose(down.velocity, -w * np.sqrt(q**2 - level**2), rtol=1e-9)
+
+
+def test_a_tip_crosses_a_level_below_its_stop_before_and_after_every_impact():
+    base, stop = BaseMotion(2e-4, 2 * np.pi * 21.0, stops=True), Stop(1e-3, Rigid(0.6))
+    ruler = Cantilever(0.2, 0.025, 0.001, 210e9, 7850, stop=stop, modes=2, forcing=base)
+    motion = simulate(ruler, periods=20)
+    found = displacement_section(motion, 8e-4, "both")
+    x, v = motion.sample(found.time)
+    np.testing.assert_allclose(x, 8e-4, rtol=1e-9)
+    np.testing.assert_allclose(v, found.velocity, rtol=1e-9)
+    assert (np.sign(found.velocity[:-1]) != np.sign(found.velocity[1:])).all()
+    above = np.searchsorted(found.time, motion.impacts.time) % 2  # after an odd number of them
+    assert len(motion.impacts) > 20
+    assert (above == 1).all()
+    assert len(displacement_section(motion, 1e-3)) == 0  # the stop itself is impact_map's
+    with pytest.raises(InvalidInput, match="forced"):
+        displacement_section(simulate(replace(ruler, forcing=None), duration=1.0), 1e-4)

@@ -31,6 +31,8 @@ LEAST = {
     "hum, 1 ms, 0.5": 0.98,
     "hum, 2 ms, 0.5": 0.97,
     "hum, 3 ms, 0.5": 0.93,
+    "AC coupling of 1 ms, 3 ms, noise 0.1": 0.98,
+    "AC coupling of 20 ms, 3 ms, noise 0.001": 0.99,
     "widths, 3": 0.99,
     "widths, 30": 0.985,
     "samples a contact, 1": 0.97,

@@ -15,7 +15,7 @@ from impactsig import (
     fit_soft_stop,
     stop_damping,
 )
-from impactsig.dynamics._annealed_evolution import minimise
+from impactsig.dynamics.contacts._annealed_evolution import minimise
 
 PRINTED = KelvinVoigt(1e4, 10.3288336)
 

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..files import WRITERS, write_ide, write_tradb
+
 COUNT = 300
 X = np.random.default_rng(11).integers(-9000, 9000, (COUNT, 2)).astype(np.int16)
 T = np.arange(COUNT) / 1000
@@ -199,6 +201,29 @@ def raw(folder: Path) -> Path:
     return folder / "a.raw"
 
 
+def mdf(name: str):
+    def write(folder: Path) -> Path:
+        path, _ = WRITERS[name](folder, X, 1000)
+        return path.rename(folder / f"{name}{path.suffix}")
+
+    return write
+
+
+def ide(folder: Path) -> Path:
+    write_ide(folder / "a.ide", X, 1000, 50)
+    return folder / "a.ide"
+
+
+def tradb(packed: bool):
+    def write(folder: Path) -> Path:
+        path = folder / f"{'packed' if packed else 'counts'}.tradb"
+        records = [(c, a / 1000, 0, X[a : a + 150, c]) for a in (0, 150) for c in (0, 1)]
+        write_tradb(path, records, 1000, packed=packed)
+        return path
+
+    return write
+
+
 SAMPLES = {
     "WAV": [audio("WAV", "PCM_16", ".wav"), audio("WAVEX", "FLOAT", ".wav")],
     "RF64": [audio("RF64", "PCM_24", ".rf64")],
@@ -218,5 +243,8 @@ SAMPLES = {
     "UFF 58": [uff],
     "Parquet": [parquet],
     "Feather": [feather("uncompressed"), feather("lz4"), feather("zstd")],
+    "MDF": [mdf("mdf 3"), mdf("mdf 4"), mdf("mdf 4 packed")],
+    "IDE": [ide],
+    "tradb": [tradb(False), tradb(True)],
     "raw binary": [raw],
 }

@@ -345,7 +345,7 @@ def test_table_goes_to_an_open_file_as_to_a_path(tmp_path):
 
 # -- what it costs ---------------------------------------------------------------------------
 
-HEAVY = {"numpy", "scipy", "pandas", "matplotlib", "numba", "bokeh", "soundfile", "jinja2"}
+HEAVY = {"numpy", "scipy", "pandas", "matplotlib", "numba", "soundfile", "jinja2"}
 
 
 @pytest.mark.parametrize("words", [["--help"], ["--version"], ["report", "--help"]])

@@ -11,7 +11,7 @@ import pytest
 from impactsig import _sweep_options as options
 from impactsig import cli, lyapunov_spectrum, open_study, orbit_period, scenes, simulate
 from impactsig._observables import ENDS, OBSERVABLES, Observable, Observing
-from impactsig.simulate._events import STATUS
+from impactsig.simulate.basis.events import STATUS
 
 pytest.importorskip("zarr")
 BRIEF = ["--periods=40", "--transient=20"]
@@ -81,7 +81,7 @@ def test_sticking_and_ends(monkeypatch):
     assert cell(eta=3.0) == {"sticking_share": pytest.approx(held / motion.duration), "status": 0}
     assert held > 0
     assert set(ENDS) == {end for end in STATUS if end}
-    from impactsig.simulate import _run
+    from impactsig.simulate import run as _run
 
     monkeypatch.setattr(_run, "LEGS_PER_PERIOD", 0)
     cell = Observing(scenes.karpodinis, {}, {"periods": 300_000}, ("status",))

@@ -19,6 +19,7 @@ from impactsig import (
     match_impacts,
     synthesize,
 )
+from impactsig.impacts import CLIPPED
 
 
 def heard(truth, rng, *, late=0.0, jitter=2e-5, **known):
@@ -70,6 +71,39 @@ def test_two_load_cells_tell_the_stops_apart():
     np.testing.assert_allclose(both.impacts.peak, strong)
     np.testing.assert_allclose(both.impacts.contact_time, 3e-4 * strong)
     assert both.delays[1] == pytest.approx(1e-4)
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_a_microphone_leaves_what_the_load_cell_measured(order):
+    """Contact times and peaks once dropped out; what the cell missed is filled in, error inf."""
+    rng = np.random.default_rng(8)
+    truth = np.cumsum(rng.uniform(0.02, 0.08, 300))
+    n = np.count_nonzero
+    felt, loud = rng.random(300) > 0.05, rng.random(300) > 0.05
+    peak, contact = rng.uniform(1, 2, 300), rng.uniform(2e-4, 4e-4, 300)
+    flags = np.where(peak > 1.9, CLIPPED, 0)
+    cell = Impacts(
+        truth[felt], peak=peak[felt], contact_time=contact[felt], rise_time=contact[felt] / 2,
+        peak_error=np.full(n(felt), 0.01), contact_time_error=np.full(n(felt), 1e-6),
+        flags=flags[felt], unit="N", sensor="force", contact_level=0.0,
+    )  # fmt: skip
+    sound = Impacts(truth[loud] + 3e-3, peak=50 * peak[loud], unit="Pa", sensor="sound")
+    both = combine_impacts([(cell, sound)[k] for k in order]).impacts
+    heard_or_felt = felt | loud
+    own = felt[heard_or_felt]
+    assert len(both) == n(heard_or_felt)
+    assert (both.unit, both.contact_level) == ("N", 0.0)
+    np.testing.assert_array_equal(both.peak[own], peak[felt])
+    np.testing.assert_array_equal(both.contact_time[own], contact[felt])
+    np.testing.assert_array_equal(both.flags[own], flags[felt])
+    assert np.all(np.isinf(both.peak_error) == ~own)
+    assert np.all(np.isinf(both.contact_time_error) == ~own)
+    alone = np.flatnonzero(~own)
+    single = alone[(alone > 0) & own[alone - 1] & own[np.minimum(alone + 1, len(own) - 1)]]
+    mean = (both.contact_time[single - 1] + both.contact_time[single + 1]) / 2
+    assert len(single) > 5
+    np.testing.assert_allclose(both.contact_time[single], mean)
+    assert both.rise_time is None  # no error could say which were measured
 
 
 def test_what_no_sensor_of_a_stop_recorded_has_no_stop():

@@ -33,10 +33,10 @@ from impactsig import (
 )
 from impactsig.control import _delayed
 from impactsig.control._line import cut
-from impactsig.dynamics._collocation import chebyshev
+from impactsig.dynamics.periodic.collocation import chebyshev
 from impactsig.oscillators import BaseMotion, Force
 from impactsig.results import ControlledMotion
-from impactsig.simulate._delay import bernstein
+from impactsig.simulate.basis.delay import bernstein
 
 BEAM = scenes.karpodinis(20.3355)
 LOCK = DelayedFeedback(0.15, 1, limit=0.1)

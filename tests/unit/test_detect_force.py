@@ -14,7 +14,7 @@ from impactsig.detect._mains import find_lines, fit_lines
 from impactsig.detect._mains_kernels import take_off
 from impactsig.detect._noise_kernels import read_noise
 from impactsig.detect._pulse_fit import fit_pulse
-from impactsig.detect._pulse_model import PARAMETERS, put_parameters, room_for
+from impactsig.detect._pulse_model import PARAMETERS, put_parameters
 from impactsig.detect._response_kernels import CREST, GATE, VALLEY, Stretch, find_crests
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
@@ -391,7 +391,7 @@ def test_pulse_fit_finds_the_posterior_minimum():
         first = np.empty(PARAMETERS)
         put_parameters(amplitude, 7.5, 6.5, 1.5, 6.5, first)
         p = first.copy()
-        fit_pulse(t, x, np.log(6.0), room_for(len(t)), p)
+        fit_pulse(t, x, np.log(6.0), p)
         cost = np.sum(naive_force.posterior_residuals(p, t, x, np.log(6.0)) ** 2)
         worse += cost > naive_force.fit_pulse(t, x, np.log(6.0), first)[1] + 0.05
     # The cost has kinks where a sample enters the pulse: now and then either stops at another

@@ -10,9 +10,10 @@ from impactsig.detect._event_kernels import _leading, explained, near_crests, st
 from impactsig.detect._grid import Grid
 from impactsig.detect._half_sine_kernels import is_half_sine
 from impactsig.detect._judging_kernels import with_neighbors
-from impactsig.detect._ladder import ladder
+from impactsig.detect._ladder import HALF_SINE_GAIN, MATCH, ladder
 from impactsig.detect._line import PLACES, Line
 from impactsig.detect._order_kernels import median_of, quantile, select
+from impactsig.detect._shared_shape_kernels import _invert_all
 from tests.naive_force import leading
 
 KINDS = {
@@ -81,18 +82,50 @@ def test_the_strongest_is_first_and_equal_ones_stay_in_order(kind):
     np.testing.assert_array_equal(strongest_first(-sure), slow)
 
 
-def test_crests_near_a_span_are_those_of_it_and_of_its_neighbours_margins():
+def test_crests_near_a_span_are_those_that_may_explain_some_of_it_in_three_links():
     rng = np.random.default_rng(4)
     before, own, after = (
         np.column_stack((np.sort(rng.uniform(100 * k, 100 * (k + 1), 30)), rng.random((30, 3))))
         for k in range(3)
     )
+    width = 4.0
+    link = 0.5 * (width / MATCH + width)
+    low, high = 100.0 - 3 * link, 200.0 + 3 * link
     out, doubt = np.empty((90, 4)), np.empty(90)
-    count = near_crests(before, own, after, 80.0, 220.0, out, doubt)
+    widths = np.array([width, 1000.0])  # no crest is of the second
+    count = near_crests(before, own, after, 100.0, 200.0, widths, out, doubt)
     every = np.concatenate((before, own, after))
-    expected = every[(every[:, 0] >= 80.0) & (every[:, 0] < 220.0)]
+    expected = every[(every[:, 0] >= low) & (every[:, 0] < high)]
+    assert len(own) < len(expected) < len(every)
     np.testing.assert_array_equal(out[:count], expected)
     np.testing.assert_array_equal(doubt[:count], -expected[:, 3])
+
+
+@pytest.mark.parametrize("width", [1.0, 3.0, 12.0, 40.0])
+@pytest.mark.parametrize("apart", [0.0, 2.5, 9.0, 30.0])
+def test_what_a_half_sine_explains_of_a_response_is_its_means_over_centre_and_flanks(width, apart):
+    wide = 11.0
+    length = wide / MATCH
+
+    def mean(a, b):
+        t = np.linspace(a, b, 200_001)
+        inside = np.abs(t) < 0.5 * length
+        return np.trapezoid(np.where(inside, np.cos(np.pi * t / length), 0.0), t) / (b - a)
+
+    near, far = 1.5 * width + 0.5, 5.5 * width + 4.5
+    sides = mean(apart - far, apart - near) + mean(apart + near, apart + far)
+    centre = mean(apart - 0.5 * width, apart + 0.5 * width)
+    expected = HALF_SINE_GAIN * (centre - 0.5 * sides)
+    assert explained(apart, width, wide) == pytest.approx(expected, abs=1e-7)
+
+
+def test_the_inverses_of_many_matrices_are_those_of_each():
+    roots = np.random.default_rng(6).standard_normal((13, 5, 5))
+    every = roots @ roots.transpose(0, 2, 1) + 0.1 * np.eye(5)
+    lower = np.ascontiguousarray(np.tril(every).transpose(1, 2, 0))
+    _invert_all(lower, np.empty(13))
+    expected = np.tril(np.linalg.inv(every)).transpose(1, 2, 0)
+    np.testing.assert_allclose(lower, expected, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize(("second", "one"), [(0.0, True), (0.75, False), (1.0, False)])

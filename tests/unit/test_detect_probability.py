@@ -16,14 +16,16 @@ WIDTHS = 20_000.0
 
 
 def chances(upward, downward, certain):
-    both = probabilities(
+    both = np.empty(len(upward) + len(certain))
+    probabilities(
         np.asarray(upward, float),
         np.asarray(downward, float),
         np.asarray(certain, float),
         WIDTHS,
         WIDTHS,
+        both,
     )
-    return both[0]
+    return both[: len(upward)]
 
 
 def noise_crests(rng, mean=GAUSSIAN):

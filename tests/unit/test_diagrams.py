@@ -25,7 +25,7 @@ from impactsig import (
     scenes,
     simulate,
 )
-from impactsig.dynamics._strobing import closing
+from impactsig.dynamics.diagrams._strobing import closing
 
 SHAW_HOLMES = 0.5810258993557  # approach velocity of the 22.1 Hz beam, a root of the closed form
 

@@ -8,7 +8,7 @@ from scipy.special import erf
 
 import impactsig
 from impactsig import Impacts, InvalidInput, correlation_dimension
-from impactsig.reconstruct import _faults, _jackknife, _periodic, _tones, _unrelated
+from impactsig.reconstruct import _dimension, _faults, _jackknife, _periodic, _tones, _unrelated
 from impactsig.reconstruct._kernel_sum import BLOCKS, kernel_sum
 from impactsig.reconstruct._noise import Noise, estimated
 from impactsig.reconstruct._slope import slope
@@ -559,6 +559,24 @@ def test_pair_variance_is_that_of_the_pairs_alone_whatever_the_blocks_add():
     assert np.var(sums) == pytest.approx(np.mean(found), rel=0.07)
 
 
+@pytest.mark.parametrize(("by_blocks", "most"), [(0.0, 1.35), (0.2, 1.04), (1.0, 1.04)])
+def test_the_variance_is_that_of_the_sum_whatever_share_single_pairs_have(by_blocks, most):
+    """It adds where there is none by blocks, as no variance is taken for negative."""
+    rng = np.random.default_rng(0)
+    blocks, found, sums = 16, [], []
+    for _ in range(3000):
+        visited = by_blocks * rng.normal(size=blocks)
+        parts = 3 + visited + visited[:, None] + rng.normal(size=(blocks, blocks))
+        parts = np.triu(parts, 1)
+        # Half as many pairs within a block.
+        within = 1.5 + visited + np.sqrt(0.5) * rng.normal(size=blocks)
+        found.append(float(_jackknife.variance(parts + np.diag(within))))
+        sums.append(parts.sum() + within.sum())
+    truth = blocks**3 * by_blocks**2 + blocks**2 / 2
+    assert np.var(sums) == pytest.approx(truth, rel=0.1)
+    assert 0.96 < np.mean(found) / truth < most
+
+
 def test_the_error_of_a_slope_is_its_scatter():
     """Independent values, so that every series is another realisation."""
     slopes = []
@@ -567,8 +585,33 @@ def test_the_error_of_a_slope_is_its_scatter():
         slopes.append(slope(kernel_sum(x, 2, 1, 0, np.zeros((2, 2)), given=(0.01, 0.1))))
     told = np.sqrt(np.mean([one.error**2 for one in slopes]))
     # Of 60 the scatter is known to 9 %.
-    assert told == pytest.approx(np.std([one.value for one in slopes]), rel=0.25)
+    assert told == pytest.approx(np.std([one.value for one in slopes]), rel=0.18)
     assert kernel_sum(x, 2, 1, 0, np.zeros((2, 2))).parts.shape[:2] == (BLOCKS, BLOCKS)
+
+
+def test_an_error_taken_for_exact_takes_no_students_t():
+    chance, exact = 0.01, 0.05
+    assert _dimension._half_width(chance, chance) == pytest.approx(2.0395 * chance, rel=1e-4)
+    total = np.hypot(chance, exact)
+    assert _dimension._half_width(chance, total) == pytest.approx(1.96 * total, rel=1e-3)
+    assert _dimension._half_width(0.0, total) == pytest.approx(1.96 * total, rel=1e-3)
+
+
+def test_scales_of_few_pairs_are_left_out_of_a_slope_that_has_others():
+    x = henon(3000, 3)
+    found = correlation_dimension(x, value_error=0.0)
+    least = correlation_dimension(x, value_error=0.0, scales=(1e-9, found.slope.scales[1]))
+    half = [np.ptp(one.slope.interval) / 2 for one in (found, least)]
+    assert least.slope.scales[0] < found.slope.scales[0]
+    assert half[0] < 0.75 * half[1]
+    assert found.slope.interval[0] < 1.21 < found.slope.interval[1]
+
+
+def test_where_no_dimension_can_be_read_the_slope_takes_the_scales_of_the_extent_too():
+    found = correlation_dimension(lorenz_intervals(500, 6), value_error=0.0)
+    assert found.verdict == "slope"
+    assert found.sums[-1] == pytest.approx(0.03, rel=0.1)
+    assert "below the extent of the attractor" in found.reason
 
 
 def test_tones_of_a_drift_are_none():

@@ -29,12 +29,13 @@ from impactsig import (
 from impactsig.fitting import _asked, _orbit_kernels, fit
 from impactsig.fitting._balance import Courses, Values, badness, courses, imbalance
 from impactsig.fitting._judging import Judgement
-from impactsig.fitting._machine import as_train, parameters_of
+from impactsig.fitting._machine import PARAMETERS, as_train, parameters_of
 from impactsig.fitting._moments import Moments
 from impactsig.fitting._narrow import Cloud, Regression, narrow, whitening
 from impactsig.fitting._orbit import Sight, approach, floor_of, follow, machine_of
 from impactsig.fitting._orbit_kernels import Noise
 from impactsig.fitting._partition import Partition, Train
+from impactsig.fitting._problem import Problem
 from tests.fitting import NATURAL, Linear, chaos, measured
 
 TRUTH = {"restitution": 0.2, "damping": 0.03, "amplitude": 0.25}
@@ -292,7 +293,7 @@ def test_words_are_counted_as_they_stand():
     expected = np.zeros(16)
     for k in range(397):
         expected[int("".join(str(s - 1) for s in symbols[k : k + 4]), 2)] += 1 / 397
-    found = moments(train)
+    (found,) = moments(train)
     np.testing.assert_allclose(found[:16], expected, atol=1e-12)
     np.testing.assert_allclose(found[16:32], 0, atol=1e-12)  # about their own means
     assert found[-1] == pytest.approx(401 / (train.x[-1] - train.x[0]))
@@ -332,7 +333,7 @@ def test_moments_move_with_strengths_and_phases():
     scaled = moments(train._replace(strength=7 * strength))
     np.testing.assert_allclose(scaled, own, atol=1e-12)  # relative to their mean
     assert np.abs(moments(train._replace(strength=strength**2)) - own).max() > 0.002
-    assert moments(Train(train.x[:3], strength[:3], train.joined[:2])) is None
+    assert np.isnan(moments(Train(train.x[:3], strength[:3], train.joined[:2]))).all()
 
 
 def test_strengths_are_cut_into_fifths_of_each_class():
@@ -340,7 +341,7 @@ def test_strengths_are_cut_into_fifths_of_each_class():
     strength = np.random.default_rng(5).random(2001) + (np.append(symbols, 1) == 2)
     train = symbolic(symbols)._replace(strength=strength)
     moments = Moments.of(train)
-    shares = moments(train)[48:58]  # after shares, phases and strengths of 16 words
+    shares = moments(train)[0, 48:58]  # after shares, phases and strengths of 16 words
     for symbol in (1, 2):
         own = shares[5 * (symbol - 1) : 5 * symbol]
         np.testing.assert_allclose(own, np.mean(symbols == symbol) / 5, atol=1.01 / 2000)
@@ -378,7 +379,7 @@ def test_estimates_scatter_as_they_say():
     for seed in range(12):
         problem = Linear(seed)
         psi = problem.truth + problem.rng.normal(0, [0.1, 0.5, 0.03], (200, 3))
-        found = narrow(problem, psi, np.array([problem.look(one) for one in psi]))
+        found = narrow(problem, psi, problem.look(psi))
         deviation = np.sqrt(np.diag(found.covariance))
         scaled.append((found.psi - problem.truth) / deviation)
         sizes.append(deviation)
@@ -445,6 +446,9 @@ def test_a_fit_can_be_simulated_described_and_drawn(fitted):
     panels = fitted.plot()
     assert panels.shape == (2, 2)
     assert panels[1, 1].get_xlabel() == "restitution"
+    assert fitted.comparison.a.impacts is fitted.measured
+    assert fitted.comparison.b.impacts is fitted.simulated
+    assert fitted.comparison.interval.wasserstein < 0.1 * fitted.measured.intervals().mean()
     untold = dict.fromkeys(fitted.free, (-math.inf, math.inf))
     unsure = replace(fitted, intervals=untold, warnings=("why",))
     assert "not told" in str(unsure)
@@ -469,9 +473,14 @@ def test_one_parameter_is_found_from_instants_alone():
 
 
 @pytest.mark.slow
-def test_jitter_that_hides_a_period_does_not_make_it_a_measurement():
+def test_jitter_that_hides_a_period_does_not_make_it_a_measurement(monkeypatch):
+    """`identify_period` sees this one, and it is refused; what it does not see the fit must."""
     truth = simulate(scenes.karpodinis(20.1, restitution=0.4), periods=2500, transient=300).impacts
-    found = fit_oscillator(measured(truth, 1), 1 / 20.1, natural_frequency=NATURAL)
+    train = measured(truth, 1)
+    with pytest.raises(InvalidInput, match=r"period\(1,3\)"):
+        fit_oscillator(train, 1 / 20.1, natural_frequency=NATURAL)
+    monkeypatch.setattr(fit, "refuse_periodic", lambda *_: None)
+    found = fit_oscillator(train, 1 / 20.1, natural_frequency=NATURAL)
     assert found.warnings
     assert not any(math.isfinite(low) for low, _ in found.intervals.values())
 
@@ -482,8 +491,6 @@ def test_jitter_that_hides_a_period_does_not_make_it_a_measurement():
 def test_what_a_motion_cannot_tell_has_no_interval():
     covariance = np.diag([0.3**2, 0.02**2])
     problem = SimpleNamespace(names=("restitution", "damping"), kind=fit.__dict__.get)
-    from impactsig.fitting._machine import PARAMETERS
-
     problem.kind = PARAMETERS.__getitem__
     told = fit._intervals(problem, np.array([0.5, math.log(0.03)]), covariance)
     assert told["restitution"] == (-math.inf, math.inf)
@@ -493,14 +500,44 @@ def test_what_a_motion_cannot_tell_has_no_interval():
 
 
 def test_warnings_say_what_is_not_told():
-    told = {"restitution": (0.1, 0.3), "damping": (-math.inf, math.inf)}
     alike, unlike = Judgement(1.0, 0.5, np.empty(0), 0), Judgement(9.0, 1 / 41, np.empty(0), 3)
-    assert fit._warnings(tuple(told), told, False, alike) == (
-        "these impacts do not tell the damping",
+    assert fit._warnings((), False, True, alike) == ()
+    (why,) = fit._warnings(("damping",), False, True, alike)
+    assert why.startswith("these impacts do not tell the damping: ")
+    (why,) = fit._warnings((), False, False, alike)
+    assert "do not tell a soft stop from a rigid one" in why
+    assert "moves periodically" in fit._warnings(("damping",), True, True, alike)[0]
+    assert "3 of 40 trains" in fit._warnings(("damping",), False, True, unlike)[1]
+    assert "does not explain" in fit._warnings((), False, False, unlike)[-1]
+
+
+def test_where_one_parameter_is_not_told_the_others_have_no_interval(monkeypatch):
+    """They make up for it: of soft stops the damping found was 0.001, the restitution 0.2 off."""
+    psi = np.array([0.5, math.log(1.4e-3), math.log(0.7), math.log(0.01), 0.02, 0.01])
+    covariance = np.diag([0.01, 3.0, 0.01, 0.01, 0.01, 0.01]) ** 2
+
+    def estimate(problem):
+        problem.beginnings = None
+        return fit.Estimate(psi, covariance)
+
+    monkeypatch.setattr(fit, "_estimate", estimate)
+    monkeypatch.setattr(fit, "judged", lambda *_: Judgement(1.0, 0.5, np.empty((3, 0)), 0))
+    monkeypatch.setattr(fit, "_settles", lambda _: False)
+    train = chaos(count=250)
+    monkeypatch.setattr(
+        Problem,
+        "simulate",
+        lambda problem, _: problem.train._replace(
+            x=problem.train.x[:200], joined=problem.train.joined[:199]
+        ),
     )
-    assert "moves periodically" in fit._warnings(tuple(told), told, True, alike)[0]
-    assert "3 of 40 trains" in fit._warnings(tuple(told), told, False, unlike)[1]
-    assert "does not explain" in fit._warnings(tuple(told), told, False, unlike)[-1]
+    found = fit_oscillator(train, 1 / 20.1, scene=scenes.karpodinis(20.1), strengths=None)
+    assert set(found.intervals.values()) == {(-math.inf, math.inf)}
+    assert "do not tell the damping: another value" in found.warnings[0]
+    assert math.isfinite(found.chain_intervals["missed"][0])
+    covariance[1, 1] = 0.1**2
+    told = fit_oscillator(train, 1 / 20.1, scene=scenes.karpodinis(20.1), strengths=None)
+    assert all(math.isfinite(low) for low, _ in told.intervals.values())
 
 
 def test_a_periodic_optimum_is_known_for_one():

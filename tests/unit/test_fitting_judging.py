@@ -125,7 +125,8 @@ def estimates(monkeypatch):
 
 def test_a_wrong_machine_is_not_believed(estimates, monkeypatch):
     monkeypatch.setattr(fit, "TRIES", 2)
-    wrong = scenes.karpodinis(20.1, amplitude=0.3)  # it is 0.25
+    # It is 0.25; at 0.3 the last bits of the processor decide whether a train is as far.
+    wrong = scenes.karpodinis(20.1, amplitude=0.35)
     found = fit_oscillator(measured(chaos(count=250), 2), 1 / 20.1, ("restitution",), scene=wrong)
     assert found.p_value <= 0.05
     assert found.distance > 2
@@ -138,7 +139,7 @@ def test_a_wrong_machine_is_not_believed(estimates, monkeypatch):
 def test_a_misfit_is_reported_before_all_trains_are_nearer(rank, misfit):
     """Ranks of 41: soft stops, fitted with a rigid one, come third as often as first."""
     verdict = SimpleNamespace(p_value=rank / 41, failed=0)
-    said = fit._warnings((), {}, False, verdict)
+    said = fit._warnings((), False, True, verdict)
     assert any("does not explain" in one for one in said) == misfit
     fields = dict.fromkeys(OscillatorFit.__dataclass_fields__)
     assert OscillatorFit(**fields | {"p_value": rank / 41}).misfit == misfit

@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks import misfit
+from impactsig import InvalidInput, fit_oscillator
 from impactsig.fitting._asked import limits_of
 from impactsig.fitting._machine import as_train
 from impactsig.fitting._moments import Moments
@@ -40,7 +42,7 @@ def test_a_word_is_told_by_its_middle_impact():
 
 def near(problem):
     psi = problem.truth + problem.rng.normal(0, [0.1, 0.5, 0.03], (200, 3))
-    return psi, np.array([problem.look(one) for one in psi])
+    return psi, problem.look(psi)
 
 
 def test_a_longer_train_tells_more():
@@ -77,7 +79,7 @@ class Silent(Linear):
     """A problem at whose optimum the oscillator never reaches the stop."""
 
     def look(self, psi):
-        return np.full(12, np.nan)
+        return np.full((len(psi), 12), np.nan)
 
     tell = look
 
@@ -94,9 +96,9 @@ class Fading(Linear):
     seen = 0
 
     def look(self, psi):
-        self.seen += 1
+        self.seen += len(psi)
         whole = super().look(psi)
-        return whole if self.seen <= self.until else np.full(12, np.nan)
+        return whole if self.seen <= self.until else np.full_like(whole, np.nan)
 
 
 def test_a_last_cloud_without_trains_gives_no_estimate():
@@ -146,3 +148,11 @@ def test_false_impacts_outside_the_window_tell_how_many_there_are():
     assert guess["spurious"] == pytest.approx(60 / 3060, rel=0.1)
     # The phases are uniform, 0.4 wide, but for the false ones in the window.
     assert guess["jitter"] == pytest.approx(math.log(0.5 * 0.4 / math.sqrt(12)), abs=0.05)
+
+
+def test_a_train_whose_parts_cannot_be_read_is_refused():
+    # Two stops, whose impacts follow each other too differently for one: it ended in an IndexError.
+    _, frequency, _, impacts = misfit.draw(995)
+    seen = misfit.measured(impacts, 995)
+    with pytest.raises(InvalidInput, match=r"^impacts: got 590 .* 11 parts 0 can be read"):
+        fit_oscillator(seen, 1 / frequency, natural_frequency=misfit.NATURAL, seed=995)

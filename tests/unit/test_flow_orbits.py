@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from impactsig import Flow, InvalidInput, find_periodic_orbit, flows
-from impactsig.dynamics._flow_shooting import depends_on_time
+from impactsig.dynamics.periodic.flow_shooting import depends_on_time
 
 
 def driven(t, y):

@@ -376,7 +376,7 @@ def test_hdf5_needs_its_extra(path, monkeypatch):
 
     from impactsig.errors import MissingExtra
 
-    monkeypatch.setattr("impactsig.io.formats.import_module", absent)
+    monkeypatch.setattr("impactsig._extras.import_module", absent)
     with pytest.raises(MissingExtra, match=r"HDF5.* needs h5py.*impactsig\[hdf5\]"):
         io.read(path)
 

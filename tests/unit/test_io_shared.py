@@ -242,7 +242,6 @@ def test_annotations_are_no_recordings(shared_data, name):
         io.read(shared_data(f"audio_onsets/{name}"))
 
 
-@pytest.mark.parametrize("name", ["vallen_ae/sample.pridb", "vallen_ae/sample.tradb"])
-def test_unknown_formats_are_named_with_what_is_known(shared_data, name):
-    with pytest.raises(UnreadableFile, match=r"no known format.*Known formats: audio"):
-        io.read(shared_data(f"impact/{name}"))
+def test_hits_of_acoustic_emission_are_no_samples(shared_data):
+    with pytest.raises(UnreadableFile, match=r"holds hits, not samples.*tradb"):
+        io.read(shared_data("impact/vallen_ae/sample.pridb"))

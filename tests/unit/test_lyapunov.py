@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import impactsig
 from impactsig import FixedStep, Force, InvalidInput, Oscillator, Rigid, Stop, flows, scenes
-from impactsig.dynamics._batch import batch_error
+from impactsig.dynamics.tangents.batch import batch_error
 
 BEAM = scenes.karpodinis(20.1)
 
@@ -50,7 +50,7 @@ def test_the_curve_ends_at_the_exponents():
 
 
 def test_how_the_run_is_cut_changes_nothing(monkeypatch):
-    from impactsig.dynamics import _follow
+    from impactsig.dynamics.tangents import _follow
 
     whole = impactsig.tangent_map(BEAM, periods=40)
     monkeypatch.setattr(_follow, "TURNS_AT_A_TIME", 0.7)

@@ -22,7 +22,7 @@ FIRST = [
     "import impactsig; impactsig.measure, impactsig.OGY",
     "import impactsig.{0} as found; assert inspect.isfunction(found)",
 ]
-INSIDE = {"simulate": "measuring"}
+INSIDE = {"simulate": "instruments.measuring"}
 
 
 @pytest.mark.parametrize("name", ["simulate"])

@@ -100,3 +100,19 @@ def test_the_version_is_the_same_wherever_it_stands():
     assert cited is not None
     assert impactsig.__version__ == project["version"] == cited[1]
     assert f"## {impactsig.__version__} " in (root / "CHANGELOG.md").read_text()
+
+
+def test_private_modules_are_not_imported_from_other_packages():
+    """A name that begins with an underscore is for the package that it stands in, and below."""
+    foreign = re.compile(r"^\s*from \.+\w[\w.]*(\._\w|\.? import .*\b_[a-z])")
+    root = Path(impactsig.__file__).parent
+    beside = re.compile(r"^\s*from \.\w+ import")  # a name of a module of the same package
+    wrong = [
+        f"{path.relative_to(root)}: {line.strip()}"
+        for path in sorted(root.rglob("*.py"))
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if foreign.match(line) and not beside.match(line)
+    ]
+    assert wrong == []
+    assert foreign.match("    from ..detect._files import opened")  # as some did
+    assert foreign.match("from ..simulate.run import CHUNK, _engine")

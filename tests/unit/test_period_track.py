@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from impactsig import Impacts, InvalidInput, track_period
+from impactsig.intervals import track
 
 T = 0.05
 
@@ -49,6 +50,49 @@ def test_a_period_that_is_lost_ends_a_stretch():
     assert first.period.name == "period(1,1)"
     assert last.period.aperiodic
     assert found.changes == pytest.approx([80 * T], abs=10 * T)
+
+
+@pytest.mark.parametrize(("spread", "seed"), [(0.2, 2), (0.23, 3)])
+def test_chaos_near_a_period_is_one_stretch_and_its_end_is_seen(spread, seed):
+    """Its phases are far from random, but no period: the slots score, and are not kept to."""
+    rng = np.random.default_rng([seed, 7])
+    x = np.empty(165)
+    x[0] = rng.uniform(-0.5, 0.5)
+    for k in range(1, 165):
+        x[k] = 1 - 1.99999 * abs(x[k - 1])
+    turns = np.arange(165) + np.repeat((spread, 0.0), (90, 75)) * x
+    turns = turns + 0.005 * rng.standard_normal(165)
+    found = track_period(Impacts.from_times(np.sort(T * (turns - turns[0]))), T, max_periods=1)
+    assert [one.period.kind for one in found.stretches] == ["chaotic", "periodic"]
+    assert found.changes == pytest.approx([89.5 * T], abs=3 * T)
+
+
+def test_stretches_of_one_motion_are_one(monkeypatch):
+    """Where windows show a change that the stretches themselves do not."""
+    rng = np.random.default_rng(3)
+    turns = np.append(np.arange(120.0), 120 + np.cumsum(rng.exponential(1.0, 60)))
+    turns[:120] += 0.005 * rng.standard_normal(120)
+
+    def changed(odds, change):
+        assert odds.shape == (9, 2)  # windows; (1, 1) and none
+        return np.array([1, 1, 1, 0, 0, 0, 1, 1, 1])
+
+    monkeypatch.setattr(track, "best_path", changed)
+    found = track_period(Impacts.from_times(T * turns), T, max_periods=1)
+    assert [one.period.name for one in found.stretches][:-1] == ["period(1,1)"]
+    assert found.stretches[-1].period.aperiodic
+
+
+def test_windows_across_a_change_are_no_motion_of_their_own():
+    paths = [
+        ([0, 0, 1, 1, 1, 2, 2], [0, 0, 0, 2, 2, 2, 2]),
+        ([0, 0, 1, 1, 0, 0, 0], [0, 0, 0, 0, 0, 0, 0]),
+        ([0, 0, 1, 1, 1, 1, 2], [0, 0, 1, 1, 1, 1, 2]),
+        ([1, 1, 2, 2, 2, 1, 1], [1, 1, 2, 2, 2, 1, 1]),
+    ]
+    for path, expected in paths:
+        assert track._without_straddling(np.array(path), [1]).tolist() == expected
+    assert track._without_straddling(np.zeros(5, int), []).tolist() == [0] * 5
 
 
 @pytest.mark.parametrize(

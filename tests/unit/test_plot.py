@@ -12,7 +12,7 @@ from matplotlib import pyplot
 from matplotlib.figure import Figure
 
 from impactsig import Impacts, InvalidInput, Recording, interval_histogram, plot
-from impactsig.plot import _axes
+from impactsig.plot import axes as _axes
 
 RATE = 50_000.0
 TOUCH, CONTACT = np.array([0.01, 0.03, 0.06]), np.array([3e-4, 2e-4, 4e-4])

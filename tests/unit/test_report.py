@@ -26,12 +26,15 @@ from impactsig import (
     write_report,
 )
 from impactsig._impact_columns import columns
-from impactsig.detect import _files
+from impactsig.detect import files as _files
 from impactsig.report import Analysis, analyse, write_page
 from impactsig.report.analysis import mean_and_spread
+from impactsig.report.cards import tiles
 from impactsig.report.channels import overview_of, typical
-from impactsig.report.contents import download, notes, printable, table
-from impactsig.report.interactive import MARKED, marked, script_safe
+from impactsig.report.contents import notes, printable
+from impactsig.report.interactive import MARKED, marked, numbers, script_safe
+from impactsig.report.samples import by_interest, windows
+from impactsig.report.tables import download, table
 
 RATE = 50_000
 TOUCH = 0.02 + 0.05 * np.arange(19)
@@ -249,12 +252,36 @@ def test_only_the_page_s_own_scripts_may_run(page):
     assert not [name for _, attributes in parsed.tags for name in attributes if name[:2] == "on"]
 
 
-def test_the_waveform_is_valid_json_with_few_enough_points(page, found):
-    drawing = json.loads(next(t for kind, t in Page(page).scripts if kind))
-    assert drawing["root_id"]
-    sizes = re.findall(r'"shape": \[(\d+)\]', json.dumps(drawing))
-    assert max(map(int, sizes)) <= 20_000
-    assert str(len(found.impacts)) in sizes
+def test_the_numbers_drawn_are_those_of_the_recording(page, recording, found):
+    held = json.loads(next(t for kind, t in Page(page).scripts if kind))
+    [panel] = held["panels"]
+    assert len(unpacked(panel["overview"][2], "<u2")) <= 20_000
+    samples, _ = soundfile.read(recording)
+    spans = {name: unpacked(panel["spans"][name], kind) for name, kind in SPAN_KINDS.items()}
+    np.testing.assert_array_equal(spans["impact"], np.arange(len(found.impacts)))
+    ends = np.cumsum(spans["count"])
+    for k, touch in enumerate(found.impacts.time):
+        drawn = spans["codes"][ends[k] - spans["count"][k] : ends[k]]
+        first = round(spans["start"][k] * RATE)
+        assert first / RATE < touch - CONTACT / 2
+        assert (first + len(drawn)) / RATE > touch + 2 * CONTACT
+        expected = samples[first : first + len(drawn)]
+        values = spans["low"][k] + spans["step"][k] * drawn.astype(float)
+        np.testing.assert_allclose(values, expected, atol=np.ptp(expected) / 65_534)
+    impacts = held["impacts"]
+    np.testing.assert_array_equal(unpacked(impacts["time"], "<f8"), found.impacts.time)
+    before = unpacked(impacts["before"], "<f4")[1:]
+    np.testing.assert_allclose(before, 1e3 * np.diff(found.impacts.time), rtol=1e-6)
+    np.testing.assert_array_equal(unpacked(impacts["after"], "<f4")[:-1], before)
+
+
+SPAN_KINDS = {
+    "impact": "<u4", "start": "<f8", "count": "<u4", "low": "<f8", "step": "<f8", "codes": "<u2"
+}  # fmt: skip
+
+
+def unpacked(text, kind):
+    return np.frombuffer(base64.b64decode(text), kind)
 
 
 def test_every_figure_says_what_it_shows(page):
@@ -423,8 +450,11 @@ def test_the_shown_table_is_cut_and_in_readable_units():
         [0.5, 0.7], contact_time=[3e-4, 4e-4], peak=[1.0, 2.0], flags=[0, 4], unit="N"
     )
     shown = table(impacts, 1)
-    assert shown.heads == ("impact", "time [s]", "contact time [ms]", "peak [N]", "flags")
-    assert shown.rows == (("1", "0.500000", "0.3000", "1", ""),)
+    assert shown.heads == (
+        "impact", "time [s]", "interval before [ms]", "contact time [ms]", "peak [N]", "flags"
+    )  # fmt: skip
+    assert shown.rows == (("1", "0.500000", "–", "0.3000", "1", ""),)
+    assert table(impacts, 9).rows[1][2] == "200.0000"
     assert table(impacts, 9).rows[1][-1] == "clipped"
 
 
@@ -436,13 +466,13 @@ def test_standard_errors_stand_beside_what_they_are_of_to_one_digit():
     )  # fmt: skip
     shown = table(impacts, 2)
     assert shown.heads == (
-        "impact", "time [s]", "± [µs]", "contact time [ms]", "± [µs]", "peak [N]", "±",
-        "impulse [N s]", "±", "flags",
+        "impact", "time [s]", "± [µs]", "interval before [ms]", "contact time [ms]", "± [µs]",
+        "peak [N]", "±", "impulse [N s]", "±", "flags",
     )  # fmt: skip
     assert [row[2] for row in shown.rows] == ["1", "0"]
-    assert [row[4] for row in shown.rows] == ["30", "–"]
-    assert [row[6] for row in shown.rows] == ["0.05", "0.3"]
-    assert [row[8] for row in shown.rows] == ["2e-06", "–"]
+    assert [row[5] for row in shown.rows] == ["30", "–"]
+    assert [row[7] for row in shown.rows] == ["0.05", "0.3"]
+    assert [row[9] for row in shown.rows] == ["2e-06", "–"]
 
 
 def test_the_downloaded_table_has_every_column_that_was_measured(found):
@@ -459,11 +489,10 @@ def test_the_downloaded_table_has_every_column_that_was_measured(found):
 
 
 def test_marks_are_thinned_evenly(found):
-    from dataclasses import replace
-
-    chosen = marked(replace(found, impacts=many(12_000)))
+    chosen = marked(many(25_000))
     assert len(chosen) <= MARKED
     assert set(np.diff(chosen)) == {3}
+    assert len(marked(many(MARKED))) == MARKED
     assert isinstance(found, Analysis)
 
 
@@ -474,3 +503,72 @@ def test_one_gap_is_one(tmp_path):
     np.savetxt(path, samples)
     told = notes(analyse(path, rate=1000.0, gaps="split"))
     assert any(text.startswith("1 gap, 0.01 s in all, without valid") for text in told)
+
+
+# -- what of the samples is held ---------------------------------------------------------------
+
+
+def test_samples_of_the_impacts_most_worth_a_look_are_held_first():
+    rng = np.random.default_rng(3)
+    peak = rng.uniform(0.9, 1.1, 1000)
+    peak[700] = 3.0
+    flags = np.zeros(1000, int)
+    flags[123] = 4
+    time = 0.05 * np.arange(1, 1001)
+    impacts = Impacts(
+        time, start=0.0, duration=51.0, peak=peak, contact_time=np.full(1000, 3e-4), flags=flags
+    )
+    order = by_interest(impacts)
+    assert sorted(order) == list(range(1000))
+    assert set(order[:3]) == set(typical(impacts))
+    assert order[3] == 123
+    room = 20_000
+    index, low, high = windows(impacts, RATE, room)
+    assert set(order[: len(index)]) == set(index)
+    assert 100 < len(index) < 1000
+    assert np.ceil((high - low) * RATE).sum() <= room
+    assert (low < time[index]).all()
+    assert (high > time[index] + 3e-4).all()
+
+
+def test_spans_of_impacts_close_by_share_the_time_between_them():
+    impacts = Impacts([0.5, 0.5002, 0.9], start=0.0, duration=1.0, contact_time=[1e-4, 1e-4, 1e-4])
+    _, low, high = windows(impacts, RATE, 10_000)
+    assert high[0] == low[1] == pytest.approx(0.5001)
+    assert (low < impacts.time).all()
+    assert (high > impacts.time).all()
+
+
+def test_samples_around_impacts_fill_what_a_page_leaves(found):
+    whole, held = numbers(found, 3_000_000)
+    assert held == len(found.impacts)
+    none, held = numbers(found, 0)
+    assert held == 0
+    room = (len(whole) + len(none)) // 2
+    some, held = numbers(found, room)
+    assert 0 < held < len(found.impacts)
+    assert len(some) <= room
+
+
+# -- cards -------------------------------------------------------------------------------------
+
+
+def test_cards_show_only_what_is_sure(found):
+    from dataclasses import replace
+
+    cards = {name: (value, word) for name, value, word in tiles(found)}
+    assert cards["period"] == ("(1, 1)", "probability over 0.99")
+    assert cards["median interval"][1] == "20 Hz"
+    doubted = replace(found, periodicity=replace(found.periodicity, confidence=0.6))
+    assert "period" not in {name for name, *_ in tiles(doubted)}
+    twice = replace(found, periodicity=replace(found.periodicity, impacts=2))
+    assert "Hz" not in next(word for name, _, word in tiles(twice) if name == "median interval")
+
+
+def test_the_peak_of_clipped_pulses_is_a_lower_bound(found):
+    from dataclasses import replace
+
+    clipped = replace(found, impacts=replace(found.impacts, flags=np.full(len(TOUCH), 4)))
+    value = next(value for name, value, _ in tiles(clipped) if name == "median peak")
+    assert value.startswith("over ")
+    assert not next(v for name, v, _ in tiles(found) if name == "median peak").startswith("over")

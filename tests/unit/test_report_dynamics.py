@@ -13,7 +13,8 @@ import impactsig
 from impactsig import Impacts, ImpactsigWarning, cli, identify_period
 from impactsig.report import Dynamics, analyse, write_page
 from impactsig.report import dynamics as dynamics_module
-from impactsig.report.contents import parameters, tiles
+from impactsig.report.cards import tiles
+from impactsig.report.contents import parameters
 from impactsig.report.dynamics import SEED, exponent_of, read_dynamics
 from impactsig.report.findings import care, findings, verdict
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from impactsig import Force, InvalidInput, KelvinVoigt, Oscillator, Rigid, Stop
 from impactsig.oscillators import Friction, Hertz
-from impactsig.simulate._events import (
+from impactsig.simulate.basis.events import (
     BROKEN,
     DIVERGED,
     DONE,
@@ -26,7 +26,7 @@ from impactsig.simulate._events import (
     STICK,
     TOUCH,
 )
-from impactsig.simulate.runge_kutta import FixedStep, RungeKutta, SteppingEngine
+from impactsig.simulate.stepping.runge_kutta import FixedStep, RungeKutta, SteppingEngine
 from tests.drive import drive
 
 METHODS = [RungeKutta(1e-9), FixedStep(200)]
@@ -267,7 +267,7 @@ def test_late_periods_are_as_exact_as_early_ones():
 @given(st.lists(st.floats(-1, 1), min_size=1, max_size=7), st.floats(-3, 0))
 def test_no_root_of_a_polynomial_is_missed(roots, power):
     """Products of (r - x): the first root in (0, 1) is found, or found to be of even order."""
-    from impactsig.simulate._roots import first_root
+    from impactsig.simulate.basis.roots import first_root
 
     # Apart, so that which is first and of which order is clear in double precision.
     roots = sorted({round(r, 1) + 0.05 for r in roots})

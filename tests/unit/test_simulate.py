@@ -65,7 +65,7 @@ def test_counting_finds_what_keeping_finds():
 
 
 def test_events_beyond_one_buffer_are_all_kept(monkeypatch):
-    from impactsig.simulate import _run
+    from impactsig.simulate import run as _run
 
     whole = impactsig.simulate(BEAM, periods=500)
     monkeypatch.setattr(_run, "CHUNK", 8)

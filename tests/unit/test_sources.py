@@ -112,7 +112,7 @@ def f():
 
 def test_what_simulation_reaches():
     names = {p.relative_to(ROOT).as_posix() for p in reached([ROOT / "simulate" / "__init__.py"])}
-    assert {"simulate/_flow.py", "simulate/_passing.py", "oscillators/parts.py"} <= names
+    assert {"simulate/exact/flow.py", "simulate/exact/passing.py", "oscillators/parts.py"} <= names
     assert not any(name.startswith(("io/", "plot/", "report/", "detect/")) for name in names)
 
 

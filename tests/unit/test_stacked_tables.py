@@ -19,12 +19,12 @@ from impactsig import (
     periodicity_chart,
     scenes,
 )
-from impactsig.dynamics._cells import follow_cells
-from impactsig.dynamics._closing import _about_to_close
-from impactsig.dynamics._settling import settle
-from impactsig.simulate._columns import columns_of, form_of
-from impactsig.simulate._events import STROBE_IMPACTS
-from impactsig.simulate._modes import SHARED, stacks, tables
+from impactsig.dynamics.diagrams._cells import follow_cells
+from impactsig.dynamics.diagrams._closing import _about_to_close
+from impactsig.dynamics.diagrams._settling import settle
+from impactsig.simulate.basis.columns import columns_of, form_of
+from impactsig.simulate.basis.events import STROBE_IMPACTS
+from impactsig.simulate.exact.modes import SHARED, stacks, tables
 
 
 def machine(rng):

@@ -17,7 +17,7 @@ from impactsig import (
     synthesize,
 )
 from impactsig.detect._merge import merge
-from impactsig.report import contents
+from impactsig.report import tables
 
 MODES = ((2140.0, 6e-3, 1.0), (3710.0, 4e-3, 0.6), (5930.0, 2e-3, 0.4))
 
@@ -95,7 +95,7 @@ def test_the_probability_of_the_stop_is_a_column_that_goes_where_the_stop_goes(t
     np.testing.assert_array_equal(
         kept.impacts.stop_probability, train.stop_probability[kept.source]
     )
-    shown = contents.table(train, 4)
+    shown = tables.table(train, 4)
     assert shown.heads[-3:] == ("stop", "stop probability", "flags")
     assert [row[-2] for row in shown.rows] == [f"{p:.3f}" for p in train.stop_probability[:4]]
     assert separate_stops(record, train[:10]).impacts.stop_probability is None

@@ -26,9 +26,9 @@ from impactsig import (
 )
 from impactsig.studies import _payload
 from impactsig.studies._cells import Job
-from impactsig.studies._fingerprint import code_of
 from impactsig.studies._grid import grid_of
 from impactsig.studies._payload import pack, unpack
+from impactsig.studies.fingerprint import code_of
 from tests.cells import (
     Unprintable,
     killer,

@@ -24,8 +24,8 @@ from impactsig import (
     open_study,
     sweep,
 )
-from impactsig.studies import _fingerprint
-from impactsig.studies._fingerprint import code_of
+from impactsig.studies import fingerprint as _fingerprint
+from impactsig.studies.fingerprint import code_of
 from tests.cells import contents, logged, poisoned, same, waves
 
 pytest.importorskip("zarr")
@@ -500,7 +500,7 @@ def test_the_fingerprint_is_that_of_another_process():
     """Hashes of strings differ between processes; the order of sets must not enter."""
     probe = (
         "from tests.cells import waves; import functools\n"
-        "from impactsig.studies._fingerprint import code_of\n"
+        "from impactsig.studies.fingerprint import code_of\n"
         "def f(a): return a in {'x', 'y', 'z', 'u', 'v'}\n"
         "g = functools.partial(f, {'p', 'q', 'r'})\n"
         "print(code_of(g), code_of(waves))"
@@ -518,13 +518,13 @@ PROBE = """
 import functools, json, os, sys
 from pathlib import Path
 import impactsig, impactsig.io.reading
-from impactsig.studies._fingerprint import code_of
+from impactsig.studies.fingerprint import code_of
 
 def simulating(a):
     return impactsig.simulate(impactsig.scenes.karpodinis(a), periods=3)
 
 def importing(a):
-    from impactsig.dynamics import lyapunov
+    from impactsig.dynamics.tangents import lyapunov
     return lyapunov
 
 def reading(path):
@@ -561,8 +561,8 @@ EDITS = {
     ("io/_uff.py", "# typo"): set(),
     ("io/_uff.py", '"""Not a docstring, but nothing either."""'): set(),
     ("io/_uff.py", "LATER = 1"): {"reading", "passing on"},
-    ("simulate/_flow.py", "LATER = 1"): {"simulating", "importing", "passing on"},
-    ("dynamics/lyapunov.py", "LATER = 1"): {"importing", "passing on"},
+    ("simulate/exact/flow.py", "LATER = 1"): {"simulating", "importing", "passing on"},
+    ("dynamics/tangents/lyapunov.py", "LATER = 1"): {"importing", "passing on"},
     ("oscillators/parts.py", "LATER = 1"): {"simulating", "importing", "passing on", "posing"},
     ("plot/trains.py", "LATER = 1"): set(),
 }
@@ -613,8 +613,8 @@ def test_a_comment_in_this_package_voids_no_study(package, tmp_path):
 
     assert run() == "[2. 3.]\n"
     for file, line, told in (
-        ("simulate/_flow.py", "# typo", "[2. 3.]"),
-        ("simulate/_flow.py", "LATER = 1", "in it differ: code: impactsig (changed)"),
+        ("simulate/exact/flow.py", "# typo", "[2. 3.]"),
+        ("simulate/exact/flow.py", "LATER = 1", "in it differ: code: impactsig (changed)"),
     ):
         path = package / file
         text = path.read_text()

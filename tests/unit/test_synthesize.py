@@ -11,8 +11,8 @@ import impactsig
 from benchmarks.recordings import PULSES, add_pulses, score
 from impactsig import Impacts, InvalidInput
 from impactsig.impacts import CLIPPED
-from impactsig.simulate.sensors import LoadCell, Microphone
-from impactsig.simulate.synthesis import SPEED_OF_SOUND, synthesize
+from impactsig.simulate.instruments.sensors import LoadCell, Microphone
+from impactsig.simulate.instruments.synthesis import SPEED_OF_SOUND, synthesize
 
 
 def train(seed, *, duration=60.0, rate=20.0, floor=0.008, after=0.002):
@@ -273,19 +273,16 @@ def test_a_load_cell_at_20_db_loses_no_impact(seed, rate):
         assert np.median(np.abs(error)) < 0.05
 
 
-@pytest.mark.parametrize("noise", [0.1, 0.01])
+@pytest.mark.parametrize("noise", [0.1, 0.01, 0.001, 0.0])
 def test_a_ringing_sensor_makes_no_impacts_of_its_own(noise):
-    truth, scores = train(0), []
-    for seed in (
-        1,
-        2,
-        3,
-    ):  # a few of 1288 are false, by one record three times as many as by another
-        made = synthesize(truth, LoadCell(noise=noise, ringing=0.1), seed=seed)
-        f1, rms, _ = score(impactsig.detect_impacts(made).time, truth.time)
-        scores.append(f1)
-        assert rms < 25e-6
-    assert np.mean(scores) >= 0.995
+    truth = train(12, duration=60.0 if noise == 0.01 else 20.0)
+    made = synthesize(truth, LoadCell(noise=noise, ringing=0.1), seed=13)
+    found = impactsig.detect_impacts(made)
+    f1, rms, pairs = score(found.time, truth.time)
+    assert len(found) - len(pairs) <= 1  # noise makes one in 2000; six of 1288 were ringing
+    assert f1 >= 0.995
+    assert rms < 25e-6
+    assert not found.notes
 
 
 @pytest.mark.parametrize("rate", [50_000.0, 20_000.0])

@@ -42,8 +42,20 @@ def noisy(frequency):
     return replace(soft(frequency), noise=im.Noise(1e-3))
 
 
-def controlled(frequency):
-    return im.Controlled(soft(frequency), im.DelayedFeedback(0.05))
+def delayed(frequency):
+    return im.Controlled(soft(frequency), im.DelayedFeedback(0.05, signal="displacement"))
+
+
+def spiked(frequency):
+    return im.Controlled(soft(frequency), im.IntervalFeedback(0.01, 0.05))
+
+
+SADDLE = (0.954, 0.36)  # near the orbit of Karpodinis' beam that OGY holds
+
+
+def nudged(frequency):
+    beam = scenes.karpodinis(frequency)
+    return im.Controlled(beam, im.OGY(im.find_periodic_orbit(beam, guess=SADDLE), limit=0.02))
 
 
 # Of each column: the system of a parameter, a value of it, and how it is run.
@@ -52,7 +64,9 @@ COLUMNS = {
     "oscillator, stepped": (hertz, 0.9, {"periods": 30}),
     "cantilever": (beam, 21.0, {"periods": 30}),
     "flow": (lambda rho: im.flows.lorenz(rho=rho), 28.0, {"duration": 60.0}),
-    "with feedback": (controlled, 0.9, {"periods": 30}),
+    "delayed feedback": (delayed, 0.9, {"periods": 30}),
+    "interval feedback": (spiked, 0.9, {"periods": 30}),
+    "OGY": (nudged, 20.3355, {"periods": 30}),
     "with noise": (noisy, 0.9, {"periods": 30, "every": 2 * math.pi / 0.9 / 64, "seed": 1}),
 }
 
@@ -97,6 +111,14 @@ def impact_map(column):
     return len(found) == len(motion(column).impacts) > 0
 
 
+def displacements(column):
+    level = 5e-4 if column == "cantilever" else 0.1
+    up, down, both = (
+        im.displacement_section(motion(column), level, way) for way in ("up", "down", "both")
+    )
+    return len(up) > 0 and abs(len(up) - len(down)) <= 1 and len(both) == len(up) + len(down)
+
+
 def spectrum(column):
     options = {"rate": 20.0} if column == "flow" else {}
     found = motion(column).power_spectrum(segments=2, **options)
@@ -118,6 +140,8 @@ def portrait(column):
 
 def settled(column):
     """A state near an orbit; of systems that have none here any will do."""
+    if column == "OGY":
+        return SADDLE
     if not column.startswith("oscillator"):
         return None
     return im.simulate(system(column), periods=1, transient=60).final[:2]
@@ -136,9 +160,10 @@ def stability(column):
 
 
 def smooth(column):
-    """Without a stop under noise, where a path has no tangent."""
+    """With a soft stop under noise, as a path has no tangent at a rigid one."""
     own = system(column)
-    return replace(own, stops=()) if column == "with noise" else own
+    soft_stop = im.Stop(0.3, im.KelvinVoigt(20.0, 0.5))
+    return replace(own, stops=(soft_stop,)) if column == "with noise" else own
 
 
 def lyapunov(column):
@@ -202,7 +227,7 @@ QUESTIONS = {
     "`simulate`, `sample`": states,
     "`stroboscopic`": section,
     "`impact_map`": impact_map,
-    "`displacement_section`": lambda c: len(im.displacement_section(motion(c), 0.1)) > 0,
+    "`displacement_section`": displacements,
     "`threshold_crossings`, `integrate_and_fire`": crossings,
     "`power_spectrum`": spectrum,
     "`plot.phase_portrait`": portrait,
@@ -264,7 +289,9 @@ def test_options_of_another_kind_of_system_are_refused_by_name():
         "oscillator, exact": ("seed", "every", "path"),
         "cantilever": ("seed", "keep", "every", "path"),
         "flow": ("phase", "seed", "keep", "every", "path", "chatter"),
-        "with feedback": ("seed", "keep", "every", "path"),
+        "delayed feedback": ("seed", "keep", "every", "path"),
+        "interval feedback": ("seed", "keep", "every", "path"),
+        "OGY": ("seed", "keep", "every", "path"),
         "with noise": ("keep", "chatter"),
     }
     for column, names in wrong.items():

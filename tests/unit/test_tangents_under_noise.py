@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 from impactsig import (
+    BaseMotion,
     Force,
     Friction,
+    Hertz,
     InvalidInput,
+    KelvinVoigt,
     Noise,
     Oscillator,
     Rigid,
@@ -64,11 +67,57 @@ def test_a_path_has_the_derivative_that_differences_show(noise):
     assert off[1] < 0.4 * off[0]
 
 
+def between_soft_stops(law, carried, noise):
+    return Oscillator(
+        damping=0.1, forces=(Force(0.8, 1.0),), noise=noise,
+        base=BaseMotion(0.05, 2.0, stops=True) if carried else None,
+        stops=(Stop(0.2, law), Stop(-0.3, law, "lower")),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("carried", [False, True])
 @pytest.mark.parametrize(
-    "changes", [{"stops": (Stop(0.5, Rigid(0.7)),)}, {"friction": Friction(0.1)}]
+    "law",
+    [KelvinVoigt(20.0, 1.0), KelvinVoigt(20.0, 1.0, ends="force"), Hertz(60.0, damping=0.5)],
+    ids=["spring", "pusher", "Hertz"],
 )
-def test_what_has_no_derivative_is_refused(changes):
+def test_under_faint_noise_soft_stops_have_the_tangent_map_that_they_have_without(law, carried):
+    """With the jumps where dampers begin and end to act, but for the first order of the step."""
+    own = between_soft_stops(law, carried, Noise(1e-16))
+    run = {"duration": 4.0, "initial": (0.1, 0.3)}
+    quiet = tangent_map(replace(own, noise=None), **run)
+    found = tangent_map(own, seed=1, step=1 / 2048, **run)
+    assert found.impacts == quiet.impacts > 0
+    np.testing.assert_allclose(found.matrix, quiet.matrix, atol=4e-3 * np.abs(quiet.matrix).max())
+    assert found.log_determinant == pytest.approx(quiet.log_determinant, abs=1e-3)
+
+
+@pytest.mark.parametrize("law", [KelvinVoigt(20.0), Hertz(60.0, damping=0.5)])
+def test_pushes_without_a_jump_have_the_derivative_that_differences_show(law):
+    """Of one with a jump differences show nothing, as steps end beside it, and not on it."""
+    own = between_soft_stops(law, True, Noise(1e-3, 0.2))
+    run = {"duration": 4.0, "seed": 1, "step": 1 / 1024}
+    columns = []
+    for side in np.eye(2) * 1e-6:
+        starts = (tuple(np.array([0.1, 0.3]) + sign * side) for sign in (1, -1))
+        ends = [simulate(own, initial=start, **run).final[:2] for start in starts]
+        columns.append(np.subtract(*ends) / 2e-6)
+    found = tangent_map(own, initial=(0.1, 0.3), **run)
+    assert found.impacts > 0
+    np.testing.assert_allclose(found.matrix, np.transpose(columns), atol=6e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"stops": (Stop(0.5, Rigid(0.7)),)}, "root of ds"),
+        ({"stops": (Stop(0.5, Rigid(0.7)),), "noise": Noise(1e-2, 0.5)}, "no force of its noise"),
+        ({"stops": (Stop(0.5, Hertz(60.0, restitution=0.7)),)}, "approach velocity"),
+        ({"friction": Friction(0.1)}, "about rest"),
+    ],
+)
+def test_what_has_no_derivative_is_refused(changes, why):
     for ask in (tangent_map, lyapunov_spectrum):
-        with pytest.raises(InvalidInput, match="without stops and friction") as caught:
+        with pytest.raises(InvalidInput, match=why) as caught:
             ask(replace(LINEAR, **changes), periods=3, seed=1)
         assert caught.value.argument == "system"

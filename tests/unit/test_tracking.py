@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from impactsig.intervals._drift import _second_differences, _solve, fit_drift
+from impactsig.intervals._drift import _second_differences, fit_drift
+from impactsig.intervals._drift_kernels import solve
 from impactsig.intervals._satellites import satellites
 from impactsig.intervals._tracking import WEIGHT, best_path, tracked_phase, tracked_rate
 from impactsig.intervals._tracking_kernels import coherence, window_scores
@@ -12,10 +13,10 @@ from impactsig.intervals._tracking_kernels import coherence, window_scores
 def test_the_score_of_a_window_is_the_sum_over_harmonics():
     rng = np.random.default_rng(0)
     cycles, centre, width = np.sort(rng.uniform(0, 60, 70)), np.array([10.0, 30.0]), 5.0
-    rates = np.array([-0.01, 0.0, 0.02])
+    rates = np.array([-0.01, 0.005, 0.02])
     low, high = np.searchsorted(cycles, centre - 12.5), np.searchsorted(cycles, centre + 12.5)
     scores = np.empty((2, 3))
-    window_scores(cycles, low, high, centre, rates, width, WEIGHT, scores)
+    window_scores(cycles, low, high, centre, rates[0], 0.015, width, WEIGHT, scores)
     for k in range(2):
         since = cycles[low[k] : high[k]] - centre[k]
         weight = np.exp(-0.5 * (since / width) ** 2)
@@ -32,7 +33,7 @@ def test_coherence_is_the_power_within_windows():
     rng = np.random.default_rng(1)
     centred, first = rng.uniform(-20, 20, 50), np.array([0, 20, 35])
     power = np.empty(2)
-    coherence(centred, first, np.array([1.0, 1.01]), WEIGHT, power)
+    coherence(centred, first, 1.0, 0.01, WEIGHT, power)
     for k, rate in enumerate((1.0, 1.01)):
         expected = 0.0
         for part in np.split(centred, first[1:]):
@@ -75,7 +76,7 @@ def test_the_spline_solves_the_dense_equations():
         bands[k, : count - k] = np.diagonal(basis.T @ basis, -k)
         dense = np.diagonal(bends.T @ bends, -k)
         np.testing.assert_allclose(_second_differences(count)[k, : count - k], dense, atol=1e-12)
-    found, half, left = _solve(
+    found, half, left = solve(
         bands, _second_differences(count), basis.T @ y, y, place, 1 - (x - place), x - place, ratio
     )
     knots = np.linalg.solve(whole, basis.T @ y)

@@ -1,0 +1,75 @@
+"""Arguments that several studies of the dynamics share."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .._arguments import reals
+from ..errors import InvalidInput
+from ..oscillators import Oscillator
+from ..oscillators.batch import OscillatorBatch
+from ..simulate.run import without_noise
+
+
+def parameter_values(name: str, given: Any) -> np.ndarray:
+    """Values of a parameter: one dimension, finite, at least one.
+
+    Raises
+    ------
+    InvalidInput
+        If they are not.
+    """
+    required = "a sequence of finite numbers, at least one"
+    found = reals(name, given, required)
+    if found.ndim != 1 or not found.size or not np.all(np.isfinite(found)):
+        raise InvalidInput(name, given, required)
+    return found
+
+
+def parameter_names(scene: Callable[..., Any], count: int) -> tuple[str, ...]:
+    """What a function calls its first parameters, such as ``gamma`` of ``lambda gamma: ...``."""
+    try:
+        names = list(inspect.signature(scene).parameters)[:count]
+    except (TypeError, ValueError):
+        names = []
+    return tuple(names) if len(names) == count else ("parameter", "second parameter")[:count]
+
+
+def made_of_arrays(scene: Callable[..., Any], *values: np.ndarray) -> OscillatorBatch | None:
+    """What a scene makes of arrays of its parameters; None if it takes numbers only.
+
+    A scene of numbers refuses arrays in its own way, so whatever it raises means that.
+    """
+    try:
+        made = scene(*values)
+    except Exception:
+        return None
+    fits = isinstance(made, OscillatorBatch) and made.shape == values[0].shape
+    return made if fits else None
+
+
+def recurring(name: str, oscillator: Any) -> Oscillator:
+    """An oscillator with a forcing period, after which alone a motion can be periodic.
+
+    Raises
+    ------
+    InvalidInput
+        If it is no oscillator, is not forced, or its forcing does not recur.
+    """
+    if not isinstance(oscillator, Oscillator) or oscillator.angular_forcing_frequency is None:
+        raise InvalidInput(name, oscillator, "an Oscillator with forcing, to count its periods")
+    without_noise(oscillator, name)
+    if not oscillator.forcing_recurs:
+        timed = " and a law that depends on time" if oscillator.law_depends_on_time else ""
+        raise InvalidInput(
+            name,
+            f"angular frequencies "
+            f"{', '.join(f'{w:.15g}' for w in oscillator.angular_frequencies)}{timed}",
+            "a common period of all forcing, of at most 8 periods of the first frequency",
+            "Without one no motion is periodic; give frequencies in a ratio of whole numbers",
+        )
+    return oscillator

@@ -1,0 +1,1 @@
+"""Hard against soft contacts: which of them move alike."""

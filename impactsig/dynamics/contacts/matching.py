@@ -1,0 +1,200 @@
+"""Whether two families of oscillators do the same, over a plane of two parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..._arguments import function, number, reals, whole
+from ..._showing import Shown
+from ...errors import InvalidInput
+from ...oscillators import Oscillator
+from ...simulate import simulate_many
+from ..arguments import parameter_names, parameter_values
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+TOGETHER = 256  # motions that are kept at a time
+
+
+def strobe_distance(first: np.ndarray, second: np.ndarray) -> float:
+    """Mean distance between two stroboscopic sets, each sorted by displacement: e_c.
+
+    The definition is ours: that of the paper is not in the text that is left [Tian]_. Orbits that
+    pass through the same points at different phases of a common period have distance 0.
+
+    Parameters
+    ----------
+    first, second : array_like, shape (n, 2)
+        Displacement and velocity, ``np.column_stack(motion.stroboscopic())``; as many of either.
+
+    Raises
+    ------
+    InvalidInput
+        If a set is not of that shape, or has other numbers than finite ones.
+
+    See Also
+    --------
+    match_rate
+
+    Examples
+    --------
+    >>> from impactsig import strobe_distance
+    >>> strobe_distance([[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.5], [0.0, 0.5]])
+    0.5
+    """
+    sets = []
+    for name, given in (("first", first), ("second", second)):
+        points = reals(name, given, "an array of shape (n, 2)")
+        if points.ndim != 2 or points.shape[1] != 2 or not len(points):
+            raise InvalidInput(name, given, "an array of shape (n, 2)")
+        if not np.all(np.isfinite(points)):
+            raise InvalidInput(name, given, "finite numbers")
+        sets.append(points)
+    if len(sets[0]) != len(sets[1]):
+        raise InvalidInput("second", f"{len(sets[1])} points", f"as many as first: {len(sets[0])}")
+    return _distance(*sets)
+
+
+def _distance(first: np.ndarray, second: np.ndarray) -> float:
+    one, other = (points[np.lexsort(points.T[::-1])] for points in (first, second))
+    return float(np.mean(np.hypot(*(one - other).T)))
+
+
+@dataclass(frozen=True)
+class MatchRate(Shown):
+    """Share of a plane of parameters in which two families do the same.
+
+    Attributes
+    ----------
+    rate : float
+        Share of the cells with a distance below `below`.
+    distance : numpy.ndarray
+        e_c of every cell, shape (len(y), len(x)); NaN where a motion ended early.
+    x, y : numpy.ndarray
+        The values of both parameters.
+    below : float
+        What counts as the same.
+    failed : int
+        Cells in which a motion ended early; they count as no match.
+    names : (str, str)
+        What the parameters are called: what the first family calls them.
+
+    See Also
+    --------
+    match_rate, strobe_distance, plot.match_rate
+
+    Examples
+    --------
+    >>> from impactsig import match_rate, scenes
+    >>> def hard(omega, amplitude):
+    ...     return scenes.tian(omega, amplitude, "hard")
+    >>> found = match_rate(hard, hard, [1.5], [0.5, 1.0], workers=1)
+    >>> found.rate
+    1.0
+    """
+
+    rate: float
+    distance: np.ndarray = field(repr=False)
+    x: np.ndarray = field(repr=False)
+    y: np.ndarray = field(repr=False)
+    below: float
+    failed: int
+    names: tuple[str, ...] = field(default=("parameter", "second parameter"), repr=False)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the distance over the plane; see `impactsig.plot.match_rate`."""
+        from ...plot import match_rate
+
+        return match_rate(self, ax=ax)
+
+
+def match_rate(
+    first: Callable[[float, float], Oscillator],
+    second: Callable[[float, float], Oscillator],
+    x: Any,
+    y: Any,
+    *,
+    periods: int = 100,
+    transient: int = 200,
+    initial: tuple[float, float] = (0.0, 0.0),
+    phase: float = 0.0,
+    below: float = 0.1,
+    workers: int | None = None,
+) -> MatchRate:
+    """Share of a plane of parameters in which two families of oscillators do the same [Tian]_.
+
+    Both are run from the same start in every cell; what is compared are their stroboscopic sets
+    after the transient, by `strobe_distance`.
+
+    Parameters
+    ----------
+    first, second : callable
+        The oscillator for a pair of parameters, such as ``lambda omega, amplitude:
+        scenes.tian(omega, amplitude, "hard")``.
+    x, y : array_like
+        Values of the first and of the second parameter.
+    periods, transient : int
+        Forcing periods that are compared, and that are left out before.
+    initial : (float, float)
+        Displacement and velocity at the start.
+    phase : float
+        Phase of the forcing at the start, as for `simulate`.
+    below : float
+        The distance from which on a cell does not match; 0.1 in the paper.
+    workers : int, optional
+        Threads; as many as there are cores unless given. The result does not depend on it.
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of range.
+
+    See Also
+    --------
+    strobe_distance, fit_soft_stop, plot.match_rate
+
+    Examples
+    --------
+    >>> from impactsig import match_rate, scenes
+    >>> def hard(omega, amplitude):
+    ...     return scenes.tian(omega, amplitude, "hard")
+    >>> match_rate(hard, hard, [1.5], [0.5, 1.0], workers=1).rate
+    1.0
+    """
+    for name, scene in (("first", first), ("second", second)):
+        function(name, scene, "a function of both parameters that makes an Oscillator")
+    axes = parameter_values("x", x), parameter_values("y", y)
+    run = {
+        "periods": whole("periods", periods, 1),
+        "transient": whole("transient", transient, 0),
+        "initial": initial,
+        "phase": phase,
+        "workers": workers,
+    }
+    below = number("below", below, above=0)
+    cells = np.full((len(axes[1]), len(axes[0])), np.nan)
+    pairs = zip(_sets(first, axes, run), _sets(second, axes, run), strict=True)
+    for n, (one, other) in enumerate(pairs):
+        if one is not None and other is not None:
+            cells.flat[n] = _distance(one, other)
+    matched, failed = np.count_nonzero(cells < below), np.count_nonzero(np.isnan(cells))
+    names = parameter_names(first, 2)
+    return MatchRate(float(matched / cells.size), cells, *axes, below, int(failed), names)
+
+
+def _sets(
+    family: Callable[[float, float], Oscillator], axes: tuple[np.ndarray, ...], run: dict[str, Any]
+) -> Iterator[np.ndarray | None]:
+    """Stroboscopic set of every cell in order, few motions at a time; None for a failed one."""
+    cells = list(product(axes[1], axes[0]))
+    for start in range(0, len(cells), TOGETHER):
+        some = cells[start : start + TOGETHER]
+        for motion in simulate_many([family(x, y) for y, x in some], **run):
+            done = motion.status == "complete"
+            yield np.column_stack(motion.stroboscopic(run["phase"])) if done else None

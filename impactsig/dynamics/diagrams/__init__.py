@@ -1,0 +1,1 @@
+"""Diagrams, charts, responses and basins: what motions settle to."""

@@ -1,0 +1,105 @@
+"""Where starts end that are followed one by one: of stepped oscillators, cantilevers and flows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...errors import InvalidInput
+from ...oscillators import Cantilever, Oscillator
+from ...oscillators.flows import Flow
+from ...simulate.basis.events import STROBE_IMPACTS
+from ._flow_sections import Section
+from ._settling import ground, settle
+from ._whole_motions import checked_whole, whole_motion
+
+LOOK = 64  # periods, or returns of a flow, between two looks whether a motion has closed
+ALIKE = 1e3  # orbits whose points are closer than so many tolerances are one
+
+
+class End(NamedTuple):
+    """What a start comes to."""
+
+    status: str
+    points: np.ndarray  # (n, d), of the orbit; none where it has not closed
+    impacts: int = 0
+
+
+NOTHING = np.empty((0, 2))
+SYSTEMS = "an Oscillator, a Cantilever with forcing or a Flow"
+NO_PLANE = "A controlled motion depends on all that was within a delay: its starts are no plane"
+
+
+def ends(
+    system: Any, starts: np.ndarray, section: Section | None, phase: float, periods: int,
+    closed: float, threads: int,
+) -> tuple[np.ndarray, list[End], int]:  # fmt: skip
+    """The attractor of each start, -1 where there is none; the attractors; how many failed."""
+    follow = _follower(system, section, phase, periods, closed)
+    with ThreadPoolExecutor(threads) as pool:
+        found = list(pool.map(follow, starts.tolist()))
+    attractors: list[End] = []
+    labels = [_label(end, attractors, ALIKE * closed) for end in found]
+    return np.array(labels), attractors, sum(end.status != "complete" for end in found)
+
+
+def _follower(
+    system: Any, section: Section | None, phase: float, periods: int, closed: float
+) -> Callable[[list[float]], End]:
+    if isinstance(system, Oscillator) and system.noise is None:
+        origin, unit = ground(system, phase)
+
+        def settled(start: list[float]) -> End:
+            own = settle(
+                system, periods, tolerance=closed, initial=(start[0], start[1]), phase=phase
+            )
+            last = own.strobes[len(own.strobes) - own.closed :]
+            return End(own.status, origin + unit * last[:, :2], int(last[:, STROBE_IMPACTS].sum()))
+
+        return settled
+    checked_whole(system, section, name="system")
+    if not isinstance(system, (Cantilever, Flow)):
+        raise InvalidInput("system", system, SYSTEMS, NO_PLANE)
+    if isinstance(system, Flow) and system.dimension < 2:
+        raise InvalidInput("system", system, "a flow of two coordinates or more")
+
+    def chunked(start: list[float]) -> End:
+        initial: Any = (start[:1], start[1:])
+        if isinstance(system, Flow):
+            initial = (*start, *system.initial[2:])
+        for _ in range(-(-periods // LOOK)):
+            own = whole_motion(system, LOOK, 0, initial, phase, section)
+            if isinstance(own, str):
+                return End(own, NOTHING)
+            n = own.closed(closed)
+            if n:
+                points = own.strobe[-n:]
+                if isinstance(system, Cantilever):  # of the first mode, as the starts are
+                    q, v = own.motion.modal(own.motion.stop - system.forcing_period * _back(n))
+                    points = np.stack([q[:, 0], v[:, 0]], axis=1)
+                return End("complete", points, len(own.speeds_since(own.since(n))))
+            initial = own.motion.final if isinstance(system, Flow) else own.motion.final[:2]
+        return End("complete", NOTHING)
+
+    return chunked
+
+
+def _back(n: int) -> np.ndarray:
+    return np.arange(n - 1, -1, -1)
+
+
+def _label(end: End, attractors: list[End], tolerance: float) -> int:
+    """Which attractor an end is; a new one where it is none so far."""
+    if not len(end.points):
+        return -1
+    near = tolerance * float(np.abs(end.points).max())
+    for k, other in enumerate(attractors):
+        if other.points.shape == end.points.shape and other.impacts == end.impacts:
+            shifts: Iterable[int] = range(len(end.points))
+            if any(np.abs(np.roll(end.points, s, 0) - other.points).max() <= near for s in shifts):
+                return k
+    attractors.append(end)
+    return len(attractors) - 1

@@ -1,0 +1,154 @@
+"""Many machines followed at once until their orbits close: what charts are made of."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...simulate.basis.columns import Columns
+from ...simulate.basis.events import DONE, MODE, PHASE, STROBE, STROBE_IMPACTS, Q, V
+from ...simulate.basis.laws import RIGID
+from ...simulate.batches.moving import Moving
+from ...simulate.exact.exact import room
+from ...simulate.exact.modes import Stack, stacks, subset
+from ..tangents.columns import FIRST, IN_MODE, TOTALS
+from ._closing import LONGEST, orbits_beside
+from ._strobing import CLOSED, FOUND, STATUS_OF, TAKEN, follow_machines
+
+LEGS = 100_000  # work in one forcing period after which a motion is given up
+CHATTER = 1e-6  # as that of `simulate`
+
+
+class Cells(NamedTuple):
+    """What became of machines: periods and impacts of the orbit, 0 and -1 where none has closed."""
+
+    periods: np.ndarray
+    impacts: np.ndarray
+    followed: np.ndarray
+    status: np.ndarray
+
+
+class Started(NamedTuple):
+    """Where machines are, as a kernel takes it."""
+
+    clocks: np.ndarray
+    states: np.ndarray
+    counts: np.ndarray
+
+
+def follow_cells(
+    columns: Columns, periods: int, initial: np.ndarray, phase: np.ndarray, tolerance: float,
+    ends: bool,
+) -> Cells:  # fmt: skip
+    """Follow machines for so many forcing periods, or until an orbit closes if that `ends`.
+
+    Raises
+    ------
+    InvalidInput
+        If one starts beyond a rigid stop.
+    """
+    n = columns.n
+    found = Cells(*np.zeros((4, n), np.int64))
+    found.impacts[:] = -1
+    for stack in stacks(columns, CHATTER, True):
+        for recurs in np.unique(stack.forcing.recurs).tolist():
+            own = np.flatnonzero(stack.forcing.recurs == recurs)
+            mine = subset(stack, own)
+            which = stack.which[own]
+            moving = Moving(mine, initial[which], phase[which])
+            start = Started(moving.clocks, moving.states, moving.counts)
+            longest = LONGEST if recurs else 0  # else no motion closes
+            strobes, ended = strobed(mine, start, periods, (tolerance, longest, ends, LEGS))
+            closed, last = ended[:, CLOSED], ended[:, TAKEN]
+            found.periods[which], found.followed[which] = closed, last
+            found.status[which] = ended[:, STATUS_OF]
+            back = np.arange(strobes.shape[1])
+            inside = (back > (last - closed)[:, None]) & (back <= last[:, None])
+            impacts = np.where(inside, strobes[:, :, STROBE_IMPACTS], 0.0).sum(axis=1)
+            found.impacts[which] = np.where(closed > 0, impacts, -1)
+            open_ones = np.flatnonzero((closed == 0) & (ended[:, STATUS_OF] == DONE))
+            if recurs and len(open_ones):
+                orbits = orbits_beside_machines(
+                    subset(mine, open_ones), phase[which[open_ones]], strobes[open_ones],
+                    last[open_ones],
+                )  # fmt: skip
+                closed_late = orbits.period > 0
+                late = which[open_ones[closed_late]]
+                found.periods[late] = orbits.period[closed_late]
+                found.impacts[late] = orbits.impacts[closed_late]
+    return found
+
+
+def orbits_beside_machines(
+    stack: Stack, phase: np.ndarray, strobes: np.ndarray, last: np.ndarray
+) -> Any:
+    """`_closing.orbits_beside` for machines of one stack, strobed at one phase each."""
+
+    def returned(
+        which: np.ndarray, points: np.ndarray, m: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return returns(subset(stack, which), points, phase[which], m)
+
+    def again(which: np.ndarray, points: np.ndarray, periods: int) -> tuple[np.ndarray, np.ndarray]:
+        mine = subset(stack, which)
+        moving = Moving.at(mine, points, phase[which])
+        start = Started(moving.clocks, moving.states, moving.counts)
+        rows, ended = strobed(mine, start, periods, (1e-2, LONGEST, False, LEGS))
+        return rows, (ended[:, STATUS_OF] == DONE) & _inside(mine, points)
+
+    return orbits_beside(strobes, last, returned, again)
+
+
+def strobed(
+    stack: Stack, start: Started, periods: int, rule: tuple[float, int, bool, int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Strobes of machines, shape (n, periods + 1, 4), and what became of each."""
+    n = len(start.states)
+    strobes = np.zeros((n, periods + 1, STROBE))
+    ended = np.full((n, FOUND), -1, np.int64)
+    many = stack.problem
+    follow_machines(many, room(many), *stack.laws, *start, strobes, rule, ended)
+    return strobes, ended
+
+
+def returns(
+    stack: Stack, points: np.ndarray, phase: np.ndarray, periods: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where machines are so many periods after points, the derivatives, and which came so far.
+
+    Points, places and derivatives are in the engine's units.
+    """
+    from ..tangents.tangent_batch import carry_range
+
+    n = len(points)
+    moving = Moving.at(stack, points, phase)
+    place = np.zeros((n, 6))
+    place[:, PHASE], place[:, IN_MODE] = phase, moving.counts[:, MODE]
+    moving.to(periods.astype(float), True, 1)
+    columns, totals = np.tile(np.eye(2), (n, 1, 1)), np.zeros((n, TOTALS))
+    instants, taken = np.empty((n, 0, 2)), np.empty((n, 0, TOTALS))
+    clocks = np.ascontiguousarray(moving.clocks[:, :2])
+    for block, rows in enumerate(moving.rows):
+        first = block * moving.size
+        carry_range(
+            stack.problem, rows, moving.ends, clocks, np.ones(n, bool), instants, taken, place,
+            columns, totals, np.empty((n, 0, 3)), False, *stack.laws,
+            first, min(first + moving.size, n),
+        )  # fmt: skip
+    with np.errstate(over="ignore", under="ignore"):
+        matrix = columns * np.exp(totals[:, FIRST])[:, None, None]
+    machine = np.arange(n)
+    q = stack.problem.origin[machine, moving.counts[:, MODE]] + moving.states[:, Q]
+    came = (moving.status == DONE) & _inside(stack, points)
+    return np.stack([q, moving.states[:, V]], axis=1), matrix, came
+
+
+def _inside(stack: Stack, points: np.ndarray) -> np.ndarray:
+    """Which points are on this side of all rigid stops, but for rounding."""
+    inside = np.ones(len(points), bool)
+    for (side, kind), stop in zip(stack.columns.form.stops, stack.columns.stops, strict=True):
+        if kind == RIGID:
+            size = np.abs(points[:, 0]) + np.abs(stop[0])
+            inside &= side * (points[:, 0] - stop[0]) <= 1e-12 * size
+    return inside

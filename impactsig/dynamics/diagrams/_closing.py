@@ -1,0 +1,147 @@
+"""Orbits that motions come nearer to: Newton's method on the returns of many motions at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ...simulate.basis.events import STROBE_IMPACTS
+from ._strobing import least
+
+LONGEST = 32  # periods of an orbit that are told
+NEAR = 1e-2  # returns of a motion that may yet close, as a share of its size
+TRIES = 4  # periods that a motion may be about to close with; chaos comes near itself after many
+UNTOLD = 0.2  # of what a motion goes nearer in a return, the share its derivative may not tell
+EXACT = 1e-9  # what an orbit may be off by after its periods, as a share of its size
+ALIKE = 1e-6  # points of an orbit closer than this share of its size are one
+
+# Of the motions with these numbers, from these points and after so many periods each: where they
+# are, the derivative of that, and whether they came so far.
+Returned = Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
+# Of the same: their strobes over so many periods, the same for all, and whether they came so far.
+Strobed = Callable[[np.ndarray, np.ndarray, int], tuple[np.ndarray, np.ndarray]]
+
+
+class Orbits(NamedTuple):
+    """What was found of each motion."""
+
+    point: np.ndarray  # of the orbit, in the engine's units, shape (n, 2)
+    after: np.ndarray  # periods after which the motion is back, shape (n,); 0 where none was found
+    period: np.ndarray  # the least such
+    impacts: np.ndarray  # in a period
+
+
+def orbits_beside(
+    strobes: np.ndarray, last: np.ndarray, returned: Returned, strobed: Strobed
+) -> Orbits:
+    """The orbits that motions come nearer to.
+
+    Of an orbit of m periods the last returns are small, and the derivative of the motion, all of
+    whose multipliers are within the unit circle, tells each of them from the one before. Then
+    Newton's method finds the orbit, which must be stable, have as many impacts, and draw the motion
+    as its own derivative says. A chaotic motion that passes an unstable orbit does none of that.
+
+    Parameters
+    ----------
+    strobes : ndarray, shape (n, rows, 4)
+        One a period, in the engine's units.
+    last : ndarray of int, shape (n,)
+        The last strobe of each.
+    """
+    n = len(strobes)
+    found = Orbits(np.zeros((n, 2)), *np.zeros((3, n), int))
+    tries = np.zeros(n, int)
+    waiting: list[list[int]] = [[] for _ in range(TRIES)]
+    periods: list[list[int]] = [[] for _ in range(TRIES)]
+    for m in range(1, min(LONGEST, int(last.max(initial=0)) // 3) + 1):
+        able = np.flatnonzero((last >= 3 * m) & (tries < TRIES))
+        able = able[_about_to_close(strobes, last, able, m)]
+        for k in able.tolist():
+            waiting[tries[k]].append(k)
+            periods[tries[k]].append(m)
+        tries[able] += 1
+    for cells, after in zip(waiting, periods, strict=True):
+        which, back = np.array(cells, int), np.array(after, int)
+        left = found.after[which] == 0
+        _approach(strobes, last, which[left], back[left], returned, strobed, found)
+    return found
+
+
+def _about_to_close(strobes: np.ndarray, last: np.ndarray, which: np.ndarray, m: int) -> np.ndarray:
+    """Whether the last 2 m returns of motions are small, and the last m with as many impacts."""
+    ago = np.arange(2 * m)
+    now = strobes[which[:, None], last[which, None] - ago]
+    before = strobes[which[:, None], last[which, None] - m - ago]
+    size = np.abs(strobes[which, :, :2]).max(axis=(1, 2), initial=0.0)
+    impacts = now[:, :m, STROBE_IMPACTS] == before[:, :m, STROBE_IMPACTS]
+    near = np.abs(now - before)[:, :, :2].max(axis=(1, 2), initial=0.0) <= NEAR * size
+    return impacts.all(axis=1) & near
+
+
+def _approach(
+    strobes: np.ndarray, last: np.ndarray, which: np.ndarray, m: np.ndarray, returned: Returned,
+    strobed: Strobed, found: Orbits,
+) -> None:  # fmt: skip
+    """Look for orbits of m periods of some motions, and write down what is found."""
+    if not len(which):
+        return
+    steps = last[which, None] - m[:, None] * np.arange(3, -1, -1)
+    seen = strobes[which[:, None], steps, :2]
+    point = seen[:, -1].copy()
+    place, matrix, came = returned(which, point, m)
+    gap = place - point
+    good = came & _draws(np.diff(seen, axis=1), matrix)
+    least_gap = np.full(len(which), math.inf)
+    orbit, derivative = point.copy(), matrix.copy()
+    active = good.copy()
+    while True:  # until rounding ends it
+        size = np.abs(gap).max(axis=1)
+        active &= size < least_gap / 2
+        now = np.flatnonzero(active)
+        if not len(now):
+            break
+        least_gap[now], orbit[now], derivative[now] = size[now], point[now], matrix[now]
+        a = np.eye(2) - matrix[now]
+        determinant = a[:, 0, 0] * a[:, 1, 1] - a[:, 0, 1] * a[:, 1, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x = (a[:, 1, 1] * gap[now, 0] - a[:, 0, 1] * gap[now, 1]) / determinant
+            y = (a[:, 0, 0] * gap[now, 1] - a[:, 1, 0] * gap[now, 0]) / determinant
+        point[now] += np.stack([x, y], axis=1)
+        active[now] = np.isfinite(point[now]).all(axis=1)
+        now = np.flatnonzero(active)
+        if not len(now):
+            break
+        place, after, came = returned(which[now], point[now], m[now])
+        gap[now], matrix[now] = place - point[now], after
+        active[now] = came
+    good &= least_gap <= EXACT * np.abs(orbit).max(axis=1)
+    good &= _draws(seen - orbit[:, None], derivative)
+    for several in np.unique(m[good]).tolist():
+        chosen = np.flatnonzero(good & (m == several))
+        cells = which[chosen]
+        again, came = strobed(cells, orbit[chosen], 2 * several)
+        back = np.arange(several)
+        impacts = again[:, 2 * several - back, STROBE_IMPACTS].sum(axis=1)
+        seen_impacts = strobes[cells[:, None], last[cells, None] - back, STROBE_IMPACTS]
+        came &= impacts == seen_impacts.sum(axis=1)
+        for k in np.flatnonzero(came).tolist():
+            cell, rows = cells[k], again[k]
+            limit = ALIKE * float(np.abs(rows[:, :2]).max())
+            period = least(rows, 2 * several, several, limit)
+            found.point[cell], found.after[cell] = orbit[chosen[k]], several
+            found.period[cell] = period
+            found.impacts[cell] = int(rows[-period:, STROBE_IMPACTS].sum())
+
+
+def _draws(off: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Whether all neighbours come nearer, and these did as the derivatives tell."""
+    finite = np.isfinite(matrix).all(axis=(1, 2))
+    safe = np.where(finite[:, None, None], matrix, 0.0)
+    stable = np.abs(np.linalg.eigvals(safe)).max(axis=1) < 1
+    told = off[:, :-1] @ safe.transpose(0, 2, 1)
+    untold = np.linalg.norm(off[:, 1:] - told, axis=2)
+    near = np.all(untold <= UNTOLD * np.linalg.norm(off[:, :-1], axis=2), axis=1)
+    return finite & stable & near

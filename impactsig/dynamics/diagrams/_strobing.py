@@ -1,0 +1,177 @@
+"""A motion once a forcing period, until its orbit has closed, it is caught, or its time is over."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..._compiled import njit
+from ...simulate.basis.events import (
+    COLUMNS,
+    COUNTERS,
+    DONE,
+    IMPACT_COUNT,
+    LEG_COUNT,
+    LOST,
+    MODE,
+    PHASE,
+    STROBE_ENERGY,
+    STROBE_IMPACTS,
+    TURNS,
+    Q,
+    V,
+)
+from ...simulate.batches.batch_kernels import machine
+from ...simulate.exact.engine import run
+from ...simulate.exact.passing import set_clock
+
+NOISE = 1e-13  # returns this close, as a share of the size, are exact but for rounding
+# What is found of a start: status, period of the orbit (0: not closed), attractor that caught it
+# (-1: none), periods taken.
+STATUS_OF, CLOSED, CAUGHT, TAKEN = range(4)
+FOUND = TAKEN + 1
+
+RESOLVED = 10.0  # strobes closer than so many tolerances are one
+
+
+@njit(nogil=True)
+def closing(strobes, n, tolerance, longest):
+    """Period of the orbit that strobe n has closed, 0 if none.
+
+    An orbit of m periods has closed where the last m strobes are back to within d of those before,
+    these to within e of theirs, with as many impacts, and what a transient that shrinks so has
+    left to go, d / (1 - d/e), is below the tolerance, a share of the strobes' size.
+    """
+    size = 0.0
+    for k in range(max(0, n - 3 * longest), n + 1):
+        size = max(size, abs(strobes[k, Q]), abs(strobes[k, V]))
+    limit = tolerance * size
+    for m in range(1, longest + 1):
+        if n < 3 * m:
+            return 0
+        if apart(strobes, n, n - m) > limit:
+            continue
+        last, before, alike = 0.0, 0.0, True
+        for j in range(m):
+            last = max(last, apart(strobes, n - j, n - j - m))
+            before = max(before, apart(strobes, n - j - m, n - j - 2 * m))
+            alike &= strobes[n - j, STROBE_IMPACTS] == strobes[n - j - m, STROBE_IMPACTS]
+        if not alike or last > limit:
+            continue
+        if last <= NOISE * size or (last < before and last * before <= limit * (before - last)):
+            return least(strobes, n, m, RESOLVED * limit)
+    return 0
+
+
+@njit(nogil=True)
+def least(strobes, n, m, limit):
+    """The least divisor of m after which the last m strobes are back to within a limit."""
+    for d in range(1, m):
+        if m % d == 0:
+            back = True
+            for j in range(m):
+                back &= apart(strobes, n - j, n - j - d) <= limit
+                back &= strobes[n - j, STROBE_IMPACTS] == strobes[n - j - d, STROBE_IMPACTS]
+            if back:
+                return d
+    return m
+
+
+@njit(nogil=True, inline="always")
+def apart(strobes, i, j):
+    """Distance of two strobes in the greater of displacement and velocity."""
+    return max(abs(strobes[i, Q] - strobes[j, Q]), abs(strobes[i, V] - strobes[j, V]))
+
+
+@njit(nogil=True)
+def caught(x, v, points, owner, radius):
+    """The attractor that a strobe is within the radius of, -1 if none."""
+    for k in range(len(points)):
+        if math.hypot(x - points[k, 0], v - points[k, 1]) <= radius[owner[k]]:
+            return owner[k]
+    return -1
+
+
+@njit(nogil=True)
+def follow(p, scratch, upper, lower, clock, state, count, strobes, rule, known):
+    """Fill in strobes from row 1 on, one forcing period each, until the orbit closes.
+
+    A strobe is position, velocity, impacts in the period before it and the energy lost in it.
+    `rule` is the tolerance, the longest period, whether to end where the orbit closes, and the work
+    a period may take; `known` are the points of known attractors, whose each is, and the radii
+    within which they catch. Returns the status, the last row filled in, the period of the orbit
+    (0 if it has not closed), and the attractor that caught it (-1 if none).
+    """
+    none = np.empty((0, COLUMNS))
+    tolerance, longest, ends, legs = rule
+    points, owner, radius = known
+    phase, period, seen = clock[PHASE], 0, 0
+    for n in range(1, len(strobes)):
+        impacts, energy = count[IMPACT_COUNT], state[LOST]
+        count[LEG_COUNT] = 0
+        status = run(
+            p, scratch, clock, state, count, none, clock[TURNS] + 1.0, phase, legs, upper, lower
+        )
+        if status != DONE:
+            return status, n - 1, 0, -1
+        strobes[n, Q] = state[Q] + p.origin[count[MODE]]
+        strobes[n, V] = state[V]
+        strobes[n, STROBE_IMPACTS] = count[IMPACT_COUNT] - impacts
+        strobes[n, STROBE_ENERGY] = state[LOST] - energy
+        by = caught(strobes[n, Q], strobes[n, V], points, owner, radius)
+        if by >= 0:
+            return status, n, 0, by
+        m = closing(strobes, n, tolerance, longest)
+        if m > 0:
+            if ends:
+                return status, n, m, -1
+            period, seen = m, n
+    # Where the orbit is closed, rounding may hide it from the last strobe alone.
+    return DONE, len(strobes) - 1, period if len(strobes) - 1 - seen <= 3 * longest else 0, -1
+
+
+@njit(nogil=True)
+def follow_all(p, scratch, upper, lower, phase, states, modes, strobes, rule, known, found, orbits):
+    """Follow many starts: status, period, attractor and periods taken of each, and closed orbits.
+
+    `found` has shape (starts, FOUND), `orbits` (starts, longest, 3), the last being the impacts.
+    """
+    clock, count = np.empty(3), np.zeros(COUNTERS, np.int64)
+    for k in range(len(states)):
+        set_clock(clock, 0.0, phase)
+        count[:] = 0
+        count[MODE] = modes[k]
+        state = states[k]
+        strobes[0, Q], strobes[0, V] = state[Q] + p.origin[modes[k]], state[V]
+        strobes[0, STROBE_IMPACTS] = strobes[0, STROBE_ENERGY] = 0.0
+        status, last, m, by = follow(
+            p, scratch, upper, lower, clock, state, count, strobes, rule, known
+        )
+        found[k, STATUS_OF], found[k, CLOSED], found[k, CAUGHT], found[k, TAKEN] = (
+            status,
+            m,
+            by,
+            last,
+        )
+        for j in range(m):
+            for c in range(3):
+                orbits[k, j, c] = strobes[last - m + 1 + j, c]
+
+
+@njit(nogil=True)
+def follow_machines(many, scratch, upper, lower, clocks, states, counts, strobes, rule, found):
+    """Follow one start of each machine of a layout, from where the clocks and states are.
+
+    `many` are their tables as `simulate._modes.stacks` makes them; `found`, of shape
+    (machines, FOUND), is filled with the status, the period of the orbit and the periods taken.
+    """
+    known = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
+    for k in range(len(states)):
+        p = machine(many, k)
+        strobes[k, 0, Q], strobes[k, 0, V] = states[k, Q] + p.origin[counts[k, MODE]], states[k, V]
+        strobes[k, 0, STROBE_IMPACTS] = strobes[k, 0, STROBE_ENERGY] = 0.0
+        status, last, m, _ = follow(
+            p, scratch, upper, lower, clocks[k], states[k], counts[k], strobes[k], rule, known
+        )
+        found[k, STATUS_OF], found[k, CLOSED], found[k, TAKEN] = status, m, last

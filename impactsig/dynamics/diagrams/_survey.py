@@ -1,0 +1,164 @@
+"""Many starts of one oscillator, the attractors they end at, and how near these may be caught."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..._arguments import number, thread_count, whole
+from ...errors import InvalidInput
+from ...oscillators import Oscillator, Rigid
+from ...simulate.basis.events import MODE, STROBE, STROBE_IMPACTS
+from ...simulate.exact.exact import ExactEngine
+from ...simulate.exact.starts import begun
+from ...simulate.run import Run
+from ..arguments import recurring
+from ._settling import LEGS, LONGEST, NOTHING_KNOWN, ground
+
+TILE = 512  # starts that are followed in one call
+SCOUTS = 1024  # starts that are followed first, to learn of attractors
+ALIKE = 1e3  # orbits whose strobes are closer than so many tolerances are one
+AROUND = 16  # directions in which a point's surroundings are tried
+OPEN = -1  # the label of starts whose motion has not closed
+
+
+@dataclass
+class Found:
+    """What became of starts: status and label of each; of closed orbits its place, by start."""
+
+    status: np.ndarray
+    label: np.ndarray
+    orbits: dict[int, np.ndarray]
+
+
+class Survey:
+    """Follows starts of one oscillator; positions and velocities in the engine's units."""
+
+    def __init__(
+        self, oscillator: Oscillator, phase: Any, periods: Any, closed: Any, workers: Any
+    ) -> None:
+        self.run = Run(oscillator, periods=1, phase=phase)
+        recurring("system", oscillator)
+        if not isinstance(self.run.engine, ExactEngine):
+            raise InvalidInput(
+                "oscillator", oscillator, "one that is linear between events",
+                "Hertz contacts and laws of your own are stepped; simulate their starts one by one",
+            )  # fmt: skip
+        self.engine = self.run.engine
+        self.phase = self.run.phase
+        self.periods = whole("periods", periods, 1)
+        self.closed = number("closed", closed, above=0, most=1e-2)
+        self.workers = thread_count(workers)
+        self.orbits: list[np.ndarray] = []
+        self.radii: list[float] = []
+
+    def starts(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Starts against the ground in the engine's coordinates, shape (n, 2).
+
+        Raises
+        ------
+        InvalidInput
+            If one is beyond a rigid stop.
+        """
+        origin, unit = ground(self.run.oscillator, self.phase)
+        places = (np.stack([x, v], axis=1) - origin) / unit
+        beyond = np.flatnonzero(~self.possible(places, slack=1e-12))
+        if len(beyond):
+            first = beyond[0]
+            Run(self.run.oscillator, periods=1, phase=self.phase, initial=(x[first], v[first]))
+        return places
+
+    def possible(self, places: np.ndarray, slack: float = 0.0) -> np.ndarray:
+        """Which places are not beyond a rigid stop."""
+        good = np.ones(len(places), bool)
+        for stop in self.run.oscillator.stops:
+            if isinstance(stop.law, Rigid):
+                depth = (places[:, 0] - stop.position) * (1 if stop.side == "upper" else -1)
+                good &= depth <= slack * (np.abs(places[:, 0]) + abs(stop.position))
+        return good
+
+    def discover(self, places: np.ndarray, catch: bool) -> None:
+        """Learn of attractors from some of the starts, and how near they may be caught."""
+        chosen = np.random.default_rng(0).permutation(len(places))[:SCOUTS]
+        self.follow(places[chosen], False)
+        for k in range(len(self.orbits)):
+            self.radii[k] = self._radius(k) if catch else 0.0
+
+    def _radius(self, k: int) -> float:
+        """Half the distance from which, all around an attractor, motions are seen to come back."""
+        orbit = self.orbits[k]
+        ways = np.arange(AROUND) * 2 * math.pi / AROUND
+        rim = np.stack([np.cos(ways), np.sin(ways)], axis=1)
+        size = max(float(np.abs(other[:, :2]).max()) for other in self.orbits)
+        for halvings in range(20):
+            radius = 0.1 * size * 0.5**halvings
+            around = (orbit[:, None, :2] + radius * rim).reshape(-1, 2)
+            found = self.follow(around[self.possible(around)], False)
+            if np.all(found.label == k):
+                return radius / 2
+        return 0.0
+
+    def follow(self, places: np.ndarray, catch: bool) -> Found:
+        """Follow starts to their attractors; such as were not known are from then on."""
+        known = NOTHING_KNOWN
+        if catch and self.orbits:
+            known = (
+                np.concatenate([orbit[:, :2] for orbit in self.orbits]),
+                np.repeat(np.arange(len(self.orbits)), [len(orbit) for orbit in self.orbits]),
+                np.array(self.radii),
+            )
+        tiles = [slice(at, at + TILE) for at in range(0, len(places), TILE)]
+        with ThreadPoolExecutor(self.workers) as pool:
+            parts = list(pool.map(lambda tile: self._tile(places[tile], known), tiles))
+        found = Found(
+            np.concatenate([status for status, _, _ in parts]),
+            np.concatenate([label for _, label, _ in parts]),
+            {t * TILE + k: orbit for t, part in enumerate(parts) for k, orbit in part[2].items()},
+        )
+        for k, orbit in found.orbits.items():  # in the order of the starts, whatever the threads
+            found.label[k] = self._match(orbit)
+        return found
+
+    def _tile(
+        self, places: np.ndarray, known: Any
+    ) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
+        """Status and attractor of each, and the orbits that closed uncaught."""
+        from ._strobing import CAUGHT, CLOSED, FOUND, STATUS_OF, follow_all
+
+        engine = Run(self.run.oscillator, periods=1, phase=self.phase).engine  # its own scratch
+        assert isinstance(engine, ExactEngine)
+        states, counts = begun(engine.stack, *np.ascontiguousarray(places.T))
+        modes = counts[:, MODE].copy()
+        found, orbits = (
+            np.empty((len(places), FOUND), np.int64),
+            np.empty((len(places), LONGEST, 3)),
+        )
+        follow_all(
+            engine.problem, engine.scratch, *engine.laws, self.phase, states, modes,
+            np.empty((self.periods + 1, STROBE)), (self.closed, LONGEST, True, LEGS), known,
+            found, orbits,
+        )  # fmt: skip
+        closed = {
+            k: orbits[k, : found[k, CLOSED]] for k in np.flatnonzero(found[:, CLOSED]).tolist()
+        }
+        return found[:, STATUS_OF], found[:, CAUGHT], closed
+
+    def _match(self, orbit: np.ndarray) -> int:
+        """Which attractor a closed orbit is; a new one where it is none of the known."""
+        near = ALIKE * self.closed * float(np.abs(orbit[:, :2]).max())
+        for k, other in enumerate(self.orbits):
+            if (
+                len(other) != len(orbit)
+                or other[:, STROBE_IMPACTS].sum() != orbit[:, STROBE_IMPACTS].sum()
+            ):
+                continue
+            for shift in range(len(orbit)):
+                if np.abs(np.roll(orbit, shift, axis=0)[:, :2] - other[:, :2]).max() <= near:
+                    return k
+        self.orbits.append(orbit.copy())
+        self.radii.append(0.0)
+        return len(self.orbits) - 1

@@ -1,0 +1,258 @@
+"""Where a motion ends, over a plane of starts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..._arguments import flag, number, thread_count, whole
+from ..._showing import Shown
+from ...oscillators import Cantilever, Oscillator
+from ...oscillators.flows import Flow
+from ...simulate.basis.events import DONE
+from ...simulate.exact.exact import piecewise_linear
+from ..arguments import parameter_values, recurring
+from ._basins_of_starts import ends
+from ._flow_sections import checked_section
+from ._settling import ground
+from ._survey import OPEN, Survey
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+RECHECKED = 256  # starts that are followed again without being caught
+
+
+@dataclass(frozen=True)
+class Attractor(Shown):
+    """A periodic attractor.
+
+    Attributes
+    ----------
+    strobe : numpy.ndarray, shape (periods, d)
+        Displacement and velocity at the phase of the strobe, one a forcing period; of a cantilever
+        those of its first mode, of a flow its states on the section.
+    periods, impacts : int
+        period(m, n): how many impacts in how many forcing periods; of a flow both count its returns
+        to the section, (1, 0) is rest.
+    radius : float
+        A start, or a strobe, within this distance of one of its points (velocity over forcing
+        frequency) was taken to end here; 0 where every motion was followed until it closed.
+
+    See Also
+    --------
+    basins_of_attraction, results.Basins
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import basins_of_attraction, scenes
+    >>> walls = scenes.begley_virgin(gamma=1.338, sigma=1.6, friction=0.05)
+    >>> found = basins_of_attraction(walls, np.linspace(-1.5, 1.5, 3), np.linspace(-1, 1, 3))
+    >>> first = found.attractors[0]
+    >>> first.periods, first.impacts
+    (2, 3)
+    """
+
+    strobe: np.ndarray = field(repr=False)
+    periods: int
+    impacts: int
+    radius: float
+
+
+@dataclass(frozen=True)
+class Basins(Shown):
+    """Basins of attraction on a grid of starts.
+
+    Attributes
+    ----------
+    labels : numpy.ndarray, shape (len(v), len(x))
+        Which of the attractors a start ends at; -1 where its orbit had not closed.
+    attractors : tuple of Attractor
+        In the order of their shares.
+    shares, intervals : numpy.ndarray, shapes (n,) and (n, 2)
+        Share of the starts each attractor has, with 95 % intervals (Wilson) as if the starts had
+        been drawn.
+    open_share : float
+        Share of the starts whose orbit had not closed: chaos, or too few periods.
+    x, v : numpy.ndarray
+        The starts.
+    failed : int
+        Starts whose motion ended early; they count as not closed.
+    rechecked, differing : int
+        How many starts were followed again until their own orbit closed, and how many of these
+        ended elsewhere than where they had been caught.
+
+    See Also
+    --------
+    basins_of_attraction, results.Attractor, plot.basins
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import basins_of_attraction, scenes
+    >>> walls = scenes.begley_virgin(gamma=1.338, sigma=1.6, friction=0.05)
+    >>> found = basins_of_attraction(walls, np.linspace(-1.5, 1.5, 3), np.linspace(-1, 1, 3))
+    >>> found.labels.shape, round(float(found.shares.sum()) + found.open_share, 6)
+    ((3, 3), 1.0)
+    """
+
+    labels: np.ndarray = field(repr=False)
+    attractors: tuple[Attractor, ...]
+    shares: np.ndarray
+    intervals: np.ndarray = field(repr=False)
+    open_share: float
+    x: np.ndarray = field(repr=False)
+    v: np.ndarray = field(repr=False)
+    failed: int
+    rechecked: int
+    differing: int
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the basins; see `impactsig.plot.basins`."""
+        from ...plot import basins
+
+        return basins(self, ax=ax)
+
+
+def basins_of_attraction(
+    system: Oscillator | Cantilever | Flow,
+    x: Any,
+    v: Any,
+    *,
+    phase: float = 0.0,
+    section: tuple[str | int, float] | None = None,
+    periods: int = 1000,
+    closed: float = 1e-8,
+    catch: bool = True,
+    workers: int | None = None,
+) -> Basins:
+    """Where the motions from a grid of starts end.
+
+    Each is strobed once a forcing period until its orbit closes: until it is back with what is
+    left of the transient, as it shrinks, below `closed`. The orbits are matched by their points.
+    A start is spared the end of its way once it comes near a point of an attractor that is known,
+    nearer than starts all around that point from which the motion was seen to come back.
+
+    Parameters
+    ----------
+    system : Oscillator, Cantilever or Flow
+        What moves. An oscillator or a cantilever is under forcing that recurs. What is not an
+        oscillator that is linear between events is followed start by start.
+    x, v : array_like
+        Displacements and velocities of the starts, against the ground; of a cantilever those of its
+        first mode, with the others at rest; of a flow its first two coordinates, with the others as
+        they are in its initial state. Starts beyond a rigid stop are refused.
+    phase : float
+        Phase of the forcing at the starts and strobes [rad]. Not for flows.
+    section : (str or int, float), optional
+        Of flows: name or number of a coordinate, and the level that it crosses upwards; a motion
+        closes in its returns to it, or where it comes to rest.
+    periods : int
+        Forcing periods, or returns of a flow, after which an orbit that has not closed is left
+        open.
+    closed : float
+        Tolerance as a share of the size of displacement and velocity.
+    catch : bool
+        Whether to end a motion near an attractor that is known. Without it every motion is
+        followed until its own orbit closes. The result tells how many starts were followed again
+        without it, and how many ended elsewhere.
+    workers : int, optional
+        Threads; as many as there are cores unless given. The result does not depend on it.
+
+    Returns
+    -------
+    Basins
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of range, or the forcing does not recur.
+
+    See Also
+    --------
+    simulate_many, periodicity_chart, plot.basins
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import basins_of_attraction, scenes
+    >>> walls = scenes.begley_virgin(gamma=1.338, sigma=1.6, friction=0.05)
+    >>> found = basins_of_attraction(walls, np.linspace(-1.5, 1.5, 3), np.linspace(-1, 1, 3))
+    >>> [(one.impacts, one.periods) for one in found.attractors]
+    [(3, 2), (2, 1), (3, 2)]
+    """
+    catch = flag("catch", catch)
+    axes = parameter_values("x", x), parameter_values("v", v)
+    grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    cut = checked_section(section)
+    if not (isinstance(system, Oscillator) and system.noise is None and piecewise_linear(system)):
+        if isinstance(system, Oscillator):
+            recurring("system", system)
+        label, orbits, failed = ends(
+            system, grid, cut, number("phase", phase), whole("periods", periods, 1),
+            number("closed", closed, above=0, most=1e-2), thread_count(workers),
+        )  # fmt: skip
+        found_of = [Attractor(own.points, len(own.points), own.impacts, 0.0) for own in orbits]
+        return _basins(label, found_of, axes, failed)
+    survey = Survey(system, phase, periods, closed, workers)
+    places = survey.starts(*grid.T)
+    survey.discover(places, catch)
+    found = survey.follow(places, catch)
+
+    chosen = np.random.default_rng(1).permutation(len(places))[: RECHECKED if catch else 0]
+    again = survey.follow(places[chosen], False) if len(chosen) else None
+    return _basins(
+        found.label,
+        [_attractor(survey, k) for k in range(len(survey.orbits))],
+        axes,
+        int(np.count_nonzero(found.status != DONE)),
+        len(chosen),
+        int(np.count_nonzero(again.label != found.label[chosen])) if again else 0,
+    )
+
+
+def _basins(
+    label: np.ndarray,
+    attractors: list[Attractor],
+    axes: tuple[np.ndarray, np.ndarray],
+    failed: int,
+    rechecked: int = 0,
+    differing: int = 0,
+) -> Basins:
+    """The result, the attractor of most starts first."""
+    counts = np.array([np.count_nonzero(label == k) for k in range(len(attractors))], int)
+    order = np.argsort(-counts, kind="stable")[: np.count_nonzero(counts)]
+    rank = np.full(len(counts) + 1, OPEN)
+    rank[order] = np.arange(len(order))
+    return Basins(
+        rank[label].reshape(len(axes[1]), len(axes[0])),
+        tuple(attractors[k] for k in order),
+        counts[order] / len(label),
+        np.array([_wilson(count, len(label)) for count in counts[order]]).reshape(-1, 2),
+        float(np.mean(label == OPEN)),
+        *axes,
+        failed,
+        rechecked,
+        differing,
+    )
+
+
+def _attractor(survey: Survey, k: int) -> Attractor:
+    """An attractor against the ground and in the oscillator's units."""
+    orbit = survey.orbits[k]
+    origin, unit = ground(survey.run.oscillator, survey.phase)
+    strobe = origin + unit * orbit[:, :2]
+    return Attractor(strobe, len(orbit), int(orbit[:, 2].sum()), survey.radii[k])
+
+
+def _wilson(count: int, of: int) -> tuple[float, float]:
+    """95 % interval of a share."""
+    z = 1.959963984540054
+    share = count / of
+    middle = share + z * z / (2 * of)
+    half = z * math.sqrt(share * (1 - share) / of + z * z / (4 * of * of))
+    return (middle - half) / (1 + z * z / of), (middle + half) / (1 + z * z / of)

@@ -1,0 +1,244 @@
+"""What an oscillator does over a plane of two parameters: period(m, n) of every cell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..._arguments import flag, function, number, thread_count, whole
+from ..._showing import Shown
+from ...oscillators import Oscillator
+from ...simulate.basis.columns import Columns, chosen, columns_of, form_of, spread
+from ...simulate.basis.events import DONE, STROBE_IMPACTS
+from ...simulate.basis.frame import first_phase, place_of
+from ...simulate.batches.moving import in_threads
+from ...simulate.exact.exact import piecewise_linear
+from ...simulate.run import span
+from ..arguments import made_of_arrays, parameter_names, parameter_values
+from ._cells import follow_cells
+from ._flow_sections import Section, checked_section
+from ._settling import settle
+from ._whole_motions import SYSTEMS, checked_whole, whole_motion
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+TOGETHER = 256  # cells that one call of the kernel follows
+STROBES = 100_000  # and how many strobes they may take, which are kept until it is done
+AT_REST = (0.0, 0.0)
+SILENT, IMPACTING, HIGHER, FAILED = 0, 1, 2, -1
+
+
+@dataclass(frozen=True)
+class PeriodicityChart(Shown):
+    """period(m, n) over a plane of two parameters.
+
+    Attributes
+    ----------
+    periods : numpy.ndarray, shape (len(y), len(x))
+        Forcing periods n of the orbit; 0 where it has not closed, as where the forcing does not
+        recur (`Oscillator.forcing_recurs`).
+    impacts : numpy.ndarray of int
+        Impacts m in as many periods, likewise; -1 where it has not closed.
+    followed : numpy.ndarray of int
+        Forcing periods that were followed.
+    failed : numpy.ndarray of bool
+        Where a motion ended early.
+    x, y : numpy.ndarray
+        Values of the parameters.
+    names : (str, str)
+        What they are called: what the scene calls them.
+
+    See Also
+    --------
+    periodicity_chart, plot.periodicity_chart
+
+    Examples
+    --------
+    >>> from impactsig import periodicity_chart, scenes
+    >>> def beam(frequency, amplitude):
+    ...     return scenes.karpodinis(frequency, amplitude=amplitude)
+    >>> found = periodicity_chart(beam, [22.0, 22.1], [0.25], workers=1)
+    >>> found.impacts, found.periods
+    (array([[1, 1]]), array([[1, 1]]))
+    """
+
+    periods: np.ndarray = field(repr=False)
+    impacts: np.ndarray = field(repr=False)
+    followed: np.ndarray = field(repr=False)
+    failed: np.ndarray = field(repr=False)
+    x: np.ndarray = field(repr=False)
+    y: np.ndarray = field(repr=False)
+    names: tuple[str, ...] = field(default=("parameter", "second parameter"), repr=False)
+
+    @property
+    def classes(self) -> np.ndarray:
+        """The classes of [BegleyVirgin1998]_, shape (len(y), len(x)).
+
+        0: period-1 without impact; 1: period-1 with impacts; 2: higher, or not closed (chaos, or
+        a transient that lasts); -1: the motion ended early.
+        """
+        found = np.where(self.impacts > 0, IMPACTING, SILENT)
+        found = np.where(self.periods == 1, found, HIGHER)
+        return np.where(self.failed, FAILED, found)
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the chart; see `impactsig.plot.periodicity_chart`."""
+        from ...plot import periodicity_chart
+
+        return periodicity_chart(self, ax=ax, **options)
+
+
+def periodicity_chart(
+    scene: Callable[[float, float], Any],
+    x: Any,
+    y: Any,
+    *,
+    periods: int = 200,
+    initial: Any = None,
+    phase: float = 0.0,
+    section: tuple[str | int, float] | None = None,
+    closed: float = 1e-6,
+    skip: bool = True,
+    workers: int | None = None,
+) -> PeriodicityChart:
+    """period(m, n) over a plane of two parameters, each cell from the same start.
+
+    A cell is strobed once a forcing period; its orbit has closed after n periods when it is back
+    with what is left of the transient, as it shrinks, below `closed`, after as many impacts. Where
+    that takes longer than the cell has, its orbit is the one that Newton's method finds beside it,
+    if that is stable and the motion comes nearer to it as its multipliers say.
+
+    Parameters
+    ----------
+    scene : callable
+        The `Oscillator`, `Cantilever`, `Flow` or `Controlled` oscillator for a pair of parameters,
+        such as ``lambda gamma, friction: scenes.begley_virgin(gamma, 1.5, friction)``. All but
+        oscillators run for all `periods`, and have closed where the last strobes have returned
+        within `closed`, after at most a quarter of these. Of a flow both n and m count returns to
+        the section; (1, 0) is rest.
+    x, y : array_like
+        Values of the first and of the second parameter.
+    periods : int
+        Forcing periods, or returns of a flow, that a cell is followed for.
+    initial : optional
+        State at the start, as for `simulate`; at rest, or that of the flow, unless given.
+    phase : float
+        Phase of the forcing at start and strobes [rad]. Not for flows.
+    section : (str or int, float), optional
+        Of flows: name or number of a coordinate, and the level that it crosses upwards.
+    closed : float
+        Tolerance as a share of the size of displacement and velocity.
+    skip : bool
+        Whether a cell ends as soon as its orbit has closed; the orbit is the same without it.
+    workers : int, optional
+        Threads; as many as there are cores unless given. The result does not depend on it.
+
+    Returns
+    -------
+    PeriodicityChart
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of range, or the scene makes no oscillator.
+
+    See Also
+    --------
+    bifurcation_diagram, basins_of_attraction, plot.periodicity_chart
+
+    Examples
+    --------
+    >>> from impactsig import periodicity_chart, scenes
+    >>> def beam(frequency, amplitude):
+    ...     return scenes.karpodinis(frequency, amplitude=amplitude)
+    >>> periodicity_chart(beam, [22.0, 22.1], [0.25], workers=1).impacts
+    array([[1, 1]])
+    """
+    axes = parameter_values("x", x), parameter_values("y", y)
+    periods = whole("periods", periods, 1)
+    closed = number("closed", closed, above=0, most=1e-2)
+    function("scene", scene, f"a function of both parameters that makes {SYSTEMS}")
+    flag("skip", skip)
+    cut = checked_section(section)
+    threads = thread_count(workers)
+    first, second = (grid.ravel() for grid in np.meshgrid(*axes))
+    batch = made_of_arrays(scene, first, second)
+    together = max(1, min(TOGETHER, STROBES // periods))
+
+    def some(at: int) -> np.ndarray:
+        which = slice(at, min(at + together, len(first)))
+        if batch is not None:
+            return _exact_cells(chosen(columns, which), periods, closed, skip, start, phase)
+        machines = [scene(a, b) for a, b in zip(first[which], second[which], strict=True)]
+        return _cells(machines, periods, closed, skip, initial, phase, cut)
+
+    if batch is not None:
+        columns, start = spread(batch.columns, len(first)), AT_REST if initial is None else initial
+    cells = range(0, len(first), together)
+    n, impacts, followed, failed = (
+        column.reshape(len(axes[1]), len(axes[0]))
+        for column in np.concatenate(list(in_threads(some, cells, threads)), axis=1)
+    )
+    names = parameter_names(scene, 2)
+    return PeriodicityChart(n, impacts, followed, failed.astype(bool), *axes, names)
+
+
+def _cells(
+    machines: list[Any], periods: int, closed: float, skip: bool, initial: Any, phase: float,
+    section: Section | None,
+) -> np.ndarray:  # fmt: skip
+    """Cells of machines of any kind: n, m, periods followed and whether they failed, as rows."""
+    found = np.zeros((4, len(machines)), int)
+    forms: dict[Any, list[int]] = {}
+    start = AT_REST if initial is None else initial
+    for k, machine in enumerate(machines):
+        if not isinstance(machine, Oscillator) or machine.noise is not None:
+            found[:, k] = _whole_cell(machine, periods, closed, initial, phase, section)
+        elif piecewise_linear(machine):
+            forms.setdefault(form_of(machine), []).append(k)
+        else:
+            found[:, k] = _stepped_cell(machine, periods, closed, skip, start, phase)
+    for which in forms.values():
+        columns = columns_of(machines[k] for k in which)
+        found[:, which] = _exact_cells(columns, periods, closed, skip, start, phase)
+    return found
+
+
+def _exact_cells(
+    columns: Columns, periods: int, closed: float, skip: bool, initial: Any, phase: float
+) -> np.ndarray:
+    """Cells of machines that are linear between events, as rows."""
+    span(periods, None, 0.0, columns.form.forces > 0 or columns.form.base is not None)
+    n = columns.n
+    places = np.broadcast_to(np.array(place_of(initial)), (n, 2))
+    phases = np.full(n, first_phase(phase))
+    cells = follow_cells(columns, periods, places, phases, closed, skip)
+    return np.stack([cells.periods, cells.impacts, cells.followed, cells.status != DONE])
+
+
+def _stepped_cell(
+    machine: Oscillator, periods: int, closed: float, skip: bool, initial: Any, phase: float
+) -> tuple[int, int, int, bool]:
+    """The cell of a machine that is stepped."""
+    settled = settle(machine, periods, tolerance=closed, ends=skip, initial=initial, phase=phase)
+    orbit = settled.closing()
+    n = orbit.closed
+    impacts = int(orbit.strobes[-n:, STROBE_IMPACTS].sum()) if n else -1
+    return n, impacts, len(settled.strobes) - 1, settled.status != "complete"
+
+
+def _whole_cell(
+    system: Any, periods: int, closed: float, initial: Any, phase: float, section: Section | None
+) -> tuple[int, int, int, bool]:
+    """A cell of a system that is simulated whole: n, m, periods followed, whether it failed."""
+    look = max(periods // 2, 1)
+    checked_whole(system, section)
+    found = whole_motion(system, look, periods - look, initial, phase, section)
+    if isinstance(found, str):
+        return 0, -1, 0, True
+    n = found.closed(closed)
+    return n, len(found.speeds_since(found.since(n))) if n else -1, periods, False

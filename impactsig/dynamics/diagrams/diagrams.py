@@ -1,0 +1,358 @@
+"""What a system does over one parameter: everything the papers draw over frequency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..._arguments import Seed, flag, function, number, streams, thread_count, whole
+from ..._showing import Shown
+from ...errors import InvalidInput
+from ...oscillators import Cantilever, Oscillator, Rigid
+from ...oscillators.flows import Flow
+from ...simulate.simulation import what_it_is
+from ..arguments import parameter_names, parameter_values
+from ..tangents.lyapunov import lyapunov_spectrum
+from ..tangents.tangent import tangent_map
+from ._flow_sections import Section, checked_section
+from ._settling import ground, settle
+from ._whole_motions import SYSTEMS, checked_whole, whole_motion
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BifurcationDiagram(Shown):
+    """What a system does over one parameter, after the transient.
+
+    Attributes
+    ----------
+    values : numpy.ndarray, shape (n,)
+        Values of the parameter.
+    strobe : tuple of numpy.ndarray
+        For each value displacement and velocity once a forcing period, shape (k, 2), or the states
+        of a flow where it crosses the section, shape (k, d); of an orbit that has closed, its
+        points once.
+    velocity : tuple of numpy.ndarray
+        For each value the approach velocities of its impacts over the same span; of a flow the
+        rates of the coordinate at its crossings.
+    periods, impacts : numpy.ndarray of int, shape (n,)
+        period(m, n): impacts m in n forcing periods of the orbit; 0 and -1 where it has not closed.
+        Of a flow both count its returns to the section: (1, 0) at rest.
+    impacts_per_period : numpy.ndarray, shape (n,)
+        a_i.
+    energy_per_period : numpy.ndarray, shape (n,)
+        Energy lost at stops, relative to them, and by friction in a forcing period; NaN of a
+        cantilever before a soft stop, of a flow, under control and under noise.
+    kinetic_energy_per_period : numpy.ndarray, shape (n,)
+        Change of the body's kinetic energy in impacts in a forcing period, against the ground
+        (`Motion.kinetic_energy_gained`): a_e of [Okolewski2021]_. NaN of a cantilever, of a flow,
+        under control and under noise.
+    sticking : numpy.ndarray, shape (n,)
+        Share of the time at rest against a stop or held by friction; NaN of a flow and under noise.
+    exponents : numpy.ndarray, shape (n, d), or None
+        Lyapunov exponents per unit of the oscillator's time, where they were asked for: of an orbit
+        that has closed from its multipliers, of any other over the span. -inf where neighbours
+        become one.
+    status : tuple of str
+        As of `Motion`, for each value; "no return" of a flow that neither crosses its section nor
+        comes to rest. What is not known of a motion that ended early is NaN.
+    parameter : str
+        What the parameter is called: what the scene calls it.
+
+    See Also
+    --------
+    bifurcation_diagram, plot.bifurcation_diagram
+
+    Examples
+    --------
+    >>> from impactsig import bifurcation_diagram, scenes
+    >>> found = bifurcation_diagram(scenes.karpodinis, [22.0, 22.1])
+    >>> found.parameter, found.impacts, found.periods
+    ('frequency', array([1, 1]), array([1, 1]))
+    """
+
+    values: np.ndarray
+    strobe: tuple[np.ndarray, ...]
+    velocity: tuple[np.ndarray, ...]
+    periods: np.ndarray
+    impacts: np.ndarray
+    impacts_per_period: np.ndarray
+    energy_per_period: np.ndarray
+    kinetic_energy_per_period: np.ndarray
+    sticking: np.ndarray
+    exponents: np.ndarray | None
+    status: tuple[str, ...]
+    parameter: str = "parameter"
+
+    def __repr__(self) -> str:
+        closed = np.count_nonzero(self.periods)
+        failed = sum(status != "complete" for status in self.status)
+        told = f"{len(self.values)} values, {closed} of them on closed orbits"
+        return f"BifurcationDiagram({told}{f', {failed} failed' if failed else ''})"
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw one quantity over the parameter; see `impactsig.plot.bifurcation_diagram`."""
+        from ...plot import bifurcation_diagram
+
+        return bifurcation_diagram(self, ax=ax, **options)
+
+
+class _Cell(NamedTuple):
+    """What is known of one value; of a motion that ended early, nothing."""
+
+    strobe: np.ndarray = np.empty((0, 2))
+    velocity: np.ndarray = np.empty(0)
+    periods: int = 0
+    impacts: int = -1
+    impacts_per_period: float = math.nan
+    energy_per_period: float = math.nan
+    kinetic_energy_per_period: float = math.nan
+    sticking: float = math.nan
+    exponents: np.ndarray = np.full(2, math.nan)
+    status: str = "complete"
+
+
+def bifurcation_diagram(
+    scene: Callable[[float], Any],
+    values: Any,
+    *,
+    periods: int = 100,
+    transient: int = 400,
+    initial: Any = None,
+    phase: float = 0.0,
+    section: tuple[str | int, float] | None = None,
+    carry: bool = False,
+    exponents: bool = False,
+    closed: float = 1e-9,
+    skip: bool = True,
+    seed: Seed = None,
+    workers: int | None = None,
+) -> BifurcationDiagram:
+    """What a system does over one parameter.
+
+    An oscillator ends as soon as its orbit has closed. A cantilever, and an oscillator that is
+    controlled, run for as long as is asked, and their orbit is looked for in the strobes, of a
+    cantilever in those of all its modes. A flow is looked at where it crosses a section, and its
+    returns to it are its periods. Under noise nothing closes, and the strobes are of one path.
+
+    Parameters
+    ----------
+    scene : callable
+        The `Oscillator`, `Cantilever`, `Flow` or `Controlled` oscillator for a value of the
+        parameter, such as ``scenes.karpodinis``.
+    values : array_like
+        Values of the parameter; with `carry` in the order in which they are gone through.
+    periods, transient : int
+        Forcing periods, or returns of a flow, that are looked at, and that are left out before.
+    initial : optional
+        State at the start, as for `simulate`; at rest, or that of the flow, unless given.
+    phase : float
+        Phase of the forcing at starts and strobes [rad]. Not for flows.
+    section : (str or int, float), optional
+        Of flows: name or number of a coordinate, and the level that it crosses upwards.
+    carry : bool
+        Start each value where the last one ended, relative to the stops and with its velocity by
+        the forcing frequency, instead of at `initial`. Then the values go one by one. Of
+        oscillators only.
+    exponents : bool
+        Whether to work out the Lyapunov exponents. Not under control or noise.
+    closed : float
+        Tolerance within which an orbit closes, as a share of the size of displacement and velocity.
+        Where the transient is too short for it, the orbit is looked for as in `periodicity_chart`.
+    skip : bool
+        Whether a motion ends as soon as its orbit has closed, and the rest is known from it.
+    seed : int, SeedSequence or Generator, optional
+        Of the noise, which is another for each value. The same seed gives the same result; a
+        Generator is drawn from and moves on.
+    workers : int, optional
+        Threads; as many as there are cores unless given. The result does not depend on it.
+
+    Returns
+    -------
+    BifurcationDiagram
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of range, or the scene makes no oscillator.
+
+    See Also
+    --------
+    periodicity_chart, continue_orbit, plot.bifurcation_diagram
+
+    Examples
+    --------
+    >>> from impactsig import bifurcation_diagram, scenes
+    >>> found = bifurcation_diagram(scenes.karpodinis, [22.0, 22.1])
+    >>> found.impacts_per_period
+    array([1., 1.])
+    """
+    chosen = parameter_values("values", values)
+    options = {"initial": initial, "phase": phase}
+    look = _Look(
+        whole("periods", periods, 1),
+        whole("transient", transient, 1),
+        number("closed", closed, above=0, most=1e-2),
+        flag("skip", skip),
+        flag("exponents", exponents),
+        checked_section(section),
+    )
+    seeds = streams(seed, len(chosen))
+    function("scene", scene, f"a function of the parameter that makes {SYSTEMS}")
+    threads = thread_count(workers)
+    if flag("carry", carry):
+        cells = list(_carried(scene, chosen, look, options))
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            cells = list(
+                pool.map(
+                    lambda at, own: look.any_cell(scene(float(at)), own, **options), chosen, seeds
+                )
+            )
+
+    def column(name: str) -> np.ndarray:
+        return np.array([getattr(cell, name) for cell in cells])
+
+    return BifurcationDiagram(
+        values=chosen,
+        strobe=tuple(cell.strobe for cell in cells),
+        velocity=tuple(cell.velocity for cell in cells),
+        periods=column("periods"),
+        impacts=column("impacts"),
+        impacts_per_period=column("impacts_per_period"),
+        energy_per_period=column("energy_per_period"),
+        kinetic_energy_per_period=column("kinetic_energy_per_period"),
+        sticking=column("sticking"),
+        exponents=column("exponents") if exponents else None,
+        status=tuple(cell.status for cell in cells),
+        parameter=parameter_names(scene, 1)[0],
+    )
+
+
+def _made(scene: Callable[[float], Oscillator], value: float) -> Oscillator:
+    oscillator = scene(float(value))
+    if not isinstance(oscillator, Oscillator):
+        required = "a function that makes an Oscillator, where each value goes on from the last"
+        raise InvalidInput("scene", oscillator, required)
+    return oscillator
+
+
+class _Look(NamedTuple):
+    """What to look at in every cell."""
+
+    periods: int
+    transient: int
+    closed: float
+    skip: bool
+    exponents: bool
+    section: Section | None
+
+    def any_cell(self, system: Any, seed: Seed, **start: Any) -> _Cell:
+        """What a system does from a start."""
+        if isinstance(system, Oscillator) and system.noise is None:
+            return self.cell(system, **start)[0]
+        checked_whole(system, self.section, noise=True)
+        if self.exponents and (isinstance(system, Oscillator) or system.dimension is None):
+            raise InvalidInput(
+                "exponents", True, f"False for {what_it_is(system)}",
+                "Neither noise nor feedback leaves a map from a start to an end",
+            )  # fmt: skip
+        found = whole_motion(
+            system, self.periods, self.transient, section=self.section, seed=seed, **start
+        )
+        if isinstance(found, str):
+            return _Cell(status=found, exponents=np.full(system.dimension or 2, math.nan))
+        motion, n = found.motion, found.closed(self.closed)
+        span = n or self.periods
+        speeds = found.speeds_since(found.since(span))
+        cell = _Cell(
+            strobe=found.strobe[-span:],
+            velocity=speeds,
+            periods=n,
+            impacts=len(speeds) if n else -1,
+            impacts_per_period=len(speeds) / span,
+            energy_per_period=_lost(motion) / self.periods,
+            sticking=found.resting(found.start),
+        )
+        if self.exponents and isinstance(system, Flow):
+            run = {"duration": motion.duration, "transient": 0.0, "initial": motion.final}
+            cell = cell._replace(exponents=lyapunov_spectrum(system, **run).exponents)
+        elif self.exponents:
+            cell = cell._replace(exponents=_exponents(system, n, self.periods, motion.final))
+        return cell
+
+    def cell(
+        self, oscillator: Oscillator, **start: Any
+    ) -> tuple[_Cell, tuple[float, float, float] | None]:
+        """What an oscillator does from a start, and where it ends."""
+        if start["initial"] is None:
+            start["initial"] = (0.0, 0.0)
+        settled = settle(oscillator, self.transient, tolerance=self.closed, ends=self.skip, **start)
+        settled = settled.closing()
+        n = settled.closed
+        span = n or self.periods
+        motion = settled.motion(span)
+        if motion.status != "complete":
+            return _Cell(status=motion.status), None
+        assert motion.impacts is not None  # all was kept
+        assert motion.sticks is not None
+        cell = _Cell(
+            strobe=np.column_stack(motion.stroboscopic(motion.final[2]))[-span:],
+            velocity=np.asarray(motion.impacts.approach_velocity),
+            periods=n,
+            impacts=motion.impact_count if n else -1,
+            impacts_per_period=motion.impact_count / span,
+            energy_per_period=motion.energy_lost / span,
+            kinetic_energy_per_period=motion.kinetic_energy_gained() / span,
+            sticking=float(np.diff(motion.sticks).sum() / motion.duration),
+        )
+        if self.exponents:
+            cell = cell._replace(exponents=_exponents(oscillator, n, self.periods, motion.final))
+        return cell, motion.final
+
+
+def _lost(motion: Any) -> float:
+    """Energy lost in the span; NaN where that of the span alone is not known."""
+    known = isinstance(motion.system, Cantilever) and motion.energy_lost is not None
+    return float(motion.energy_lost) if known else math.nan
+
+
+def _exponents(system: Any, closed: int, periods: int, at: Any) -> np.ndarray:
+    """All exponents of the orbit that passes a point, from its multipliers where it has closed."""
+    if not closed:
+        return lyapunov_spectrum(system, periods=periods, initial=at[:2], phase=at[2]).exponents
+    multipliers = tangent_map(system, periods=closed, initial=at[:2], phase=at[2]).multipliers
+    with np.errstate(divide="ignore"):
+        grown = np.log(np.abs(multipliers))
+    frequency = system.angular_forcing_frequency
+    assert frequency is not None
+    return grown * frequency / (2 * math.pi * closed)
+
+
+def _carried(
+    scene: Callable[[float], Oscillator], values: np.ndarray, look: _Look, start: dict[str, Any]
+) -> Iterator[_Cell]:
+    """The cells one by one, each from where the last one ended."""
+    relative: np.ndarray | None = None
+    for value in values:
+        oscillator = _made(scene, value)
+        if relative is not None:
+            origin, unit = ground(oscillator, start["phase"])
+            place = relative[0]
+            for stop in oscillator.stops:
+                if isinstance(stop.law, Rigid):
+                    limit = min if stop.side == "upper" else max
+                    place = limit(place, stop.position)
+            start["initial"] = tuple((origin + unit * (place, relative[1])).tolist())
+        cell, final = look.cell(oscillator, **start)
+        if final is not None:
+            origin, unit = ground(oscillator, final[2])
+            relative = (final[:2] - origin) / unit
+        yield cell

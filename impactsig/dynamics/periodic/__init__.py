@@ -1,0 +1,1 @@
+"""Periodic orbits, and how they are followed through a parameter."""

@@ -1,0 +1,79 @@
+"""The map of a cantilever over n forcing periods, in all its modes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ...errors import InvalidInput
+from ...oscillators import Cantilever
+from ...simulate.beam.beam_arguments import initial_state
+from .shooting import Shooting, distinct
+
+GUESSES = 12
+
+
+class BeamShooting(Shooting):
+    """That of a cantilever, whose states are modal displacements and velocities."""
+
+    steps, halvings = 40, 12
+    look = 300
+
+    def __init__(
+        self, beam: Cantilever, periods: int, phase: float, method: Any, tolerance: float
+    ) -> None:
+        if beam.forcing is None:
+            raise InvalidInput("system", beam, "a Cantilever with forcing, to count its periods")
+        if method is not None:
+            raise InvalidInput("method", method, "no method for a Cantilever, which moves exactly")
+        super().__init__(beam, periods, phase, tolerance)
+        self.m = beam.modes
+        self.omega = beam.forcing.angular_frequency
+        omega = 2 * math.pi * beam.frequencies(self.m)
+        self.scales = np.concatenate([np.ones(self.m), omega])
+        self.unit = np.concatenate([np.ones(self.m), 1 / omega])
+
+    def parts(self, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return state[: self.m], state[self.m :]
+
+    def states(self, motion: Any, time: Any) -> np.ndarray:
+        return np.concatenate(motion.modal(time), axis=-1)
+
+    def error(self, gap: np.ndarray, state: np.ndarray) -> float:
+        size = max(float(np.abs(state * self.unit).max()), 1e-12)
+        return float(np.abs(gap * self.unit).max()) / size
+
+    def step(self, matrix: np.ndarray, gap: np.ndarray) -> np.ndarray:
+        scaled = self.unit[:, None] * matrix / self.unit
+        step, *_ = np.linalg.lstsq(np.eye(len(gap)) - scaled, gap * self.unit, rcond=None)
+        return np.asarray(step / self.unit)
+
+    def given(self, guess: Any) -> np.ndarray:
+        """A guess as a state.
+
+        Raises
+        ------
+        InvalidInput
+            If it is none.
+        """
+        try:
+            flat = np.asarray(guess, float)
+            parts = self.parts(flat) if flat.shape == (2 * self.m,) and self.m > 1 else guess
+        except (TypeError, ValueError):
+            parts = guess
+        try:
+            return np.concatenate(initial_state(parts, self.m))
+        except InvalidInput as error:
+            raise InvalidInput("guess", guess, error.required) from None
+
+    def close_returns(self) -> Iterator[np.ndarray]:
+        """Points of a long motion that come back near themselves, the closest first."""
+        points = self.strobed()
+        off = np.abs((points[self.periods :] - points[: -self.periods]) * self.unit).max(axis=1)
+        size = float(np.abs(points * self.unit).max()) or 1.0
+        yield from distinct(
+            points, off, GUESSES, lambda d: np.abs(d * self.unit).max(axis=1), 0.02 * size
+        )

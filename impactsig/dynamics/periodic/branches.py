@@ -1,0 +1,119 @@
+"""Periodic orbits along a parameter, and the places where they change their kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from ..._showing import Shown
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Kind = Literal["fold", "period doubling", "grazing"]
+
+
+@dataclass(frozen=True, eq=False)
+class SpecialPoint:
+    """A place on a branch where its orbit changes its kind.
+
+    Attributes
+    ----------
+    kind : {"fold", "period doubling", "grazing"}
+        A multiplier is 1 and the branch turns back in the parameter; one is -1; an impact comes
+        with no velocity, or a stop that was not hit is touched, and the branch ends.
+    parameter : float
+        Where.
+    state : ndarray, shape (d,)
+        State of the orbit there; of a grazing, of the last orbit before it.
+    phase : float
+        Phase of the section that this is on [rad].
+    index : int
+        Place on the branch of the orbit before it.
+    """
+
+    kind: Kind
+    parameter: float
+    state: np.ndarray
+    phase: float
+    index: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Branch(Shown):
+    """Periodic orbits along a parameter, in the order in which they were followed.
+
+    Attributes
+    ----------
+    periods, impacts : int
+        period(m, n) of all of them; (0, 1) of a flow.
+    parameter : ndarray, shape (k,)
+        Its values; not monotonic where the branch folds.
+    state : ndarray, shape (k, d)
+        State on the section, as that of a `PeriodicOrbit`, or one on the orbit of a flow.
+    phase : ndarray, shape (k,)
+        Phase of the forcing at the section [rad]: moved away from impacts that come near it.
+    period : ndarray, shape (k,)
+        After which the orbit closes [s].
+    multipliers : ndarray of complex, shape (k, d)
+        Floquet multipliers over the orbit.
+    approach_velocity : ndarray, shape (k, m)
+        Of each impact.
+    special : tuple of SpecialPoint
+        Folds, period doublings and the grazing at its end, in order.
+    status : str
+        Why it ends: "end of range", "grazing", "most points", or "lost", where no next orbit was
+        found.
+    forced : bool or None
+        Of a flow: whether its rates depend on time; if not, one multiplier is 1 throughout.
+
+    See Also
+    --------
+    continue_orbit, plot.branch
+
+    Examples
+    --------
+    >>> from impactsig import continue_orbit, scenes
+    >>> branch = continue_orbit(scenes.karpodinis, (22.1, 22.0))
+    >>> branch.impacts, branch.periods, branch.status
+    (1, 1, 'end of range')
+    """
+
+    periods: int
+    impacts: int
+    parameter: np.ndarray
+    state: np.ndarray
+    phase: np.ndarray
+    period: np.ndarray
+    multipliers: np.ndarray
+    approach_velocity: np.ndarray
+    special: tuple[SpecialPoint, ...]
+    status: str
+    forced: bool | None = None
+
+    @property
+    def stable(self) -> np.ndarray:
+        """Whether neighbours come closer: all multipliers but the 1 of a flow within the circle."""
+        sizes = np.abs(self.multipliers)
+        if self.forced is False:
+            sizes[np.arange(len(sizes)), np.abs(self.multipliers - 1).argmin(axis=1)] = 0.0
+        return np.asarray(sizes.max(axis=1) < 1)
+
+    def __len__(self) -> int:
+        return len(self.parameter)
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw it over the parameter; see `impactsig.plot.branch`."""
+        from ... import plot
+
+        return plot.branch(self, ax, **options)
+
+    def __repr__(self) -> str:
+        told = "".join(f"; {point.kind} at {point.parameter:.9g}" for point in self.special)
+        ends = f"{self.parameter[0]:.6g} to {self.parameter[-1]:.6g}"
+        return (
+            f"Branch(period({self.impacts}, {self.periods}), {len(self)} orbits from {ends}{told}; "
+            f"{self.status})"
+        )

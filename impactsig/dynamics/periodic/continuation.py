@@ -1,0 +1,97 @@
+"""Following a periodic orbit through a parameter, stable or not, and what happens to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from ..._arguments import entries, function, number, whole
+from ...errors import InvalidInput
+from ...oscillators import Cantilever, Oscillator
+from ...oscillators.flows import Flow
+from ...simulate import FixedStep, RungeKutta
+from ..arguments import recurring
+from ._arclength import Continuation
+from .branches import Branch
+from .orbits import find_periodic_orbit
+
+BOUNDS = "two numbers: where to begin, and where to end"
+
+
+def continue_orbit(
+    scene_of_parameter: Callable[[float], Oscillator | Cantilever | Flow],
+    values: Sequence[float],
+    periods: int = 1,
+    *,
+    period: float | None = None,
+    guess: Sequence[float] | None = None,
+    impacts: int | None = None,
+    phase: float = 0.0,
+    method: RungeKutta | FixedStep | None = None,
+    tolerance: float = 1e-10,
+    most: int = 2000,
+) -> Branch:
+    """Follow a periodic orbit through a parameter, around folds, until it grazes.
+
+    Pseudo-arclength continuation of the fixed point of the stroboscopic map [Keller1977]_, with
+    its derivative from `tangent_map`; of a flow, of state and period of the orbit. Folds and
+    period doublings are located on the branch by bisection. Where an impact comes with no velocity,
+    or one more stop is touched, the derivative of the map has no limit [Nordmark1991]_: there the
+    branch of period(m, n) ends, and the parameter is found to which its least approach velocity, or
+    its clearance, goes to zero.
+
+    Parameters
+    ----------
+    scene_of_parameter : callable
+        Gives the oscillator, the cantilever, the flow or the controlled oscillator for a value of
+        the parameter.
+    values : (float, float)
+        Where to begin and where to end; the branch also ends where a fold leads it back out of the
+        range.
+    periods, period, guess, impacts, phase, method, tolerance
+        The orbit to begin with, as for `find_periodic_orbit`.
+    most : int
+        Points after which to stop.
+
+    Returns
+    -------
+    Branch
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of its range, the forcing does not recur (`Oscillator.forcing_recurs`)
+        at some value of the parameter, or no orbit is found to begin with.
+
+    See Also
+    --------
+    find_periodic_orbit, bifurcation_diagram, plot.branch
+
+    Examples
+    --------
+    >>> from impactsig import continue_orbit, scenes
+    >>> branch = continue_orbit(scenes.karpodinis, (22.1, 21.9))
+    >>> branch.status, branch.special
+    ('end of range', ())
+    """
+    function("scene_of_parameter", scene_of_parameter, "a function of a number")
+    ends = entries("values", values, BOUNDS)
+    if len(ends) != 2:
+        raise InvalidInput("values", values, BOUNDS)
+    first, last = (number("values", value) for value in ends)
+    if first == last:
+        raise InvalidInput("values", values, "two different numbers")
+    whole("most", most, 2)
+    machine = scene_of_parameter(first)
+    if isinstance(machine, Oscillator) or not hasattr(machine, "moved_by"):
+        recurring("scene_of_parameter", machine)
+    start = find_periodic_orbit(
+        machine, periods, period=period, guess=guess, impacts=impacts, phase=phase, method=method,
+        tolerance=tolerance,
+    )  # fmt: skip
+    if not start.found:
+        raise InvalidInput(
+            "guess", guess, f"a start from which an orbit is found at {first:g}",
+            f"The iteration ended {start.status}, {start.residual:.1g} off",
+        )  # fmt: skip
+    options = {"phase": phase, "method": method, "tolerance": tolerance}
+    return Continuation(scene_of_parameter, first, last, start, options).follow(most)

@@ -1,0 +1,411 @@
+"""Periodic orbits, stable or not, by Newton's method on the stroboscopic map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+from ..._arguments import whole
+from ..._showing import Shown
+from ...errors import InvalidInput
+from ...oscillators import Cantilever, Oscillator
+from ...oscillators.flows import Flow
+from ...simulate import FixedStep, RungeKutta, simulate
+from ...simulate.simulation import what_it_is
+from ..arguments import recurring
+from ..tangents.tangent import TangentMap, differentiated_by
+from ._beam_orbits import BeamShooting
+from .flow_orbits import FlowOrbit, find_flow_orbit
+from .shooting import OscillatorShooting, Shooting, two_numbers
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+GUESSES, SPREAD = 24, 10  # close returns that are tried, and a square of other starts
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PeriodicOrbit(Shown):
+    """An orbit that closes after n forcing periods (`Oscillator.forcing_period`).
+
+    Attributes
+    ----------
+    system : Oscillator, Cantilever or Controlled
+        What moves.
+    state : ndarray, shape (d,)
+        Displacement and velocity at `phase`; of a cantilever those of its modes, displacements [m]
+        first.
+    phase : float
+        Phase of the forcing there [rad].
+    periods, impacts : int
+        period(m, n): m impacts in n forcing periods.
+    approach_velocity : ndarray, shape (m,)
+        Of each impact, relative to the stop.
+    impact_phase : ndarray, shape (m,)
+        Phase of the forcing at each [rad].
+    multipliers : ndarray, shape (d,)
+        Floquet multipliers over n periods, the greater in modulus first; 0 where a stick or an
+        impact without rebound ends what neighbours differ by. Under delayed feedback the greatest
+        of infinitely many, and under interval feedback those of the impact map, as of
+        `orbit_stability`.
+    residual : float
+        How far from the state its return is, relative to the size of the orbit.
+    iterations : int
+        Steps of Newton's method.
+    status : str
+        "found"; "not converged", where the state is the best that was met; "lost", where no step
+        brought it nearer, as beside a grazing impact.
+
+    See Also
+    --------
+    find_periodic_orbit, results.FlowOrbit, results.Branch
+
+    Examples
+    --------
+    >>> from impactsig import find_periodic_orbit, scenes
+    >>> orbit = find_periodic_orbit(scenes.karpodinis(22.1))
+    >>> orbit.status, orbit.stable, orbit.impacts
+    ('found', True, 1)
+    """
+
+    system: Any
+    state: np.ndarray
+    phase: float
+    periods: int
+    impacts: int
+    approach_velocity: np.ndarray = field(repr=False)
+    impact_phase: np.ndarray = field(repr=False)
+    multipliers: np.ndarray
+    residual: float
+    iterations: int
+    status: str
+
+    @property
+    def initial(self) -> tuple[Any, Any]:
+        """The state as `simulate` takes it: displacement and velocity, or those of all modes."""
+        if isinstance(self.system, Cantilever):
+            return self.state[: self.system.modes], self.state[self.system.modes :]
+        return float(self.state[0]), float(self.state[1])
+
+    @property
+    def found(self) -> bool:
+        """Whether it is an orbit."""
+        return self.status == "found"
+
+    @property
+    def stable(self) -> bool:
+        """Whether neighbours come closer: all multipliers within the unit circle."""
+        return bool(np.abs(self.multipliers).max() < 1)
+
+    @property
+    def exponents(self) -> np.ndarray:
+        """Lyapunov exponents per unit of the oscillator's time, ``ln |multiplier| / (n T)``."""
+        period = 2 * math.pi / self.system.angular_forcing_frequency
+        with np.errstate(divide="ignore"):
+            return np.log(np.abs(self.multipliers)) / (self.periods * period)
+
+    def motion(self, cycles: float = 1, **options: Any) -> Any:
+        """The motion along it, so many times round; an unstable one is left in the end.
+
+        Where feedback is silent on it, that of the oscillator alone.
+        """
+        periods = cycles * self.periods
+        return simulate(
+            moving_on_orbits(self.system),
+            periods=periods,
+            initial=self.initial,
+            phase=self.phase,
+            **options,
+        )
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw it in the phase plane; see `impactsig.plot.phase_portrait`."""
+        return self.motion().plot(ax, **options)
+
+    def __repr__(self) -> str:
+        kind = "stable" if self.stable else "unstable"
+        at = f"x = {self.state[0]:.9g}, v = {self.state[1]:.9g}"
+        if len(self.state) > 2:
+            at = f"{self.state[: len(self.state) // 2]} in its modes"
+        told = f"{kind}; multipliers {_told(self.multipliers)}" if self.found else self.status
+        return (
+            f"PeriodicOrbit(period({self.impacts}, {self.periods}) at {at}; {told}; "
+            f"residual {self.residual:.1g})"
+        )
+
+
+@overload
+def find_periodic_orbit(
+    system: Oscillator | Cantilever, periods: int = 1, **options: Any
+) -> PeriodicOrbit: ...
+@overload
+def find_periodic_orbit(system: Flow, periods: int = 1, **options: Any) -> FlowOrbit: ...
+
+
+def find_periodic_orbit(  # type: ignore[misc]
+    system: Any,
+    periods: int = 1,
+    *,
+    period: float | None = None,
+    guess: Sequence[float] | None = None,
+    impacts: int | None = None,
+    phase: float = 0.0,
+    method: RungeKutta | FixedStep | None = None,
+    tolerance: float | None = None,
+) -> Any:
+    """A periodic orbit, stable or not, by Newton's method; a step that leads away is halved.
+
+    Of an oscillator on ``P^n(s) - s``, P the stroboscopic map at `phase`, with its derivative from
+    `tangent_map`; of a cantilever in all its modes. Of a flow on ``y(T) - y(0)``, for the state
+    and, where the rates do not depend on time, the period T, the state being moved across the flow
+    only ([Cvitanovic2020]_, on fixed points and how to get them); the derivative comes from the
+    variational equation along the course, by collocation.
+
+    Parameters
+    ----------
+    system : Oscillator, Cantilever, Flow or Controlled
+        What moves. An oscillator or a cantilever must be forced, and its forcing must recur
+        (`Oscillator.forcing_recurs`). Of an oscillator under `OGY` the orbits are those of its
+        section map with the gains. Under feedback of a delay that the n periods divide, or of
+        intervals, they are those of the oscillator alone, on which the feedback is silent, with
+        the multipliers that it gives them.
+    periods : int
+        Of an oscillator: n, forcing periods in which the orbit closes. Under several frequencies
+        the forcing period is their common one: with 0.9 and 0.45 rad/s an orbit of n = 1 has the
+        period of the slower force.
+    period : float, optional
+        Of a flow: near which its period is. Where the rates depend on time, exactly the period: one
+        after which they recur.
+    guess : sequence of float, shape (d,), optional
+        A state near it: of an oscillator displacement and velocity at `phase`, of a cantilever
+        those of its modes. Without one, the
+        close returns of a long motion are tried, the closest first: on a chaotic attractor they lie
+        near its unstable orbits. Then, of an oscillator, a square of starts about it.
+    impacts : int, optional
+        Of an oscillator or a cantilever: m, to be had by an orbit found without a guess.
+    phase : float
+        Phase of the forcing at the section [rad]; not one at which the orbit
+        hits.
+    method : RungeKutta, optional
+        Of an oscillator: how to step; as for `simulate`.
+    tolerance : float, optional
+        What the return may be off by, relative to the size of the orbit or attractor: 1e-11 of an
+        oscillator, 1e-10 of a flow, unless given. The iteration goes on until rounding ends it.
+
+    Returns
+    -------
+    PeriodicOrbit or FlowOrbit
+        Whose `status` says whether it is one.
+
+    Raises
+    ------
+    InvalidInput
+        If the system is not forced, its forcing does not recur, or an argument is out of its range
+        or none of this system; or what is fed back leaves no map of finitely many numbers.
+
+    See Also
+    --------
+    find_periodic_orbits, continue_orbit, orbit_stability
+
+    Examples
+    --------
+    >>> from impactsig import find_periodic_orbit, flows, scenes
+    >>> orbit = find_periodic_orbit(scenes.karpodinis(20.1), 1, impacts=1)
+    >>> orbit.status, orbit.stable
+    ('found', False)
+    >>> orbit = find_periodic_orbit(flows.rossler(), period=5.88)
+    >>> round(orbit.period, 3)
+    5.881
+    """
+    if isinstance(system, Flow):
+        for name, value, default in (
+            ("periods", periods, 1), ("impacts", impacts, None), ("phase", phase, 0.0),
+            ("method", method, None),
+        ):  # fmt: skip
+            if value is not default and value != default:
+                raise InvalidInput(name, value, f"no {name} for a flow", "Give period= in its time")
+        return find_flow_orbit(system, period, guess, 1e-10 if tolerance is None else tolerance)
+    controlled = differentiated_by(system) is not None
+    if not isinstance(system, (Oscillator, Cantilever)) and not controlled:
+        raise InvalidInput(
+            "system", system, "an Oscillator, a Cantilever, a Flow or a Controlled oscillator"
+        )
+    if period is not None:
+        raise InvalidInput(
+            "period", period, f"no period for {what_it_is(system)}", "Count its orbits by periods="
+        )
+    tolerance = 1e-11 if tolerance is None else tolerance
+    if isinstance(system, Cantilever):
+        return _of_beam(BeamShooting(system, periods, phase, method, tolerance), guess, impacts)
+    if impacts is not None:
+        impacts = whole("impacts", impacts, 0)
+    if not controlled:
+        recurring("system", system)
+    shooting: Any = shooting_of(system, periods, phase, method, tolerance)
+    if guess is not None:
+        return _settled(shooting, two_numbers("guess", guess))
+    least: PeriodicOrbit | None = None
+    for start in shooting.close_returns(GUESSES, SPREAD):
+        orbit = _settled(shooting, start)
+        if orbit.found and (impacts is None or orbit.impacts == impacts):
+            if _primitive(shooting, orbit):
+                return orbit
+        elif not orbit.found and (least is None or orbit.residual < least.residual):
+            least = orbit
+    if least is None:
+        raise InvalidInput(
+            "periods, impacts", f"{periods}, {impacts}", "an orbit that some start leads to",
+            "None of those tried does; give guess=",
+        )  # fmt: skip
+    return least
+
+
+def find_periodic_orbits(
+    oscillator: Oscillator,
+    periods: int = 1,
+    *,
+    phase: float = 0.0,
+    method: RungeKutta | FixedStep | None = None,
+    tolerance: float = 1e-11,
+    guesses: int = 200,
+) -> tuple[PeriodicOrbit, ...]:
+    """All orbits of that period that the close returns of one long motion lead to.
+
+    Of a chaotic attractor these are unstable orbits within it; there is no proof that they are all.
+    Orbits that close sooner are left out, and each is listed once, whichever of its n points the
+    iteration came to.
+
+    Parameters
+    ----------
+    oscillator, periods, phase, method, tolerance
+        As for `find_periodic_orbit`.
+    guesses : int
+        Close returns to try.
+
+    Returns
+    -------
+    tuple of PeriodicOrbit
+        The least unstable first.
+
+    Raises
+    ------
+    InvalidInput
+        As `find_periodic_orbit` does.
+
+    See Also
+    --------
+    find_periodic_orbit, OGY
+
+    Examples
+    --------
+    >>> from impactsig import find_periodic_orbits, scenes
+    >>> found = find_periodic_orbits(scenes.karpodinis(20.1), guesses=20)
+    >>> [(orbit.impacts, orbit.stable) for orbit in found]
+    [(1, False)]
+    """
+    shooting = OscillatorShooting(oscillator, periods, phase, method, tolerance)
+    found: list[PeriodicOrbit] = []
+    points: list[np.ndarray] = []
+    for start in shooting.close_returns(whole("guesses", guesses, 1)):
+        orbit = _settled(shooting, start)
+        if not orbit.found or not _primitive(shooting, orbit):
+            continue
+        scale = shooting.scale(orbit.state)
+        if any(np.abs((own - orbit.state) * scale).max(axis=1).min() < 1e-6 for own in points):
+            continue
+        found.append(orbit)
+        points.append(_returns(orbit))
+    return tuple(sorted(found, key=lambda orbit: float(np.abs(orbit.multipliers[0]))))
+
+
+def moving_on_orbits(system: Any) -> Any:
+    """What moves on the orbits of a system: itself, or what is controlled by silent feedback."""
+    return getattr(system, "moving_on_orbits", system)
+
+
+def _of_beam(shooting: BeamShooting, guess: Any, impacts: int | None) -> PeriodicOrbit:
+    """The orbit of a cantilever that a guess, or some close return, leads to."""
+    starts = shooting.close_returns() if guess is None else [shooting.given(guess)]
+    least: PeriodicOrbit | None = None
+    for start in starts:
+        orbit = _settled(shooting, start)
+        if guess is not None or (orbit.found and impacts in (None, orbit.impacts)):
+            return orbit
+        if not orbit.found and (least is None or orbit.residual < least.residual):
+            least = orbit
+    if least is None:
+        raise InvalidInput(
+            "periods, impacts", f"{shooting.periods}, {impacts}",
+            "an orbit that some start leads to", "None of those tried does; give guess=",
+        )  # fmt: skip
+    return least
+
+
+def _settled(shooting: Shooting, start: np.ndarray) -> PeriodicOrbit:
+    """The orbit that Newton's method comes to from a start."""
+    return orbit_of(shooting, *shooting.newton(start))
+
+
+def orbit_of(
+    shooting: Shooting,
+    state: np.ndarray,
+    residual: float,
+    iterations: int,
+    status: str,
+    here: TangentMap | None,
+) -> PeriodicOrbit:
+    """What there is to tell of the orbit through a state."""
+    speed, angle = np.empty(0), np.empty(0)
+    multipliers = np.full(len(state), math.nan)
+    system = shooting.moves
+    if here is not None:
+        multipliers = shooting.multipliers(here, state)
+        start = shooting.parts(state)
+        motion = simulate(system, periods=shooting.periods, initial=start, **shooting.options)
+        hits = motion.impacts
+        assert hits is not None
+        assert hits.approach_velocity is not None
+        speed = np.asarray(hits.approach_velocity)
+        turn = hits.time * (shooting.omega / system.time_unit)
+        angle = (shooting.phase + turn) % (2 * math.pi)
+    return PeriodicOrbit(
+        shooting.system, state, shooting.phase, shooting.periods, len(speed), speed, angle,
+        multipliers, residual, iterations, status,
+    )  # fmt: skip
+
+
+def shooting_of(
+    system: Any, periods: int, phase: float, method: Any, tolerance: float
+) -> OscillatorShooting | BeamShooting:
+    """The map of an oscillator, a cantilever or a controlled oscillator."""
+    home = differentiated_by(system)
+    if home is not None:
+        return home.shooting_of(system, periods, phase, method, tolerance)
+    kind = BeamShooting if isinstance(system, Cantilever) else OscillatorShooting
+    return kind(system, periods, phase, method, tolerance)
+
+
+def _returns(orbit: PeriodicOrbit) -> np.ndarray:
+    """Its n points on the section, shape (n, 2)."""
+    x, v = orbit.motion().stroboscopic(orbit.phase)
+    return np.stack([x[: orbit.periods], v[: orbit.periods]], axis=1)
+
+
+def _primitive(shooting: OscillatorShooting, orbit: PeriodicOrbit) -> bool:
+    """Whether it does not close sooner."""
+    points = _returns(orbit)
+    off = np.abs((points[1:] - orbit.state) * shooting.scale(orbit.state)).max(axis=1)
+    divisors = [n for n in range(1, orbit.periods) if orbit.periods % n == 0]
+    return not any(off[n - 1] < 1e-6 for n in divisors)
+
+
+def _told(multipliers: np.ndarray) -> str:
+    """The greatest two."""
+    first = complex(multipliers[0])
+    if first.imag:
+        return f"{first.real:.4g} ± {abs(first.imag):.4g}i"
+    return ", ".join(f"{value.real:.4g}" for value in multipliers[:2])

@@ -1,0 +1,217 @@
+"""The map of a system over n forcing periods, its derivative, and Newton's method on it."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from ..._arguments import number, whole
+from ...errors import InvalidInput
+from ...simulate import simulate
+from ...simulate.basis.frame import reference_frequency
+from ..arguments import recurring
+from ..tangents.tangent import TangentMap, tangent_map
+
+
+class Shooting(ABC):
+    """The map of one system over n forcing periods; states are arrays of shape (d,).
+
+    Attributes
+    ----------
+    system : Oscillator, Cantilever or Controlled
+        Whose orbits are looked for.
+    moves : Oscillator, Cantilever or Controlled
+        What moves on them.
+    omega : float
+        Angular frequency of the forcing.
+    scales : ndarray, shape (d,)
+        What a state is divided by to make all of it displacements.
+    options : dict
+        Phase, and method of an oscillator, as `simulate` takes them.
+    """
+
+    steps = 60  # of Newton's iteration
+    halvings = 14  # of a step that leads away
+    look, settle = 3000, 300  # periods looked through for close returns, and before
+    anchored = False  # whether the section must stay at its phase
+
+    def __init__(self, system: Any, periods: int, phase: float, tolerance: float) -> None:
+        self.system: Any = system
+        self.moves: Any = system
+        self.periods = whole("periods", periods, 1)
+        self.phase = number("phase", phase)
+        self.tolerance = number("tolerance", tolerance, above=0, most=0.1)
+        self.options: dict[str, Any] = {"phase": self.phase}
+        self.omega, self.scales = 1.0, np.empty(0)
+
+    @abstractmethod
+    def parts(self, state: np.ndarray) -> tuple[Any, Any]:
+        """Displacement and velocity, as `simulate` takes them."""
+
+    @abstractmethod
+    def states(self, motion: Any, time: Any) -> np.ndarray:
+        """States at times of a motion, shape of `time` and (d,)."""
+
+    @abstractmethod
+    def error(self, gap: np.ndarray, state: np.ndarray) -> float:
+        """How far off a return is, as a share of the state's size."""
+
+    @abstractmethod
+    def step(self, matrix: np.ndarray, gap: np.ndarray) -> np.ndarray:
+        """The step of Newton's method; LinAlgError where there is none."""
+
+    def off(self, state: np.ndarray) -> tuple[float, np.ndarray, TangentMap | None]:
+        """Residual, how far the return is off, and the map; inf where there is none."""
+        try:
+            here = tangent_map(
+                self.moves, periods=self.periods, initial=self.parts(state), **self.options
+            )
+        except InvalidInput as error:
+            if error.argument != "initial":
+                raise
+            return math.inf, state, None
+        gap = np.concatenate([np.atleast_1d(part) for part in here.final[:2]]) - state
+        if here.status != "complete" or not np.isfinite(gap).all():
+            return math.inf, state, None
+        return self.error(gap, state), gap, here
+
+    def multipliers(self, here: TangentMap, state: np.ndarray) -> np.ndarray:
+        """Floquet multipliers of the orbit through a state that returns."""
+        return here.multipliers
+
+    def slopes(self, here: TangentMap, unit: np.ndarray) -> np.ndarray:
+        """Derivative of what the return is off by the state, both in such units."""
+        return here.matrix * unit[None, :] / unit[:, None] - np.eye(len(unit))
+
+    def newton(self, start: np.ndarray) -> tuple[np.ndarray, float, int, str, TangentMap | None]:
+        """The state that returns, its residual, the steps that took, a status and its map."""
+        state, iterations = start, 0
+        residual, gap, here = self.off(state)
+        status = "not converged" if here is not None else "lost"
+        while here is not None and residual > 0 and iterations < self.steps:
+            iterations += 1
+            try:
+                step = self.step(here.matrix, gap)
+            except np.linalg.LinAlgError:
+                break
+            if not np.isfinite(step).all():
+                break
+            share = 1.0
+            for _ in range(self.halvings):
+                better = self.off(state + share * step)
+                if better[0] < residual:
+                    break
+                share /= 2
+            else:
+                status = "lost"
+                break
+            state = state + share * step
+            residual, gap, here = better
+        if here is not None and residual <= self.tolerance:
+            status = "found"
+        return state, residual, iterations, status, here
+
+    def strobed(self) -> np.ndarray:
+        """States of a long motion once a period, shape (k, d)."""
+        motion = simulate(
+            self.moves, periods=self.look + self.periods, transient=self.settle, **self.options
+        )
+        period = self.system.forcing_period
+        times = motion.start + period * np.arange(self.look + self.periods + 1)
+        return self.states(motion, np.minimum(times, motion.stop))
+
+
+class OscillatorShooting(Shooting):
+    """That of an oscillator, whose states are displacement and velocity."""
+
+    def __init__(
+        self, oscillator: Any, periods: int, phase: float, method: Any, tolerance: float
+    ) -> None:
+        super().__init__(recurring("oscillator", oscillator), periods, phase, tolerance)
+        self.omega = reference_frequency(oscillator)
+        self.scales = np.array([1.0, self.omega])
+        self.options["method"] = method
+
+    def parts(self, state: np.ndarray) -> tuple[float, float]:
+        """Displacement and velocity."""
+        return float(state[0]), float(state[1])
+
+    def states(self, motion: Any, time: Any) -> np.ndarray:
+        """Displacements and velocities at times of a motion."""
+        return np.stack(motion.sample(time), axis=-1)
+
+    def scale(self, state: np.ndarray) -> np.ndarray:
+        """What makes displacement and velocity one, and 1 in size."""
+        size = max(math.hypot(state[0], state[1] / self.omega), 1e-12)
+        return np.array([1.0, 1 / self.omega]) / size
+
+    def error(self, gap: np.ndarray, state: np.ndarray) -> float:
+        """How far off a return is, as a share of the state."""
+        return float(np.abs(gap * self.scale(state)).max())
+
+    def step(self, matrix: np.ndarray, gap: np.ndarray) -> np.ndarray:
+        """The step of Newton's method."""
+        return np.linalg.solve(np.eye(2) - matrix, gap)
+
+    def strobed(self) -> np.ndarray:
+        """States of a long motion once a period, shape (k, 2)."""
+        motion = simulate(
+            self.moves, periods=self.look + self.periods, transient=self.settle, **self.options
+        )
+        return np.stack(motion.stroboscopic(self.phase), axis=1)
+
+    def close_returns(self, count: int, spread: int = 0) -> Iterator[np.ndarray]:
+        """Points of a long motion that come back near themselves after n periods, closest first.
+
+        Then, if asked, so many by so many points spread over where it goes and half as far again.
+        """
+        points = self.strobed()
+        scale = np.array([1.0, 1 / self.omega])
+        off = np.hypot(*((points[self.periods :] - points[: -self.periods]) * scale).T)
+        extent = np.maximum(np.ptp(points, axis=0), 1e-3 * np.abs(points).max())
+        apart = 0.02 * np.hypot(*(np.ptp(points, axis=0) * scale))
+        yield from distinct(points, off, count, lambda d: np.hypot(*(d * scale).T), apart)
+        middle = points.min(axis=0) + np.ptp(points, axis=0) / 2
+        shares = np.linspace(-0.75, 0.75, spread)
+        for a, b in product(shares, shares):
+            yield middle + extent * (a, b)
+
+
+def distinct(
+    points: np.ndarray,
+    off: np.ndarray,
+    count: int,
+    size: Callable[[np.ndarray], np.ndarray],
+    apart: float,
+) -> Iterator[np.ndarray]:
+    """So many points, those that are least off first, none of them near one before."""
+    chosen: list[np.ndarray] = []
+    for k in np.argsort(off, kind="stable"):
+        if len(chosen) == count:
+            return
+        if not chosen or (size(points[k] - np.array(chosen)) > apart).all():
+            chosen.append(points[k])
+            yield points[k]
+
+
+def two_numbers(name: str, values: Any) -> np.ndarray:
+    """Displacement and velocity.
+
+    Raises
+    ------
+    InvalidInput
+        If they are not two finite numbers.
+    """
+    required = "two finite numbers: displacement and velocity"
+    try:
+        given = np.array([float(value) for value in values])
+    except (TypeError, ValueError):
+        raise InvalidInput(name, values, required) from None
+    if given.shape != (2,) or not np.isfinite(given).all():
+        raise InvalidInput(name, values, required)
+    return given

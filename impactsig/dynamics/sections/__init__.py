@@ -1,0 +1,1 @@
+"""Sections of a motion, by displacement and from impact to impact."""

@@ -1,0 +1,1 @@
+"""How neighbours part: tangent maps and Lyapunov exponents of every system."""

@@ -1,0 +1,72 @@
+"""Exponents from what neighbours have grown by, whatever carried them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .batch import batch_error
+
+BATCHES = 64
+
+
+class Growth(NamedTuple):
+    """Exponents of one motion, and the evidence for them."""
+
+    exponents: np.ndarray
+    error: np.ndarray
+    between: np.ndarray
+    curve: np.ndarray
+
+
+def growth_of(time: np.ndarray, grown: np.ndarray, lost: int) -> Growth:
+    """From logarithms of the columns' growth at the ends of batches, where directions are lost."""
+    d = grown.shape[1]
+    if not len(time):
+        nothing = np.full(d, math.nan)
+        return Growth(nothing, nothing, nothing, grown)
+    curve = grown / time[:, None]
+    widths = np.diff(time, prepend=0.0)
+    whole = widths > 0.5 * widths[0]  # a run that ended early leaves a piece
+    rates = (np.diff(grown, axis=0, prepend=0.0) / widths[:, None])[whole]
+    error = batch_error(rates)
+    order = np.argsort(-curve[-1], kind="stable") if not lost else np.arange(d)
+    between = curve[-1, order]
+    exponents = between.copy()
+    exponents[d - lost :] = -math.inf
+    return Growth(exponents, error[order], between, curve[:, order])
+
+
+def lost_of(totals: np.ndarray) -> np.ndarray:
+    """How many directions collapses have ended, of totals in the last axis."""
+    from .columns import LINES, POINTS
+
+    return np.where(totals[..., POINTS] > 0, 2, np.where(totals[..., LINES] > 0, 1, 0))
+
+
+def forget(totals: np.ndarray, place: np.ndarray) -> None:
+    """Count from here, in the last axes; a stick under way is a collapse."""
+    from .columns import BY_FRICTION, DETERMINANT, FREE, HELD, LINES, POINTS
+
+    totals[...] = 0.0
+    held, friction = place[..., HELD] != FREE, place[..., HELD] == BY_FRICTION
+    totals[..., LINES] = held & friction
+    totals[..., POINTS] = held & ~friction
+    totals[..., DETERMINANT] = np.where(held, -np.inf, 0.0)
+
+
+def edges_of(before: float, length: float) -> np.ndarray:
+    """Ends of the batches, the last of which is the end of the run."""
+    edges = before + length * np.arange(1, BATCHES + 1) / BATCHES
+    edges[-1] = before + length
+    return edges
+
+
+def measured(omega: Any, start: np.ndarray, instants: np.ndarray, taken: np.ndarray) -> Any:
+    """Time since the start and growth of both columns, of instants and totals in the last axis."""
+    from .columns import FIRST, SECOND
+
+    turns, phase = np.moveaxis(instants - start, -1, 0)
+    return (2 * math.pi * turns + phase) / omega, taken[..., [FIRST, SECOND]]

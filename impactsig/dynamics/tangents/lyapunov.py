@@ -1,0 +1,434 @@
+"""All Lyapunov exponents of an oscillator or a flow, from its equations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+from ..._arguments import Seed, number
+from ..._showing import Shown
+from ...errors import InvalidInput
+from ...oscillators import Cantilever, Oscillator
+from ...oscillators.batch import OscillatorBatch
+from ...oscillators.flows import Flow
+from ...simulate import FixedStep, RungeKutta, simulate
+from ...simulate.flows.course import Running
+from ._follow import Follower
+from .growth import BATCHES, edges_of, growth_of, lost_of, measured
+from .spectra import LyapunovSpectra, spectra_of
+from .tangent import SYSTEMS, differentiated_by
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+TURN = 2 * math.pi
+GONE = 1e-13  # share of the greatest growth below which a direction of a collapse has vanished
+STEPS = 50_000  # of a flow, in a call of a kernel, so that a run can be interrupted
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LyapunovSpectrum(Shown):
+    """The Lyapunov exponents of a motion, with the evidence for them.
+
+    An oscillator has two, those of its stroboscopic map: the third, along the forcing's phase, is
+    0 and left out. A cantilever has two for each mode, a flow as many as coordinates.
+
+    Attributes
+    ----------
+    system : Oscillator, Cantilever, Flow or Controlled
+        What moved.
+    exponents : ndarray, shape (d,)
+        Descending, per unit of the system's own time; `per_second` has them in SI units. -inf for
+        a direction that a stick, or an impact without rebound, has made vanish.
+    error : ndarray, shape (d,)
+        Standard error of `between_collapses`, by batch means.
+    between_collapses : ndarray, shape (d,)
+        The mean growth of neighbours that begin anew after each collapse: what the exponents would
+        be without them, and the same where there is none.
+    expected_sum : float
+        What the exponents add up to: the mean divergence, and the logarithms of the saltations'
+        determinants. Worked out apart, as a check. NaN for a Hertz stop whose loss goes by its
+        approach velocity.
+    time : ndarray, shape (n,)
+        Time since the transient, in the system's own unit.
+    curve : ndarray, shape (n, d)
+        `between_collapses` as far as that time.
+    collapses : int
+        How often neighbours became one: wholly, when the mass stuck to a rigid stop (a chatter
+        ends so); in one direction, when friction held it or an impact had no rebound.
+    collapse_time : ndarray, shape (k,)
+        When, in the system's own time since the start; the first 10 000.
+    collapse_dimensions : ndarray of int, shape (k,)
+        What was left of the two dimensions: 0 or 1.
+    impacts : int
+        Impacts, and touches of soft stops.
+    grazings : int
+        Events that graze so exactly that they have no derivative; their saltation is left out.
+    status : str
+        "complete"; else why the motion ended early, see `simulate`.
+
+    See Also
+    --------
+    lyapunov_spectrum, results.LyapunovExponent, plot.lyapunov_convergence
+
+    Examples
+    --------
+    >>> from impactsig import Force, Oscillator, lyapunov_spectrum
+    >>> found = lyapunov_spectrum(Oscillator(damping=0.2, forces=(Force(1.0, 0.9),)), periods=200)
+    >>> float(found.exponents.sum().round(6))  # minus the damping
+    -0.2
+    """
+
+    system: Any
+    exponents: np.ndarray
+    error: np.ndarray
+    between_collapses: np.ndarray
+    expected_sum: float
+    time: np.ndarray = field(repr=False)
+    curve: np.ndarray = field(repr=False)
+    collapses: int = 0
+    collapse_time: np.ndarray = field(default_factory=lambda: np.empty(0))
+    collapse_dimensions: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+    impacts: int = 0
+    grazings: int = 0
+    status: str = "complete"
+
+    @property
+    def sum(self) -> float:
+        """Sum of the exponents; compare `expected_sum`."""
+        return float(self.exponents.sum())
+
+    @property
+    def per_second(self) -> np.ndarray:
+        """The exponents [1/s], shape (d,); of a flow, in its own unit of time."""
+        return self.exponents / getattr(self.system, "time_unit", 1.0)
+
+    @property
+    def kaplan_yorke_dimension(self) -> float:
+        """Dimension of the attractor by its exponents [KaplanYorke1979]_.
+
+        ``j + (lambda_1 + ... + lambda_j) / |lambda_{j+1}|`` with the greatest j whose sum is not
+        negative. Of an oscillator it is that of the stroboscopic section.
+        """
+        total = 0.0
+        for j, exponent in enumerate(self.exponents):
+            if total + exponent < 0:
+                return j + total / abs(exponent)
+            total += exponent
+        return float(len(self.exponents))
+
+    def describe(self) -> str:
+        """What was found, in words."""
+        pairs = zip(self.between_collapses, self.error, strict=True)
+        parts = [f"{value:.6g} ± {error:.2g}" for value, error in pairs if not math.isnan(value)]
+        told = f"Lyapunov exponents {', '.join(parts)} per unit of time"
+        if self.collapses:
+            lost = int(np.isinf(self.exponents).sum())
+            told = (
+                f"{lost} of {len(self.exponents)} directions vanish, in {self.collapses} sticks or "
+                f"impacts without rebound; between them: {told}"
+            )
+        return told + ("" if self.status == "complete" else f"; {self.status}")
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw how they converge; see `impactsig.plot.lyapunov_convergence`."""
+        from ... import plot
+
+        return plot.lyapunov_convergence(self, ax, **options)
+
+    def __repr__(self) -> str:
+        return f"LyapunovSpectrum({self.describe()})"
+
+
+@overload
+def lyapunov_spectrum(system: OscillatorBatch, **options: Any) -> LyapunovSpectra: ...
+@overload
+def lyapunov_spectrum(
+    system: Oscillator | Cantilever | Flow, **options: Any
+) -> LyapunovSpectrum: ...
+
+
+def lyapunov_spectrum(  # type: ignore[misc]
+    system: Any,
+    *,
+    periods: float | None = None,
+    duration: float | None = None,
+    transient: float | None = None,
+    initial: Sequence[float] | None = None,
+    phase: float = 0.0,
+    method: RungeKutta | FixedStep | None = None,
+    chatter: float = 1e-6,
+    seed: Seed = None,
+) -> LyapunovSpectrum | LyapunovSpectra:
+    """All Lyapunov exponents, by the variational equation along the motion.
+
+    As many neighbours as dimensions are carried along and made orthonormal again after every event
+    (every step of a flow); the means of the logarithms of their growth are the exponents
+    [Benettin1980]_. Between the events of a piecewise linear oscillator the tangent flow is known
+    in closed form, at the events it jumps by the saltation matrix [Muller1995]_; see `tangent_map`.
+    So the exponents are those of the motion but for rounding, and what is uncertain is how
+    long one has to look. Hertz stops, a force of the user's and flows are stepped, with the
+    variational equation in the same steps; derivatives of a user's function are central differences
+    (to 1e-10), so it must be smooth.
+
+    With noise the exponents are those of one path: how neighbours part that the same noise drives.
+    Under `OGY` whole forcing periods are looked at, at the phase of its orbit.
+
+    Parameters
+    ----------
+    system : Oscillator, OscillatorBatch, Cantilever, Flow or Controlled
+        What moves; of what is controlled an oscillator under `OGY`.
+    periods, duration : float
+        How long to look: in forcing periods, or in seconds (of a flow: in its own time). Give one.
+    transient : float, optional
+        How long to let it run before, in the same unit; a tenth of that unless given. Meanwhile the
+        neighbours turn the way they grow.
+    initial : sequence of float, optional
+        State at t = 0, as for `simulate`.
+    phase, method, chatter
+        As for `simulate`. `FixedStep` has no tangent map.
+    seed : int, SeedSequence or Generator, optional
+        Of the noise. The same seed gives the same result; a Generator is drawn from and moves on.
+
+    Returns
+    -------
+    LyapunovSpectrum, or LyapunovSpectra of a batch
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of its range, or a path under noise has no derivative: at a rigid
+        stop, at one whose loss goes by the approach velocity, and under friction.
+
+    See Also
+    --------
+    lyapunov_exponent, tangent_map, plot.lyapunov_convergence
+
+    Examples
+    --------
+    >>> from impactsig import Force, Oscillator, lyapunov_spectrum, scenes
+    >>> free = Oscillator(damping=0.2, forces=(Force(1.0, 0.9),))
+    >>> float(lyapunov_spectrum(free, periods=200).exponents.sum().round(6))  # minus the damping
+    -0.2
+    >>> chaotic = lyapunov_spectrum(scenes.karpodinis(20.3355), periods=1000)
+    >>> bool(chaotic.exponents[0] > 0)
+    True
+    """
+    if isinstance(system, Oscillator) and system.noise is not None:
+        run = {"initial": initial, "phase": phase, "method": method, "seed": seed}
+        return _of_path(system, periods, duration, transient, run)
+    if seed is not None:
+        raise InvalidInput("seed", seed, "no seed where there is no noise")
+    if isinstance(system, OscillatorBatch):
+        if method is not None:
+            raise InvalidInput("method", method, "no method for a batch, which moves exactly")
+        return spectra_of(
+            system, periods=periods, duration=duration, transient=transient, initial=initial,
+            phase=phase, chatter=chatter,
+        )  # fmt: skip
+    if isinstance(system, Oscillator):
+        options: dict[str, Any] = {
+            "periods": periods, "duration": duration, "phase": phase,
+            "method": method, "chatter": chatter,
+        }  # fmt: skip
+        if initial is not None:
+            options["initial"] = initial
+        return _of_oscillator(system, transient, options)
+    if isinstance(system, Cantilever):
+        if method is not None:
+            raise InvalidInput("method", method, "no method for a Cantilever, which moves exactly")
+        options = {"periods": periods, "duration": duration, "phase": phase, "chatter": chatter}
+        if initial is not None:
+            options["initial"] = initial
+        return _of_beam(system, transient, options)
+    home = differentiated_by(system)
+    if home is not None:
+        options = {"initial": initial, "phase": phase, "method": method, "chatter": chatter}
+        return home.spectrum_of(system, periods, duration, transient, **options)
+    if not isinstance(system, Flow):
+        raise InvalidInput("system", system, SYSTEMS)
+    for name, value, default in (("periods", periods, None), ("method", method, None)):
+        if value is not default:
+            raise InvalidInput(name, value, "no such option of a flow", "Give duration=")
+    length = number("duration", duration, above=0)
+    before = number("transient", length / 10 if transient is None else transient, least=0.0)
+    return _of_flow(system, length, before, initial)
+
+
+def _of_oscillator(
+    oscillator: Oscillator, before: float | None, options: dict[str, Any]
+) -> LyapunovSpectrum:
+    from .columns import DETERMINANT, IMPACTS, LINES, POINTS, SINGULAR, TOTALS
+
+    follower = Follower(oscillator, True, **options)
+    length = follower.run.length
+    transient = number("transient", length / 10 if before is None else before, least=0.0)
+    status = follower.to(transient)[0] if transient > 0 else "complete"
+    follower.forget()
+    totals = follower.totals
+    start = follower.place[:2].copy()
+    instants, taken = np.empty((0, 2)), np.empty((0, TOTALS))
+    if status == "complete":
+        edges = edges_of(transient, length)
+        status, instants, taken = follower.to(edges[-1], edges)
+        if status != "complete":  # what it came to is the last edge
+            instants = np.vstack([instants, follower.place[:2]])
+            taken = np.vstack([taken, totals])
+    times, grown = measured(follower.omega, start, instants, taken)
+    times, grown = times[times > 0], grown[times > 0]
+    collapses = int(totals[LINES] + totals[POINTS])
+    listed = follower.collapses[:collapses]
+    divergence = float(totals[DETERMINANT]) / times[-1] if len(times) else math.nan
+    return spectrum_from(
+        oscillator,
+        times,
+        grown,
+        int(lost_of(totals)),
+        divergence,
+        collapses=collapses,
+        collapse_time=follower.seconds(listed[:, 0], listed[:, 1]) / oscillator.time_unit,
+        collapse_dimensions=listed[:, 2].astype(int),
+        impacts=int(totals[IMPACTS]),
+        grazings=int(totals[SINGULAR]),
+        status=status,
+    )
+
+
+def _of_path(
+    oscillator: Oscillator, periods: Any, duration: Any, before: Any, run: dict[str, Any]
+) -> LyapunovSpectrum:
+    """Along one path of an oscillator under noise."""
+    from ._noisy_tangent import orthonormal, tangent_steps
+
+    whole, given = ("duration", duration) if periods is None else ("periods", periods)
+    length = number(whole, given, above=0)
+    transient = number("transient", length / 10 if before is None else before, least=0.0)
+    path, matrices, divergence = tangent_steps(oscillator, **{whole: transient + length}, **run)
+    first = round(len(matrices) * transient / (transient + length))
+    columns, growth = np.eye(2), np.zeros((len(matrices), 2))
+    for k, matrix in enumerate(matrices):
+        columns, growth[k] = orthonormal(matrix @ columns)
+    edges = first + np.arange(1, BATCHES + 1) * (len(matrices) - first) // BATCHES
+    edges = np.unique(edges[edges > first])
+    grown = np.cumsum(growth[first:], axis=0)
+    times = (edges - first) * path.step / oscillator.time_unit
+    start = path.start + first * path.step
+    return spectrum_from(
+        oscillator,
+        times,
+        grown[edges - first - 1],
+        0,
+        float(divergence[first:].sum()) / times[-1] if len(times) else math.nan,
+        impacts=len(path.impacts.between(start)),
+        status=path.status,
+    )
+
+
+def _of_flow(
+    flow: Flow, length: float, transient: float, initial: Sequence[float] | None
+) -> LyapunovSpectrum:
+    from ...simulate.basis.events import DONE, EXHAUSTED
+    from ._flow_tangent import carry
+
+    running = Running(flow, None, initial)
+    d = flow.dimension
+    columns, growth = np.eye(d), np.zeros(d + 1)
+    room = np.empty((d, d)), np.zeros(d), np.empty((13, d, d)), np.empty((d, d)), *np.empty((2, d))
+    times, grown = [], []
+    for edge in [transient, *edges_of(transient, length)]:
+        status = EXHAUSTED
+        while status == EXHAUSTED:
+            status = carry(
+                running.tableau, running.field, running.scratch, running.course, edge, STEPS,
+                columns, growth, *room,
+            )  # fmt: skip
+        if status != DONE or not np.isfinite(growth).all():
+            status = EXHAUSTED
+            break
+        if edge == transient:
+            growth[:] = 0.0
+            continue
+        times.append(running.time - transient)
+        grown.append(growth[:d].copy())
+    divergence = float(growth[d]) / times[-1] if times else math.nan
+    return spectrum_from(
+        flow,
+        np.array(times),
+        np.array(grown).reshape(-1, d),
+        0,
+        divergence,
+        status="complete" if status == DONE else "diverged",
+    )
+
+
+def _of_beam(beam: Cantilever, before: float | None, options: dict[str, Any]) -> LyapunovSpectrum:
+    from ._beam_tangent import steps
+
+    whole = "periods" if options["periods"] is not None else "duration"
+    length = number(whole, options[whole], above=0)
+    transient = number("transient", length / 10 if before is None else before, least=0.0)
+    motion = simulate(beam, **(options | {whole: transient + length}))
+    unit = beam.forcing_period if whole == "periods" else 1.0
+    assert unit is not None
+    start = transient * unit
+    edges = start + (motion.stop - start) * np.arange(BATCHES + 1) / BATCHES
+    d = beam.dimension
+    columns, grown, determinant = np.eye(d), np.zeros(d), 0.0
+    taken, when, grazings, passed, lost = [], [], 0, 0, 0
+    for n, step in steps(motion, edges if start < motion.stop else edges[:0]):
+        columns, triangle = np.linalg.qr(step.matrix @ columns)
+        sizes = np.abs(np.diag(triangle))
+        gone = sizes < GONE * max(sizes.max(), 1e-300)
+        if step.collapsed:  # displacement and velocity of the tip
+            gone[np.argsort(sizes)[:2]] = True
+        if n == 0:  # still before the span
+            grown[:], determinant = 0.0, 0.0
+        with np.errstate(divide="ignore"):
+            grown += np.where(gone, 0.0, np.log(sizes))
+            determinant += float(np.log(sizes).sum())
+        if step.collapsed and n:
+            lost = max(lost, int(gone.sum()))
+            when.append((motion._phase, step.turns * TURN + step.phase))
+        grazings += step.grazed and n > 0
+        if n > passed:
+            passed = n
+            if n > 1:
+                taken.append(grown.copy())
+            else:
+                grown[:], determinant = 0.0, 0.0
+    grown_of = np.array(taken).reshape(-1, d)
+    grown_of[:, d - lost :] = math.nan  # after each collapse they begin anew, from nothing
+    reached = edges[1 : 1 + len(taken)] - start
+    ended = np.array([(angle - phase) / motion._omega for phase, angle in when])
+    return spectrum_from(
+        beam,
+        reached,
+        grown_of,
+        lost,
+        determinant / reached[-1] if len(reached) else math.nan,
+        collapses=len(when),
+        collapse_time=ended,
+        collapse_dimensions=np.full(len(when), d - lost),
+        impacts=len(motion.impacts.between(start)),
+        grazings=grazings,
+        status=motion.status,
+    )
+
+
+def spectrum_from(
+    system: Any,
+    time: np.ndarray,
+    grown: np.ndarray,
+    lost: int,
+    divergence: float,
+    **rest: Any,
+) -> LyapunovSpectrum:
+    """The result, from the logarithms of the columns' growth at the ends of the batches."""
+    found = growth_of(time, grown, lost)
+    return LyapunovSpectrum(
+        system, found.exponents, found.error, found.between, divergence, time, found.curve, **rest
+    )

@@ -1,0 +1,243 @@
+"""How neighbours of a motion part: the derivative of where it ends by where it starts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..._showing import Shown
+from ...errors import InvalidInput
+from ...oscillators import Cantilever, Oscillator
+from ...oscillators.flows import Flow
+from ...simulate import simulate
+from ...simulate.flows.course import state_of
+from ._follow import Follower
+
+SYSTEMS = "an Oscillator, a Cantilever, a Flow, or an Oscillator under OGY"
+
+
+@dataclass(frozen=True, eq=False)
+class TangentMap(Shown):
+    """The derivative of the final by the initial state.
+
+    Attributes
+    ----------
+    matrix : ndarray, shape (d, d)
+        ``matrix @ dy`` is what a start off by dy ends off: of an oscillator displacement and
+        velocity, in its units; of a cantilever modal displacements [m], then velocities [m/s]; of a
+        flow its coordinates. Its entries are those of ``exp(log_scale)`` times `scaled`, and may
+        overflow.
+    scaled, log_scale : ndarray, float
+        The same, for motions so long that the matrix is no number.
+    log_determinant : float
+        Logarithm of its determinant, worked out apart: damping and what every event does to areas.
+        -inf where a dimension is lost; NaN for a Hertz stop whose loss goes by its approach
+        velocity, and under OGY, which may turn areas over.
+    impacts : int
+        Impacts, and touches of soft stops.
+    collapses : int
+        How often a stick, or an impact without rebound, has made neighbours one.
+    grazings : int
+        Events without a derivative, whose saltation is left out.
+    final : tuple of float, or ndarray
+        State at the end (and phase of the forcing), as of the motion.
+    status : str
+        As of `simulate`.
+
+    See Also
+    --------
+    tangent_map, results.LyapunovSpectrum
+
+    Examples
+    --------
+    >>> import math
+    >>> from impactsig import Force, Oscillator, tangent_map
+    >>> found = tangent_map(Oscillator(damping=0.2, forces=(Force(1.0, 0.5),)), periods=1)
+    >>> round(found.log_determinant, 6), round(-0.2 * 2 * math.pi / 0.5, 6)
+    (-2.513274, -2.513274)
+    """
+
+    matrix: np.ndarray
+    scaled: np.ndarray
+    log_scale: float
+    log_determinant: float
+    impacts: int
+    collapses: int
+    grazings: int
+    final: Any
+    status: str
+
+    @property
+    def multipliers(self) -> np.ndarray:
+        """Eigenvalues, shape (d,), the greatest in modulus first.
+
+        Of a periodic orbit, its Floquet multipliers over the span. The smaller one of two keeps its
+        digits however small it is.
+        """
+        square = math.nan
+        if len(self.scaled) == 2:
+            half = np.trace(self.scaled) / 2
+            square = half**2 - math.exp(self.log_determinant - 2 * self.log_scale)
+        if math.isnan(square):
+            values = np.linalg.eigvals(self.scaled).astype(complex)
+        elif square < 0:
+            values = np.array([complex(half, math.sqrt(-square))] * 2)
+            values[1] = values[1].conjugate()
+        else:
+            large = half + math.copysign(math.sqrt(square), half)
+            product = half**2 - square
+            values = np.array([large, product / large if large else 0.0], complex)
+        values = values[np.argsort(-np.abs(values), kind="stable")] * math.exp(self.log_scale)
+        return values if np.iscomplex(values).any() else values.real
+
+
+def tangent_map(system: Any, **options: Any) -> TangentMap:
+    """The derivative of a motion's end by its start, in closed form where the motion is linear.
+
+    Between events the tangent flow is the homogeneous flow of the mode; at impacts, touches, where
+    contact ends, where friction turns, holds or lets go, it jumps by the saltation matrix
+    [Muller1995]_, with the acceleration of a moving base in it; of a cantilever in all its modes.
+    Hertz stops, a force of the user's and flows are stepped, with the variational equation beside
+    them.
+
+    Parameters
+    ----------
+    system : Oscillator, Cantilever, Flow or Controlled
+        What moves; of what is controlled an oscillator under `OGY`, whose gains are differentiated
+        with it.
+    **options
+        `periods` or `duration`, `initial`, `phase`, `method`, `chatter` as for `simulate`; with
+        noise `seed`: the derivative is that of one path, under the same noise.
+
+    Returns
+    -------
+    TangentMap
+
+    Raises
+    ------
+    InvalidInput
+        As `simulate` does; and where neighbours are no finite number of directions, as under
+        delayed feedback, or have no derivative, as under noise at a rigid stop.
+
+    See Also
+    --------
+    lyapunov_spectrum, find_periodic_orbit
+
+    Examples
+    --------
+    >>> from impactsig import scenes, simulate, tangent_map
+    >>> beam = scenes.karpodinis(22.1)
+    >>> motion = simulate(beam, periods=1, transient=1000)
+    >>> found = tangent_map(beam, periods=1, initial=motion.final[:2])
+    >>> bool(abs(found.multipliers).max() < 1)  # the motion is stable
+    True
+    """
+    if isinstance(system, Oscillator) and system.noise is not None:
+        return _of_path(system, options)
+    if isinstance(system, Oscillator):
+        return _of_oscillator(system, options)
+    if isinstance(system, Cantilever):
+        return _of_beam(system, options)
+    if isinstance(system, Flow):
+        return _of_flow(system, options)
+    home = differentiated_by(system)
+    if home is not None:
+        return home.tangent_of(system, **options)
+    raise InvalidInput("system", system, SYSTEMS)
+
+
+def differentiated_by(system: Any) -> Any:
+    """The module that has derivatives of a system of a higher layer; None where there is none."""
+    home = getattr(system, "differentiated_by", None)
+    return None if home is None or isinstance(system, type) else home()
+
+
+def _of_oscillator(oscillator: Oscillator, options: dict[str, Any]) -> TangentMap:
+    from .columns import DETERMINANT, FIRST, IMPACTS, LINES, POINTS, SINGULAR
+
+    follower = Follower(oscillator, False, **options)
+    run, omega = follower.run, follower.omega
+    status, _, _ = follower.to(run.length)
+    motion = run.motion(run.length, keep=False)
+    totals = follower.totals
+    unit = np.array([[1, 1 / omega], [omega, 1]])
+    # A column that begins without motion is no direction of the start's: stops carry none of it.
+    scaled = unit * follower.columns
+    collapses = int(totals[LINES] + totals[POINTS])
+    return _result(
+        scaled, float(totals[FIRST]), float(totals[DETERMINANT]), motion, int(totals[IMPACTS]),
+        collapses, int(totals[SINGULAR]), status,
+    )  # fmt: skip
+
+
+def _of_path(oscillator: Oscillator, options: dict[str, Any]) -> TangentMap:
+    """Along one path of an oscillator under noise."""
+    from ._noisy_tangent import tangent_steps
+
+    for name in ("transient", "every", "chatter"):
+        if options.get(name):
+            raise InvalidInput(name, options[name], f"no {name} under noise", "Give initial=")
+    path, matrices, divergence = tangent_steps(oscillator, **options)
+    scaled, scale = np.eye(2), 0.0
+    for matrix in matrices:
+        scaled = matrix @ scaled
+        size = float(np.abs(scaled).max()) or 1.0
+        scaled, scale = scaled / size, scale + math.log(size)
+    impacts = len(path.impacts)
+    return _result(scaled, scale, float(divergence.sum()), path, impacts, 0, 0, path.status)
+
+
+def _of_beam(beam: Cantilever, options: dict[str, Any]) -> TangentMap:
+    from ._beam_tangent import steps
+
+    if options.get("transient"):
+        raise InvalidInput("transient", options["transient"], "no transient", "Give initial=")
+    motion = simulate(beam, **options)
+    m = beam.modes
+    scaled, scale, determinant = np.eye(2 * m), 0.0, 0.0
+    collapses = grazings = 0
+    for _, step in steps(motion, np.array([motion.stop])):
+        scaled = step.matrix @ scaled
+        size = float(np.abs(scaled).max()) or 1.0
+        scaled, scale = scaled / size, scale + math.log(size)
+        lost = step.collapsed
+        determinant += -math.inf if lost else float(np.linalg.slogdet(step.matrix)[1])
+        collapses, grazings = collapses + lost, grazings + step.grazed
+    unit = np.repeat([1.0, motion._omega], m)
+    scaled = scaled * unit[:, None] / unit
+    return _result(
+        scaled, scale, determinant, motion, len(motion.impacts), collapses, grazings, motion.status
+    )
+
+
+def _of_flow(flow: Flow, options: dict[str, Any]) -> TangentMap:
+    from ..periodic.flow_shooting import converged
+
+    if options.get("transient"):
+        raise InvalidInput("transient", options["transient"], "no transient", "Give initial=")
+    motion = simulate(flow, **options)
+    start = state_of(flow, options.get("initial"))
+    _, matrix, _, settled = converged(flow, start, motion.duration)
+    if motion.status == "complete" and not settled:
+        raise InvalidInput(
+            "duration", motion.duration, "a span in which differences grow by no more than digits",
+            "lyapunov_spectrum() follows them for as long as wanted",
+        )  # fmt: skip
+    size = float(np.abs(matrix).max()) or 1.0
+    determinant = float(np.linalg.slogdet(matrix)[1])
+    return _result(matrix / size, math.log(size), determinant, motion, 0, 0, 0, motion.status)
+
+
+def _result(
+    scaled: np.ndarray, scale: float, determinant: float, motion: Any, impacts: int,
+    collapses: int, grazings: int, status: str,
+) -> TangentMap:  # fmt: skip
+    with np.errstate(over="ignore", under="ignore"):
+        matrix = scaled * np.exp(scale)
+    return TangentMap(
+        matrix, scaled, scale, determinant, impacts, int(collapses), int(grazings), motion.final,
+        status,
+    )  # fmt: skip

@@ -1,0 +1,132 @@
+"""Kernels: what delayed feedback adds to a force or a rate, as the engines see it within a step.
+
+What a motion did is kept step by step, as polynomials of degree 7 in Bernstein form (what is fed
+back, control force, then displacement and velocity, or the coordinates of a flow). The package
+`control` writes these rows, and ends steps where what is fed back is not smooth; so within a step
+the force is, and Dormand and Prince's method keeps its order, and so does its interpolant, from
+which what is fed back comes one delay later (the conditions of [BellenZennaro2003]_, chapter 6, are
+met for order 8). Where nothing is controlled the
+engines are compiled with None in place of a `Control`, and know nothing of it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._compiled import inlined, inner
+from .events import LENGTH
+from .tableau import DEGREE
+
+SIGNAL, FORCE, DISPLACEMENT, VELOCITY = range(4)
+
+
+class Line(NamedTuple):
+    """Rows of steps, in the order of time; times as turns and phase of the reference."""
+
+    when: np.ndarray  # (rows, 3): turns, phase, length
+    course: np.ndarray  # (rows, 2 + coordinates, DEGREE + 1)
+    laps: np.ndarray  # (rows,) of int: delays for which the row's beginning is no smooth place
+
+
+class Feedback(NamedTuple):
+    """Delayed feedback in the engine's units, per mass."""
+
+    on: bool
+    gain: float
+    turns: float  # delay, as turns and phase of the reference
+    phase: float
+    delay: float
+    limit: float
+    signal: int  # its course in the line
+    memory: float
+
+
+class Past(NamedTuple):
+    """Where a step finds what is fed back: see `read`."""
+
+    step: int
+    last: int
+    first: int
+    offset: float
+
+
+class Control(NamedTuple):
+    """The control force within a step."""
+
+    feedback: Feedback
+    line: Line
+    past: Past
+    region: int  # the limit that the force is beyond, 1 or -1, throughout the step; 0: none
+
+
+@inner
+def bernstein(c, share):
+    """Polynomial in Bernstein form at a share of its step."""
+    other = 1.0 - share
+    power, binomial = 1.0, 1.0
+    value = c[0] * other
+    for i in range(1, DEGREE):
+        power *= share
+        binomial *= (DEGREE - i + 1) / i
+        value = (value + power * binomial * c[i]) * other
+    return value + power * share * c[DEGREE]
+
+
+@inner
+def read(feedback, line, past, tau):
+    """What is fed back, tau after the beginning of the step.
+
+    It is in the row `past.step` or the next ones, but not after `past.last`. From the row
+    `past.first` on that is the course SIGNAL, before it the course of the signal itself.
+    """
+    j, tau = past.step, past.offset + tau
+    while j < past.last and tau > line.when[j, LENGTH]:
+        tau -= line.when[j, LENGTH]
+        j += 1
+    share = tau / line.when[j, LENGTH]
+    return bernstein(line.course[j, SIGNAL if j >= past.first else feedback.signal], share)
+
+
+@inlined
+def fed(control, tau, own):
+    """Control force per mass tau after the beginning of the step, where the signal is `own`.
+
+    Beyond the limit it is constant. That holds for a whole step, so that the force is smooth even
+    a little beyond where it ends.
+    """
+    if control is None:
+        return 0.0
+    feedback = control.feedback
+    if not feedback.on:
+        return 0.0
+    if control.region != 0:
+        return control.region * feedback.limit
+    return feedback.gain * (read(feedback, control.line, control.past, tau) - own)
+
+
+@inlined
+def pushed(control, tau, x, v):
+    """`fed` of an oscillator at that displacement and velocity."""
+    if control is None:
+        return 0.0
+    return fed(control, tau, v if control.feedback.signal == VELOCITY else x)
+
+
+@inlined
+def pushed_rate(control, x):
+    """Rate of the control force on a mass that rests at x; no force is known before the step."""
+    if control is None:
+        return 0.0
+    h = 1e-6
+    return (pushed(control, h, x, 0.0) - pushed(control, 0.0, x, 0.0)) / h
+
+
+@inlined
+def pushed_swing(control, tau, x, v):
+    """By how much the force on a mass at rest may change in tau, with a speed of up to v."""
+    if control is None:
+        return 0.0
+    change = pushed(control, tau, x, 0.0) - pushed(control, 0.0, x, 0.0)
+    return abs(change) + abs(control.feedback.gain) * v

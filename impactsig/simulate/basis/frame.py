@@ -1,0 +1,112 @@
+"""From the coordinates and units of an oscillator to those the engines work in."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..._arguments import number
+from ...errors import InvalidInput
+from ...oscillators import Oscillator
+from .columns import Columns, Forcing, columns_of, components, forcing_of
+from .events import TURN
+
+
+def reference_frequency(oscillator: Oscillator) -> float:
+    """Angular frequency of the forcing period, the reference; any will do without forcing."""
+    return oscillator.angular_forcing_frequency or oscillator.angular_natural_frequency or 1.0
+
+
+def multiple(oscillator: Oscillator, frequency: float) -> float:
+    """A frequency over that of the reference; a whole number where the forcing recurs."""
+    ratio = frequency / reference_frequency(oscillator)
+    return float(round(ratio)) if oscillator.forcing_recurs else ratio
+
+
+def swings(oscillator: Oscillator) -> float:
+    """Periods of the first force, or else of the base, in one of the reference; 1 without any."""
+    frequencies = oscillator.angular_frequencies
+    return multiple(oscillator, frequencies[0]) if frequencies else 1.0
+
+
+def pace(oscillator: Oscillator) -> float:
+    """Frequency of the base over that of the reference; 1 where there is no base."""
+    base = oscillator.base
+    return multiple(oscillator, base.angular_frequency) if base else 1.0
+
+
+def base_motion(oscillator: Oscillator, phase: Any) -> tuple[Any, Any]:
+    """Displacement and velocity of what the stops hang on, at phases of its own forcing."""
+    base = oscillator.base
+    if base is None or not base.stops:
+        return 0.0 * phase, 0.0 * phase
+    angle = phase + base.phase
+    velocity = -base.angular_frequency * base.amplitude * np.sin(angle)
+    return base.amplitude * np.cos(angle), velocity
+
+
+def first_phase(phase: Any) -> float:
+    """The phase of the reference at the start, within a turn.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not a finite number.
+    """
+    return math.fmod(number("phase", phase), 2 * math.pi) % (2 * math.pi)
+
+
+def place_of(initial: Any) -> tuple[float, float]:
+    """Displacement and velocity of a start.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not two finite numbers.
+    """
+    try:
+        x, v = (float(value) for value in initial)
+    except (TypeError, ValueError):
+        raise InvalidInput("initial", initial, "two numbers: displacement and velocity") from None
+    if not (math.isfinite(x) and math.isfinite(v)):
+        raise InvalidInput("initial", initial, "finite displacement and velocity")
+    return x, v
+
+
+def forcing_of_one(oscillator: Oscillator) -> tuple[Columns, Forcing]:
+    """Columns of one oscillator and its forcing, whose period may be that of its law."""
+    columns = columns_of([oscillator])
+    omega, recurs = reference_frequency(oscillator), oscillator.forcing_recurs
+    return columns, forcing_of(columns, (np.array([omega]), np.array([recurs])))
+
+
+def forcing(oscillator: Oscillator) -> list[tuple[float, complex]]:
+    """Frequencies over that of the reference, and complex amplitudes of the force per mass.
+
+    In coordinates in which the stops rest and the reference has frequency 1, which comes first.
+    """
+    parts = components(forcing_of_one(oscillator)[1])
+    return [
+        (float(w), complex(c, -s)) for w, c, s in zip(*(part[0] for part in parts), strict=True)
+    ]
+
+
+def strobe_times(
+    motion: Any, phase: Any, omega: float | None, first: float, last: float
+) -> np.ndarray:
+    """Times from `first` to `last` at which the forcing of a motion has a phase.
+
+    Raises
+    ------
+    InvalidInput
+        If the phase is no finite number, or there is no forcing: no `omega`, its angular frequency.
+    """
+    angle = math.fmod(number("phase", phase, "a finite angle [rad]"), TURN) % TURN
+    if omega is None:
+        raise InvalidInput("motion", repr(motion), "a forced motion: a section is taken by it")
+    since = angle - motion._phase
+    low, high = ((at * omega - since) / TURN for at in (first, last))
+    turns = np.arange(math.ceil(low - 1e-9), math.floor(high + 1e-9) + 1)
+    return np.clip((turns * TURN + since) / omega, first, last)

@@ -1,0 +1,1 @@
+"""The engine of the cantilever in its modes, and its motions."""

@@ -1,0 +1,207 @@
+"""Machines in the units of the exact engine: their modes and gaps, as tables of numbers."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ...oscillators import Oscillator
+from ..basis.columns import (
+    DAMPER,
+    POSITION,
+    RESTITUTION,
+    SPRING_RATE,
+    Columns,
+    Forcing,
+    chosen,
+    columns_of,
+    components,
+    driven,
+    forcing_of,
+    groups,
+)
+from ._layout import Layout, layout, structure
+from .user import laws_of
+
+if TYPE_CHECKING:
+    from .flow import Problem
+
+
+class Tables(NamedTuple):
+    """What the exact engine moves; all runs of an oscillator share it."""
+
+    omega: float  # angular frequency of the reference
+    problem: Problem
+    laws: tuple[Any, Any]  # restitution functions of the upper and of the lower stop
+    stack: Stack  # of this machine alone
+
+
+class Stack(NamedTuple):
+    """Machines of one layout, and the tables that the exact engine moves them by."""
+
+    which: np.ndarray  # their numbers among those that were stacked
+    columns: Columns
+    forcing: Forcing
+    layout: Layout
+    problem: Problem  # all fields but those in `SHARED` have a first axis for the machines
+    laws: tuple[Any, Any]
+
+
+SCALARS = ("speed", "kinetic", "static")  # one number a machine
+SHARED = ("rubs", "chatter", "skip", "pressed", "gaps", "means", "side")  # one for all of a layout
+
+
+@lru_cache(maxsize=64)
+def tables(oscillator: Oscillator, chatter: float, skip: bool) -> Tables:
+    """The tables of an oscillator, kept for the next run of it.
+
+    Raises
+    ------
+    InvalidInput
+        If numba cannot compile a restitution that is a function.
+    """
+    (stack,) = stacks(columns_of([oscillator]), chatter, skip)
+    return taken(stack, 0)
+
+
+def taken(stack: Stack, k: int) -> Tables:
+    """The tables of one machine of a stack."""
+    alone = subset(stack, slice(k, k + 1))
+    many = alone.problem
+    arrays = {name: value[0] for name, value in many._asdict().items() if name not in SHARED}
+    scalars = {name: float(arrays[name]) for name in SCALARS}
+    problem = many._replace(**arrays | scalars)
+    return Tables(problem.speed, problem, stack.laws, alone)
+
+
+def subset(stack: Stack, which: Any) -> Stack:
+    """Some of the machines of a stack."""
+    many = stack.problem
+    arrays = {name: value[which] for name, value in many._asdict().items() if name not in SHARED}
+    return stack._replace(
+        which=stack.which[which],
+        columns=chosen(stack.columns, which),
+        forcing=driven(stack.forcing, which),
+        problem=many._replace(**arrays),
+    )
+
+
+def stacks(columns: Columns, chatter: float, skip: bool) -> list[Stack]:
+    """The tables of machines of one form, one stack a layout.
+
+    Raises
+    ------
+    InvalidInput
+        If numba cannot compile a restitution that is a function.
+    """
+    forcing = forcing_of(columns)
+    laws = laws_of(columns.form)
+    found = []
+    for which in groups(columns, forcing):
+        mine, waves = columns, forcing
+        if len(which) < columns.n:
+            mine, waves = chosen(columns, which), driven(forcing, which)
+        plan = layout(structure(mine))
+        problem = _problem(mine, waves, plan, chatter, skip)
+        found.append(Stack(which, mine, waves, plan, problem, laws))
+    return found
+
+
+def _problem(
+    columns: Columns, forcing: Forcing, plan: Layout, chatter: float, skip: bool
+) -> Problem:
+    """The kernel's tables of machines of one layout.
+
+    Every operation goes number by number, so that a machine's tables are the same alone and among
+    others.
+    """
+    from .flow import Problem
+
+    mass, damping, stiffness, load = columns[1:5]
+    omega, inertia = forcing.omega, forcing.inertia
+    kinetic, static = columns.kinetic / inertia, columns.static / inertia
+    stops = columns.stops if len(columns.stops) else np.zeros((1, 4, columns.n))
+    position, spring, damper, restitution = (
+        np.ascontiguousarray(stops[:, row].T)
+        for row in (POSITION, SPRING_RATE, DAMPER, RESTITUTION)
+    )
+    ratio, force_cos, force_sin = components(forcing)
+
+    # A touched stop is the origin of its mode, so that nothing cancels there.
+    origin = np.where(plan.at >= 0, position[:, plan.at], 0.0)
+    kappa = np.zeros(origin.shape) + stiffness[:, None]
+    damped = np.zeros(origin.shape) + damping[:, None]
+    constant = load[:, None] - kappa * origin
+    for s, presses in enumerate(plan.soft.T):
+        kappa = kappa + presses * spring[:, s, None]
+        damped = damped + presses * damper[:, s, None]
+        constant = constant - presses * spring[:, s, None] * (origin - position[:, s, None])
+    kappa = kappa / inertia[:, None]
+    delta = damped / (2 * mass * omega)[:, None]
+    constant = constant / inertia[:, None] - plan.way * kinetic[:, None]
+    # (sqrt kappa - delta)(sqrt kappa + delta) keeps the digits that kappa - delta^2 would lose.
+    difference = (np.sqrt(kappa) - delta) * (np.sqrt(kappa) + delta)
+    root = np.sqrt(np.abs(difference))
+
+    # The forced response force / (kappa - ratio^2 + 2i delta ratio), component by component.
+    # Without forcing the clock may well run at the natural frequency.
+    pull = np.hypot(force_cos, force_sin)
+    real = kappa[:, :, None] - (ratio * ratio)[:, None]
+    imaginary = 2 * delta[:, :, None] * ratio[:, None]
+    size = np.where(pull[:, None] > 0, np.hypot(real, imaginary), 1.0)
+    real, imaginary = real / size, imaginary / size
+    cosine = (force_cos[:, None] * real - force_sin[:, None] * imaginary) / size
+    sine = (force_sin[:, None] * real + force_cos[:, None] * imaginary) / size
+    amplitude = pull[:, None] / size
+    reach, force_bound = np.zeros((*kappa.shape, 5)), np.zeros((len(kappa), 4))
+    for c in range(ratio.shape[1]):
+        for n in range(5):  # derivatives
+            reach[:, :, n] += amplitude[:, :, c]
+            amplitude[:, :, c] *= ratio[:, c, None]
+            if n < 4:
+                force_bound[:, n] += pull[:, c]
+                pull[:, c] *= ratio[:, c]
+
+    ways = position[:, plan.stop] - origin[:, :, None]
+    with np.errstate(invalid="ignore", divide="ignore"):  # a rigid stop has no lag
+        lag = np.where(spring > 0, damper * omega[:, None] / spring, 0.0)
+        rest = np.where(kappa >= 1, constant / kappa, 0.0)
+    beta = plan.lag * lag[:, plan.stop] + plan.halt
+    beyond = plan.means[:, :, 2]
+    gap = np.empty((*beta.shape, 3))
+    gap[..., 0], gap[..., 1], gap[..., 2] = plan.alpha, beta, plan.toward * ways
+    stacked: Any = Problem  # of many machines, whose numbers are columns
+    return stacked(
+        kappa=kappa,
+        delta=delta,
+        root=root,
+        sort=np.sign(difference),
+        constant=constant,
+        rest=rest,
+        drift=np.where(kappa >= 1, 0.0, constant),
+        cosine=cosine,
+        sine=sine,
+        reach=reach,
+        rate=np.maximum(ratio.max(axis=1)[:, None], delta + root),
+        ratio=ratio,
+        force_cos=force_cos,
+        force_sin=force_sin,
+        force_bound=force_bound,
+        pressed=plan.pressed,
+        gaps=plan.gaps,
+        leans=np.any(beta, axis=2),
+        gap=gap,
+        means=plan.means,
+        land=plan.lands * (origin[:, :, None] - origin[:, beyond]),
+        origin=origin,
+        side=plan.side,
+        restitution=restitution,
+        speed=omega,
+        kinetic=kinetic,
+        static=static,
+        rubs=bool(plan.way.any()),
+        chatter=chatter,
+        skip=bool(skip),
+    )

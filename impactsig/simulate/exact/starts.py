@@ -1,0 +1,148 @@
+"""Where machines start: phases, places and modes, as arrays of one entry a machine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...errors import InvalidInput
+from ...oscillators import Oscillator
+from ..basis.columns import (
+    AMPLITUDE,
+    DAMPER,
+    FREQUENCY,
+    POSITION,
+    SPRING_RATE,
+    Columns,
+    Forcing,
+)
+from ..basis.columns import PHASE as OWN_PHASE
+from ..basis.events import COUNTERS, MODE, TURN
+from ..basis.frame import forcing_of_one, place_of
+from ..basis.laws import PUSHER, RIGID, spring_push
+from .modes import Stack
+
+
+def first_phases(phase: np.ndarray) -> np.ndarray:
+    """Phases of the reference at starts, within a turn.
+
+    Raises
+    ------
+    InvalidInput
+        If one is not a finite number.
+    """
+    if not np.isfinite(phase).all():
+        raise InvalidInput("phase", phase, "finite numbers")
+    return np.fmod(phase, TURN) % TURN
+
+
+def motion_of_base(columns: Columns, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement and velocity of what the stops hang on, at phases of its own forcing."""
+    if columns.form.base is None or not columns.form.base[2]:
+        return np.zeros(phase.shape), np.zeros(phase.shape)
+    base = columns.base
+    angle = phase + base[OWN_PHASE]
+    velocity = -base[FREQUENCY] * base[AMPLITUDE] * np.sin(angle)
+    return base[AMPLITUDE] * np.cos(angle), velocity
+
+
+def places(
+    columns: Columns, forcing: Forcing, initial: np.ndarray, phase: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities of starts, shape (n, 2), in the engine's coordinates and units.
+
+    Raises
+    ------
+    InvalidInput
+        If one is beyond a rigid stop.
+    """
+    at, moving = motion_of_base(columns, forcing.pace * phase)
+    x, v = initial.T
+    q, u = x - at, (v - moving) / forcing.omega
+    for (side, kind), stop in zip(columns.form.stops, columns.stops, strict=True):
+        if kind != RIGID:
+            continue
+        position = stop[POSITION]
+        depth = (q - position) * side
+        size = np.abs(x) + np.abs(position)
+        if columns.form.base is not None:
+            size = size + np.abs(columns.base[AMPLITUDE])
+        beyond = depth > 1e-12 * size
+        if beyond.any():
+            k = int(np.argmax(beyond))
+            name = "upper" if side > 0 else "lower"
+            raise InvalidInput(
+                "initial", f"x = {x[k]:.9g}", f"a start on this side of the {name} rigid stop",
+                f"It is {depth[k]:.3g} beyond; move it, or the stop",
+            )  # fmt: skip
+    return q, u
+
+
+def first_places(
+    oscillator: Oscillator, initial: np.ndarray, phase: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """`places` of starts of one oscillator at one phase."""
+    return places(*forcing_of_one(oscillator), initial, np.full(len(initial), phase))
+
+
+def first_place(oscillator: Oscillator, initial: Any, phase: float) -> tuple[float, float]:
+    """Position and velocity at the start, in the engine's coordinates and units.
+
+    Raises
+    ------
+    InvalidInput
+        If `initial` is not two finite numbers, or beyond a rigid stop.
+    """
+    q, u = first_places(oscillator, np.array([place_of(initial)]), phase)
+    return float(q[0]), float(u[0])
+
+
+def begun(stack: Stack, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """States and counters of starts; the stops that are pressed on follow from them.
+
+    The machines of the stack have one start each, or its only machine has all of them.
+    """
+    columns, plan, tables = stack.columns, stack.layout, stack.problem
+    omega = stack.forcing.omega
+    n = len(q)
+    side, level, lifted = np.zeros(n, int), np.zeros(n, int), np.zeros(n, int)
+    for sign, row in ((1, plan.form.upper), (-1, plan.form.lower)):
+        pressed = np.ones(n, bool)
+        for place, (number, kind) in enumerate(row):
+            stop = columns.stops[number]
+            depth = sign * (q - stop[POSITION])
+            pressed &= depth > 0
+            if kind == RIGID:
+                q = np.where(pressed, stop[POSITION], q)
+                break
+            side, level = np.where(pressed, sign, side), level + pressed
+            if kind == PUSHER:
+                force = spring_push(stop[SPRING_RATE], stop[DAMPER] * omega, depth, sign * v)
+                lifted = np.where(pressed & (force < 0), lifted | 1 << place, lifted)
+    mode = _modes(plan.modes, side, level, lifted)
+    mode = mode + ((plan.way[mode] != 0) & (v < 0))
+    counts = np.zeros((n, COUNTERS), np.int64)
+    counts[:, MODE] = mode
+    states = np.zeros((n, 4))
+    machine = np.arange(n) if columns.n == n else np.zeros(n, int)
+    states[:, 0] = q - tables.origin[machine, mode]
+    states[:, 1] = v
+    # A first touch at next to no speed must not set the scale of chatter.
+    weight = np.abs(columns.load) / stack.forcing.inertia
+    states[:, 2] = 1e-6 * (tables.force_bound[:, 0] + weight)
+    return states, counts
+
+
+def _modes(
+    modes: dict[Any, int], side: np.ndarray, level: np.ndarray, lifted: np.ndarray
+) -> np.ndarray:
+    """Numbers of the modes in which stops are pressed on."""
+    if not level.any():
+        return np.full(len(level), modes[0, 0, frozenset()])
+    keys, which = np.unique(np.stack([side, level, lifted]), axis=1, return_inverse=True)
+    numbers = [
+        modes[way, reached, frozenset(m for m in range(reached) if mask >> m & 1)]
+        for way, reached, mask in keys.T.tolist()
+    ]
+    return np.array(numbers)[which.ravel()]

@@ -1,0 +1,91 @@
+"""Functions that users give, compiled so that compiled kernels can call them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import Any
+
+from ...errors import InvalidInput
+from ...oscillators import Oscillator
+from ..basis.columns import Form, form_of
+
+
+@lru_cache(maxsize=256)
+def compiled(argument: str, function: Callable[..., float], arguments: int) -> Any:
+    """`function` of so many floats as a C function; it returns NaN where it raises.
+
+    Given as a C function, and not as a compiled function of its own type, it leaves the kernel's
+    type as it is, so that the kernel is found in numba's cache.
+
+    Raises
+    ------
+    InvalidInput
+        If numba cannot compile it.
+    """
+    from numba import cfunc, njit
+
+    required = f"a function of {arguments} number{'s' * (arguments > 1)} that numba can compile"
+    with refused(argument, function, required):
+        inner = njit(plain(function))
+        signature = f"float64({', '.join(['float64'] * arguments)})"
+        if arguments == 1:
+
+            @cfunc(signature)
+            def guarded(v: float) -> float:
+                try:
+                    return inner(v)
+                except Exception:
+                    return float("nan")
+
+            return guarded
+
+        @cfunc(signature)
+        def guarded_law(t: float, x: float, v: float) -> float:
+            try:
+                return inner(t, x, v)
+            except Exception:
+                return float("nan")
+
+        return guarded_law
+
+
+def restitution_laws(oscillator: Oscillator) -> tuple[Any, Any]:
+    """Restitution of the upper and of the lower stop as C functions; stand-ins for numbers."""
+    return laws_of(form_of(oscillator))
+
+
+def laws_of(form: Form) -> tuple[Any, Any]:
+    """The same, of all machines of a form."""
+    from .passing import constant_law
+
+    found = {1: constant_law, -1: constant_law}
+    for (side, _), function in zip(form.stops, form.functions, strict=True):
+        if function is not None:
+            found[side] = compiled("restitution", function, 1)
+    return found[1], found[-1]
+
+
+def plain(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function as it was before numba."""
+    return getattr(function, "py_func", function)
+
+
+@contextmanager
+def refused(argument: str, function: Callable[..., Any], required: str) -> Iterator[None]:
+    """What numba cannot compile within is refused, with the first of its reasons.
+
+    Raises
+    ------
+    InvalidInput
+        If anything is raised within.
+    """
+    try:
+        yield
+    except Exception as error:  # numba raises its own and others, as what it is given has it
+        lines = [line.strip() for line in str(error).splitlines()]
+        told = [line for line in lines if line and not line.startswith("Failed in")]
+        reason = told[0] if told else type(error).__name__
+        name = getattr(function, "__name__", repr(function))
+        raise InvalidInput(argument, name, required, f"numba says: {reason}") from error

@@ -1,0 +1,1 @@
+"""The engine of flows, their motions, crossings and spikes."""

@@ -1,0 +1,169 @@
+"""The course of a flow: Flow -> FlowMotion, whose states are worked out when asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..._arguments import number, times_within
+from ..._showing import Shown
+from ...errors import InvalidInput
+from ...oscillators.flows import Flow
+from ..basis.events import EXHAUSTED, TIME
+from ..run import LONGEST
+from .course import STEPS, Running
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..spectrum import PowerSpectrum
+    from .flow_steps import Course
+
+AT_A_TIME = 64  # steps between two looks whether all that was asked for is there
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FlowMotion(Shown):
+    """What a flow did, in its own unit of time.
+
+    Attributes
+    ----------
+    system : Flow
+        What flows.
+    start, duration : float
+        The span after the transient.
+    final : ndarray, shape (d,)
+        State at the end: what `simulate` takes as `initial` to go on.
+    status : str
+        "complete"; "diverged" where the flow left the finite numbers: the span ends before.
+
+    See Also
+    --------
+    Flow, threshold_crossings, plot.phase_portrait
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import flows, simulate
+    >>> lorenz = simulate(flows.lorenz(), duration=20, transient=5)
+    >>> lorenz.sample(lorenz.start + 0.04 * np.arange(500)).shape
+    (500, 3)
+    """
+
+    system: Flow
+    start: float
+    duration: float
+    final: np.ndarray
+    status: str
+    _marks: tuple[Course, ...] = field(repr=False)
+    _end: float = field(repr=False)
+
+    @property
+    def stop(self) -> float:
+        """End of the span."""
+        return self.start + self.duration
+
+    def sample(self, time: Any) -> np.ndarray:
+        """States at any times of the span, shape of `time` and (d,).
+
+        From the interpolant of order 7 of the steps. The steps do not depend on the times.
+
+        Raises
+        ------
+        InvalidInput
+            If a time is outside the span.
+        """
+        ended = "" if self.status == "complete" else f", where the flow {self.status}"
+        asked = times_within(time, self.start, self.stop, ended=ended)
+        instants, back = np.unique(np.clip(asked, self.start, self.stop), return_inverse=True)
+        out = np.empty((len(instants), self.system.dimension))
+        begins = np.array([mark.clock[TIME] for mark in self._marks])
+        which = np.searchsorted(begins, instants, side="right") - 1
+        for k in np.unique(which):
+            own = which == k
+            out[own] = self._from(self._marks[k], instants[own])
+        return out[back.ravel()].reshape(*asked.shape, self.system.dimension)
+
+    def _from(self, mark: Course, instants: np.ndarray) -> np.ndarray:
+        """States at ascending instants, in the steps from a mark to the end of the run."""
+        from .flow_steps import states
+
+        running = Running(self.system)
+        course = type(mark)(*(part.copy() for part in mark))
+        wanted = np.append(instants, self._end)
+        out, done = np.empty((len(wanted), running.field.size)), 0
+        while done < len(instants):
+            _, done = states(
+                running.tableau, running.field, running.scratch, course, wanted, out, done,
+                AT_A_TIME,
+            )  # fmt: skip
+        return out[:-1]
+
+    def stroboscopic(self, phase: float = 0.0) -> Any:
+        """Not of a flow, whose forcing is not known.
+
+        Raises
+        ------
+        InvalidInput
+            Always.
+        """
+        raise InvalidInput(
+            "motion", self, "a motion whose forcing is known",
+            "sample(start + n * period) strobes a flow; threshold_crossings cuts it at a level",
+        )  # fmt: skip
+
+    def power_spectrum(self, quantity: str | int | None = None, **options: Any) -> PowerSpectrum:
+        """Power spectral density of a coordinate; see `simulate.spectrum.power_spectrum`."""
+        from ..spectrum import power_spectrum
+
+        return power_spectrum(self, quantity, **options)
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw one coordinate over another; see `impactsig.plot.phase_portrait`."""
+        from ... import plot
+
+        return plot.phase_portrait(self, ax, **options)
+
+    def __repr__(self) -> str:
+        status = "" if self.status == "complete" else f"; {self.status}"
+        return f"FlowMotion({self.system!r}, t = {self.start:g} to {self.stop:g}{status})"
+
+
+def move(
+    flow: Flow,
+    *,
+    duration: float | None = None,
+    transient: float = 0.0,
+    initial: Sequence[float] | None = None,
+) -> FlowMotion:
+    """The course of a flow by Dormand and Prince's method of order 8, at a tolerance of 1e-13."""
+    from .flow_steps import states
+
+    length = number("duration", duration, above=0, most=LONGEST)
+    start = number("transient", transient, least=0.0, most=LONGEST)
+    running = Running(flow, None, initial)
+    course, end = running.course, np.array([start + length])
+    marks, status, out = [_copy(course)], EXHAUSTED, np.empty((1, running.field.size))
+    while status == EXHAUSTED:
+        status, done = states(
+            running.tableau, running.field, running.scratch, course, end, out, 0, STEPS
+        )
+        if status == EXHAUSTED:
+            marks.append(_copy(course))
+    stop = float(end[0]) if done else running.time
+    return FlowMotion(
+        system=flow,
+        start=min(start, stop),
+        duration=max(stop - start, 0.0),
+        final=course.state[: flow.dimension].copy(),
+        status="complete" if done else "diverged",
+        _marks=tuple(marks),
+        _end=float(end[0]),
+    )
+
+
+def _copy(course: Course) -> Course:
+    return type(course)(*(part.copy() for part in course))

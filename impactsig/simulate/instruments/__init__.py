@@ -1,0 +1,1 @@
+"""What instruments see of impacts: trains over thresholds, and records."""

@@ -1,0 +1,129 @@
+"""Trains over a threshold or a noise level, by their titles: what `plot.return_maps` draws."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+
+from ..._arguments import Seed, choice, reals
+from ...errors import InvalidInput
+from ...impacts import Impacts
+from ...oscillators.flows import Flow
+from ..flows.firing import integrate_and_fire, threshold_crossings
+from ..motion import Motion
+from .measuring import measure
+
+THESIS_NOISE = (0.0, 0.00247, 0.00476, 0.0096)
+
+
+def noisy_trains(
+    motion: Motion, noise: Any = THESIS_NOISE, *, seed: Seed = None
+) -> dict[str, Impacts]:
+    """The impacts of a motion as counted under several levels of noise.
+
+    Figures 4.17 to 4.19 of [Karpodinis]_ follow from it: `plot.return_maps` of the trains, or
+    `plot.interval_densities` of them over the levels. What a level is a share of, `measure` says.
+
+    Parameters
+    ----------
+    motion : Motion
+        What is measured.
+    noise : array_like
+        Levels, as of `measure`; by default those of the thesis, 0 to 0.960 %.
+    seed : int, SeedSequence or Generator, optional
+        Of the noise, the same at every level. The same seed gives the same result; a Generator is
+        drawn from and moves on.
+
+    Returns
+    -------
+    dict of str to Impacts
+        By the level in per cent.
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of its range.
+
+    See Also
+    --------
+    measure, plot.return_maps
+
+    Examples
+    --------
+    >>> from impactsig import noisy_trains, scenes, simulate
+    >>> motion = simulate(scenes.karpodinis(22.1), periods=100, transient=400)
+    >>> trains = noisy_trains(motion, [0.0, 0.01], seed=1)
+    >>> len(trains)
+    2
+    """
+    if not isinstance(motion, Motion):
+        raise InvalidInput("motion", motion, "a Motion, as simulate makes")
+    levels = _series("noise", noise)
+    if seed is None or isinstance(seed, np.random.Generator):
+        seed = int(np.random.default_rng(seed).integers(2**63))
+    return {
+        f"{100 * level:.3g} %": measure(motion, noise=level, seed=seed).impacts for level in levels
+    }
+
+
+def fired_trains(
+    flow: Flow,
+    thresholds: Any,
+    *,
+    kind: Literal["integral", "crossing"] = "integral",
+    **options: Any,
+) -> dict[str, Impacts]:
+    """The spikes that a flow fires at several thresholds.
+
+    The threshold study of chapter 3 of [Karpodinis]_: return maps of the trains show the flow's
+    attractor, at each threshold, from intervals alone.
+
+    Parameters
+    ----------
+    flow : Flow
+        What fires.
+    thresholds : array_like
+        Of the integral of the signal, 20 to 60 in the thesis, or of the signal itself.
+    kind : {"integral", "crossing"}
+        `integrate_and_fire` or `threshold_crossings`.
+    **options
+        As of that: signal, count, duration, transient, initial.
+
+    Returns
+    -------
+    dict of str to Impacts
+        By the threshold.
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of its range.
+
+    See Also
+    --------
+    integrate_and_fire, threshold_crossings, plot.return_maps
+
+    Examples
+    --------
+    >>> from impactsig import fired_trains, flows
+    >>> trains = fired_trains(flows.rossler(), [20, 40], count=50)
+    >>> [len(train) for train in trains.values()]
+    [50, 50]
+    """
+    choice("kind", kind, ("integral", "crossing"))
+    fire = integrate_and_fire if kind == "integral" else threshold_crossings
+    return {
+        f"threshold {level:g}": fire(flow, level, **options)
+        for level in _series("thresholds", thresholds)
+    }
+
+
+def _series(name: str, given: Any) -> list[float]:
+    required = "a sequence of different finite numbers, at least one"
+    values = reals(name, given, required)
+    if values.ndim != 1 or not values.size or not np.isfinite(values).all():
+        raise InvalidInput(name, given, required)
+    if len(np.unique(values)) != len(values):
+        raise InvalidInput(name, given, required)
+    return [float(value) for value in values]

@@ -1,0 +1,76 @@
+"""What digital silence in a sound is replaced by, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactsig.detect._sound_gate_kernels import (
+    CLOSED,
+    heard_shares,
+    hold,
+    hold_bands,
+    silent_frames,
+    silent_samples,
+    soften,
+)
+
+
+def test_silence_is_a_run_of_frames_without_power():
+    power = np.ones((2, 40))
+    power[:, 5 : 5 + CLOSED] = 0.0
+    power[:, 20 : 19 + CLOSED] = 0.0  # too short
+    power[0, 28:] = 0.0  # not in every octave
+    out = np.empty(40, np.bool_)
+    silent_frames(power, 0, 40, out)
+    np.testing.assert_array_equal(np.flatnonzero(out), np.arange(5, 5 + CLOSED))
+    silent_frames(power, 6, 40, out)  # what is left of it is too short
+    assert not out.any()
+
+
+def test_silence_reaches_to_the_last_equal_sample():
+    x = np.array([1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0])
+    out = np.empty(10, np.bool_)
+    silent_samples(x, np.array([False, False, True, False, False]), 2, out)
+    np.testing.assert_array_equal(np.flatnonzero(out), np.arange(2, 8))
+
+
+def test_a_straight_line_is_no_silence():
+    silent, out = np.array([False, True, True, False]), np.empty(8, np.bool_)
+    silent_samples(np.arange(8.0), silent, 2, out)
+    assert not out.any()
+    assert not silent.any()
+
+
+def test_steps_become_ramps_and_clicks_stay():
+    x = np.concatenate(([1.1, 1.0], np.zeros(20), [2.0, 2.1], np.zeros(20), [5.0, 0.0]))
+    silent = x == 0.0
+    silent[-1] = False
+    soften(x, silent, 4)
+    np.testing.assert_allclose(x[1:7], [1.0, 0.8, 0.6, 0.4, 0.2, 0.0])
+    np.testing.assert_allclose(x[17:23], [0.0, 0.4, 0.8, 1.2, 1.6, 2.0])
+    np.testing.assert_allclose(x[24:30], [2.1 * k / 5 for k in (4, 3, 2, 1, 0, 0)])
+    assert not x[30:-2].any()
+
+
+def test_silent_frames_have_the_mean_power_of_the_whole_ones_before():
+    power = np.arange(1.0, 21.0)[None].copy()
+    silent = np.zeros(20, np.bool_)
+    silent[:2] = silent[10:15] = True
+    hold(power, silent, 4, np.array([7.0]))
+    np.testing.assert_array_equal(power[0, :3], [7.0, 7.0, 3.0])
+    np.testing.assert_array_equal(power[0, 10:15], np.mean([6.0, 7.0, 8.0, 9.0]))
+    assert power[0, 15] == 16.0
+
+
+def test_a_steady_sound_has_the_same_power_in_bands_behind_a_gate():
+    window = np.hanning(33)[:-1]
+    silent = np.zeros(400, np.bool_)
+    silent[100:200] = True
+    share = np.empty(40)
+    heard_shares(silent, 20, 8, window, share)
+    squares = np.where(silent, 0.0, 3.0)
+    direct = [np.sum(window**2 * squares[20 + 8 * g - 16 :][:32]) for g in range(40)]
+    np.testing.assert_allclose(3.0 * share * np.sum(window**2), direct)
+    power = np.array(direct)[None]
+    hold_bands(power, share, np.diff(share, prepend=1.0) < 0.0, np.zeros(1))
+    np.testing.assert_allclose(power, 3.0 * np.sum(window**2))
