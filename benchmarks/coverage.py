@@ -34,7 +34,7 @@ from scipy.interpolate import CubicSpline
 import impactsig
 from impactsig import Impacts, correlation_dimension, scenes, simulate
 from impactsig.reconstruct._fits import least_squares
-from impactsig.reconstruct._kernel_sum import STEP, kernel_sum
+from impactsig.reconstruct.dimensions._kernel_sum import STEP, kernel_sum
 from tests import series
 
 LINES = Path(__file__).parent / "results" / "coverage.jsonl"

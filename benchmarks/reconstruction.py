@@ -178,7 +178,7 @@ def kernel_beside_kdtree(n: int = 10_000) -> list[dict]:
     """The Gaussian kernel at the scales of its rule beside counts within the same radii."""
     from scipy.spatial import cKDTree
 
-    from impactsig.reconstruct._kernel_sum import kernel_sum
+    from impactsig.reconstruct.dimensions._kernel_sum import kernel_sum
     from tests import series
 
     rows = []

@@ -19,10 +19,10 @@ import numpy as np
 
 from impactsig import Friction, Noise, Oscillator, Rigid, Stop, averaged_density, scenes
 from impactsig import simulate_ensemble as ensemble
-from impactsig.stochastic import _splitting
-from impactsig.stochastic._equation import BLOCK, COLUMNS, V
-from impactsig.stochastic._random import draw, room
-from impactsig.stochastic._running import LANES, Mover, key_of
+from impactsig.stochastic.paths import _splitting
+from impactsig.stochastic.paths._random import draw, room
+from impactsig.stochastic.paths.equation import BLOCK, COLUMNS, V
+from impactsig.stochastic.paths.running import LANES, Mover, key_of
 
 ELASTIC = Oscillator(damping=0.5, stops=(Stop(0.0, Rigid(1.0), "lower"),), noise=Noise(0.5))
 LOSSY = replace(ELASTIC, stops=(Stop(0.0, Rigid(0.8), "lower"),), load=-0.5)

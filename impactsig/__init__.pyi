@@ -75,23 +75,25 @@ from .oscillators import stop_restitution as stop_restitution
 from .oscillators import stop_stiffness as stop_stiffness
 from .oscillators.flows import Flow as Flow
 from .reading_motion import recorded_motion as recorded_motion
-from .reconstruct.correlation import correlation_sum as correlation_sum
 from .reconstruct.delays import autocorrelation_delay as autocorrelation_delay
 from .reconstruct.delays import mutual_information_delay as mutual_information_delay
-from .reconstruct.determinism import return_map_determinism as return_map_determinism
-from .reconstruct.dimension import correlation_dimension as correlation_dimension
+from .reconstruct.dimensions.dimension import correlation_dimension as correlation_dimension
+from .reconstruct.divergence.exponents import lyapunov_exponent as lyapunov_exponent
 from .reconstruct.embedding import delay_embed as delay_embed
-from .reconstruct.exponents import lyapunov_exponent as lyapunov_exponent
 from .reconstruct.information import mutual_information as mutual_information
 from .reconstruct.neighbors import averaged_false_neighbors as averaged_false_neighbors
 from .reconstruct.neighbors import false_nearest_neighbors as false_nearest_neighbors
 from .reconstruct.ordinal import ordinal_patterns as ordinal_patterns
-from .reconstruct.prediction import prediction_error as prediction_error
-from .reconstruct.prediction import time_reversal_asymmetry as time_reversal_asymmetry
-from .reconstruct.recurrence import recurrence_plot as recurrence_plot
-from .reconstruct.recurrence import recurrence_quantification as recurrence_quantification
-from .reconstruct.surrogate_testing import surrogate_test as surrogate_test
-from .reconstruct.surrogates import surrogates as surrogates
+from .reconstruct.recurrences.recurrence import recurrence_plot as recurrence_plot
+from .reconstruct.recurrences.recurrence import (
+    recurrence_quantification as recurrence_quantification,
+)
+from .reconstruct.sums.correlation import correlation_sum as correlation_sum
+from .reconstruct.testing.determinism import return_map_determinism as return_map_determinism
+from .reconstruct.testing.prediction import prediction_error as prediction_error
+from .reconstruct.testing.prediction import time_reversal_asymmetry as time_reversal_asymmetry
+from .reconstruct.testing.surrogate_testing import surrogate_test as surrogate_test
+from .reconstruct.testing.surrogates import surrogates as surrogates
 from .recording import Recording as Recording
 from .report import detect_many as detect_many
 from .report import write_report as write_report
@@ -110,8 +112,8 @@ from .simulate.instruments.sensors import Microphone as Microphone
 from .simulate.instruments.synthesis import synthesize as synthesize
 from .simulate.instruments.train_series import fired_trains as fired_trains
 from .simulate.instruments.train_series import noisy_trains as noisy_trains
-from .stochastic.averaging import averaged_density as averaged_density
-from .stochastic.bifurcation import p_bifurcation as p_bifurcation
+from .stochastic.averaging.averaging import averaged_density as averaged_density
+from .stochastic.averaging.bifurcation import p_bifurcation as p_bifurcation
 from .stochastic.ensembles import simulate_ensemble as simulate_ensemble
 from .studies.study import open_study as open_study
 from .studies.sweeping import sweep as sweep

@@ -37,19 +37,19 @@ from .intervals.bounces import Bounces as Bounces
 from .io.reading import Blocks as Blocks
 from .matching import Matching as Matching
 from .oscillators.batch import OscillatorBatch as OscillatorBatch
-from .reconstruct.correlation import CorrelationSum as CorrelationSum
 from .reconstruct.delays import DelayChoice as DelayChoice
-from .reconstruct.determinism import ReturnMapDeterminism as ReturnMapDeterminism
-from .reconstruct.dimension import CorrelationDimension as CorrelationDimension
-from .reconstruct.exponents import LyapunovExponent as LyapunovExponent
+from .reconstruct.dimensions.dimension import CorrelationDimension as CorrelationDimension
+from .reconstruct.divergence.exponents import LyapunovExponent as LyapunovExponent
 from .reconstruct.neighbors import AveragedFalseNeighbors as AveragedFalseNeighbors
 from .reconstruct.neighbors import FalseNeighbors as FalseNeighbors
 from .reconstruct.ordinal import OrdinalPatterns as OrdinalPatterns
-from .reconstruct.prediction import PredictionError as PredictionError
-from .reconstruct.recurrence import RecurrencePlot as RecurrencePlot
-from .reconstruct.recurrence import RecurrenceQuantification as RecurrenceQuantification
-from .reconstruct.surrogate_testing import SurrogateTest as SurrogateTest
-from .reconstruct.surrogates import Surrogates as Surrogates
+from .reconstruct.recurrences.recurrence import RecurrencePlot as RecurrencePlot
+from .reconstruct.recurrences.recurrence import RecurrenceQuantification as RecurrenceQuantification
+from .reconstruct.sums.correlation import CorrelationSum as CorrelationSum
+from .reconstruct.testing.determinism import ReturnMapDeterminism as ReturnMapDeterminism
+from .reconstruct.testing.prediction import PredictionError as PredictionError
+from .reconstruct.testing.surrogate_testing import SurrogateTest as SurrogateTest
+from .reconstruct.testing.surrogates import Surrogates as Surrogates
 from .recorded import RecordedMotion as RecordedMotion
 from .report import Detected as Detected
 from .simulate import Motion as Motion
@@ -59,13 +59,13 @@ from .simulate.beam.restitution import ApparentRestitution as ApparentRestitutio
 from .simulate.flows.flow_motion import FlowMotion as FlowMotion
 from .simulate.instruments.measuring import Measured as Measured
 from .simulate.spectrum import PowerSpectrum as PowerSpectrum
-from .stochastic.averaging import AveragedDensity as AveragedDensity
-from .stochastic.bifurcation import PBifurcation as PBifurcation
+from .stochastic.averaging.averaging import AveragedDensity as AveragedDensity
+from .stochastic.averaging.bifurcation import PBifurcation as PBifurcation
+from .stochastic.averaging.shapes import DensityShape as DensityShape
 from .stochastic.density import Density as Density
 from .stochastic.density import JointDensity as JointDensity
 from .stochastic.ensembles import Ensemble as Ensemble
 from .stochastic.noisy_motion import NoisyMotion as NoisyMotion
-from .stochastic.shapes import DensityShape as DensityShape
 from .studies.study import Study as Study
 
 __all__: list[str]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
-from impactsig.detect._event_kernels import INSIDE, LEAST, NARROW
-from impactsig.detect._ladder import MATCH
-from impactsig.detect._pair_fit import ALIKE_SD
-from impactsig.detect._pulse_model import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
+from impactsig.detect.pulses._model import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
+from impactsig.detect.pulses.pair_fit import ALIKE_SD
+from impactsig.detect.search.event_kernels import INSIDE, LEAST, NARROW
+from impactsig.detect.signal.ladder import MATCH
 
 
 def responses(x, unit, near, far, gain, gate):

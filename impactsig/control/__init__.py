@@ -3,10 +3,10 @@
 from .controlled import ControlledMotion
 from .controlling import Controlled
 from .feedback import DelayedFeedback
-from .flow import ControlledFlowMotion
 from .intervals import IntervalFeedback
 from .ogy import OGY
-from .stability import ControlledStability, orbit_stability, stability_chart
+from .running.flow import ControlledFlowMotion
+from .stability.stability import ControlledStability, orbit_stability, stability_chart
 
 __all__ = [
     "OGY",

@@ -15,13 +15,13 @@ from ..simulate import RungeKutta
 from ..simulate.basis.events import TURN
 from ..simulate.run import LONGEST
 from ..simulate.simulation import CHATTER
-from ._delayed import run_delayed
-from ._nudged import run_nudged
-from ._spiked import run_spiked
 from .controlled import ControlledMotion, under_control
-from .flow import ControlledFlowMotion, control_flow
 from .intervals import IntervalFeedback
 from .ogy import OGY
+from .running.delayed import run_delayed
+from .running.flow import ControlledFlowMotion, control_flow
+from .running.nudged import run_nudged
+from .running.spiked import run_spiked
 from .schedule import KINDS, Controller, Phase, schedule
 
 TOLERANCE = 1e-12  # of delayed feedback, unless told otherwise
@@ -144,7 +144,7 @@ class Controlled:
 
     def differentiated_by(self) -> Any:
         """The module that has its tangent map, its exponents and its orbits."""
-        from . import _derivatives
+        from .stability import derivatives as _derivatives
 
         return _derivatives
 

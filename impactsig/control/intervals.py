@@ -12,8 +12,8 @@ from .._arguments import choice, number, whole
 from ..dynamics.periodic.orbits import PeriodicOrbit
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ._impact_map import ImpactMap, impact_map_of
 from .ogy import moved
+from .stability.impact_map import ImpactMap, impact_map_of
 
 GAINS, MEMORIES = np.linspace(-2.0, 2.0, 17), np.linspace(-0.75, 1.5, 10)  # of the first look
 REFINED = 3  # of its best

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ._judging import Level
+from .search.judging import Level
 
 _PERCENT = re.compile(r"\s*([0-9.eE+-]+)\s*%\s*")
 _SIGMAS = re.compile(r"\s*([0-9.eE+-]+)\s*(?:σ|sigmas?)\s*")

@@ -2,8 +2,8 @@
 
 The record is gone through twice. The first pass surveys it: its range and its steepest stretches,
 from which the direction of the pulses follows. The second goes from second to second
-(`_spans.py`): background, converter, hum, responses of many widths, events. Here the events
-become impacts or disturbances, and each impact is measured at its own width (`_pulse.py`).
+(`search/spans.py`): background, converter, hum, responses of many widths, events. Here the events
+become impacts or disturbances, and each impact is measured at its own width (`pulses/pulse.py`).
 """
 
 from __future__ import annotations
@@ -15,16 +15,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ..impacts import Disturbance
-from ._coupling import time_constant
-from ._direction import direction
-from ._disturbances import disturbances
-from ._dropout_kernels import cut_off
-from ._event_kernels import RESPONSE, place
-from ._fit_errors import KEPT
 from ._force_impacts import ROW, ForceImpacts, Found
-from ._grid import Grid
-from ._judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
-from ._judging_kernels import (
+from .instrument.coupling import time_constant
+from .instrument.dropout_kernels import cut_off
+from .instrument.survey import survey
+from .pulses.edges import mark_clipped
+from .pulses.fit_errors import KEPT
+from .pulses.pairs import measure_pairs, with_partners
+from .pulses.pulse import measure_all
+from .pulses.shared_shape import share_shape
+from .search.direction import direction
+from .search.disturbances import disturbances
+from .search.event_kernels import RESPONSE, place
+from .search.judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
+from .search.judging_kernels import (
     bounds,
     consistent,
     draw_together,
@@ -35,13 +39,9 @@ from ._judging_kernels import (
     with_neighbors,
     worst,
 )
-from ._pulse import measure_all
-from ._pulse_edges import mark_clipped
-from ._pulse_pairs import measure_pairs, with_partners
-from ._shared_shape import share_shape
-from ._spans import BESIDE, LEAST, Spans
-from ._stream import FRAME, Frame, Piece, frames
-from ._survey import survey
+from .search.spans import BESIDE, LEAST, Spans
+from .signal.grid import Grid
+from .signal.stream import FRAME, Frame, Piece, frames
 
 LONGEST, LONGER = (0.03, 64.0), (1.0, 1024.0)
 """Longest contact unless the user says otherwise, and where no pulse is as short as that: so many

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..impacts import CLIPPED, Disturbance
-from ._disturbances import joined
-from ._pulse_edges import ERRORS, FIT
-from ._span import Span
-from ._spans import LEAST
+from .pulses.edges import ERRORS, FIT
+from .search.disturbances import joined
+from .search.span import Span
+from .search.spans import LEAST
 
 COLUMNS = 5  # start, contact, peak, impulse, rise
 ROW = FIT  # those, then flags, clipped, width, height over noise, height; standard errors

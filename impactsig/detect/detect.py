@@ -25,7 +25,7 @@ from ._channels import detect_channels
 from ._force import MOST_SAMPLES, Wanted, detect_force
 from ._merge import Columns, keep_first, merge
 from ._notes import force_notes
-from ._source import Gaps, Source, open_source
+from .signal.source import Gaps, Source, open_source
 
 Polarity = Literal["auto", "positive", "negative"]
 _SIGNS = {"auto": 0.0, "positive": 1.0, "negative": -1.0}
@@ -123,36 +123,35 @@ def detect_impacts(
     stand alone among longer pulses are glitches. Where pulses undershoot as behind a high-pass of
     the first order, that is undone first: what is measured is the force, and
     ``settings["ac_coupling"]`` is the time constant [s]. An impact is certain where Gaussian noise
-    would exceed its response once in fifty minutes, or once in 2000 impacts. Where five are
-    certain within two seconds or so, and one in sixteen of them stands little above that level,
-    fainter ones of their width are looked for as well, and `probability` is the share of impacts
-    among responses as high as its own: responses that point the wrong way show how often the noise
-    makes one (`impactsig.detect._probability`). Where fewer are certain it only orders what was
-    found,
-    and is 1/2 where certainty begins. `Impacts.noise` is the standard deviation of the samples
-    between impacts, ``settings`` holds what was read of the instrument. How a pulse is measured is
-    described in `impactsig.detect._pulse`.
+    would exceed its response once in fifty minutes, or once in 2000 impacts. Where five are certain
+    within two seconds or so, and one in sixteen of them stands little above that level, fainter
+    ones of their width are looked for as well, and `probability` is the share of impacts among
+    responses as high as its own: responses that point the wrong way show how often the noise makes
+    one (`impactsig.detect.signal.probability`). Where fewer are certain it only orders what was
+    found, and is 1/2 where certainty begins. `Impacts.noise` is the standard deviation of the
+    samples between impacts, ``settings`` holds what was read of the instrument. How a pulse is
+    measured is described in `impactsig.detect.pulses.pulse`.
 
     Where the pulses of a second are alike, each is measured with the shape that they share
-    (`impactsig.detect._shared_shape`). Standard errors of instants, contact times, peaks and
+    (`impactsig.detect.pulses.shared_shape`). Standard errors of instants, contact times, peaks and
     impulses are those of the fit (its posterior covariance, and that of the shared shape) or of
     the edges (noise over slope). They hold the noise as it is over the width of the pulse, the
     step of the converter, the baseline that is subtracted, and what the fit cannot follow; see
-    `impactsig.detect._pulse_errors`. The error of a shared shape is common to the impacts of a
+    `impactsig.detect.pulses._errors`. The error of a shared shape is common to the impacts of a
     second: it cancels in their intervals. What a flag says is not in the record has an infinite
     error: the instant of a pulse that is open at its start, contact time and impulse of an open
     one, peak and impulse of a clipped one.
 
-    Sound: see `impactsig.detect._sound`. Where at least half of the impacts sound alike, those that
-    do are timed by their waveform, to about a hundredth of a sample; others by their attack, to a
-    sample. ``settings["alike"]`` is the share of the former. Behind the filter of a record of up to
-    24 kHz, which rings before an impact, others are timed by the modes that they share, to a tenth
-    of a sample or two; where they share none, by the crossing of a share of their peak. Standard
-    errors of instants are those of the fit of the waveform (by what it leaves) or of the modes (by
-    the probability of all instants), of the crossing (by the time that the sound stays above it
-    and its noise), or of the attack (by the probability of all splits, and by how long a filter
-    rings before it). A delay common to all instants is no part of them. Impacts softer than twice
-    the noise are now and then off by many times their standard error.
+    Sound: see `impactsig.detect.sound.sound`. Where at least half of the impacts sound alike, those
+    that do are timed by their waveform, to about a hundredth of a sample; others by their attack,
+    to a sample. ``settings["alike"]`` is the share of the former. Behind the filter of a record of
+    up to 24 kHz, which rings before an impact, others are timed by the modes that they share, to a
+    tenth of a sample or two; where they share none, by the crossing of a share of their peak.
+    Standard errors of instants are those of the fit of the waveform (by what it leaves) or of the
+    modes (by the probability of all instants), of the crossing (by the time that the sound stays
+    above it and its noise), or of the attack (by the probability of all splits, and by how long a
+    filter rings before it). A delay common to all instants is no part of them. Impacts softer than
+    twice the noise are now and then off by many times their standard error.
 
     Examples
     --------
@@ -391,7 +390,7 @@ def _counted(disturbances: list[Disturbance]) -> str:
 
 
 def _find_sound(source: Source, least_probability: float) -> tuple[Columns, dict[str, Any]]:
-    from ._sound import detect_sound
+    from .sound.sound import detect_sound
 
     rate = source.head.rate
     found = detect_sound(source.pieces, rate, least_probability=least_probability)

@@ -139,7 +139,7 @@ def _period(
 def _dimension(impacts: Impacts, row: dict[str, Any]) -> dict[str, Any]:
     if row["kind"] in ("periodic", "drifting", NO_IMPACTS):
         return {"dimension": 0.0, "dimension_low": 0.0, "dimension_high": 0.0}
-    from ..reconstruct.dimension import correlation_dimension
+    from ..reconstruct.dimensions.dimension import correlation_dimension
 
     try:
         found = correlation_dimension(impacts)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..impacts import Impacts
 from ._repair_slots import Edits
-from ._tracking import steady_rate
+from .phases.tracking import steady_rate
 
 LEAST_IMPACTS = 60
 CLOCK_ERROR = 2e-3  # relative, of the forcing period against the clock of the recording

@@ -7,9 +7,9 @@ import itertools
 import numpy as np
 
 from ..impacts import Impacts
-from ._locking import due
-from ._reading import Reading
-from ._slot_kernels import REACH
+from .phases.locking import due
+from .phases.reading import Reading
+from .phases.slot_kernels import REACH
 
 RESOLUTION = 1e-3  # [forcing periods]
 LATEST = 0.1  # [forcing periods] by which an impact may be late

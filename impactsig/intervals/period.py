@@ -10,9 +10,11 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._irregular import chaos_odds
-from ._locking import EXPLAINED
-from ._reading import (
+from .forcing import Forcing, forcing_cycles
+from .periodicity import LEAST_IMPACTS, Kind, Periodicity, SpeedDrift
+from .phases.irregular import chaos_odds
+from .phases.locking import EXPLAINED
+from .phases.reading import (
     LEAST_REPEATS,
     Clock,
     Reading,
@@ -24,12 +26,10 @@ from ._reading import (
     repeat_period,
     weigh,
 )
-from ._structure import SLOWEST, Structure, structure
-from ._thinning import thinned
-from ._tracking import RATE_ERROR
-from ._verdict import KINDS, Verdict, locked_verdict, unlocked_verdict
-from .forcing import Forcing, forcing_cycles
-from .periodicity import LEAST_IMPACTS, Kind, Periodicity, SpeedDrift
+from .phases.structure import SLOWEST, Structure, structure
+from .phases.thinning import thinned
+from .phases.tracking import RATE_ERROR
+from .phases.verdict import KINDS, Verdict, locked_verdict, unlocked_verdict
 
 MOST_RESOLUTION = 0.03
 CERTAINLY_LOCKED = 1 - 1e-6  # beyond it, whether the rest would be chaos does not matter

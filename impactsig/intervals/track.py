@@ -12,14 +12,14 @@ from .._arguments import whole
 from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ._locking import lock
-from ._reading import Clock
-from ._slots import poisson_score
-from ._tracking import best_path
-from ._verdict import KINDS
 from .forcing import Forcing
 from .period import forcing_clock, identify_period
 from .periodicity import LEAST_IMPACTS, Periodicity
+from .phases.locking import lock
+from .phases.reading import Clock
+from .phases.slots import poisson_score
+from .phases.tracking import best_path
+from .phases.verdict import KINDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

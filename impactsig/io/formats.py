@@ -32,13 +32,13 @@ from pathlib import Path
 from .._arguments import instance
 from .._extras import library
 from ..errors import ImpactsigError, InvalidInput, UnreadableFile
-from ._ide import is_ide
 from ._limits import DEFAULT_LIMITS, Limits
-from ._mat4 import is_mat4
-from ._mdf import is_mdf
 from ._raw import RawLayout
 from ._source import Source
-from ._tradb import is_sqlite
+from .arrays.mat4 import is_mat4
+from .instruments.ide import is_ide
+from .instruments.mdf import is_mdf
+from .instruments.tradb import is_sqlite
 
 _HEAD = 4096
 
@@ -126,34 +126,34 @@ FORMATS: tuple[Format, ...] = (
         "audio (WAV, FLAC, OGG, AIFF, W64, RF64)",
         (".wav", ".flac", ".ogg", ".oga", ".opus", ".aif", ".aiff", ".aifc", ".w64", ".rf64"),
         _is_audio,
-        "_audio",
+        "instruments.audio",
     ),
-    Format("NI TDMS", (".tdms",), _is_tdms, "_tdms", "nptdms", "daq"),
-    Format("NumPy npy", (".npy",), lambda head: head[:6] == b"\x93NUMPY", "_npy"),
-    Format("NumPy npz", (".npz",), _is_npz, "_npz"),
-    Format("HDF5", (".h5", ".hdf5", ".hdf", ".he5"), _is_hdf5, "_hdf5", "h5py", "hdf5"),
-    Format("MATLAB 5", (".mat",), _is_mat5, "_mat5"),
+    Format("NI TDMS", (".tdms",), _is_tdms, "instruments.tdms", "nptdms", "daq"),
+    Format("NumPy npy", (".npy",), lambda head: head[:6] == b"\x93NUMPY", "arrays.npy"),
+    Format("NumPy npz", (".npz",), _is_npz, "arrays.npz"),
+    Format("HDF5", (".h5", ".hdf5", ".hdf", ".he5"), _is_hdf5, "hdf5.hdf5", "h5py", "hdf5"),
+    Format("MATLAB 5", (".mat",), _is_mat5, "arrays.mat5"),
     Format(
         "Parquet or Feather",
         (".parquet", ".feather", ".arrow"),
         _is_arrow,
-        "_arrow",
+        "arrays.arrow",
         "pyarrow",
         "parquet",
     ),
-    Format("NI LVM", (".lvm",), is_lvm, "_lvm"),
-    Format("UFF 58", (".uff", ".unv"), _is_uff, "_uff"),
-    Format("enDAQ IDE", (".ide",), is_ide, "_ide", "idelib", "endaq"),
-    Format("MDF", (".mf4", ".mdf"), is_mdf, "_mdf", "asammdf", "mdf"),
-    Format("Vallen tradb", (".tradb", ".pridb"), is_sqlite, "_tradb"),
+    Format("NI LVM", (".lvm",), is_lvm, "text.lvm"),
+    Format("UFF 58", (".uff", ".unv"), _is_uff, "instruments.uff"),
+    Format("enDAQ IDE", (".ide",), is_ide, "instruments.ide", "idelib", "endaq"),
+    Format("MDF", (".mf4", ".mdf"), is_mdf, "instruments.mdf", "asammdf", "mdf"),
+    Format("Vallen tradb", (".tradb", ".pridb"), is_sqlite, "instruments.tradb"),
     # Last, because many formats are text: those have sniffers of their own further up.
-    Format("text (CSV, TSV, TXT)", (".csv", ".tsv", ".txt", ".dat", ".asc"), _is_text, "_text"),
+    Format("text (CSV, TSV, TXT)", (".csv", ".tsv", ".txt", ".dat", ".asc"), _is_text, "text.text"),
 )
 
 
 RAW = Format("raw binary", (), lambda head: False, "_raw")
 # Its mark is weak: five small numbers. So the name of the file must say it too.
-MATLAB_4 = Format("MATLAB 4", (".mat",), is_mat4, "_mat4")
+MATLAB_4 = Format("MATLAB 4", (".mat",), is_mat4, "arrays.mat4")
 
 
 def _recognised(path: Path, head: bytes) -> Format:
@@ -170,7 +170,7 @@ def _recognised(path: Path, head: bytes) -> Format:
     named = next((f for f in FORMATS if path.suffix.lower() in f.extensions), None)
     found = next((f for f in FORMATS if f.sniff(head)), None)
     if found is not None:
-        textual = found.module == "_text" and named is not None and named.module == "_lvm"
+        textual = found.module == "text.text" and named is not None and named.module == "text.lvm"
         return named if textual and named is not None else found
     if path.suffix.lower() == ".mat" and MATLAB_4.sniff(head):
         return MATLAB_4

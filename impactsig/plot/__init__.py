@@ -6,12 +6,32 @@ data, whatever prefix the ticks are written with. Results have a method `plot` t
 function for them.
 """
 
-from .averaging import averaged_density, p_bifurcation
-from .beams import apparent_restitution, mode_shapes, restitution_over_modes, tip_history
-from .branches import branch
-from .calibration import calibration_curve
 from .comparison import comparison
-from .control import (
+from .experiments import experiment
+from .fitting import oscillator_fit
+from .geometry.correlation import correlation_sum
+from .geometry.dimension import dimension
+from .geometry.embedding import averaged_false_neighbors, delay_choice, false_neighbors
+from .geometry.exponents import stretch_curve
+from .geometry.periods import period_track
+from .geometry.recurrence import recurrence_plot
+from .geometry.surrogates import prediction_error, surrogate_test
+from .records.calibration import calibration_curve
+from .records.resonances import decay, resonance
+from .records.sequences import histogram, return_map
+from .records.spikes import (
+    contact_against_interval,
+    interval_sequence,
+    peak_against_time,
+    spike_train,
+)
+from .records.trains import interval_densities, return_maps
+from .records.waveforms import pulse, waveform
+from .studies import parameter_study
+from .systems.averaging import averaged_density, p_bifurcation
+from .systems.beams import apparent_restitution, mode_shapes, restitution_over_modes, tip_history
+from .systems.branches import branch
+from .systems.control import (
     control_effort,
     control_force,
     control_intervals,
@@ -20,27 +40,12 @@ from .control import (
     flow_orbit,
     stability_chart,
 )
-from .correlation import correlation_sum
-from .diagrams import basins, bifurcation_diagram, periodicity_chart, response_spectrum
-from .dimension import dimension
-from .embedding import averaged_false_neighbors, delay_choice, false_neighbors
-from .ensembles import density, joint_density, noisy_motion
-from .equivalence import match_rate
-from .experiments import experiment
-from .exponents import stretch_curve
-from .fitting import oscillator_fit
-from .lyapunov import lyapunov_convergence
-from .motions import phase_portrait, power_spectrum, time_history
-from .periods import period_track
-from .recurrence import recurrence_plot
-from .resonances import decay, resonance
-from .sections import section
-from .sequences import histogram, return_map
-from .spikes import contact_against_interval, interval_sequence, peak_against_time, spike_train
-from .studies import parameter_study
-from .surrogates import prediction_error, surrogate_test
-from .trains import interval_densities, return_maps
-from .waveforms import pulse, waveform
+from .systems.diagrams import basins, bifurcation_diagram, periodicity_chart, response_spectrum
+from .systems.ensembles import density, joint_density, noisy_motion
+from .systems.equivalence import match_rate
+from .systems.lyapunov import lyapunov_convergence
+from .systems.motions import phase_portrait, power_spectrum, time_history
+from .systems.sections import section
 
 __all__ = [
     "apparent_restitution",

@@ -1,12 +1,15 @@
 """The dynamics behind a series of intervals: embedding, dimension, exponents, surrogates."""
 
 from . import classic
-from .correlation import CorrelationSum, correlation_sum
 from .delays import DelayChoice, autocorrelation_delay, mutual_information_delay
-from .determinism import ReturnMapDeterminism, return_map_determinism
-from .dimension import CorrelationDimension, KaplanYorke, ScaleSlope, correlation_dimension
+from .dimensions.dimension import (
+    CorrelationDimension,
+    KaplanYorke,
+    ScaleSlope,
+    correlation_dimension,
+)
+from .divergence.exponents import LyapunovExponent, lyapunov_exponent
 from .embedding import delay_embed
-from .exponents import LyapunovExponent, lyapunov_exponent
 from .information import mutual_information
 from .neighbors import (
     AveragedFalseNeighbors,
@@ -15,15 +18,17 @@ from .neighbors import (
     false_nearest_neighbors,
 )
 from .ordinal import OrdinalPatterns, ordinal_patterns
-from .prediction import PredictionError, prediction_error, time_reversal_asymmetry
-from .recurrence import (
+from .recurrences.recurrence import (
     RecurrencePlot,
     RecurrenceQuantification,
     recurrence_plot,
     recurrence_quantification,
 )
-from .surrogate_testing import SurrogateTest, surrogate_test
-from .surrogates import Surrogates, surrogates
+from .sums.correlation import CorrelationSum, correlation_sum
+from .testing.determinism import ReturnMapDeterminism, return_map_determinism
+from .testing.prediction import PredictionError, prediction_error, time_reversal_asymmetry
+from .testing.surrogate_testing import SurrogateTest, surrogate_test
+from .testing.surrogates import Surrogates, surrogates
 
 __all__ = [
     "AveragedFalseNeighbors",

@@ -211,8 +211,8 @@ def read_dynamics(
         Whether to work out what takes seconds: dimension, exponent, surrogate test, determinism.
     """
     from .. import intervals, reconstruct
-    from ..reconstruct.dimension import of_kind
-    from ..reconstruct.kinds import is_certain, of_period
+    from ..reconstruct.dimensions.dimension import of_kind
+    from ..reconstruct.recognition.kinds import is_certain, of_period
 
     values = impacts.intervals()
     without: dict[str, str] = {}

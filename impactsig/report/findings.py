@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from .. import plot
-from ..reconstruct.kinds import is_certain
-from ..reconstruct.surrogate_testing import LEVEL
+from ..reconstruct.recognition.kinds import is_certain
+from ..reconstruct.testing.surrogate_testing import LEVEL
 from .contents import counted, printable
 from .dynamics import REPAIRED, ROUGH_BELOW, TESTED, short_time
 from .figures import Picture, draw_figure

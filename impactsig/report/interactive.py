@@ -12,8 +12,8 @@ import numpy as np
 
 from ..impacts import flag_names
 from ..plot.axes import VERMILLION
+from ..plot.records.waveforms import marker_heights
 from ..plot.stops import by_stop
-from ..plot.waveforms import marker_heights
 from .contents import printable
 from .samples import Span, by_interest
 from .tables import columns_shown, intervals_before

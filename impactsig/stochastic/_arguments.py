@@ -14,8 +14,8 @@ from ..oscillators import Oscillator
 from ..simulate.basis.frame import reference_frequency
 from ..simulate.exact.starts import first_places
 from ..simulate.run import LONGEST
-from ._running import Method, check_method
 from ._scales import Survey, survey
+from .paths.running import Method, check_method
 
 TURN = 2 * math.pi
 

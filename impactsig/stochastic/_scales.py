@@ -9,8 +9,8 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..oscillators import Hertz, KelvinVoigt, Oscillator
-from ._posing import hertz_rate, potential
-from ._running import Group, Mover
+from .paths.posing import hertz_rate, potential
+from .paths.running import Group, Mover
 
 FINE = 0.2  # default step by the fastest scale
 PILOT_KEY = np.array([0x696D7061, 0x63747369], np.uint32)  # the pilot's own: a seed has no part
@@ -135,7 +135,7 @@ def _rates_met(
     oscillator: Oscillator, group: Group, seen: np.ndarray, apart: float
 ) -> list[tuple[float, str]]:
     """Rates that show in the motion only: of what is not linear, and of flights."""
-    from ._accumulating import local_rates
+    from .paths.accumulating import local_rates
 
     p, law = group.mover.problem, group.mover.functions.law
     x, v = seen[..., 0].ravel(), seen[..., 1].ravel()
@@ -162,7 +162,7 @@ def _ranges(
     oscillator: Oscillator, group: Group, seen: np.ndarray, apart: float
 ) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
     """Of energy, displacement and velocity, with room for what a few short paths have not met."""
-    from ._accumulating import energies
+    from .paths.accumulating import energies
 
     p, law = group.mover.problem, group.mover.functions.law
     late = seen[:, seen.shape[1] // 2 :]  # where the start is forgotten, if it is

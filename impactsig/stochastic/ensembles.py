@@ -14,14 +14,14 @@ from .._showing import Shown
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._arguments import Course, course
-from ._posing import potential
-from ._running import LANES, Method, Mover, key_of
 from .density import Density, JointDensity, moments, shares
+from .paths.posing import potential
+from .paths.running import LANES, Method, Mover, key_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ._accumulating import Kept, Potential
+    from .paths.accumulating import Kept, Potential
 
 LOOK = 8  # steps from one look to the next, unless the time between is given
 BATCH = 512  # looks between two visits of the kernels
@@ -263,7 +263,7 @@ def _look_at(
     mover: Mover, found: Course, table: Potential, edges: list[np.ndarray], first: int, last: int
 ) -> _Part:
     """Move a group of paths to the end, and keep what the result is made of."""
-    from ._accumulating import energies, keep
+    from .paths.accumulating import energies, keep
 
     paths = np.arange(first, last)
     group = mover.start(found.q[first:last], found.v[first:last], paths)
@@ -291,7 +291,7 @@ def _look_at(
 
 
 def _nothing_kept(lanes: int, edges: list[np.ndarray]) -> Kept:
-    from ._accumulating import SUMS, Kept
+    from .paths.accumulating import SUMS, Kept
 
     size = len(edges[0]) - 1
     scale = [(each[0], size / (each[-1] - each[0])) for each in edges]

@@ -15,7 +15,7 @@ from ..impacts import Impacts, exact
 from ..oscillators import Oscillator
 from ..simulate.basis.frame import strobe_times
 from ._arguments import TURN, course
-from ._running import Method, Mover, key_of
+from .paths.running import Method, Mover, key_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -160,7 +160,7 @@ def move(
     every: float | None = None,
 ) -> NoisyMotion:
     """One path of an oscillator under its noise, step by step."""
-    from ._equation import SPEED, WHICH
+    from .paths.equation import SPEED, WHICH
 
     path = whole("path", path, 0)
     found = course(

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import impactsig
-from impactsig.reconstruct import _counting
+from impactsig.reconstruct.sums import _counting
 from tests import naive_reconstruct
 
 KERNELS = ("pairs", "boxes", "trees", None)

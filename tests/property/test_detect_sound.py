@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.recordings import microphone
-from impactsig.detect._sound import detect_sound
-from impactsig.detect._stream import Piece
+from impactsig.detect.signal.stream import Piece
+from impactsig.detect.sound.sound import detect_sound
 
 RATE = 8000.0
 # More than seven windows of 16384 samples: the background of the first ends before the last.

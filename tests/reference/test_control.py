@@ -26,7 +26,7 @@ from impactsig import (
     simulate,
     stability_chart,
 )
-from impactsig.control._delayed import DelayedRun
+from impactsig.control.running.delayed import DelayedRun
 from impactsig.oscillators import Force, KelvinVoigt
 from tests import naive_control
 

@@ -8,6 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from impactsig.control.stability.stability._oscillator_pieces import of_oscillator
+from impactsig.control.stability.stability._variation import State
 from scipy.special import lambertw
 
 from impactsig import (
@@ -25,8 +27,6 @@ from impactsig import (
     simulate,
     stability_chart,
 )
-from impactsig.control._oscillator_pieces import of_oscillator
-from impactsig.control._variation import State
 from impactsig.oscillators import Force
 from tests import naive_control
 

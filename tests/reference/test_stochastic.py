@@ -24,9 +24,9 @@ from impactsig import (
     simulate,
     simulate_ensemble,
 )
-from impactsig.stochastic import _splitting
-from impactsig.stochastic._equation import COLUMNS, V
-from impactsig.stochastic._running import Mover, key_of
+from impactsig.stochastic.paths import _splitting
+from impactsig.stochastic.paths.equation import COLUMNS, V
+from impactsig.stochastic.paths.running import Mover, key_of
 
 METHODS = ("splitting", "runge-kutta", "zhuravlev", "gaussian")
 FLOOR = Stop(0.0, Rigid(1.0), "lower")

@@ -8,6 +8,8 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
+from impactsig.stochastic.averaging.averaging._cycles import orbits
+from impactsig.stochastic.averaging.averaging._well import conservative
 from scipy.stats import norm
 
 from impactsig import (
@@ -22,8 +24,6 @@ from impactsig import (
     averaged_density,
     scenes,
 )
-from impactsig.stochastic._averaging_cycles import orbits
-from impactsig.stochastic._averaging_well import conservative
 
 NOISY = Oscillator(damping=0.1, noise=Noise(0.02))  # a mean energy of 0.2
 

@@ -31,8 +31,8 @@ from impactsig import (
     simulate,
     stability_chart,
 )
-from impactsig.control import _delayed
-from impactsig.control._line import cut
+from impactsig.control.running import delayed as _delayed
+from impactsig.control.running._line import cut
 from impactsig.dynamics.periodic.collocation import chebyshev
 from impactsig.oscillators import BaseMotion, Force
 from impactsig.results import ControlledMotion

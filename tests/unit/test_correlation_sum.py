@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import impactsig
 from impactsig import Impacts, InvalidInput, correlation_sum
-from impactsig.reconstruct import _counting, _pairs, correlation
+from impactsig.reconstruct.sums import _counting, _pairs, correlation
 from tests import naive_reconstruct
 
 RNG = np.random.default_rng(4)

@@ -8,11 +8,11 @@ from scipy import signal
 
 import impactsig
 from benchmarks.recordings import score
-from impactsig.detect import _coupling
-from impactsig.detect._coupling_kernels import uncouple
 from impactsig.detect._force import Wanted, detect_force
-from impactsig.detect._judging import Level
-from impactsig.detect._stream import Piece
+from impactsig.detect.instrument import coupling as _coupling
+from impactsig.detect.instrument.coupling_kernels import uncouple
+from impactsig.detect.search.judging import Level
+from impactsig.detect.signal.stream import Piece
 
 RATE = 50_000.0
 

@@ -7,15 +7,15 @@ import pytest
 
 import impactsig
 from benchmarks.recordings import add_pulses, load_cell, score
-from impactsig.detect._converter import converter_step
-from impactsig.detect._false_alarms import discovery_level
-from impactsig.detect._ladder import ladder
-from impactsig.detect._mains import find_lines, fit_lines
-from impactsig.detect._mains_kernels import take_off
-from impactsig.detect._noise_kernels import read_noise
-from impactsig.detect._pulse_fit import fit_pulse
-from impactsig.detect._pulse_model import PARAMETERS, put_parameters
-from impactsig.detect._response_kernels import CREST, GATE, VALLEY, Stretch, find_crests
+from impactsig.detect.instrument.converter import converter_step
+from impactsig.detect.instrument.mains import find_lines, fit_lines
+from impactsig.detect.instrument.mains_kernels import take_off
+from impactsig.detect.pulses._fit import fit_pulse
+from impactsig.detect.pulses._model import PARAMETERS, put_parameters
+from impactsig.detect.search._false_alarms import discovery_level
+from impactsig.detect.search._noise_kernels import read_noise
+from impactsig.detect.search._response_kernels import CREST, GATE, VALLEY, Stretch, find_crests
+from impactsig.detect.signal.ladder import ladder
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
 from tests import naive_force

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from impactsig.detect._background_kernels import next_marked
-from impactsig.detect._event_kernels import _leading, explained, near_crests, strongest_first
-from impactsig.detect._grid import Grid
-from impactsig.detect._half_sine_kernels import is_half_sine
-from impactsig.detect._judging_kernels import with_neighbors
-from impactsig.detect._ladder import HALF_SINE_GAIN, MATCH, ladder
-from impactsig.detect._line import PLACES, Line
-from impactsig.detect._order_kernels import median_of, quantile, select
-from impactsig.detect._shared_shape_kernels import _invert_all
+from impactsig.detect.instrument.line import PLACES, Line
+from impactsig.detect.pulses._half_sine_kernels import is_half_sine
+from impactsig.detect.pulses._shared_shape_kernels import _invert_all
+from impactsig.detect.search._background_kernels import next_marked
+from impactsig.detect.search.event_kernels import _leading, explained, near_crests, strongest_first
+from impactsig.detect.search.judging_kernels import with_neighbors
+from impactsig.detect.signal.grid import Grid
+from impactsig.detect.signal.ladder import HALF_SINE_GAIN, MATCH, ladder
+from impactsig.detect.signal.order_kernels import median_of, quantile, select
 from tests.naive_force import leading
 
 KINDS = {

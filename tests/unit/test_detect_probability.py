@@ -9,8 +9,15 @@ from scipy.stats import norm
 import impactsig
 from benchmarks.disturbances import stationary
 from benchmarks.recordings import PULSES, add_pulses, score
-from impactsig.detect._probability import CRESTS, GAUSSIAN, LEFT, LOWEST, excursions, probabilities
-from impactsig.detect._spans import Spans
+from impactsig.detect.search.spans import Spans
+from impactsig.detect.signal.probability import (
+    CRESTS,
+    GAUSSIAN,
+    LEFT,
+    LOWEST,
+    excursions,
+    probabilities,
+)
 
 WIDTHS = 20_000.0
 

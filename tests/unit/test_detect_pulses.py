@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impactsig
-from impactsig.detect._pulse_extent import Place, summit
+from impactsig.detect.pulses._extent import Place, summit
 from impactsig.impacts import CLIPPED
 
 

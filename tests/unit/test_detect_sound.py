@@ -12,12 +12,12 @@ from benchmarks.recordings import microphone, score
 from benchmarks.sound_disturbances import reverberant
 from benchmarks.sound_timing import pink
 from impactsig.detect._merge import group_starts
-from impactsig.detect._sound import CORE, detect_sound, scale_at
-from impactsig.detect._sound_bands import degrees_of_freedom
-from impactsig.detect._sound_kernels import EDGE, octave_powers
-from impactsig.detect._sound_survey import PER, SAMPLED, Survey
-from impactsig.detect._stream import Piece
-from impactsig.detect._windows import windows
+from impactsig.detect.signal.stream import Piece
+from impactsig.detect.sound._bands import degrees_of_freedom
+from impactsig.detect.sound._kernels import EDGE, octave_powers
+from impactsig.detect.sound._survey import PER, SAMPLED, Survey
+from impactsig.detect.sound._windows import windows
+from impactsig.detect.sound.sound import CORE, detect_sound, scale_at
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED
 from tests import naive_sound

@@ -11,10 +11,10 @@ from scipy import signal
 from scipy.optimize import minimize_scalar
 
 from benchmarks.recordings import microphone, score
-from impactsig.detect._sound import detect_sound, scale_at, shifted, sound_lengths
-from impactsig.detect._sound_alike import LEARN, Overlay
-from impactsig.detect._sound_alike_kernels import ROWS, TAPS, fit_shift, shift_wave
-from impactsig.detect._stream import Piece
+from impactsig.detect.signal.stream import Piece
+from impactsig.detect.sound.sound import detect_sound, scale_at, shifted, sound_lengths
+from impactsig.detect.sound.timing._alike_kernels import ROWS, TAPS, fit_shift, shift_wave
+from impactsig.detect.sound.timing.alike import LEARN, Overlay
 
 MODES = ((2140.0, 6e-3, 1.0), (3710.0, 4e-3, 0.6), (5930.0, 2e-3, 0.4))
 NOISE = 0.01

@@ -8,7 +8,7 @@ import pytest
 import impactsig
 from benchmarks.disturbances import bump, records
 from benchmarks.recordings import add_pulses, score
-from impactsig.detect._pulse_fit import fit_pair
+from impactsig.detect.pulses._fit import fit_pair
 from impactsig.impacts import UNRESOLVED
 from tests import naive_force
 from tests.halves import half

@@ -8,11 +8,19 @@ from scipy.special import erf
 
 import impactsig
 from impactsig import Impacts, InvalidInput, correlation_dimension
-from impactsig.reconstruct import _dimension, _faults, _jackknife, _periodic, _tones, _unrelated
-from impactsig.reconstruct._kernel_sum import BLOCKS, kernel_sum
-from impactsig.reconstruct._noise import Noise, estimated
-from impactsig.reconstruct._slope import slope
 from impactsig.reconstruct._values import exact_period, quantum
+from impactsig.reconstruct.dimensions import (
+    _estimate as _dimension,
+)
+from impactsig.reconstruct.dimensions import (
+    _faults,
+    _jackknife,
+    _unrelated,
+)
+from impactsig.reconstruct.dimensions._kernel_sum import BLOCKS, kernel_sum
+from impactsig.reconstruct.dimensions._noise import Noise, estimated
+from impactsig.reconstruct.dimensions._slope import slope
+from impactsig.reconstruct.recognition import _periodic, _tones
 
 from .. import naive_reconstruct
 from ..series import cat, henon, lorenz_intervals, noisy, torus

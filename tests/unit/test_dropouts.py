@@ -8,7 +8,7 @@ import pytest
 import impactsig
 from benchmarks.disturbances import converted, stationary
 from benchmarks.recordings import score
-from impactsig.detect._dropout_kernels import fill, find_dropouts
+from impactsig.detect.instrument.dropout_kernels import fill, find_dropouts
 from impactsig.impacts import OPEN_END, OPEN_START
 
 RATE = 50_000.0

@@ -24,8 +24,8 @@ from impactsig import (
     simulate,
     simulate_ensemble,
 )
-from impactsig.stochastic._running import Mover, key_of
 from impactsig.stochastic.noisy_motion import move
+from impactsig.stochastic.paths.running import Mover, key_of
 from tests import naive_stochastic
 
 SCENE = scenes.van_der_pol_duffing()

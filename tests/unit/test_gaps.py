@@ -6,8 +6,9 @@ from scipy.special import ndtri
 
 import impactsig
 from impactsig import InvalidInput
-from impactsig.reconstruct import _counting, _series, classic
+from impactsig.reconstruct import _series, classic
 from impactsig.reconstruct.information import information
+from impactsig.reconstruct.sums import _counting
 from tests import naive_reconstruct_embed as naive
 from tests import naive_recurrence
 from tests.gaps import parts, vectors, with_gaps

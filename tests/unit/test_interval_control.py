@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from impactsig.control.stability.stability.impact_map import impact_map_of
 
 from impactsig import (
     Controlled,
@@ -19,7 +20,6 @@ from impactsig import (
     scenes,
     simulate,
 )
-from impactsig.control._impact_map import impact_map_of
 
 BEAM = scenes.karpodinis(20.3355)
 

@@ -8,7 +8,7 @@ import pytest
 
 import impactsig
 from impactsig import Impacts, InvalidInput
-from impactsig.intervals._slots import fit_slots
+from impactsig.intervals.phases.slots import fit_slots
 from tests import naive
 from tests.halves import half
 

@@ -11,7 +11,9 @@ import pytest
 
 import impactsig.io as io
 from impactsig.errors import ImpactsigWarning, InvalidInput, UnreadableFile
-from impactsig.io import _hdf5_chunks, _hdf5_heaps, _hdf5_texts
+from impactsig.io.hdf5 import _chunks as _hdf5_chunks
+from impactsig.io.hdf5 import _heaps as _hdf5_heaps
+from impactsig.io.hdf5 import _texts as _hdf5_texts
 
 h5py = pytest.importorskip("h5py")
 

@@ -169,7 +169,7 @@ def test_every_exception_of_a_reader_becomes_one_type_and_stays_chained(stereo, 
         def fail(path, limits, error=error):
             raise error
 
-        monkeypatch.setattr("impactsig.io._audio.open_source", fail)
+        monkeypatch.setattr("impactsig.io.instruments.audio.open_source", fail)
         with pytest.raises(UnreadableFile, match=type(error).__name__) as caught:
             io.read(stereo)
         assert caught.value.__cause__ is error

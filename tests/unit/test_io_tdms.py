@@ -105,7 +105,7 @@ def test_a_part_of_one_large_chunk_reads_no_more_than_the_part(tmp_path, monkeyp
 
 def test_files_whose_layout_is_not_plain_are_left_to_npTDMS(tmp_path, monkeypatch):
     path = write(tmp_path, segment({"a": A, "b": B}))
-    monkeypatch.setattr("impactsig.io._tdms.layout", lambda *arguments: None)
+    monkeypatch.setattr("impactsig.io.instruments.tdms.layout", lambda *arguments: None)
     np.testing.assert_array_equal(io.read(path, channel="b", start=0.002).samples, B[2:])
 
 

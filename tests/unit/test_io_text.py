@@ -355,8 +355,8 @@ def test_pyarrow_and_pandas_read_alike(tmp_path, style, monkeypatch):
 def test_in_pieces_as_whole(tmp_path, style, size, monkeypatch):
     path = write(tmp_path, STYLES[style])
     whole = everything(path)
-    monkeypatch.setattr("impactsig.io._table.LARGE", 10)
-    monkeypatch.setattr("impactsig.io._table.PIECE", size)
+    monkeypatch.setattr("impactsig.io.text._table.LARGE", 10)
+    monkeypatch.setattr("impactsig.io.text._table.PIECE", size)
     assert everything(path) == whole
 
 
@@ -364,15 +364,15 @@ def test_pieces_of_another_width_are_refused(tmp_path, monkeypatch):
     # The way that a file is written is told from its first 128 KiB.
     rows = table(rows=MANY * 50) + table(heading="", rows=[(*r, 1.0) for r in MANY])
     path = write(tmp_path, rows)
-    monkeypatch.setattr("impactsig.io._table.LARGE", 10)
-    monkeypatch.setattr("impactsig.io._table.PIECE", 5000)
+    monkeypatch.setattr("impactsig.io.text._table.LARGE", 10)
+    monkeypatch.setattr("impactsig.io.text._table.PIECE", 5000)
     with pytest.raises(UnreadableFile, match=r"Expected 3 fields|has rows of 4 cells, not 3"):
         io.read(path)
 
 
 def test_what_pyarrow_takes_is_what_pandas_takes(tmp_path):
-    from impactsig.io import _table
-    from impactsig.io._dialect import find_dialect
+    from impactsig.io.text import _table
+    from impactsig.io.text._dialect import find_dialect
 
     pytest.importorskip("pyarrow")
     rng = np.random.default_rng(13)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactsig import InvalidInput, prediction_error, time_reversal_asymmetry
-from impactsig.reconstruct._prediction import forecasts
+from impactsig.reconstruct.testing._errors import forecasts
 from tests import firing, naive_recurrence
 
 RNG = np.random.default_rng(11)

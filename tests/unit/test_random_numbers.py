@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from impactsig.stochastic._random import (
+from impactsig.stochastic.paths._random import (
     draw,
     draw_all,
     draw_coins,

@@ -10,11 +10,9 @@ from scipy import integrate
 
 from benchmarks.recordings import score
 from benchmarks.sound_timing import MODES, band_limited, crossing
-from impactsig.detect._shared_modes import LEARN, SharedModes
-from impactsig.detect._shared_modes_fit import modes_behind, shared_exponents
-from impactsig.detect._shared_modes_kernels import add_lagged_products, crossings, log_probability
-from impactsig.detect._sound import detect_sound
-from impactsig.detect._sound_edge import (
+from impactsig.detect.signal.stream import Piece
+from impactsig.detect.sound.sound import detect_sound
+from impactsig.detect.sound.timing._edge import (
     PARTS,
     chebyshev,
     cliff,
@@ -23,7 +21,13 @@ from impactsig.detect._sound_edge import (
     slope,
     step_modes,
 )
-from impactsig.detect._stream import Piece
+from impactsig.detect.sound.timing._shared_modes_fit import modes_behind, shared_exponents
+from impactsig.detect.sound.timing._shared_modes_kernels import (
+    add_lagged_products,
+    crossings,
+    log_probability,
+)
+from impactsig.detect.sound.timing.shared_modes import LEARN, SharedModes
 from tests import naive_sound
 
 RATE = 8000.0

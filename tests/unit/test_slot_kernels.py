@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from impactsig import Impacts, identify_period
-from impactsig.intervals import _tracking
-from impactsig.intervals._slot_kernels import assign, peel, recurrence_jitter, settle
+from impactsig.intervals.phases import tracking as _tracking
+from impactsig.intervals.phases.slot_kernels import assign, peel, recurrence_jitter, settle
 
 from .. import naive_slots
 

@@ -8,7 +8,7 @@ import pytest
 import impactsig
 from benchmarks.recordings import load_cell
 from benchmarks.sound_errors import errors, record
-from impactsig.detect._sound_kernels import split_variance, variance_change
+from impactsig.detect.sound._kernels import split_variance, variance_change
 
 # Seeds that nothing was chosen on.
 

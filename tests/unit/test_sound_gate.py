@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactsig.detect._sound_gate_kernels import (
+from impactsig.detect.sound._gate_kernels import (
     CLOSED,
     heard_shares,
     hold,

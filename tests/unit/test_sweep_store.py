@@ -558,13 +558,13 @@ for file, line in json.loads(sys.argv[1]):
     path.write_text(text)
 """
 EDITS = {
-    ("io/_uff.py", "# typo"): set(),
-    ("io/_uff.py", '"""Not a docstring, but nothing either."""'): set(),
-    ("io/_uff.py", "LATER = 1"): {"reading", "passing on"},
+    ("io/instruments/uff.py", "# typo"): set(),
+    ("io/instruments/uff.py", '"""Not a docstring, but nothing either."""'): set(),
+    ("io/instruments/uff.py", "LATER = 1"): {"reading", "passing on"},
     ("simulate/exact/flow.py", "LATER = 1"): {"simulating", "importing", "passing on"},
     ("dynamics/tangents/lyapunov.py", "LATER = 1"): {"importing", "passing on"},
     ("oscillators/parts.py", "LATER = 1"): {"simulating", "importing", "passing on", "posing"},
-    ("plot/trains.py", "LATER = 1"): set(),
+    ("plot/records/trains.py", "LATER = 1"): set(),
 }
 
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from impactsig.intervals._drift import _second_differences, fit_drift
-from impactsig.intervals._drift_kernels import solve
-from impactsig.intervals._satellites import satellites
-from impactsig.intervals._tracking import WEIGHT, best_path, tracked_phase, tracked_rate
-from impactsig.intervals._tracking_kernels import coherence, window_scores
+from impactsig.intervals.phases._drift import _second_differences, fit_drift
+from impactsig.intervals.phases._drift_kernels import solve
+from impactsig.intervals.phases._satellites import satellites
+from impactsig.intervals.phases._tracking_kernels import coherence, window_scores
+from impactsig.intervals.phases.tracking import WEIGHT, best_path, tracked_phase, tracked_rate
 
 
 def test_the_score_of_a_window_is_the_sum_over_harmonics():

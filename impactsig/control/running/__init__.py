@@ -1,0 +1,1 @@
+"""Motions under control: the force, delays, kicks at impacts."""

@@ -1,0 +1,48 @@
+"""Kernels: the delay line, what a motion did step by step, as polynomials.
+
+A step is a row (`simulate._delay.Line`). Steps end where what is fed back is not smooth, one delay
+later again, so that no polynomial ever reaches across such a place.
+"""
+
+from __future__ import annotations
+
+from ..._compiled import inner, kernel
+from ...simulate.basis.delay import bernstein
+from ...simulate.basis.events import LENGTH, PHASE, TURN, TURNS
+from ...simulate.basis.tableau import DEGREE
+
+
+@inner
+def cut(c, share):
+    """Make the polynomial that of the first share of its step."""
+    for n in range(1, DEGREE + 1):
+        for i in range(DEGREE, n - 1, -1):
+            c[i] = c[i - 1] + share * (c[i] - c[i - 1])
+
+
+@kernel
+def since(line, j, turns, phase):
+    """Time from the beginning of step j to an instant."""
+    return (turns - line.when[j, TURNS]) * TURN + (phase - line.when[j, PHASE])
+
+
+@kernel
+def locate(line, number, turns, phase):
+    """The last of so many steps that begins at an instant or before it, or 0."""
+    low, high = 0, number
+    while high - low > 1:
+        middle = (low + high) // 2
+        if since(line, middle, turns, phase) >= 0:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@kernel
+def sample(line, number, turns, phase, which, out):
+    """A course at instants, in any order, within the steps."""
+    for n in range(len(turns)):
+        j = locate(line, number, turns[n], phase[n])
+        share = since(line, j, turns[n], phase[n]) / line.when[j, LENGTH]
+        out[n] = bernstein(line.course[j, which], min(max(share, 0.0), 1.0))

@@ -1,0 +1,116 @@
+"""Kernels: how a run reads the delay line and writes it, row by row.
+
+A row ends where the control force reaches its limit or comes back from it, and one delay after
+each place where what is fed back was not smooth; each time an order smoother, until the method
+takes no notice of it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..._compiled import inner
+from ...simulate.basis.delay import DISPLACEMENT, VELOCITY, Past, read
+from ...simulate.basis.events import BEGUN, LENGTH, LOW, PHASE, TURNS
+from ...simulate.basis.tableau import DEGREE
+from ._force import feed
+from ._line import cut, since
+
+# Counters after those of `simulate._events`: rows of the delay line; the row that what is fed
+# back now comes from; the first row of the phase; delays for which the beginning of the next row
+# is no smooth place; side of the limit that the force is beyond, and that it is at.
+ROWS, AT, FIRST, LAPS, REGION, EDGE = range(BEGUN + 1, BEGUN + 7)
+COUNTS = EDGE + 1
+REACHED = 1e-14  # of the phase: rounding
+
+
+@inner
+def recall(feedback, line, count, clock):
+    """Where what is fed back is found now, and the time for which it is smooth."""
+    number = count[ROWS]
+    if not feedback.on:
+        return Past(0, 0, 0, 0.0), math.inf
+    turns, phase = clock[TURNS] - feedback.turns, clock[PHASE] - feedback.phase
+    j = count[AT]
+    while j + 1 < number:
+        ahead = since(line, j + 1, turns, phase) + clock[LOW]
+        if ahead < -REACHED or (ahead < 0 and line.laps[j + 1] == 0):
+            break
+        j += 1
+        if line.laps[j] > 0:
+            count[LAPS] = max(count[LAPS], line.laps[j] - 1)
+            count[EDGE] = 0
+    count[AT] = j
+    last = j
+    while last + 1 < number and line.laps[last + 1] == 0:
+        last += 1
+    smooth = feedback.delay
+    if last + 1 < number:
+        smooth = min(smooth, -since(line, last + 1, turns, phase) - clock[LOW])
+    offset = max(since(line, j, turns, phase) + clock[LOW], 0.0)
+    return Past(j, last, count[FIRST], offset), smooth
+
+
+@inner
+def side_of_limit(feedback, line, past, count, own):
+    """The limit that the force is beyond, or 0; and the limit that it is just at, or 0."""
+    region, edge = 0, 0
+    if feedback.on:
+        control = feedback.gain * (read(feedback, line, past, 0.0) - own)
+        edge = count[EDGE]
+        if edge != 0:
+            region = count[REGION]
+        elif abs(control) > feedback.limit:
+            region = 1 if control > 0 else -1
+        count[EDGE] = 0
+    return region, edge
+
+
+@inner
+def begin_row(line, count, clock, h):
+    """A row for a step of h from now; its courses are `line.course[count[ROWS] - 1]`."""
+    j = count[ROWS]
+    line.when[j, TURNS], line.when[j, PHASE], line.when[j, LENGTH] = (
+        clock[TURNS],
+        clock[PHASE] + clock[LOW],
+        h,
+    )
+    line.laps[j] = count[LAPS]
+    count[LAPS] = 0
+    count[ROWS] = j + 1
+
+
+@inner
+def rest_row(feedback, line, past, room, region, count, clock, h, x):
+    """A row of length h in which the mass rests."""
+    begin_row(line, count, clock, h)
+    course = line.course[count[ROWS] - 1]
+    for n in range(DEGREE + 1):
+        course[DISPLACEMENT, n], course[VELOCITY, n] = x, 0.0
+    feed(feedback, line, past, room, region, h, course)
+
+
+@inner
+def end_row(line, count, share):
+    """Cut the row to its first share."""
+    course = line.course[count[ROWS] - 1]
+    for m in range(len(course)):
+        cut(course[m], share)
+    line.when[count[ROWS] - 1, 2] *= share
+
+
+@inner
+def cross_limit(line, laps, count, share, region, side):
+    """End the row where the force reaches a limit, or comes back from it."""
+    end_row(line, count, share)
+    count[EDGE] = side
+    count[REGION] = side if region == 0 else 0
+    count[LAPS] = laps[1]
+
+
+@inner
+def turn_back(line, count, region, edge):
+    """Forget the row: at its limit the force turned back, and it is to be on that side of it."""
+    count[ROWS] -= 1
+    count[LAPS] = line.laps[count[ROWS]]
+    count[REGION], count[EDGE] = edge if region == 0 else 0, edge

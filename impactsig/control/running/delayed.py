@@ -1,0 +1,219 @@
+"""An oscillator under delayed feedback: what drives the kernels, and what looks into the line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...oscillators import Oscillator
+from ...simulate.basis.contract import run_on
+from ...simulate.basis.events import (
+    COLUMNS,
+    FULL,
+    LINE_FULL,
+    PHASE,
+    START,
+    STATUS,
+    TURN,
+    TURNS,
+    row_of,
+)
+from ...simulate.basis.tableau import DEGREE
+from ...simulate.exact.starts import first_place
+from ...simulate.motion import Motion, assemble
+from ...simulate.run import CHUNK, after, work
+from ...simulate.stepping.runge_kutta import RungeKutta, SteppingEngine
+from ..feedback import DelayedFeedback, check_signal
+from ..schedule import Phase
+from .delay_line import DelayLine, basis
+
+if TYPE_CHECKING:
+    from ...simulate.basis.delay import Feedback, Line
+    from ._force import Room
+
+ROWS = 4096  # of the delay line, to begin with
+ORDER = 8  # of the method: what is smoother than that it takes no notice of
+
+
+class DelayedRun:
+    """A run from t = 0, one phase of the schedule after the other.
+
+    Parameters
+    ----------
+    oscillator, initial, phase, method, chatter
+        As for `simulate`.
+    feedbacks : sequence of DelayedFeedback or None
+        All that will be on: what happens before one is on is fed back as well.
+    """
+
+    def __init__(
+        self,
+        oscillator: Oscillator,
+        feedbacks: Sequence[Any],
+        initial: Any,
+        phase: float,
+        method: RungeKutta,
+        chatter: float,
+    ) -> None:
+        from ._rows import COUNTS
+
+        self.oscillator = oscillator
+        self.phase = phase
+        self.engine = SteppingEngine(oscillator, method, chatter)
+        q, v = first_place(oscillator, initial, phase)
+        self.state, count = self.engine.begin(q, v, phase)
+        self.count = np.zeros(COUNTS, np.int64)
+        self.count[: len(count)] = count
+        self.clock = np.array([0.0, phase, 0.0])
+        self._laps = np.max([laps_of(own) for own in feedbacks], axis=0)
+        self.first = row_of(START, self.clock, self.state, count)
+        self.line = new_line(ROWS, 2)
+        self._room = new_room()
+        self.rows: list[np.ndarray] = []
+        self.status = "complete"
+        self._buffer = np.empty((CHUNK, COLUMNS))
+
+    def to(self, until: float, feedback: Any) -> None:
+        """Move to `until` forcing periods under that feedback, from its beginning."""
+        from ._line import locate
+        from ._rows import AT, EDGE, FIRST, LAPS
+        from ._rows import ROWS as NUMBER
+        from ._run import run
+
+        if self.status != "complete":
+            return
+        fb, laps = self.feedback(feedback), self._laps
+        count, clock = self.count, self.clock
+        count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
+        count[FIRST] = count[NUMBER]
+        count[AT] = locate(
+            self.line, count[NUMBER], clock[TURNS] - fb.turns, clock[PHASE] - fb.phase
+        )
+        end = after(self.phase, until)
+        legs = int(work(end[0] - clock[TURNS]))
+        engine = self.engine
+
+        def on(left: int) -> int:
+            found = run(
+                engine._problem, engine._tableau, engine._functions, engine._scratch, fb,
+                self.line, self._room, laps, clock, self.state, count, self._buffer, *end, left,
+            )  # fmt: skip
+            if found != LINE_FULL:
+                return found
+            self._more_line()
+            return FULL
+
+        found, rows = run_on(on, count, self._buffer, legs)
+        self.rows += rows
+        self.status = STATUS[found]
+
+    def feedback(self, feedback: DelayedFeedback | None) -> Feedback:
+        """The feedback in the engine's units."""
+        from ...simulate.basis.delay import DISPLACEMENT, VELOCITY, Feedback
+
+        if feedback is None:
+            return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, DISPLACEMENT, 0.0)
+        of_velocity = feedback.signal == "velocity"
+        omega, mass = self.engine.omega, self.oscillator.mass
+        turns = math.floor(feedback.delay)
+        phase = TURN * (feedback.delay - turns)
+        inertia = mass * omega**2
+        return Feedback(
+            on=feedback.gain != 0.0,
+            gain=feedback.gain / (mass * omega if of_velocity else inertia),
+            turns=float(turns),
+            phase=phase,
+            delay=TURN * turns + phase,
+            limit=math.inf if feedback.limit is None else feedback.limit / inertia,
+            signal=VELOCITY if of_velocity else DISPLACEMENT,
+            memory=feedback.memory,
+        )
+
+    def _more_line(self) -> None:
+        """Make room for twice as many rows."""
+        number, old = self.number, self.line
+        self.line = new_line(2 * number, 2)
+        for rows, new in zip(old, self.line, strict=True):
+            new[:number] = rows[:number]
+
+    def motion(self) -> tuple[Motion, DelayLine]:
+        """The motion from t = 0 to here, and the line it was taken from."""
+        number = self.number
+        line: Any = DelayLine(self.engine, type(self.line)(*(part[:number] for part in self.line)))
+        rows = np.concatenate([[self.first], *self.rows])
+        return assemble(
+            self.oscillator, line, self.phase, self.first, rows, self.clock, self.state,
+            self.count, self.status,
+        ), line  # fmt: skip
+
+    @property
+    def number(self) -> int:
+        """Rows of the line."""
+        from ._rows import ROWS as NUMBER
+
+        return int(self.count[NUMBER])
+
+
+def run_delayed(
+    oscillator: Oscillator, phases: tuple[Phase, ...], length: float, **options: Any
+) -> tuple[Motion, DelayLine]:
+    """The motion of an oscillator under a schedule of feedbacks.
+
+    Raises
+    ------
+    InvalidInput
+        If one feeds back what is no signal of an oscillator, however late it begins.
+    """
+    for _, own in phases:
+        if isinstance(own, DelayedFeedback):
+            check_signal(own)
+    going = DelayedRun(oscillator, [own for _, own in phases], **options)
+    ends = [start for start, _ in phases[1:]] + [length]
+    if phases[0][0] > 0:
+        going.to(phases[0][0], None)
+    for (_, feedback), end in zip(phases, ends, strict=True):
+        going.to(end, feedback)
+    return going.motion()
+
+
+def laps_of(feedback: DelayedFeedback | None) -> np.ndarray:
+    """For how many delays an event, and the reaching of the limit, is no smooth place of the force.
+
+    A jump of the velocity is one of the force a delay later, so of the acceleration, then of the
+    first derivative of that ... The limit bends the force. Of displacements all this comes one
+    order later, and two with each delay. A memory keeps a jump as a jump, but shrinks it.
+    """
+    if feedback is None:
+        return np.ones(2, np.int64)
+    twice = feedback.signal == "displacement"
+    laps = np.array([ORDER // 2, ORDER // 2 - 1] if twice else [ORDER + 1, ORDER - 1])
+    memory = feedback.memory
+    return laps + (math.ceil(math.log(1e-16) / math.log(memory)) if memory > 0 else 0)
+
+
+def new_line(rows: int, coordinates: int) -> Line:
+    """Room for a delay line."""
+    from ...simulate.basis.delay import Line
+
+    return Line(
+        np.zeros((rows, 3)),
+        np.zeros((rows, 2 + coordinates, DEGREE + 1)),
+        np.zeros(rows, np.int64),
+    )
+
+
+def new_room() -> Room:
+    """Room for the force over a step."""
+    from ._force import Room
+
+    nodes = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
+    return Room(
+        nodes=nodes,
+        fit=np.ascontiguousarray(np.linalg.inv(basis(nodes))),
+        values=np.zeros(DEGREE + 1),
+        gap=np.zeros(DEGREE + 1),
+        stack=np.zeros((64, DEGREE + 3)),
+    )

@@ -1,0 +1,245 @@
+"""A flow under delayed feedback."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ..._arguments import times_within
+from ..._showing import Shown
+from ...errors import InvalidInput
+from ...oscillators.flows import Flow
+from ...simulate.basis.events import LINE_FULL, PHASE, STATUS, TURN, TURNS
+from ...simulate.basis.tableau import tableau
+from ...simulate.flows.course import STEPS, Running, coordinate_of
+from ..feedback import DelayedFeedback
+from .delayed import ROWS, laps_of, new_line, new_room
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ...simulate.basis.delay import Feedback, Line
+    from ...simulate.spectrum import PowerSpectrum
+
+AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ControlledFlowMotion(Shown):
+    """What a flow did under control.
+
+    Attributes
+    ----------
+    system : Flow
+        What flows.
+    duration : float
+        How far it came, from t = 0.
+    schedule : tuple of (float, DelayedFeedback or None)
+        When which control began.
+    final : ndarray, shape (d,)
+        State at the end.
+    status : str
+        "complete"; "diverged" where a coordinate became a million times what it was without
+        control, as under a gain that blows up; "work limit".
+
+    See Also
+    --------
+    Controlled, plot.controlled_flow, results.FlowMotion
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import Controlled, DelayedFeedback, flows, simulate
+    >>> feedback = DelayedFeedback(0.2, 5.881, signal="y")
+    >>> course = simulate(Controlled(flows.rossler(), feedback, start=100), duration=300)
+    >>> float(np.abs(course.force(np.linspace(290, 300, 50))).max()) < 0.01
+    True
+    """
+
+    system: Flow
+    duration: float
+    schedule: tuple[tuple[float, DelayedFeedback | None], ...]
+    final: np.ndarray
+    status: str
+    _line: Line = field(repr=False)
+
+    start: ClassVar[float] = 0.0
+
+    @property
+    def stop(self) -> float:
+        """End of the span."""
+        return self.duration
+
+    def sample(self, time: Any) -> np.ndarray:
+        """States at any times of the span, shape of `time` and (d,).
+
+        Raises
+        ------
+        InvalidInput
+            If a time is outside the span.
+        """
+        from ._flow_run import COORDINATES
+
+        return np.stack(
+            [self._course(COORDINATES + k, time) for k in range(self.system.dimension)], axis=-1
+        )
+
+    def force(self, time: Any) -> np.ndarray:
+        """What is added to the rate of the coordinate that is fed back, shape of `time`.
+
+        Raises
+        ------
+        InvalidInput
+            If a time is outside the span.
+        """
+        from ...simulate.basis.delay import FORCE
+
+        return self._course(FORCE, time)
+
+    def _course(self, which: int, time: Any) -> np.ndarray:
+        from ._line import sample
+
+        time = times_within(time, 0.0, self.duration)
+        if len(self._line.laps) == 0:
+            raise InvalidInput("time", time, f"a motion of one step or more ({self.status})")
+        turns = np.floor(time / TURN)
+        out = np.empty(time.size)
+        sample(
+            self._line, len(self._line.laps), turns.ravel(), (time - TURN * turns).ravel(),
+            which, out,
+        )  # fmt: skip
+        return out.reshape(time.shape)
+
+    def power_spectrum(self, quantity: str | int | None = None, **options: Any) -> PowerSpectrum:
+        """Power spectral density of a coordinate; see `simulate.spectrum.power_spectrum`."""
+        from ...simulate.spectrum import power_spectrum
+
+        return power_spectrum(self, quantity, **options)
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the fed-back coordinate over time; see `impactsig.plot.controlled_flow`."""
+        from ... import plot
+
+        return plot.controlled_flow(self, ax, **options)
+
+    def __repr__(self) -> str:
+        told = "" if self.status == "complete" else f"; {self.status}"
+        return f"ControlledFlowMotion({self.system!r}, t = 0 to {self.duration:g}{told})"
+
+
+def number_of(flow: Flow, signal: str | int) -> int:
+    """Number of the coordinate that is fed back.
+
+    Raises
+    ------
+    InvalidInput
+        If there is none of that name.
+    """
+    try:
+        return coordinate_of(flow, signal)
+    except InvalidInput:
+        names = ", ".join(flow.coordinates)
+        raise InvalidInput("signal", signal, f"a coordinate of the flow: {names}") from None
+
+
+def control_flow(
+    flow: Flow,
+    phases: tuple[tuple[float, Any], ...],
+    length: float,
+    initial: Sequence[float] | None,
+) -> ControlledFlowMotion:
+    """The course of a flow under a schedule of feedbacks."""
+    going = _Going(flow, initial)
+    fed = [going.feedback(own) for _, own in phases]
+    laps = np.max([laps_of(own) for _, own in phases], axis=0)
+    ends = [start for start, _ in phases[1:]] + [length]
+    if phases[0][0] > 0:
+        going.to(phases[0][0], going.feedback(None), laps)
+    for own, end in zip(fed, ends, strict=True):
+        going.to(end, own, laps)
+    return going.trajectory(phases)
+
+
+class _Going(Running):
+    """A flow under way, and its delay line."""
+
+    def __init__(self, flow: Flow, initial: Sequence[float] | None) -> None:
+        from ._rows import COUNTS
+
+        super().__init__(flow, None, initial)
+        self.system = flow
+        self.clock, self.greatest = np.zeros(3), np.zeros(1)
+        self.count = np.zeros(COUNTS, np.int64)
+        self.line = new_line(ROWS, flow.dimension)
+        self.room = new_room()
+        self.status = "complete"
+
+    def feedback(self, own: DelayedFeedback | None) -> Feedback:
+        """In the kernel's terms."""
+        from ...simulate.basis.delay import Feedback
+        from ._flow_run import COORDINATES
+
+        if own is None:
+            return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, COORDINATES, 0.0)
+        turns = math.floor(own.delay / TURN)
+        return Feedback(
+            on=own.gain != 0.0,
+            gain=own.gain,
+            turns=float(turns),
+            phase=own.delay - turns * TURN,
+            delay=own.delay,
+            limit=math.inf if own.limit is None else own.limit,
+            signal=COORDINATES + number_of(self.system, own.signal),
+            memory=own.memory,
+        )
+
+    def to(self, until: float, fb: Feedback, laps: np.ndarray) -> None:
+        """Move to that time under that feedback, from its beginning."""
+        from ._flow_run import run
+        from ._line import locate
+        from ._rows import AT, EDGE, FIRST, LAPS
+        from ._rows import ROWS as NUMBER
+
+        if self.status != "complete":
+            return
+        count, clock = self.count, self.clock
+        count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
+        count[FIRST] = count[NUMBER]
+        count[AT] = locate(
+            self.line, count[NUMBER], clock[TURNS] - fb.turns, clock[PHASE] - fb.phase
+        )
+        turns = math.floor(until / TURN)
+        most = AT_LEAST + PER_TIME * until
+        for _ in range(1 + int(most / STEPS)):
+            found = run(
+                tableau(), self.field, self.scratch, self.course, fb, self.line, self.room, laps,
+                clock, count, self.greatest, float(turns), until - turns * TURN, STEPS,
+            )  # fmt: skip
+            status = "" if found == LINE_FULL else STATUS[found]
+            if found == LINE_FULL:
+                number, old = int(count[NUMBER]), self.line
+                self.line = new_line(2 * number, self.system.dimension)
+                for own, new in zip(old, self.line, strict=True):
+                    new[:number] = own[:number]
+            elif status != "work limit":
+                self.status = status
+                return
+        self.status = "work limit"
+
+    def trajectory(self, phases: Any) -> ControlledFlowMotion:
+        """What there is."""
+        from ._rows import ROWS as NUMBER
+
+        number = int(self.count[NUMBER])
+        return ControlledFlowMotion(
+            self.system,
+            float(self.clock[TURNS] * TURN + self.clock[PHASE]),
+            phases,
+            self.course.state[: self.system.dimension].copy(),
+            self.status,
+            type(self.line)(*(part[:number] for part in self.line)),
+        )

@@ -1,0 +1,256 @@
+"""An oscillator under the method of Ott, Grebogi and Yorke: period by period by its engine."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ...oscillators import Oscillator
+from ...simulate.basis.contract import Engine, run_on
+from ...simulate.basis.events import (
+    COLUMNS,
+    DONE,
+    MARK,
+    MODE,
+    PHASE,
+    RELEASE,
+    ROW_COUNT,
+    START,
+    STATUS,
+    STICK,
+    STUCK,
+    TURN,
+    TURNS,
+    Q,
+    V,
+    row_of,
+)
+from ...simulate.basis.frame import base_motion, multiple, pace
+from ...simulate.exact.starts import first_place
+from ...simulate.motion import Motion, assemble
+from ...simulate.run import CHUNK, LEGS_PER_PERIOD, after, engine_of
+from ...simulate.stepping.runge_kutta import SteppingEngine
+from ..ogy import OGY
+
+
+class Nudged:
+    """Engines of an oscillator with its parameter moved in spans; fulfils `Engine` and `Effort`.
+
+    Parameters
+    ----------
+    oscillator, method, chatter, phase
+        As for `simulate`.
+    """
+
+    def __init__(self, oscillator: Oscillator, method: Any, chatter: float, phase: float) -> None:
+        self.oscillator = oscillator
+        self.phase = phase
+        self._options = (method, chatter, True)
+        self.engine = self._made(oscillator)
+        self.omega = self.engine.omega
+        self.begins: list[tuple[float, float]] = []  # turns and phase at which each span began
+        self.by: list[float] = []  # how far the parameter was moved in it
+        self.how: list[Any] = []  # what moved it
+
+    def _made(self, oscillator: Oscillator) -> Engine:
+        engine = engine_of(oscillator, *self._options)
+        if isinstance(engine, SteppingEngine):
+            engine._problem = engine._problem._replace(start=float(self.phase))
+        return engine
+
+    def period(self, turns: float, phase: float, how: Any, by: float) -> Engine:
+        """Begin a span with the parameter moved; the engine for it."""
+        self.begins.append((turns, phase))
+        self.by.append(by)
+        self.how.append(how)
+        return self._of(len(self.by) - 1)
+
+    def _of(self, n: int) -> Engine:
+        how = self.how[n]
+        if how is None or self.by[n] == 0.0:
+            return self.engine
+        return self._made(how.nudged(self.oscillator, self.by[n]))
+
+    def _which(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """The span that instants are in."""
+        begins = np.array([turn * TURN + angle for turn, angle in self.begins])
+        spans = np.searchsorted(begins, turns * TURN + phase, side="right") - 1
+        return np.clip(spans, 0, len(self.by) - 1)
+
+    def place(self, mode: Any, q: Any) -> Any:
+        """As of the engine: places do not depend on the parameter."""
+        return self.engine.place(mode, q)
+
+    def sample(
+        self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Position and velocity at instants, each by the engine of its period."""
+        own = self._which(*rows[where, :2].T)
+        own = np.where(np.array(self.by)[own] == 0.0, -1, own)
+        q, v = np.empty(len(turns)), np.empty(len(turns))
+        for n in np.unique(own):
+            engine = self.engine if n < 0 else self._of(n)
+            k = np.flatnonzero(own == n)
+            q[k], v[k] = engine.sample(rows, where[k], turns[k], phase[k])
+        return q, v
+
+    def peaks(
+        self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
+    ) -> np.ndarray:
+        """Greatest force of contacts, each by the engine of the period in which it began."""
+        out = np.full(len(first), -np.inf)
+        for n, (a, b) in enumerate(zip(first, last, strict=True)):
+            out[n] = self._of(int(self._which(*rows[a : a + 1, :2].T)[0])).peaks(
+                rows, np.array([a]), np.array([b]), end
+            )[0]
+        return out
+
+    def force(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """Control force at instants."""
+        own = self._which(turns, phase)
+        by = np.array(self.by)[own]
+        waves = np.array([how is not None and how.parameter == "amplitude" for how in self.how])
+        pulls = self._pace * phase + self._angle
+        return by * np.where(waves[own], np.cos(pulls), 1.0)
+
+    @property
+    def _pace(self) -> float:
+        """Frequency of the force whose amplitude is moved, over that of the reference."""
+        forces = self.oscillator.forces
+        return multiple(self.oscillator, forces[0].angular_frequency) if forces else 1.0
+
+    @property
+    def _angle(self) -> float:
+        return self.oscillator.forces[0].phase if self.oscillator.forces else 0.0
+
+    def squared(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """Integrals of the square of the control force between instants, over the phase."""
+        begins = np.array([turn * TURN + angle for turn, angle in self.begins])
+        edges = turns * TURN + phase
+        out = np.zeros(len(edges) - 1)
+        for m, (low, high) in enumerate(pairwise(edges)):
+            first = max(int(np.searchsorted(begins, low + 1e-9, "right")) - 1, 0)
+            for n in range(first, len(begins)):
+                a = max(low, begins[n])
+                b = min(high, begins[n + 1]) if n + 1 < len(begins) else high
+                if a >= high:
+                    break
+                how, part = self.how[n], b - a
+                if how is not None and how.parameter == "amplitude":
+                    a = self._pace * (a % TURN) + self._angle
+                    b = a + self._pace * part
+                    part = part / 2 + (math.sin(2 * b) - math.sin(2 * a)) / (4 * self._pace)
+                out[m] += self.by[n] ** 2 * part
+        return out
+
+
+class SpannedRun:
+    """A run whose parameter is moved in spans: its engines, where it stands and its rows.
+
+    Parameters
+    ----------
+    oscillator, method, chatter, phase, initial
+        As of `simulate`.
+    phases : tuple of (float, controller or None)
+        Which controller is on from when [forcing periods].
+    """
+
+    def __init__(
+        self,
+        oscillator: Oscillator,
+        phases: tuple[tuple[float, Any], ...],
+        *,
+        initial: Any,
+        phase: float,
+        method: Any,
+        chatter: float,
+    ) -> None:
+        self.oscillator, self.phase = oscillator, phase
+        self.engines = Nudged(oscillator, method, chatter, phase)
+        q, v = first_place(oscillator, initial, phase)
+        self.state, self.count = self.engines.engine.begin(q, v, phase)
+        self.clock = np.array([0.0, phase, 0.0])
+        self.first = row_of(START, self.clock, self.state, self.count)
+        self._rows = [np.array([self.first])]
+        self._phases = phases
+        self._starts = np.array([start for start, _ in phases])
+
+    def controller(self, time: float) -> Any:
+        """What is on at a time [forcing periods]; None where nothing is."""
+        k = int(np.searchsorted(self._starts, time, "right")) - 1
+        return self._phases[k][1] if k >= 0 else None
+
+    def span(self, how: Any, by: float, *, marked: bool) -> Engine:
+        """Begin a span with the parameter moved, with rows to sample it from; its engine."""
+        engine = self.engines.period(self.clock[TURNS], self.clock[PHASE], how, by)
+        if marked:  # one that begins at rest ends a stick and begins one
+            kinds = (RELEASE, STICK) if self.count[STUCK] else (MARK,)
+            here = self.clock, self.state, self.count
+            self._rows += [np.array([row_of(kind, *here)]) for kind in kinds]
+        return engine
+
+    def run(
+        self, engine: Engine, buffer: np.ndarray, end: tuple[float, float], legs: int
+    ) -> tuple[int, np.ndarray]:
+        """Run once, until the end or until the buffer is full: the status, and the new rows."""
+        found = engine.run(self.clock, self.state, self.count, buffer, *end, legs)
+        self._rows.append(buffer[: self.count[ROW_COUNT]].copy())
+        return found, self._rows[-1]
+
+    def run_on(
+        self, engine: Engine, buffer: np.ndarray, end: tuple[float, float], legs: int
+    ) -> int:
+        """Run until the end, however often the buffer is full: the status."""
+
+        def on(left: int) -> int:
+            return engine.run(self.clock, self.state, self.count, buffer, *end, left)
+
+        found, rows = run_on(on, self.count, buffer, legs)
+        self._rows += rows
+        return found
+
+    def motion(self, status: int) -> Motion:
+        """The motion so far."""
+        engines: Any = self.engines
+        return assemble(
+            self.oscillator, engines, self.phase, self.first, np.concatenate(self._rows),
+            self.clock, self.state, self.count, STATUS[status],
+        )  # fmt: skip
+
+
+def run_nudged(
+    oscillator: Oscillator,
+    phases: tuple[tuple[float, Any], ...],
+    length: float,
+    *,
+    phase: float,
+    **options: Any,
+) -> tuple[Motion, Nudged]:
+    """The motion of an oscillator whose parameter is moved once in a period."""
+    going = SpannedRun(oscillator, phases, phase=phase, **options)
+    engines, state = going.engines, going.state
+    buffer, found = np.empty((CHUNK, COLUMNS)), DONE
+    swing = pace(oscillator)
+    for n in range(math.ceil(length - 1e-12)):
+        how, by = going.controller(n), 0.0
+        if how is not None:
+            at, moving = base_motion(oscillator, swing * (TURN * n + phase))
+            x = float(engines.place(going.count[MODE], state[Q]) + at)
+            by, _ = nudge(how, np.array([x, float(state[V] * engines.omega + moving)]))
+        engine = going.span(how, by, marked=n > 0)
+        end = after(phase, min(n + 1.0, length))
+        found = going.run_on(engine, buffer, end, LEGS_PER_PERIOD)
+        if found != DONE:
+            break
+    return going.motion(found), engines
+
+
+def nudge(how: OGY, state: np.ndarray) -> tuple[float, np.ndarray]:
+    """How far to move the parameter for a state at the section, and what it goes by."""
+    scale = np.array([1.0, 1 / how.orbit.system.angular_forcing_frequency])
+    k = int(np.argmin(np.hypot(*((how.points - state) * scale).T)))
+    by = -float(how.gain[k] @ (state - how.points[k]))
+    return (by, how.gain[k]) if abs(by) <= how.limit else (0.0, np.zeros(2))

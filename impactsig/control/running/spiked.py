@@ -1,0 +1,68 @@
+"""An oscillator whose parameter is moved at impacts: from impact to impact by its engine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...oscillators import Oscillator
+from ...simulate.basis.events import (
+    COLUMNS,
+    FULL,
+    IMPACT,
+    LEG_COUNT,
+    PHASE,
+    ROW_KIND,
+    TOUCH,
+    TURN,
+    TURNS,
+)
+from ...simulate.motion import Motion
+from ...simulate.run import LEGS_AT_LEAST, after
+from .nudged import Nudged, SpannedRun
+
+SMALL = 4  # rows of an engine that returns after every event
+
+
+def run_spiked(
+    oscillator: Oscillator,
+    phases: tuple[tuple[float, Any], ...],
+    length: float,
+    *,
+    phase: float,
+    **options: Any,
+) -> tuple[Motion, Nudged]:
+    """The motion of an oscillator whose parameter is moved once at each impact."""
+    going = SpannedRun(oscillator, phases, phase=phase, **options)
+    clock, buffer, end = going.clock, np.empty((SMALL, COLUMNS)), after(phase, length)
+    longest = max([own.delay for _, own in phases if own is not None], default=1) + 1
+    intervals: list[float] = []
+    last: np.ndarray | None = None
+    engine, by, controller = going.span(None, 0.0, marked=False), 0.0, None
+    # Contacts that are under way take more rows at first.
+    ample = np.empty((SMALL + len(oscillator.stops), COLUMNS))
+    going.run(engine, ample, after(phase, 0.0), LEGS_AT_LEAST)
+    while True:
+        going.count[LEG_COUNT] = 0
+        found, new = going.run(engine, buffer, end, LEGS_AT_LEAST)
+        if found != FULL:
+            break
+        hits = new[(new[:, ROW_KIND] == IMPACT) | (new[:, ROW_KIND] == TOUCH)]
+        if not len(hits):
+            continue
+        for hit in hits:
+            if last is not None:
+                since = hit[TURNS] - last[TURNS] + (hit[PHASE] - last[PHASE]) / TURN
+                intervals.append(float(since))
+            last = hit
+        del intervals[: max(len(intervals) - longest, 0)]
+        own = going.controller(clock[TURNS] + (clock[PHASE] - phase) / TURN)
+        before = by if own is controller else 0.0
+        controller = own
+        next_by = 0.0 if own is None else own.move(intervals, before)
+        if next_by == by == 0.0:
+            continue
+        by = next_by
+        engine = going.span(own, by, marked=True)
+    return going.motion(found), going.engines

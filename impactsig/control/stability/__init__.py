@@ -1,0 +1,1 @@
+"""Whether a controlled orbit is stable: maps and their derivatives."""

@@ -1,0 +1,114 @@
+"""A machine under the method of Ott, Grebogi and Yorke, period by period, with its derivative.
+
+From one section to the next the state s goes to F(s, p), and p = -gain . (s - s_k) where it is
+within the limit, else 0. So differences go by the slope of F by s, less shift gain' where the
+parameter is moved, the shift being the slope of F by p.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..._arguments import number
+from ...dynamics.tangents.tangent import TangentMap, tangent_map
+from ...errors import InvalidInput
+from ...oscillators import Oscillator
+from ...simulate import simulate
+from ..ogy import NUDGE, OGY
+from ..running.nudged import nudge
+from ..schedule import Phase
+
+FINEST = 1e-9  # share of the size of a parameter, below which no side steps keep the events
+
+
+class Lap(NamedTuple):
+    """One forcing period, or what is left of one at the end."""
+
+    here: TangentMap  # with the parameter held
+    matrix: np.ndarray
+    determinant: float
+    grazed: bool  # no difference quotient keeps the events
+
+
+def laps(
+    oscillator: Oscillator, phases: tuple[Phase, ...], length: float, initial: Any,
+    **options: Any,
+) -> Iterator[Lap]:  # fmt: skip
+    """The periods of a motion from t = 0 on, as far as it comes."""
+    state = (0.0, 0.0) if initial is None else initial
+    starts = [start for start, _ in phases]
+    for n in range(math.ceil(length - 1e-12)):
+        part = min(1.0, length - n)
+        k = int(np.searchsorted(starts, n, "right")) - 1
+        how, by, moved = phases[k][1] if k >= 0 else None, 0.0, oscillator
+        if isinstance(how, OGY):
+            by, gain = nudge(how, np.array(state, float))
+            moved = how.nudged(oscillator, by)
+        here = tangent_map(moved, periods=part, initial=state, **options)
+        matrix, determinant, grazed = here.matrix, _determinant(here), False
+        if isinstance(how, OGY) and here.status == "complete" and gain.any():
+            shift = _shift(how, oscillator, by, state, here, part, options)
+            grazed = shift is None
+            if shift is not None:
+                matrix = matrix - np.outer(shift, gain)
+                (a, b), (c, d) = here.matrix
+                determinant -= float(gain @ np.array([[d, -b], [-c, a]]) @ shift)
+        yield Lap(here, matrix, determinant, grazed)
+        if here.status != "complete":
+            return
+        state = here.final[:2]
+
+
+def _determinant(here: TangentMap) -> float:
+    """Its determinant, which impacts and damping leave positive."""
+    if math.isnan(here.log_determinant):
+        return float(np.linalg.det(here.matrix))
+    return math.exp(here.log_determinant)
+
+
+def _shift(
+    how: OGY, oscillator: Oscillator, by: float, state: Any, here: TangentMap, part: float,
+    options: dict[str, Any],
+) -> np.ndarray | None:  # fmt: skip
+    """Slope of the state after a period by the parameter; None beside a grazing.
+
+    The side steps shrink until all of them have the impacts of the motion itself.
+    """
+    largest = max([abs(force.amplitude) for force in oscillator.forces], default=0.0)
+    h = NUDGE * max(largest, how.limit)
+    finest = FINEST * max(largest, how.limit)
+    while h > finest:
+        sides = [
+            simulate(
+                how.nudged(oscillator, by + k * h), periods=part, initial=state, keep="counts",
+                **options,
+            )
+            for k in (-1.0, -0.5, 0.5, 1.0)
+        ]  # fmt: skip
+        if all(side.impact_count == here.impacts for side in sides):
+            far, near, nearer, farther = (np.array(side.final[:2]) for side in sides)
+            return np.asarray((8 * (nearer - near) - (farther - far)) / (6 * h))
+        h /= 10
+    return None
+
+
+def whole_length(oscillator: Oscillator, periods: Any, duration: Any) -> float:
+    """How many forcing periods are asked for.
+
+    Raises
+    ------
+    InvalidInput
+        If not one of them is given, and positive.
+    """
+    if (periods is None) == (duration is None):
+        raise InvalidInput(
+            "periods, duration", f"{periods}, {duration}", "one of them, and only one"
+        )
+    if periods is not None:
+        return number("periods", periods, above=0)
+    assert oscillator.forcing_period is not None  # by Controlled
+    return number("duration", duration, above=0) / oscillator.forcing_period

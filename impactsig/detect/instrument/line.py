@@ -1,0 +1,52 @@
+"""Where the samples of the last few spans of a stretch stand side by side.
+
+What is searched for in a span reaches into those beside it. Spans take places in a row in turn, so
+that these are at hand; only from one end of the row to the other their margins are copied.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..signal.grid import Grid
+
+PLACES = 16
+"""Spans in the row: a few more than are at work from the one just loaded to the one measured."""
+
+
+class Line:
+    """Room for the samples of the spans of a stretch of `total` samples."""
+
+    def __init__(self, grid: Grid, total: int) -> None:
+        self.grid, self.total = grid, total
+        self.count = grid.count(total)
+        places = min(self.count, PLACES)
+        first, last = grid.bounds(self.count - 1, total)
+        longer = max(last - first - grid.span, 0)  # of the last span, which no other follows
+        self._row = np.empty(places * grid.span + longer + 2 * grid.margin)
+
+    def _ends(self, k: int) -> tuple[int, int]:
+        """Where in the row span k begins and ends."""
+        first, last = self.grid.bounds(k, self.total)
+        start = self.grid.margin + k % PLACES * self.grid.span
+        return start, start + last - first
+
+    def samples(self, k: int) -> np.ndarray:
+        """Those of span k."""
+        start, stop = self._ends(k)
+        return self._row[start:stop]
+
+    def around(self, k: int, reach: int) -> tuple[np.ndarray, int]:
+        """Those of span k and of up to `reach` to either side; the first's number."""
+        start, stop = self._ends(k)
+        left, right = reach * (k > 0), reach * (k < self.count - 1)
+        return self._row[start - left : stop + right], k * self.grid.span - left
+
+    def join(self, k: int) -> None:
+        """Put the margins of span k beside it, where it has no neighbour in the row."""
+        margin = self.grid.margin
+        start, stop = self._ends(k)
+        if k > 0 and k % PLACES == 0:
+            self._row[start - margin : start] = self.samples(k - 1)[-margin:]
+        if k < self.count - 1 and k % PLACES == PLACES - 1:
+            self._row[stop : stop + margin] = self.samples(k + 1)[:margin]

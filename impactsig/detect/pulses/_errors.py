@@ -1,0 +1,146 @@
+"""Standard errors of what is read off the samples of one pulse.
+
+Of an edge: the noise of its samples over its slope. Those of a fit are in `fit_errors.py`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._compiled import inner
+from ..._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
+from .edges import Baseline, crossing
+
+
+class Errors(NamedTuple):
+    """Standard errors of start, contact [samples], peak and impulse."""
+
+    start: float
+    contact: float
+    peak: float
+    impulse: float
+
+
+UNKNOWN = Errors(np.inf, np.inf, np.inf, np.inf)
+
+
+class Seen(NamedTuple):
+    """The samples that a pulse was measured in: its top, how far it goes, noise and baseline."""
+
+    top: int
+    left_limit: int
+    right_limit: int
+    noise: float  # of a sample, as large as that over the pulse would be if white
+    baseline: Baseline
+
+
+@inner
+def edge_errors(x, start, end, level, seen):
+    """Standard errors of a pulse whose edges were extrapolated from `level`, and of its crest."""
+    first = _touch_error(x, start, -1, seen.left_limit, level, seen)
+    last = _touch_error(x, end, 1, seen.right_limit, level, seen)
+    return with_crest(x, Errors(first, math.hypot(first, last), 0.0, 0.0), seen)
+
+
+@inner
+def _touch_error(x, at, step, limit, level, seen):
+    """Noise over slope, and half of what the edge's curve below the level may move its end by."""
+    foot = crossing(x, seen.top, step, limit, level)
+    higher = crossing(x, seen.top, step, limit, 2.0 * level)
+    out, run = abs(at - foot), max(abs(foot - higher), 0.5)
+    # Slope and bend come from three samples in a row; the end is kept within twice the line's.
+    relative = seen.noise * run / max(level, 1e-300)
+    noise = relative * min(math.hypot(1.0, math.sqrt(2.0) * out), (out + 1.0) / max(relative, 1e-9))
+    beside = _level_error(seen.baseline, at) * run / max(level, 1e-300)
+    return math.sqrt(noise**2 + beside**2 + 0.25 * (out - run) ** 2)
+
+
+@inner
+def with_crest(x, errors, seen):
+    """The errors with that of a peak read off its samples: the greatest of those near it."""
+    near = 1
+    for i in range(seen.left_limit, seen.right_limit + 1):
+        near += x[i] > x[seen.top] - 3.0 * seen.noise
+    noise = seen.noise * math.sqrt(1.0 + math.log(near))
+    peak = math.hypot(noise, _level_error(seen.baseline, seen.top))
+    return Errors(errors.start, errors.contact, peak, errors.impulse)
+
+
+@inner
+def with_impulse(x, start, end, errors, seen):
+    """The errors with that of the sum of the samples between start and end.
+
+    An end that is off by an error misses slope error^2 / 2, whose mean square is 3 slope^2
+    error^4 / 4. Where a straight edge begins between two samples, at a share f of the way, the
+    line between them is too great by slope f (1 - f)^2 / 2, whose mean square is slope^2 / 420.
+    """
+    first, last = int(start) + 1, math.ceil(end) - 1
+    slopes = 0.0
+    if last - first >= 1:
+        slopes = (x[first + 1] - x[first]) ** 2 + (x[last - 1] - x[last]) ** 2
+    level = (end - start) * _level_error(seen.baseline, 0.5 * (start + end))
+    late = math.sqrt(max(errors.contact**2 - errors.start**2, 0.0))
+    steep = math.pi * x[seen.top] / (end - start)
+    missed = 0.75 * steep**2 * (errors.start**4 + late**4)
+    impulse = math.sqrt(seen.noise**2 * (end - start) + level**2 + slopes / 420.0 + missed)
+    return Errors(errors.start, errors.contact, errors.peak, impulse)
+
+
+@inner
+def with_level(x, level, share, errors, seen):
+    """The errors with that of the contact time between the crossings of `level`.
+
+    `share` of the peak, whose error moves the level as that of the baseline does.
+    """
+    if x[seen.top] <= level:
+        known = x[seen.top] + 3.0 * errors.peak < level
+        return Errors(errors.start, 0.0 if known else np.inf, errors.peak, errors.impulse)
+    beside = math.hypot(_level_error(seen.baseline, seen.top), share * errors.peak)
+    early = _steepness(x, -1, seen.left_limit, level, seen)
+    late = _steepness(x, 1, seen.right_limit, level, seen)
+    # Between two samples their noise counts by (1 - f)^2 + f^2, 2/3 in the mean.
+    noise = math.sqrt(2.0 / 3.0) * seen.noise * math.hypot(early, late)
+    contact = math.hypot(noise, beside * (early + late))
+    return Errors(errors.start, contact, errors.peak, errors.impulse)
+
+
+@inner
+def _steepness(x, step, limit, level, seen):
+    """Samples that an edge takes a unit of height, about a level."""
+    wide = min(max(2.0 * seen.noise, 0.05 * level), 0.5 * level)
+    low = crossing(x, seen.top, step, limit, level - wide)
+    high = crossing(x, seen.top, step, limit, min(level + wide, 0.5 * (level + x[seen.top])))
+    return abs(low - high) / (wide + min(wide, 0.5 * (x[seen.top] - level)))
+
+
+@inner
+def unless_flagged(x, errors, flags, start, contact, seen):
+    """The errors, infinite for what the record does not hold.
+
+    A pulse that is measured as far as the valley to a neighbour may begin or end half its way
+    from there to its crest off, and what lies under the neighbour is missing from its impulse.
+    """
+    first, length, peak, impulse = errors.start, errors.contact, errors.peak, errors.impulse
+    if flags & UNRESOLVED:
+        for at in (start, start + contact):
+            value = x[int(at + 0.5)]
+            if value > 0.2 * x[seen.top]:
+                off = 0.5 * abs(seen.top - at)
+                first = math.hypot(first, off) if at == start else first
+                length = math.hypot(length, off)
+                impulse = math.hypot(impulse, value * off)
+    if flags & (OPEN_START | OPEN_END):
+        length = impulse = np.inf
+        first = np.inf if flags & OPEN_START else first
+        if seen.top in (0, len(x) - 1):
+            peak = np.inf
+    return Errors(first, length, peak, impulse)
+
+
+@inner
+def _level_error(baseline, at):
+    """Standard error of the baseline at a sample."""
+    return math.hypot(baseline.level, baseline.slope * (at - baseline.centre))

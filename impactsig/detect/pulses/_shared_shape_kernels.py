@@ -1,0 +1,233 @@
+"""Kernels of the shape that impacts share: mean and spread by expectation and maximisation.
+
+The information H of a pulse is that on height and start (a) and on its shape (s). Freed from the
+former, that on the shape alone is M = Hss - Hsa Haa^-1 Has, and the score b = gs - Hsa Haa^-1 ga.
+With mean mu and weights W = 1 / spread^2 of the shapes, a pulse fitted at the shape s moves by
+
+    C (b - W (s - mu)),    C = (M + W)^-1.
+
+The flat top counts by ln(1 + p/(BRIEF m)) here, not by ln p/m as in the fit: a pulse is linear in
+the length of a brief one, whose logarithm has no bound.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._compiled import allocating, inner, kernel, njit
+from ._model import FLAT, SKEW, WIDER
+from ._small_matrices import factor, invert, solve
+from .fit_errors import ESTIMATE, MISFIT, SCORE, SQUARE
+
+SHAPES = WIDER - SKEW
+ROUNDS = 8
+BRIEF = 0.3
+"""Flat tops over edges that count as brief."""
+APART = np.array([0.5, 1.7, 0.25, 0.7, 0.3])
+"""Standard deviation of the mean shape about where it is expected."""
+SPREAD, WEIGHT = np.array([0.05, 0.17, 0.025, 0.02, 0.025]), 2.0
+"""Standard deviation of shapes to begin with, and how many pulses it counts as."""
+
+
+class Fits(NamedTuple):
+    """Fits of pulses; the last axis counts them, for loops over it run in lanes."""
+
+    own: np.ndarray  # (2, 2, n), Haa^-1
+    pull: np.ndarray  # (2, n), Haa^-1 ga
+    along: np.ndarray  # (2, s, n), Haa^-1 Has
+    information: np.ndarray  # (s, s, n), M
+    score: np.ndarray  # (s, n), b
+    shape: np.ndarray  # (s, n), that was fitted
+    step: np.ndarray  # (2 + s, n), from the fit to what the shared shape makes of it
+    covariance: np.ndarray  # (s, s, n), C
+
+
+class Shape(NamedTuple):
+    """The shared shape."""
+
+    weight: np.ndarray  # (s,), W
+    common: np.ndarray  # (s, s), W (covariance of the mean) W
+
+
+@allocating
+def set_free(kept):
+    """The fits, of what is kept of each, with shapes freed from height and start."""
+    n, s = len(kept), SHAPES
+    fits = Fits(
+        np.empty((SKEW, SKEW, n)),
+        np.empty((SKEW, n)),
+        np.empty((SKEW, s, n)),
+        np.empty((s, s, n)),
+        np.empty((s, n)),
+        np.empty((s, n)),
+        np.empty((WIDER, n)),
+        np.empty((s, s, n)),
+    )
+    square, score = np.empty((WIDER, WIDER)), np.empty(WIDER)
+    for i in range(n):
+        # Misfit makes a pulse count for less.
+        part = 1.0 / (1.0 + kept[i, MISFIT])
+        flat = np.exp(kept[i, ESTIMATE + FLAT])
+        longer = 1.0 + BRIEF / flat
+        for m in range(WIDER):
+            score[m] = kept[i, SCORE + m] * (longer if m == FLAT else 1.0)
+            for k in range(WIDER):
+                square[m, k] = kept[i, SQUARE + m * WIDER + k]
+        for m in range(WIDER):
+            square[FLAT, m] *= longer
+            square[m, FLAT] *= longer
+        first, second = square[0, 0] * part + 1e-9, square[1, 1] * part + 1e-9
+        cross = square[1, 0] * part
+        determinant = first * second - cross * cross
+        own, along, pull = fits.own, fits.along, fits.pull
+        own[0, 0, i], own[1, 1, i] = second / determinant, first / determinant
+        own[0, 1, i] = own[1, 0, i] = -cross / determinant
+        for m in range(SKEW):
+            pull[m, i] = part * (own[m, 0, i] * score[0] + own[m, 1, i] * score[1])
+            for a in range(s):
+                along[m, a, i] = part * (
+                    own[m, 0, i] * square[0, SKEW + a] + own[m, 1, i] * square[1, SKEW + a]
+                )
+        for a in range(s):
+            fits.shape[a, i] = kept[i, ESTIMATE + SKEW + a]
+            fits.score[a, i] = part * (
+                score[SKEW + a]
+                - square[SKEW + a, 0] * pull[0, i]
+                - square[SKEW + a, 1] * pull[1, i]
+            )
+            for b in range(s):
+                fits.information[a, b, i] = part * (
+                    square[SKEW + a, SKEW + b]
+                    - square[SKEW + a, 0] * along[0, b, i]
+                    - square[SKEW + a, 1] * along[1, b, i]
+                )
+            fits.information[a, a, i] += 1e-9
+        fits.shape[FLAT - SKEW, i] = np.log(1.0 + flat / BRIEF)
+    return fits
+
+
+# reassoc: sums over the pulses run in lanes.
+@njit(nogil=True, error_model="numpy", fastmath={"reassoc", "nsz", "contract"})
+def estimate_shape(fits, about):
+    """The shape that fits share, expected near `about`; fills in their steps and covariances."""
+    n, s = fits.score.shape[1], SHAPES
+    mean, spread = about.copy(), APART.copy()
+    weight, towards = np.empty(s), np.empty(s)
+    information, uncertain, factors = np.empty((s, s)), np.empty((s, s)), np.empty((s, s))
+    pull, room, covariance = np.empty((s, n)), np.empty(n), fits.covariance
+    for _ in range(ROUNDS):
+        for a in range(s):
+            weight[a] = spread[a] ** -2.0
+        for a in range(s):
+            for b in range(a + 1):
+                here, known = covariance[a, b], fits.information[a, b]
+                more = weight[a] if a == b else 0.0
+                for i in range(n):
+                    here[i] = known[i] + more
+            here, score, shape = pull[a], fits.score[a], fits.shape[a]
+            for i in range(n):
+                here[i] = score[i] - weight[a] * (shape[i] - mean[a])
+        _invert_all(covariance, room)
+        for a in range(s):
+            step = fits.step[SKEW + a]
+            step[:] = 0.0
+            for b in range(s):
+                column, along = covariance[max(a, b), min(a, b)], pull[b]
+                total = 0.0
+                for i in range(n):
+                    step[i] += column[i] * along[i]
+                for i in range(n):
+                    total += column[i]
+                information[a, b] = -weight[a] * total * weight[b]
+            shape = fits.shape[a]
+            moved = own = 0.0
+            for i in range(n):
+                off = shape[i] - mean[a] + step[i]
+                moved += off
+                own += off * off
+            shown = max(n + information[a, a] / weight[a], 0.0)
+            information[a, a] += n * weight[a] + APART[a] ** -2.0
+            towards[a] = (about[a] - mean[a]) / APART[a] ** 2 + weight[a] * moved
+            spread[a] = np.sqrt((own + WEIGHT * SPREAD[a] ** 2) / (shown + WEIGHT))
+        factors[:] = information
+        factor(factors)
+        invert(factors, uncertain)
+        solve(factors, towards)
+        for a in range(s):
+            mean[a] += towards[a]
+    for a in range(s):
+        for b in range(a):
+            covariance[b, a] = covariance[a, b]
+        for b in range(s):
+            uncertain[a, b] *= weight[a] * weight[b]
+    for m in range(SKEW):
+        step = fits.step[m]
+        step[:] = fits.pull[m]
+        for a in range(s):
+            along, turned = fits.along[m, a], fits.step[SKEW + a]
+            for i in range(n):
+                step[i] -= along[i] * turned[i]
+    return Shape(weight, uncertain)
+
+
+@kernel
+def _invert_all(a, room):
+    """Put the inverses of positive definite matrices, lower triangles (s, s, n), in their place.
+
+    Gauss and Jordan's elimination, which leaves the negative inverse; `room` is (n,).
+    """
+    s, n = a.shape[0], a.shape[2]
+    for p in range(s):
+        pivot = a[p, p]
+        for k in range(n):
+            room[k] = 1.0 / pivot[k]
+        for i in range(s):
+            if i == p:
+                continue
+            row = a[max(i, p), min(i, p)]
+            for j in range(i + 1):
+                if j == p:
+                    continue
+                column, here = a[max(j, p), min(j, p)], a[i, j]
+                for k in range(n):
+                    here[k] -= row[k] * column[k] * room[k]
+        for i in range(s):
+            if i != p:
+                row = a[max(i, p), min(i, p)]
+                for k in range(n):
+                    row[k] *= room[k]
+        for k in range(n):
+            pivot[k] = -room[k]
+    for i in range(s):
+        for j in range(i + 1):
+            here = a[i, j]
+            for k in range(n):
+                here[k] = -here[k]
+
+
+@inner
+def variance_along(direction, i, fits, shape, seen, moved):
+    """Variance of a linear function of the parameters of pulse i: its own, and the mean shape's.
+
+    `seen` and `moved` are room to work in, a number for each parameter of the shape.
+    """
+    s = SHAPES
+    total = 0.0
+    for m in range(SKEW):
+        for k in range(SKEW):
+            total += direction[m] * fits.own[m, k, i] * direction[k]
+    for a in range(s):
+        seen[a] = direction[SKEW + a]
+        for m in range(SKEW):
+            seen[a] -= direction[m] * fits.along[m, a, i]
+    for a in range(s):
+        moved[a] = 0.0
+        for b in range(s):
+            moved[a] += fits.covariance[a, b, i] * seen[b]
+        total += seen[a] * moved[a]
+    for a in range(s):
+        for b in range(s):
+            total += moved[a] * shape.common[a, b] * moved[b]
+    return total

@@ -1,0 +1,197 @@
+"""What is read off the samples of one pulse, without a model of its shape."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._compiled import allocating, inner, kernel
+
+NO_PULSE = -1  # flags of a stretch that turned out not to stand out
+ERRORS = 10  # first column of the standard errors of start, contact, peak and impulse
+FIT = 14  # and of what is kept of a fit, see `fit_errors.py`
+
+
+class Baseline(NamedTuple):
+    """A line that was subtracted, and its standard errors; `level` is that at `centre`."""
+
+    at_top: float
+    centre: float
+    level: float
+    slope: float
+
+
+@kernel
+def walk(x, index, step, limit, level):
+    """From `index` outward to the first of two successive samples below `level`, or to `limit`."""
+    while index != limit:
+        if x[index] < level and (index + step == limit or x[index + step] < level):
+            return index
+        index += step
+    return index
+
+
+@kernel
+def crossing(x, index, step, limit, level):
+    """Where the signal first falls below `level`, going outward; linear between samples."""
+    if x[index] < level:
+        return float(index)
+    while index != limit:
+        following = index + step
+        if x[following] < level:
+            return index + step * (x[index] - level) / (x[index] - x[following])
+        index = following
+    return float(limit)
+
+
+@kernel
+def touch(x, top, step, limit, level):
+    """Where the edge, followed outward to the last sample above `level`, comes down to zero.
+
+    The parabola through that sample and the two before it, or their line where it does not
+    reach zero; within a factor of two of the line, and not beyond the first sample that lies
+    below half of `level`.
+    """
+    last = top
+    while last != limit and x[last + step] >= level:
+        last += step
+    low = last
+    while low != limit and x[low] >= 0.5 * level:
+        low += step
+    if last == limit or (top - last) * -step < 2:
+        return crossing(x, top, step, limit, level)
+    x0, x1, x2 = x[last], x[last - step], x[last - 2 * step]
+    drop = x0 - x[last + step]
+    if drop > 2.0 * (x1 - x0):
+        # A steep side, not the curve of a crest: the edge lies between two samples.
+        return last + step * min(x0 / drop, 1.0)
+    slope, bend = x1 - x0, x2 - 2.0 * x1 + x0
+    if slope <= 0.0:
+        return crossing(x, top, step, limit, level)
+    out = x0 / slope
+    # x(u) = x0 - (slope - bend/2) u + bend/2 u^2, u samples outward from the last.
+    linear = slope - 0.5 * bend
+    square = linear * linear - 2.0 * bend * x0
+    if square >= 0.0 and linear > 0.0:
+        out = min(max(2.0 * x0 / (linear + math.sqrt(square)), 0.5 * out), 2.0 * out)
+    touch = last + step * out
+    return max(touch, float(low)) if step < 0 else min(touch, float(low))
+
+
+@inner
+def crest_at(x, top, sigma):
+    """Height of the crest at sample `top`, by a parabola, and where it lies between samples.
+
+    The sample itself where it does not stand out: at a plateau's edge a parabola would overshoot.
+    """
+    if not 0 < top < len(x) - 1 or x[top] - max(x[top - 1], x[top + 1]) <= 4.0 * sigma:
+        return x[top], 0.0
+    difference = x[top - 1] - x[top + 1]
+    shift = 0.5 * difference / (x[top - 1] - 2.0 * x[top] + x[top + 1])
+    return x[top] - 0.25 * difference * shift, shift
+
+
+@inner
+def valley(x, a, b):
+    """Index of the least three-sample mean strictly between a < b."""
+    best = a + 1
+    least = np.inf
+    for i in range(a + 1, b):
+        mean = x[i - 1] + x[i] + x[i + 1]
+        if mean < least:
+            least, best = mean, i
+    return best
+
+
+@allocating
+def remove_baseline(x, a, b, c, d, sigma, height, at_top):
+    """Subtract from x, in place, the line through x[a:b] and x[c:d] (a level where one is empty).
+
+    Returns it, with its value at index `at_top`.
+
+    Where the sides scatter far more than noise does (ringing, a neighbour), their median is used.
+    """
+    left, right = max(b - a, 0), max(d - c, 0)
+    count = left + right
+    if count < 4:
+        return Baseline(0.0, float(at_top), sigma, 0.0)
+    # Places are counted from the middle of both, which those of whole numbers have in closed form.
+    centre = (left * 0.5 * (a + b - 1) + right * 0.5 * (c + d - 1)) / count
+    total = cross = 0.0
+    for i in range(a, a + left):
+        total += x[i]
+        cross += (i - centre) * x[i]
+    for i in range(c, c + right):
+        total += x[i]
+        cross += (i - centre) * x[i]
+    mean, slope, slope_error = total / count, 0.0, 0.0
+    if left >= 4 and right >= 4:
+        square = left * (left * left - 1.0) / 12.0 + right * (right * right - 1.0) / 12.0
+        square += left * (0.5 * (a + b - 1) - centre) ** 2
+        square += right * (0.5 * (c + d - 1) - centre) ** 2
+        slope, slope_error = cross / square, sigma / math.sqrt(square)
+    scatter = 0.0
+    for i in range(a, a + left):
+        scatter += (x[i] - mean - slope * (i - centre)) ** 2
+    for i in range(c, c + right):
+        scatter += (x[i] - mean - slope * (i - centre)) ** 2
+    scatter = math.sqrt(scatter / count)
+    error = sigma / math.sqrt(count)
+    if scatter < 0.5 * sigma:
+        error = sigma  # rounded to the same step, all of them
+    elif scatter > max(2.0 * sigma, 0.05 * height):
+        side = np.empty(count)
+        side[:left], side[left:] = x[a : a + left], x[c : c + right]
+        mean, slope, slope_error = np.median(side), 0.0, 0.0
+        error = scatter * math.sqrt(0.5 * math.pi / count)
+    for i in range(len(x)):
+        x[i] -= mean + slope * (i - centre)
+    return Baseline(mean + slope * (at_top - centre), centre, error, slope_error)
+
+
+@inner
+def integral(x, a, b):
+    """Integral of x from a to b, in samples.
+
+    Cubic between samples where the four around a cell lie inside [a, b], linear at the ends.
+    """
+    total = 0.0
+    for i in range(int(a), min(int(b) + 1, len(x) - 1)):
+        u, v = max(a - i, 0.0), min(b - i, 1.0)
+        if a <= i - 1 and i + 2 <= b:
+            total += (13.0 * (x[i] + x[i + 1]) - x[i - 1] - x[i + 2]) / 24.0
+        elif v > u:
+            total += (v - u) * (x[i] + 0.5 * (u + v) * (x[i + 1] - x[i]))
+    return total
+
+
+@kernel
+def mark_clipped(values, start, reference, factor, limit, rows):
+    """Put 1 behind the fields of each measured pulse that is clipped, else 0.
+
+    What a clipped one has lost of its peak and impulse is unknown.
+
+    Parameters
+    ----------
+    values : array
+        As they came, from sample `start` on; samples are `factor` times what they are above the
+        `reference`.
+    limit : float
+        Greatest sample of the record: three samples in a row at it are clipped.
+    rows : array
+        As `measure_all` fills them.
+    """
+    for k in range(len(rows)):
+        run = longest = 0
+        if rows[k, 5] != NO_PULSE:
+            first = max(int(rows[k, 0]) - 1, start)
+            last = min(int(rows[k, 0] + rows[k, 1]) + 2, start + len(values))
+            for i in range(first, last):
+                high = (np.float64(values[i - start]) - reference) * factor >= limit
+                run = run + 1 if high else 0
+                longest = max(longest, run)
+        rows[k, 6] = 1.0 if longest >= 3 else 0.0
+        if longest >= 3:
+            rows[k, ERRORS + 2] = rows[k, ERRORS + 3] = np.inf

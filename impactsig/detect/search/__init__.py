@@ -1,0 +1,1 @@
+"""Where a force record has impacts: responses of many widths, noise, which crests are impacts."""

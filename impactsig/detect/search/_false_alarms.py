@@ -1,0 +1,60 @@
+"""The level above which hardly any response is noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..._compiled import njit
+from ..signal.probability import excursions
+
+LEAST_SIGMA = 5.0
+FALSE_RATE = 0.02 / 60.0
+"""False impacts a second, were the noise Gaussian; or, if that is more,"""
+FALSE_SHARE = 0.0005
+"""of the impacts found."""
+
+
+@njit(nogil=True)
+def discovery_level(
+    responses: np.ndarray, widths: float, seconds: float, least: float = LEAST_SIGMA
+) -> float:
+    """Level, in sigma, above which hardly any of the `responses` is noise.
+
+    The lowest at which Gaussian noise would exceed it FALSE_RATE times a second, or once for
+    1/FALSE_SHARE of the impacts that do, on average [Benjamini1995]_. The mean of white noise over
+    a sliding window has the covariance 1 - |lag| / width, for which excursions above u begin
+    u^2 Q(u) times a width, Q being the upper tail [Aldous1989]_.
+
+    Parameters
+    ----------
+    responses : array (n,)
+        In standard deviations of their noise.
+    widths : float
+        How many widths of a response the time holds, all widths taken together.
+    seconds : float
+        How long it is.
+    """
+    lowest = _level(widths, seconds, least)
+    ordered = np.sort(responses[(responses >= least) & (responses < lowest)])[::-1]
+    rank = np.count_nonzero(responses >= lowest)
+    for u in ordered:
+        rank += 1
+        if widths * excursions(u) <= FALSE_SHARE * rank:
+            lowest = u
+    return lowest
+
+
+@njit(nogil=True)
+def _level(widths: float, seconds: float, least: float) -> float:
+    """The lowest level that is exceeded FALSE_RATE times a second."""
+    rare = FALSE_RATE * seconds / max(widths, 1.0)
+    low, high = least, 40.0
+    if excursions(low) <= rare:
+        return low
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        if excursions(middle) > rare:
+            low = middle
+        else:
+            high = middle
+    return high

@@ -1,0 +1,226 @@
+"""Which events of a force record are impacts, by what was found in the seconds around them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..instrument.mains import BASES
+from ..signal.grid import Grid
+from ..signal.ladder import HALF_SINE_GAIN, MATCH
+from ..signal.order_kernels import quantile
+from ..signal.probability import probabilities
+from .event_kernels import EVENT
+from .judging_kernels import SEVERAL, UNLIKE, apart, certainty, levels, lobes, ringing
+from .span import Faint, Span
+
+FLOOR = 0.005
+"""Of the height of the strong ones around: the least automatic threshold."""
+FAINT_FLOOR = 0.02
+"""The same for fainter ones than are certain, which a sensor's ringing may be."""
+FAINT, IN_STEP = 12.0, 0.98
+"""Standard deviations of what may be interference, and how well it keeps the mains' phase."""
+APART, FLANKS = 3.0, 6.5
+"""Widths of an impact to either side in which no fainter one is looked for, and in which it lies in
+the flanks of a response, which it draws down."""
+DRAWING = 4.0
+"""Standard deviations from which on so does what may be one."""
+LITTLE, SOME = 1.5, 0.06
+"""Times the level of certainty that a faint impact stands at most, and their least share of all."""
+LEAST_WIDTH = 3.0
+"""Samples: a faint pulse that is narrower cannot be told from a glitch, or from ringing."""
+_NONE = np.empty(0)
+LEAST_SAMPLES = 32
+"""A shorter stretch shows no noise to tell an impact from."""
+
+
+class Level(NamedTuple):
+    """What a response must reach: in the unit, or in its own noise, or a probability."""
+
+    unit: float | None = None
+    sigma: float | None = None
+    least_probability: float = 0.5
+
+    @property
+    def given(self) -> bool:
+        """Whether it is one of the response, in place of the probability."""
+        return self.unit is not None or self.sigma is not None
+
+
+class Judge:
+    """Which events are impacts, from the events of the seconds around.
+
+    Parameters
+    ----------
+    near : array (n, EVENT)
+        All events of these seconds.
+    """
+
+    def __init__(
+        self, near: np.ndarray, seconds: float, grid: Grid, level: Level, shortest: float
+    ) -> None:
+        self.grid, self.longest = grid, grid.longest
+        self.widest = MATCH * grid.longest
+        self.shortest = shortest * grid.rate
+        self.level = level
+        self.events, self.samples = near, seconds * grid.rate
+        self.fits = near[:, 1] <= self.widest
+        fitting = near[self.fits]
+        self.usual, self.height, self.usual_level, level_else = levels(
+            fitting, self.samples, seconds
+        )
+        self.probability = np.empty(len(near))
+        certainty(near, self.usual, self.usual_level, level_else, self.probability)
+        self.certain = (self.probability >= 0.5) & (near[:, 2] >= FLOOR * self.height)
+        self._choose(self.certain if not level.given else self._given())
+        self.faint, self.faint_probability = np.empty((0, EVENT)), np.empty(0)
+
+    def _given(self) -> np.ndarray:
+        if self.level.sigma is not None:
+            return self.events[:, 3] >= self.level.sigma
+        return np.ones(len(self.events), bool)  # the search went by the level
+
+    def _choose(self, high: np.ndarray) -> None:
+        """Tell which of the events may be impacts, of those that are high enough."""
+        self.high, events = high, self.events
+        self.near = events[self.fits & high]
+        in_step = in_step_with_mains(self.near, self.grid.rate)
+        self.passing = self.fits & high & (not in_step)
+        if self.usual >= 4.0:
+            self.passing &= events[:, 1] > 1.0  # one sample among pulses of many: a glitch
+        elif self.usual < 3.0:
+            self.passing &= ~self._lobes(events)
+        self.passing &= ~self._rings(events)
+
+    @property
+    def too_wide(self) -> np.ndarray:
+        """Which of the events are longer than a contact."""
+        return self.high & ~self.fits
+
+    def _rings(self, events: np.ndarray) -> np.ndarray:
+        """Events that are the ringing of a sensor: narrower and far weaker than one just before."""
+        rings = np.empty(len(events), np.bool_)
+        ringing(events, self.near, rings)
+        return rings
+
+    def _lobes(self, events: np.ndarray) -> np.ndarray:
+        """Events that may be the ringing of a filter beside a greater one."""
+        beside = np.empty(len(events), np.bool_)
+        lobes(events, self.near, beside)
+        return beside
+
+    def rung(self) -> int | None:
+        """The width to look for fainter impacts at; None where there is no sign of any.
+
+        Several impacts show which width, and that some stand little above the level of certainty
+        shows that others may lie below it.
+        """
+        group = self.passing & self.certain
+        heights = self.events[group, 3]
+        little = np.count_nonzero(heights < LITTLE * self.usual_level)
+        if len(heights) < SEVERAL or not little:
+            return None
+        width = quantile(self.events[group, 1], 0.5)
+        if little < SOME * len(heights) or width < LEAST_WIDTH:
+            self._weigh(width, _NONE, _NONE, self.samples, self.samples)
+            return None
+        return int(np.argmin(np.abs(np.log(self.grid.rungs.width / width))))
+
+    def look_again(self, rung: int, seen: list[Faint]) -> None:
+        """Take crests at one width for impacts, and give all events their probability."""
+        events, width = self.events, float(self.grid.rungs.width[rung])
+        taken = events[self.certain | self.passing]
+        taken = taken[np.argsort(taken[:, 0], kind="stable")]
+        taken[:, 1] = np.maximum(taken[:, 1], width)  # a glitch is in responses as wide as they are
+        upward = self._apart(np.concatenate([up for up, _ in seen]), taken, APART)
+        self.faint = np.zeros((len(upward), EVENT))
+        self.faint[:, (0, 2, 3)] = upward[:, (0, 2, 3)]
+        self.faint[:, 1] = width
+        drawing = np.concatenate((taken, self.faint[upward[:, 3] >= DRAWING]))
+        drawing = drawing[np.argsort(drawing[:, 0], kind="stable")]
+        downward = self._apart(np.concatenate([down for _, down in seen]), drawing, FLANKS)
+        chance = self._weigh(
+            width,
+            upward[:, 3],
+            downward[:, 3],
+            self._free(taken, APART),
+            self._free(drawing, FLANKS),
+        )
+        like = np.abs(np.log(events[:, 1] / width)) < UNLIKE
+        self.probability[like & ~self.certain] = 0.0  # their crests at this width speak for them
+        bad = self._rings(self.faint) | (upward[:, 3] >= self.usual_level)
+        bad |= upward[:, 2] < FAINT_FLOOR * self.height
+        if self.usual < 3.0:
+            bad |= self._lobes(self.faint)
+        self.faint_probability = np.where(bad, 0.0, chance)
+
+    def _weigh(
+        self, width: float, upward: np.ndarray, downward: np.ndarray, up: float, down: float
+    ) -> np.ndarray:
+        """Give the certain events of a width their probability; that of upward crests.
+
+        The crests are those of so many samples.
+        """
+        like = np.abs(np.log(self.events[:, 1] / width)) < UNLIKE
+        several = self.passing & self.certain & like
+        heights = self.events[several, 3]
+        n = len(upward)
+        out = np.empty(n + len(heights))
+        probabilities(upward, downward, heights, up / width, down / width, out)
+        self.probability[several] = np.maximum(self.probability[several], out[n:])
+        return out[:n]
+
+    def decide(self) -> None:
+        """Keep what is likely enough."""
+        if self.level.given:
+            return
+        least = self.level.least_probability
+        high = (self.probability >= least) & (self.events[:, 2] >= FLOOR * self.height)
+        if not np.array_equal(high, self.high):
+            self._choose(high)
+        if not len(self.faint):
+            return
+        likely = self.faint_probability >= least
+        chosen = self.events[self.passing]
+        chosen = chosen[np.argsort(chosen[:, 0], kind="stable")]
+        alone = np.empty(len(likely), np.bool_)
+        apart(self.faint, chosen, APART, alone)
+        likely &= alone
+        if in_step_with_mains(self.faint[likely], self.grid.rate):
+            likely[:] = False
+        self.faint, self.faint_probability = self.faint[likely], self.faint_probability[likely]
+
+    def _free(self, events: np.ndarray, reach: float) -> float:
+        """Samples that are not within `reach` widths of an event, were all events far apart."""
+        return self.samples - min(2 * reach * events[:, 1].sum(), 0.9 * self.samples)
+
+    def _apart(self, crests: np.ndarray, events: np.ndarray, reach: float) -> np.ndarray:
+        """Crests that no event is within `reach` widths of, in the order of time."""
+        crests = crests[np.argsort(crests[:, 0], kind="stable")]
+        alone = np.empty(len(crests), np.bool_)
+        apart(crests, events, reach, alone)
+        return crests[alone]
+
+
+def one_sided_noise(span: Span, width: float) -> float:
+    """Standard deviation of the response with one flank, which slow changes are seen in."""
+    sums = np.concatenate(([0.0], np.cumsum(span.clean)))
+    wide = int(width)
+    start = np.arange(0, len(span.clean) - 7 * wide, max(1, wide // 4))
+    if len(start) < LEAST_SAMPLES:
+        return 0.0
+    centre = (sums[start + wide] - sums[start]) / wide
+    flank = (sums[start + 6 * wide] - sums[start + 2 * wide]) / (4 * wide)
+    return HALF_SINE_GAIN * float(np.quantile(np.abs(centre - flank), 0.9)) / 1.645
+
+
+def in_step_with_mains(events: np.ndarray, rate: float) -> bool:
+    """Whether weak events come with the mains, once a period: what switches, not what hits."""
+    if len(events) < SEVERAL or events[:, 3].max() > FAINT:
+        return False
+    for mains in BASES:
+        turns = np.exp(2j * np.pi * mains * events[:, 0] / rate)
+        if abs(turns.mean()) > IN_STEP:
+            return True
+    return False

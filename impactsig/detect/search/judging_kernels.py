@@ -1,0 +1,272 @@
+"""Kernels that judge events: their levels, their widths, and what was measured of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..._compiled import kernel, njit
+from ..._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
+from ..pulses.edges import NO_PULSE
+from ..signal.ladder import MATCH
+from ..signal.order_kernels import quantile
+from ..signal.probability import excursions
+from ._false_alarms import LEAST_SIGMA, discovery_level
+
+UNLIKE = float(np.log(3.0))
+"""Difference of the logarithms of widths that noise does not explain."""
+SEVERAL = 5
+"""Events that tell what width is usual."""
+RINGING, NARROWER, WEAKER = 30.0, 0.6, 0.2
+"""Widths after an impact in which its sensor may ring; how narrow and weak that is beside it."""
+TOO_LONG = 1.2
+"""Times the longest contact: a pulse that is measured as longer is none."""
+LOBES = 32
+"""Samples to either side of a very short pulse where its filter rings."""
+
+
+@kernel
+def alike(width, usual):
+    """Whether a width is about the usual one, as far as noise lets it be seen."""
+    return abs(np.log(width / usual)) < UNLIKE
+
+
+@njit(nogil=True)
+def levels(near, samples, seconds):
+    """What is usual among the events of some seconds, and from where on they are certain.
+
+    Returns
+    -------
+    (width, height of the strong ones, level of the usual width, level of other widths)
+    """
+    clear = near[near[:, 3] >= 2 * LEAST_SIGMA]
+    if len(clear) == 0:
+        clear = near
+    usual = quantile(clear[:, 1], 0.5) if len(clear) else 1.0
+    like = np.zeros(len(near), np.bool_)
+    if len(clear) >= SEVERAL:
+        for k in range(len(near)):
+            like[k] = alike(near[k, 1], usual)
+    level_else = discovery_level(near[~like, 3], 2.0 * samples, seconds)
+    level = level_else
+    if like.any():
+        level = min(level, discovery_level(near[like, 3], 4.0 * samples / usual, seconds))
+    return usual, quantile(clear[:, 2], 0.97), level, level_else
+
+
+@kernel
+def certainty(events, usual, usual_level, level_else, out):
+    """Fill `out` with the probability of events by the level of their width, where it is 1/2.
+
+    As if the noise made as many of them there as impacts do; that of others follows from how many
+    more or fewer of these it makes at their height.
+    """
+    at_usual, at_else = excursions(usual_level), excursions(level_else)
+    for k in range(len(events)):
+        at_level = max(at_usual if alike(events[k, 1], usual) else at_else, 1e-300)
+        at_height = excursions(max(events[k, 3], 1.5))
+        out[k] = at_level / (at_level + at_height)
+
+
+@kernel
+def apart(crests, events, reach, out):
+    """Mark in `out` the crests that lie on none of the events, `reach` widths to either side.
+
+    Parameters
+    ----------
+    crests, events : arrays (n, CREST), (m, EVENT)
+        The events in the order of time, but for what two seconds share at their border.
+    """
+    widest, first = 0.0, 0
+    for k in range(len(events)):
+        widest = max(widest, events[k, 1])
+    for k in range(len(crests)):
+        while first < len(events) and events[first, 0] < crests[k, 0] - reach * widest - 2.0:
+            first += 1
+        out[k] = True
+        i = first
+        while i < len(events) and events[i, 0] <= crests[k, 0] + reach * widest:
+            if abs(events[i, 0] - crests[k, 0]) < reach * events[i, 1]:
+                out[k] = False
+                break
+            i += 1
+
+
+@kernel
+def consistent(rows, total, shortest, kept, ends):
+    """Mark measured pulses about as long and as high as their responses say, and those at an end.
+
+    A neighbour in the flanks makes the width too narrow, seldom too wide. At an end of the
+    stretch, where a response has one flank only, a pulse is under way or there is none.
+    """
+    for k in range(len(rows)):
+        contact, peak, flags = rows[k, 1], rows[k, 2], int(rows[k, 5])
+        length, height = rows[k, 7] / MATCH, rows[k, 9]
+        longest = (3.0 if flags & UNRESOLVED else 10.0) * length + 4.0
+        whole = 0.25 * length < contact < longest and contact >= shortest
+        whole = whole and 0.4 * height < peak < 2.5 * height
+        under_way = flags != NO_PULSE and (flags & (OPEN_START | OPEN_END)) > 0
+        middle = rows[k, 0] + 0.5 * contact
+        ends[k] = min(middle, total - middle) < 2.5 * rows[k, 7] + 3.0
+        if ends[k]:
+            kept[k] = under_way or (whole and flags == 0)
+        else:
+            kept[k] = flags != NO_PULSE and whole and not under_way
+
+
+@kernel
+def too_long(rows, longest, out):
+    """Mark measured pulses that are longer than a contact and not cut off; whether any is."""
+    count = 0
+    for k in range(len(rows)):
+        flags = int(rows[k, 5])
+        whole = flags != NO_PULSE and not flags & (OPEN_START | OPEN_END)
+        out[k] = whole and rows[k, 1] > TOO_LONG * longest
+        count += out[k]
+    return count > 0
+
+
+@kernel
+def widen(events, rows, wider):
+    """Give events the widths of what was measured, where that is longer; whether it is any.
+
+    A neighbour in its flanks makes a pulse look narrower than it is. `wider` marks these.
+    """
+    count = 0
+    for k in range(len(rows)):
+        off = rows[k, 1] / (rows[k, 7] / MATCH)
+        wider[k] = rows[k, 5] == 0 and 1.5 < off < 10.0 and rows[k, 7] > 2.0
+        if wider[k]:
+            events[k, 1] = MATCH * rows[k, 1]
+            count += 1
+    return count > 0
+
+
+@njit(nogil=True)
+def with_neighbors(marked):
+    """What is marked, and what is next to it."""
+    out = marked.copy()
+    for k in range(1, len(marked)):
+        out[k] |= marked[k - 1]
+        out[k - 1] |= marked[k]
+    return out
+
+
+@kernel
+def bounds(group, first, last, total):
+    """Centres of the events next to the samples [first, last); -1 and `total` where none is."""
+    before, after = -1.0, float(total)
+    for k in range(len(group)):
+        centre = group[k, 0]
+        if centre < first:
+            before = max(before, centre)
+        elif centre >= last:
+            after = min(after, centre)
+    return before, after
+
+
+@njit(nogil=True)
+def draw_together(events, group):
+    """Draw the widths of events, in place, to those around them by how well either is known.
+
+    The logarithm of a width is uncertain by about 4 over the height in standard deviations of the
+    noise (measured on half-sines in white noise).
+    """
+    if len(group) == 0:
+        return
+    logs = np.log(group[:, 1])
+    clear = logs[group[:, 3] > 2 * LEAST_SIGMA]
+    if len(clear) < 5:
+        clear = logs
+    middle = quantile(clear, 0.5)
+    spread = max(0.05, 1.4826 * quantile(np.abs(clear - middle), 0.5))
+    for k in range(len(events)):
+        own, error = np.log(events[k, 1]), 4.0 / events[k, 3]
+        if abs(own - middle) < 3 * np.hypot(spread, error):
+            weight = spread**2 / (spread**2 + error**2)
+            events[k, 1] = np.exp(weight * own + (1 - weight) * middle)
+
+
+@njit(nogil=True)
+def worst(bad, sure):
+    """The bad ones that are no surer than a bad one beside them, which may be bad for them."""
+    out = bad.copy()
+    for k in range(len(bad)):
+        for beside in (k - 1, k + 1):
+            if 0 <= beside < len(bad) and bad[beside] and sure[k] > sure[beside]:
+                out[k] = False
+    return out
+
+
+@kernel
+def leave_alone(rows, kept):
+    """Keep the higher of two pulses that share half of the first contact; whether all are kept."""
+    for i in range(1, len(rows)):
+        if rows[i, 0] < rows[i - 1, 0] + 0.5 * rows[i - 1, 1]:
+            kept[i if rows[i, 2] <= rows[i - 1, 2] else i - 1] = False
+    count = 0
+    for i in range(len(rows)):
+        count += kept[i]
+    return count == len(rows)
+
+
+@kernel
+def ringing(events, near, out):
+    """Mark in `out` the events that ring: narrower and far weaker than one just before.
+
+    Parameters
+    ----------
+    events, near : arrays (n, EVENT), (m, EVENT)
+        Both in the order of time, but for what two seconds share at their border.
+    """
+    following = 0
+    widest, strongest = 0.0, 0.0
+    for i in range(len(near)):
+        widest, strongest = max(widest, near[i, 1]), max(strongest, near[i, 2])
+    for k in range(len(events)):
+        centre, width, height = events[k, 0], events[k, 1], events[k, 2]
+        while following < len(near) and near[following, 0] < centre:
+            following += 1
+        out[k] = False
+        if width > NARROWER * widest or height > WEAKER * strongest:
+            continue
+        for i in range(following - 1, -1, -1):
+            apart = centre - near[i, 0]
+            if apart > RINGING * widest:
+                break
+            strong = width <= NARROWER * near[i, 1] and height <= WEAKER * near[i, 2]
+            if strong and 0.0 < apart < RINGING * near[i, 1]:
+                out[k] = True
+                break
+
+
+@njit(nogil=True)
+def measured_ringing(rows, near):
+    """Measured pulses that ring: noise may widen their response, but less so their contact."""
+    events, out = np.empty((len(rows), 3)), np.empty(len(rows), np.bool_)
+    for k in range(len(rows)):
+        events[k, 0] = rows[k, 0] + 0.5 * rows[k, 1]
+        events[k, 1] = MATCH * rows[k, 1]
+        events[k, 2] = rows[k, 2]
+    ringing(events, near, out)
+    return out
+
+
+@kernel
+def lobes(events, near, out):
+    """Mark in `out` the events that may be the ringing of a filter beside a greater one.
+
+    Parameters
+    ----------
+    events, near : arrays (n, EVENT), (m, EVENT)
+        Both in the order of time, but for what two seconds share at their border.
+    """
+    first = 0
+    for k in range(len(events)):
+        while first < len(near) and near[first, 0] < events[k, 0] - LOBES:
+            first += 1
+        out[k] = False
+        i = first
+        while i < len(near) and near[i, 0] < events[k, 0] + LOBES:
+            apart = np.abs(near[i, 0] - events[k, 0])
+            out[k] |= events[k, 2] < 0.5 * near[i, 2] / (1.0 + 0.5 * apart)
+            i += 1

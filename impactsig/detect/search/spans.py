@@ -1,0 +1,344 @@
+"""The search of one stretch of a record, a second at a time.
+
+Every step looks at a bounded number of seconds around the one it is at, so the search can follow
+a stream; and seconds are counted from the beginning of the stretch, so the result does not depend
+on how the samples were delivered.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..instrument.converter import converter_step
+from ..instrument.coupling_kernels import uncouple
+from ..instrument.dropout_kernels import BORDER, MOST, fill, find_dropouts
+from ..instrument.line import Line
+from ..instrument.mains import base_of, find_lines, fit_lines
+from ..instrument.mains_kernels import take_off
+from ..signal.grid import Grid
+from ..signal.ladder import MATCH
+from ..signal.probability import LOWEST
+from ._background_kernels import chunk_medians, outlying, take
+from ._faint_kernels import find_faint
+from ._noise_kernels import noise_around, read_noise
+from ._response_kernels import CREST, Stretch, find_crests
+from .event_kernels import EVENT, find_events, near_crests, strongest_first
+from .span import NO_CRESTS, Faint, Span
+
+BESIDE = 2
+"""Spans to either side whose noise and hum count."""
+LEAST = 5.0
+"""Standard deviations of its noise that a response must reach."""
+CODES, CODES_IN_A_ROW = 1.35, 1.7
+"""Steps of the converter that it must reach, where noise does not blur them; and that one of up to
+four samples must, since noise of a third of a step moves as many by one code now and then."""
+SETTLED = 0.5
+"""Seconds in which what is undone of an AC coupling settles: four chunks of the baseline, which so
+follows it, and many contacts, behind which so little is left."""
+TINY = 1e-7
+"""Of the range of the samples: the least noise that is assumed."""
+WEAK = 0.1
+"""Of the noise: hum that is weaker does not change what is background."""
+ROUNDS = 6
+"""Fits of the hum: each shows the background, and so the hum, more clearly."""
+REST = 2e-3
+"""Of the hum that is taken off: what may be left."""
+RARE = 3
+"""Times as many impacts as samples that stand alone make these glitches, not short impacts."""
+MOST_GLITCHES = 4096
+SQRT12 = float(np.sqrt(12.0))
+TINIEST = float(np.finfo(float).tiny)
+
+
+class Spans:
+    """Spans of one stretch, each brought from stage to stage as those around it allow.
+
+    Parameters
+    ----------
+    total : int
+        Samples of the stretch.
+    level : float, optional
+        What a response must reach.
+    sigmas : float, optional
+        What it must reach in standard deviations of its noise, if there is no `level`.
+    skip : bool
+        Pass over what does not move at all.
+    constant : float
+        Time constant of the AC coupling that is undone, in samples; 0 if there is none.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        total: int,
+        level: float | None = None,
+        sigmas: float | None = None,
+        skip: bool = True,
+        constant: float = 0.0,
+    ) -> None:
+        self.grid, self.total, self.constant = grid, total, constant
+        self.level, self.sigmas, self.skip = level, LEAST if sigmas is None else sigmas, skip
+        self.count = grid.count(total)
+        self.spans: dict[int, Span] = {}
+        self.stages = (
+            self._fill,
+            self._cut,
+            self._take_hum_off,
+            self._clean,
+            self._search,
+            self._choose,
+        )
+        self.ahead = (1, 1, BESIDE, BESIDE, BESIDE, 1)
+        self.done = [0] * (len(self.stages) + 1)
+        self._line = Line(grid, total)
+        self._room = np.empty((0, CREST))
+        self._near, self._doubt = np.empty((0, CREST)), np.empty(0)
+        self._events = np.empty((0, EVENT))
+        self._spikes = np.empty(MOST_GLITCHES, np.int64)
+        self._sums = np.empty(0)
+        self._runs = np.empty((MOST, 2), np.int64)
+        self._coupled = (0.0, 0.0)  # integral of what is behind the coupling, its last sample
+        self._level = self._held = np.nan  # what a dropout at the border began with, and its value
+
+    def load(self, values: np.ndarray, reference: float, factor: float) -> None:
+        """Take the values of the next span and work as far as they go.
+
+        Samples are `factor` times what the values are above the `reference`, with pulses upward.
+        """
+        k = self.done[0]
+        first, last = self.grid.bounds(k, self.total)
+        clean = self._line.samples(k)
+        extent = take(values, reference, factor, clean)
+        self.zero = (0.0 - reference) * factor
+        before = np.empty(BORDER if k > 0 else 0)
+        if k > 0:
+            take(self.spans[k - 1].values[-BORDER:], reference, factor, before)
+        self.spans[k] = Span(first, last, values, before, clean, range=extent)
+        self.done[0] += 1
+        moved = True
+        while moved:
+            moved = False
+            for stage, work in enumerate(self.stages):
+                k = self.done[stage + 1]
+                if k < self.count and min(k + self.ahead[stage], self.count - 1) < self.done[stage]:
+                    work(k)
+                    self.done[stage + 1] += 1
+                    moved = True
+
+    def around(self, k: int, reach: int) -> list[Span]:
+        """The spans at most `reach` from k that there are."""
+        return [self.spans[i] for i in range(max(0, k - reach), min(self.count, k + reach + 1))]
+
+    def forget(self, before: int) -> None:
+        """Let go of the spans before one."""
+        for k in [k for k in self.spans if k < before]:
+            del self.spans[k]
+
+    def stretch(self, k: int) -> Stretch:
+        """Samples without hum of span k and of a margin to either side."""
+        span = self.spans[k]
+        samples, origin = self._line.around(k, self.grid.margin)
+        return Stretch(
+            samples, origin, self.total, span.first, span.last, self.grid.rungs, span.noise
+        )
+
+    def faint(self, k: int, rung: int) -> Faint:
+        """Crests in span k of the responses at one width, upward and downward, from LOWEST on."""
+        span = self.spans[k]
+        if rung not in span.faint:
+            least = max(LOWEST * span.noise[rung], span.codes[rung])
+            upward, found = find_faint(self.stretch(k), rung, least, self._room)
+            span.faint[rung] = self._room[:upward].copy(), self._room[upward:found].copy()
+        return span.faint[rung]
+
+    # -- stages --------------------------------------------------------------------------------
+
+    def _fill(self, k: int) -> None:
+        """Fill dropouts; the medians, the range and the converter's step of what is left."""
+        span, chunk = self.spans[k], self.grid.chunk
+        n, left = len(span.clean), len(span.before)
+        after = self.spans[k + 1].clean[:BORDER] if k < self.count - 1 else span.clean[:0]
+        seen, _ = self._line.around(k, BORDER)
+        # The spans beside may be further, and what is filled in across a border is theirs to fill.
+        beside = seen[:left].copy(), seen[left + n :].copy()
+        seen[:left], seen[left + n :] = span.before, after
+        count = find_dropouts(seen, self.zero, self._held, self._runs)
+        live, self._held = span.clean, np.nan
+        if count:
+            runs = self._runs[:count].copy()
+            begins = left + n - BORDER  # what is seen of the next span
+            over = runs[(runs[:, 0] <= begins) & (begins < runs[:, 1])]
+            self._held = float(seen[begins]) if len(over) else np.nan
+            self._level = fill(seen, runs, self._level)
+            inside = np.clip(runs - left, 0, n)
+            span.dropouts = inside[inside[:, 1] > inside[:, 0]]
+            rest = np.ones(n, np.bool_)
+            for a, b in span.dropouts:
+                rest[a:b] = False
+            live = span.clean[rest]
+            span.range = float(span.clean.max() - span.clean.min())
+        else:
+            self._level = np.nan
+        seen[:left], seen[left + n :] = beside
+        if self.constant:
+            self._uncouple(k)
+        span.medians = np.empty(max(1, n // chunk))
+        chunk_medians(span.clean, chunk, span.medians)
+        span.moves = np.abs(span.medians[1:] - span.medians[:-1])
+        span.step = converter_step(live) if span.range and len(live) else 0.0
+
+    def _uncouple(self, k: int) -> None:
+        """Undo the AC coupling of the sensor: what a step leaves decays within SETTLED seconds."""
+        span, leak = self.spans[k], 1.0 / (SETTLED * self.grid.rate)
+        if k == 0:  # as if it had lasted for ever; what is coupled has no mean but an offset
+            offset = float(span.clean.mean())
+            self._coupled = (offset * (0.5 / math.tanh(0.5 * leak)), offset)
+        self._coupled = uncouple(span.clean, 1.0 / self.constant, leak, *self._coupled)
+
+    def _cut(self, k: int) -> None:
+        """Tell the background from what stands out of it; see which lines of the mains it shows."""
+        span = self.spans[k]
+        if not span.range and self.skip:
+            span.mask = np.zeros(len(span.clean), np.uint8)
+        else:
+            span.mask = np.empty(len(span.clean), np.uint8)
+            span.lines = self._background(span, self._medians(k))
+
+    def _take_hum_off(self, k: int) -> None:
+        """Take mains hum off; that which only seconds beside show clearly as well."""
+        span, grid, lines = self.spans[k], self.grid, self.spans[k].lines
+        if not lines and (shown := [one.lines for one in self.around(k, BESIDE) if one.lines]):
+            if not len(span.sums):
+                return
+            lines = self._lines_of(span, base=base_of(shown[0]))
+        if not lines:
+            return
+        medians = self._medians(k)
+        for turn in range(ROUNDS):
+            if turn:
+                lines = self._background(span, medians)
+            fit = fit_lines(span.sums, span.counts, grid.block, grid.rate, lines)
+            take_off(span.clean, grid.block, len(span.sums), np.array(lines) / grid.rate, fit)
+            strength = np.abs(fit).sum(axis=1)
+            for frequency, amplitude in zip(lines, strength, strict=True):
+                span.hum[frequency] = max(span.hum.get(frequency, 0.0), float(amplitude))
+            if strength.sum() < WEAK * span.sigma:
+                break  # the background is as it was
+            fill(span.clean, span.dropouts, np.nan)
+            chunk_medians(span.clean, grid.chunk, medians[1:-1])
+
+    def _medians(self, k: int) -> np.ndarray:
+        """Those of the chunks of span k, of the one before and of the one after."""
+        span = self.spans[k]
+        medians = np.empty(len(span.medians) + 2)
+        medians[0] = self.spans[k - 1].medians[-1] if k > 0 else span.medians[0]
+        medians[1:-1] = span.medians
+        medians[-1] = self.spans[k + 1].medians[0] if k < self.count - 1 else span.medians[-1]
+        return medians
+
+    def _background(self, span: Span, medians: np.ndarray) -> tuple[float, ...]:
+        """Mark what is no background; the lines that it shows, and those taken off."""
+        grid, blocks = self.grid, len(span.clean) // self.grid.block
+        if not len(span.sums):
+            span.sums, span.counts = np.empty((2, blocks))
+        span.sigma, alone, span.runs = outlying(
+            span.clean,
+            medians,
+            grid.chunk,
+            int(grid.longest),
+            span.step / SQRT12,
+            span.dropouts,
+            span.mask,
+            grid.block,
+            span.sums,
+            span.counts,
+            self._spikes,
+        )
+        span.spikes = self._spikes[: min(alone, MOST_GLITCHES)].copy()
+        return self._lines_of(span)
+
+    def _lines_of(self, span: Span, base: float | None = None) -> tuple[float, ...]:
+        grid = self.grid
+        pace, fitted = grid.rate / grid.block, tuple(span.hum)
+        return find_lines(span.sums, span.counts, pace, grid.rate, span.sigma, fitted, base)
+
+    def _clean(self, k: int) -> None:
+        """Take glitches out, and read the noise of each width."""
+        span = self.spans[k]
+        beside = self.around(k, BESIDE)
+        # Where what stands out lasts, single samples are none of it.
+        if RARE * sum(len(one.spikes) for one in beside) <= sum(one.runs for one in beside):
+            span.glitches = span.spikes
+        rungs = self.grid.rungs
+        floor = max(max(one.step for one in beside) / SQRT12, TINY * span.range)
+        if not span.range:
+            span.own_noise = floor * rungs.gain / np.sqrt(rungs.width)
+            return
+        span.own_noise = np.empty(len(rungs.width))
+        rest = REST * sum(span.hum.values())
+        n = len(span.clean) + 1
+        if len(self._sums) < n:
+            self._sums = np.empty(n)
+        read_noise(
+            span.clean,
+            span.glitches,
+            span.mask,
+            rungs,
+            floor,
+            rest,
+            span.sigma if span.sigma > floor else 0.0,
+            self._sums[:n],
+            span.own_noise,
+        )
+
+    def _search(self, k: int) -> None:
+        """Find the crests of the responses."""
+        span, rungs = self.spans[k], self.grid.rungs
+        self._line.join(k)
+        beside = self.around(k, BESIDE)
+        # Where nothing moves for seconds, anything but rounding is something.
+        extent = max(one.range for one in beside)
+        span.noise = np.empty(len(rungs.width))
+        noise_around(
+            np.array([one.own_noise for one in beside]),
+            min(k, BESIDE),
+            max(TINY**2 * extent, TINIEST),
+            span.noise,
+        )
+        step = max(one.step for one in beside)
+        if step and span.sigma < step:
+            span.codes = np.where(rungs.width <= 4, CODES_IN_A_ROW, CODES) * step
+        else:
+            span.codes = np.zeros(len(span.noise))
+        least = np.maximum(self.sigmas * span.noise, span.codes)
+        if self.level is not None:
+            least = np.full(len(least), self.level)
+        if self.skip and not max(one.range for one in self.around(k, 1)):
+            return
+        if not len(self._room):
+            self._room = np.empty((len(span.clean) + self.grid.span, CREST))
+        count = find_crests(self.stretch(k), least, self._room)
+        span.crests = self._room[:count].copy()
+
+    def _choose(self, k: int) -> None:
+        """Make events of crests."""
+        span = self.spans[k]
+        if not len(span.crests):
+            return
+        before = self.spans[k - 1].crests if k > 0 else NO_CRESTS
+        after = self.spans[k + 1].crests if k < self.count - 1 else NO_CRESTS
+        most = len(before) + len(span.crests) + len(after)
+        if len(self._near) < most:
+            self._near, self._doubt = np.empty((2 * most, CREST)), np.empty(2 * most)
+        widths = self.grid.rungs.width
+        count = near_crests(
+            before, span.crests, after, span.first, span.last, widths, self._near, self._doubt
+        )
+        order = strongest_first(self._doubt[:count])
+        if len(self._events) < (most := 4 * len(span.crests) + 8):
+            self._events = np.empty((2 * most, EVENT))
+        widest = MATCH * self.grid.longest
+        found = find_events(self.stretch(k), self._near[:count], order, widest, self._events[:most])
+        span.events = self._events[:found].copy()

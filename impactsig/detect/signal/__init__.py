@@ -1,0 +1,1 @@
+"""What force and sound share: samples as a stream, widths, order statistics, probabilities."""

@@ -1,0 +1,139 @@
+"""How likely a faint crest among impacts is one of them: a local false discovery rate.
+
+Where several impacts are certain, their width is the usual one, and the responses of this one width
+are looked at again for fainter ones, with a lower threshold. Crests of height u, in standard
+deviations of their noise, are impacts or not. What is no impact is as likely to point down as up
+in the record's noise, whatever its distribution, so the downward crests show how many upward ones
+are none: their number above the lowest height, and the mean excess of u^2 / 2 over that there. The
+excess is exponentially distributed, in white noise with a mean of 1; longer tails have a greater
+one. Both are drawn to what white noise has, as few crests say little. What impacts make is a kernel
+estimate in ln u, each crest counted as much as it is likely an impact, by expectation and
+maximisation; a crest is no evidence of itself. Such an estimate is too low at the top of a density
+and too high on its slopes, so it is multiplied by a second one, of the crests over the first
+[Jones1995]_. The probability is the share of impacts in both densities, one less the local false
+discovery rate [Efron2004]_.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..._compiled import inner, kernel, njit
+
+LOWEST = 3.2
+"""Height from which on crests are looked for, in standard deviations of their noise."""
+CRESTS = 1.9e-3
+"""For each width of the response, of three samples and more: what is counted in white noise less a
+seventh, which the flanks of impacts draw down and noise that is read a little high leaves out."""
+GAUSSIAN = 0.98
+"""Mean excess of u^2 / 2 over that at LOWEST, in white noise."""
+PRIOR = 25.0
+"""Crests that the expectation for white noise counts as, beside those seen."""
+LEFT = 0.9
+"""Share of the crests of noise that is then measured as pulses (`judging_kernels.consistent`)."""
+TRIALS = 15.0
+"""Times as many ways to be noise has an event that was looked for at all widths about the usual."""
+SEEN, RANGE = 0.001, 4.0 * math.log(2.0)
+"""Impacts that are assumed seen before any is, and range of ln u that these are spread over."""
+BANDWIDTH, STEP, BINS = 0.4, 0.07, 50
+"""Of the kernel in ln u; of the bins that it is laid over, and how many."""
+WIDER, MOST = 0.7, 5.0
+"""Bandwidth of an estimate from the certain impacts alone, and times it that impacts are at most:
+a few high crests of noise, far below all impacts, are no evidence of each other."""
+OWN = 1.29
+"""Times its kernel that a crest adds to the corrected estimate where it lies, 2 - 1 / sqrt(2)."""
+ROUNDS, SETTLED = 20, 1e-3
+"""Of expectation and maximisation, at most; change of a probability that ends them."""
+TINIEST = 1e-300
+_PLACES = STEP * (np.arange(BINS) + 0.5)
+# What a kernel lays below the lowest height is laid back above it.
+_KERNEL = np.exp(-0.5 * ((_PLACES[:, None] - _PLACES) / BANDWIDTH) ** 2)
+_KERNEL += np.exp(-0.5 * ((_PLACES[:, None] + _PLACES) / BANDWIDTH) ** 2)
+_KERNEL /= BANDWIDTH * math.sqrt(2.0 * math.pi)
+_WIDER = np.exp(-0.5 * ((_PLACES[:, None] - _PLACES) / WIDER) ** 2)
+_WIDER /= WIDER * math.sqrt(2.0 * math.pi)
+
+
+@kernel
+def excursions(u: float) -> float:
+    """Excursions above u of Gaussian noise for each width of a sliding mean, u^2 Q(u).
+
+    Q is the upper tail [Aldous1989]_.
+    """
+    return u * u * 0.5 * math.erfc(u / math.sqrt(2.0))
+
+
+@njit(nogil=True)
+def probabilities(
+    upward: np.ndarray,
+    downward: np.ndarray,
+    certain: np.ndarray,
+    widths_up: float,
+    widths_down: float,
+    out: np.ndarray,
+) -> None:
+    """The probability of each upward crest to be an impact, then of each certain impact.
+
+    Parameters
+    ----------
+    upward, downward : arrays (n,), (m,)
+        Heights of the crests, all above LOWEST, outside of what was found for certain.
+    certain : array (k,)
+        Heights of what was found at any width.
+    widths_up, widths_down : float
+        How many widths of the response the time holds that either crests were found in.
+    out : array (n + k,), filled
+    """
+    excess = PRIOR * GAUSSIAN
+    for u in downward:
+        excess += 0.5 * (u * u - LOWEST * LOWEST)
+    excess = max(excess / (PRIOR + len(downward)), 0.9)
+    share = (PRIOR + len(downward)) / (PRIOR + CRESTS * widths_down)
+    count = share * CRESTS * widths_up
+    n = len(upward)
+    u = np.concatenate((upward, certain))
+    places, noise = np.empty(len(u), np.int64), np.empty(len(u))
+    for k in range(len(u)):
+        places[k] = max(0, min(int(math.log(u[k] / LOWEST) / STEP), BINS - 1))
+        over = 0.5 * (u[k] * u[k] - LOWEST * LOWEST)
+        noise[k] = count / excess * u[k] * u[k] * math.exp(-over / excess)
+        if k >= n:
+            noise[k] *= TRIALS
+        out[k] = 0.0 if k < n else 1.0
+    seen, first, impacts, most = np.empty(BINS), np.empty(BINS), np.empty(BINS), np.empty(BINS)
+    seen[:] = 0.0
+    for k in range(n, len(u)):
+        seen[places[k]] += MOST
+    _spread(_WIDER, seen, most)
+    for _ in range(ROUNDS):
+        seen[:] = 0.0
+        for k in range(len(u)):
+            seen[places[k]] += out[k]
+        _spread(_KERNEL, seen, first)
+        for i in range(BINS):
+            seen[i] /= max(first[i], TINIEST)
+        _spread(_KERNEL, seen, impacts)
+        for i in range(BINS):
+            impacts[i] = min(impacts[i] * first[i], most[i])
+        change = 0.0
+        for k in range(len(u)):
+            i = places[k]
+            others = max(impacts[i] - OWN * _KERNEL[i, i] * out[k], SEEN / RANGE)
+            before, out[k] = out[k], others / (others + noise[k])
+            change = max(change, abs(out[k] - before))
+        if change < SETTLED:
+            break
+    for k in range(n):
+        out[k] /= out[k] + LEFT * (1.0 - out[k])
+
+
+@inner
+def _spread(kernel: np.ndarray, counts: np.ndarray, out: np.ndarray) -> None:
+    """The kernel estimate of what is counted in each bin."""
+    out[:] = 0.0
+    for j in range(BINS):
+        if counts[j] > 0.0:
+            for i in range(BINS):
+                out[i] += kernel[j, i] * counts[j]

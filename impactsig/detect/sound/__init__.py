@@ -1,0 +1,1 @@
+"""Where a sound record has impacts: bands, background, gates, rooms, the decision."""

@@ -1,0 +1,138 @@
+"""Kernels of the narrow bands of a sound, of their rise, and of its background."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..._compiled import njit
+
+TIMES_BACKGROUND = 2.0  # a power that counts
+RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
+ALMOST = 1.0 - 1e-9  # times the greatest so far: less cannot exceed it, rounding included
+FACTORS = 16  # rises multiplied before their logarithm is taken: rounding bounds each by 1e14
+TILE = 8  # frames of a spectrum that are read side by side
+
+
+@njit(nogil=True)
+def shape(single, hop, window, at, out):
+    """out[f]: the samples of frame at + f, windowed; the frames begin `hop` samples apart."""
+    for f in range(out.shape[0]):
+        frame, shaped = single[(at + f) * hop :][: len(window)], out[f]
+        for k in range(len(window)):
+            shaped[k] = frame[k] * window[k]
+
+
+@njit(nogil=True)
+def gather(spectrum, scale, first, width, weights, at, square, power):
+    """Powers of the bands of a batch of frames, the first of which is frame `at`.
+
+    `spectrum` holds real and imaginary parts by turns; `square` is scratch with a row for each
+    coefficient and a column for each frame, so that sums over coefficients run in vector lanes.
+    """
+    used = first[-1] + width[-1]
+    frames = spectrum.shape[0]
+    for f in range(frames):
+        row = spectrum[f]
+        # Less the weighted mean: a Hann window spreads it over two coefficients.
+        row[2] += np.float32(0.5) * row[0]
+        row[0] = 0.0
+    for begin in range(0, frames, TILE):
+        for k in range(used):
+            for f in range(begin, min(begin + TILE, frames)):
+                real, imaginary = spectrum[f, 2 * k], spectrum[f, 2 * k + 1]
+                square[k, f] = real * real + imaginary * imaginary
+    total = np.empty(frames, np.float32)
+    count = min(frames, power.shape[1] - at)
+    begin = 0
+    for b in range(len(first)):
+        total[:] = 0.0
+        for k in range(width[b]):
+            weight, row = weights[begin + k], square[first[b] + k]
+            for f in range(frames):
+                total[f] += weight * row[f]
+        begin += width[b]
+        for f in range(count):
+            power[b, at + f] = scale * total[f]
+
+
+@njit(nogil=True, error_model="numpy")
+def band_rise(power, lag, begin, background, freedom, per, out):
+    """Rise of frame begin + i over `lag` frames before it, in the narrow bands.
+
+    out[0, i]: the mean over the bands of max(0, ln(max(P_b, F_b) / max(Q_b, F_b))) with F_b twice
+    the background, Q_b the greatest of the bands b - 1, b, b + 1 before.
+    out[1, i]: the greatest over the bands of n_b / 2 (x_b - 1 - ln x_b), the logarithm of the
+    likelihood ratio of a rise by x_b = P_b / max(Q'_b / 2, L_b) > 1; Q'_b is of the band itself,
+    n_b its `freedom`.
+
+    `background` has a column for `per` frames.
+    """
+    bands, count = power.shape[0], out.shape[1]
+    total, greatest = out
+    out[:] = 0.0
+    ratio, bound = np.empty(count), np.empty(count)
+    level, rise = np.empty(count), np.ones(count)
+    for b in range(bands):
+        now, then = power[b, begin : begin + count], power[b, begin - lag : begin - lag + count]
+        lower = power[max(b - 1, 0), begin - lag : begin - lag + count]
+        upper = power[min(b + 1, bands - 1), begin - lag : begin - lag + count]
+        half = 0.5 * freedom[b]
+        for group in range(background.shape[1]):
+            level[group * per : (group + 1) * per] = background[b, group]
+        # What needs no logarithm runs in vector lanes: ln x >= 2 (x - 1) / (x + 1).
+        for i in range(count):
+            noise, before = level[i], then[i]
+            base = 0.5 * before if 0.5 * before > noise else noise
+            x = now[i] / base if now[i] > base else 1.0
+            ratio[i] = x
+            bound[i] = half * (x - 1.0) * (x - 1.0) / (x + 1.0)
+            noise *= TIMES_BACKGROUND
+            before = before if before > noise else noise
+            before = before if before > lower[i] else lower[i]
+            before = before if before > upper[i] else upper[i]
+            rise[i] *= now[i] / before if now[i] > before > 0.0 else 1.0
+        for i in range(count):
+            if bound[i] > ALMOST * greatest[i]:
+                greatest[i] = max(greatest[i], half * (ratio[i] - 1.0 - np.log(ratio[i])))
+        if (b + 1) % FACTORS == 0 or b == bands - 1:
+            for i in range(count):
+                if rise[i] > 1.0:
+                    total[i] += np.log(rise[i])
+            rise[:] = 1.0
+    total /= bands
+
+
+@njit(nogil=True)
+def background(noise, means, first, nearby, out):
+    """out[b, g]: L of the band b in group first + g, from the means of it and those beside."""
+    for b in range(out.shape[0]):
+        at, strongest, seen = -1, 0.0, 0
+        for g in range(out.shape[1]):
+            begin = max(first + g - nearby, 0)
+            end = min(first + g + nearby + 1, means.shape[1])
+            if at < begin:  # the strongest is no longer near: look for it anew
+                strongest, seen = 0.0, begin
+            for k in range(seen, end):
+                if means[b, k] >= strongest:
+                    at, strongest = k, means[b, k]
+            seen = end
+            out[b, g] = max(noise[b], RANGE * strongest)
+
+
+@njit(nogil=True)
+def group_means(power, heard, per, out):
+    """out[b, g]: mean power of the frames of a group that are `heard`, or of all if none is."""
+    for g in range(out.shape[1]):
+        begin, end = g * per, min((g + 1) * per, power.shape[1])
+        count = heard[begin:end].sum()
+        every = count == 0 or count == end - begin
+        for b in range(out.shape[0]):
+            total = 0.0
+            if every:
+                for k in range(begin, end):
+                    total += power[b, k]
+            else:
+                for k in range(begin, end):
+                    if heard[k]:
+                        total += power[b, k]
+            out[b, g] = total / (end - begin if every else count)

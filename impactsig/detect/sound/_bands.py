@@ -1,0 +1,114 @@
+"""Power of a sound in narrow bands: 24 an octave, in Hann windows of 23 ms.
+
+A frame is centred on its first sample. With Y_k the Fourier coefficients of the windowed samples,
+less their weighted mean, the power of a band is sum_k W_bk |Y_k|^2. W_b is a triangle: 1 at the
+band's centre and 0 at those of its neighbours. Centres follow 1/24 octave and at least one
+coefficient apart, from 30 Hz to 17 kHz or half the rate.
+
+Transforms are taken in batches of one size, for their last digit may depend on it, and in single
+precision, the samples scaled by a power of 2.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ._band_kernels import gather, shape
+
+WINDOW = 23.2e-3  # [s]
+PER_OCTAVE = 24
+LOWEST, HIGHEST = 30.0, 17e3  # [Hz]
+BATCH = 128  # frames transformed together
+FAINTEST = -500  # power of 2 whose square is still a number; less is silence
+ROUNDING = 2.0**-20  # of the greatest sample: less is leakage, and rounding of the transform
+
+
+class Bands(NamedTuple):
+    """Narrow bands at a sampling rate, in frames of `hop` samples.
+
+    Band b weighs the width[b] coefficients from first[b] on; `weights` are those of all, in turn.
+    """
+
+    hop: int
+    window: np.ndarray
+    first: np.ndarray
+    width: np.ndarray
+    weights: np.ndarray
+    gain: np.ndarray  # power in each band of white noise of power 1
+
+
+def bands_at(rate: float, hop: int) -> Bands:
+    """The bands at a sampling rate."""
+    from scipy import fft
+
+    size = 2 * fft.next_fast_len(round(WINDOW * rate / 2), real=True)
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(size) / size)
+    step = rate / size
+    centre = [LOWEST]
+    while True:
+        upper = max(centre[-1] * 2 ** (1 / PER_OCTAVE), centre[-1] + step)
+        if upper > min(HIGHEST, 0.5 * rate):
+            break
+        centre.append(upper)
+    frequency = step * np.arange(size // 2 + 1)
+    middle = np.array(centre)[:, None]
+    rising = (frequency - middle[:-2]) / (middle[1:-1] - middle[:-2])
+    falling = (middle[2:] - frequency) / (middle[2:] - middle[1:-1])
+    rows = np.maximum(np.minimum(rising, falling), 0.0)
+    first = np.argmax(rows > 0.0, axis=1)
+    width = np.count_nonzero(rows, axis=1)
+    weights = rows[rows > 0.0].astype(np.float32)
+    gain = np.sum(rows, axis=1) * np.sum(window**2)
+    return Bands(hop, window.astype(np.float32), first, width, weights, gain)
+
+
+def degrees_of_freedom(bands: Bands, frames: int) -> np.ndarray:
+    """Of the chi-squared that the mean power of `frames` frames of white noise is distributed as.
+
+    2 mean^2 / variance, with the covariance |sum_n w[n] w[n + s] exp(2 pi i d n / N)|^2 of the
+    squared coefficients that are d apart, in windows that are s samples apart.
+    """
+    size, widest = len(bands.window), bands.width.max()
+    window = bands.window.astype(float)
+    together = np.zeros(widest)
+    for lag in range(frames):
+        s = lag * bands.hop
+        if s >= size:
+            break
+        overlap = np.zeros(size)
+        overlap[: size - s] = window[: size - s] * window[s:]
+        share = (1 if lag == 0 else 2) * (frames - lag) / frames**2
+        together += share * np.abs(np.fft.fft(overlap)[:widest]) ** 2
+    index = np.arange(widest)
+    covariance = together[np.abs(np.subtract.outer(index, index))]
+    weights = np.zeros((len(bands.width), widest))
+    weights[index < bands.width[:, None]] = bands.weights
+    variance = np.einsum("bi,ij,bj->b", weights, covariance, weights, optimize=True)
+    return np.asarray(2.0 * bands.gain**2 / variance)
+
+
+def band_powers(x: np.ndarray, left: int, frames: int, bands: Bands) -> np.ndarray:
+    """Powers (bands, frames); the first frame is centred on x[left], the window fits into x."""
+    from scipy import fft
+
+    size = len(bands.window)
+    begin = left - size // 2
+    used = x[begin : begin + (frames - 1) * bands.hop + size]
+    greatest = max(abs(float(used.min())), abs(float(used.max())))
+    scale = math.ldexp(1.0, max(math.frexp(greatest)[1], FAINTEST)) if greatest else 0.0
+    # Batches are filled up with silence.
+    whole = -(-frames // BATCH) * BATCH
+    single = np.zeros((whole - 1) * bands.hop + size, np.float32)
+    if scale:
+        np.multiply(used, 1.0 / scale, out=single[: len(used)], casting="same_kind")
+    shaped = np.empty((BATCH, size), np.float32)
+    square = np.empty((size // 2 + 1, BATCH), np.float32)
+    power = np.empty((len(bands.first), frames))
+    for at in range(0, frames, BATCH):
+        shape(single, bands.hop, bands.window, at, shaped)
+        spectrum = fft.rfft(shaped, axis=1).view(np.float32)
+        gather(spectrum, scale**2, bands.first, bands.width, bands.weights, at, square, power)
+    return power

@@ -1,0 +1,319 @@
+"""Which crests are impacts, and how likely each is one.
+
+C is the rise in octaves, B that in narrow bands, G the likelihood of a rise in one of them
+(`sound.py`). With s the standard deviation of C in noise, a = s (1.9 + 9 s) is about the greatest
+C of an hour of noise, which is skewed the more the fewer coefficients it has. The rattle r is the
+greater of 50 times the 0.75-quantile and 12 times the 0.9-quantile of C within a second, digital
+silence left out. It is no more than 4 a, than 0.3 C_max + r / 10, C_max the greatest C within a
+second, or, if that is more, than 50 times what the 80th highest crest of these two seconds (fewer
+beside digital silence) is above 0.75 s: dense impacts fill the quantiles as rattling does, but make
+no such number of crests, and faint knocks have faint tails. The evidence of a crest of C by octaves
+is
+
+    min(C / (a + r) + G / 36, C / (0.35 a + r)),
+
+C no more than it exceeds the tails of earlier crests by (`_tails.py`) and G counting for the
+greatest C within 28 ms only; but no more than B over the greater of 0.035 and
+its mean around. Its evidence by bands is C over the greater of 1.65 and 10 s, or
+B / 0.33 if that is more, B has a crest here that none within 25 ms exceeds, and C none greater
+nearby. Where B has a crest and C has none, the impact lies at the crest of B.
+
+The probability of an impact is that of the greatest log-odds of three:
+
+    by octaves  6.5 ln e + 1.5 ln n + 3.3,
+    by bands    3 ln e, or 7 ln e if e < 1,
+    by others   3.6 ln e + 0.6 ln L + 1.9 ln (m + 1/2) - 1.3 ln (k K / a^2) - 1.1 ln B_max - 7.3,
+
+with B_max the greatest B within a second, at least 0.01. Here n is how many other crests with an
+evidence by octaves of 1 to 2 come in a second, 10 s of silence added, and 1/60 more: where there
+are none, neither are there weaker impacts, and where they are many, most weaker ones are impacts,
+too.
+
+The third holds a crest against the others around it, where a room or many impacts fill the record
+with sound. Its e is the evidence by bands, L is G for the greatest C within 28 ms and 1 for others,
+m how many other crests a second exceed 2 a within a second, and K and k what 40 crests a second
+reach within a second and a quarter of one, at least a / 20 each. These odds are no more than 6.5
+times the logarithm of the least of C / (0.35 a), C over a tenth of the greatest within 40 ms, C
+again no more than beyond tails, G / 7 and B over what it needs.
+
+The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
+the third to synthetic sound and drums, also in rooms and noise, by logistic regression.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ._kernels import BLOCK, GROUP, Scale, greatest_between, greatest_but
+from ._survey import SAMPLED, Passage
+from ._tails import beyond_tails
+
+APART = 25e-3  # [s], crests of B
+LEAST_BANDS = 0.33  # rise in the mean over narrow bands [neper of power]
+SIGMAS, SKEW = 1.9, 9.0  # a = s (SIGMAS + SKEW s), s the standard deviation of C in noise
+RATTLE = {0.75: 50.0, 0.9: 12.0}  # times these quantiles of C
+TOGETHER = 256  # blocks whose quantiles are taken at once
+RATTLE_WITHIN = 1.0  # [s]
+CRESTS = 40.0  # a second, that only rattling makes
+ABOVE, IN_NOISE = 50.0, 0.75  # times what such a crest is above so many s
+FEW = 4.0  # times a: rattle without a number of crests, as of a room that rings
+TAIL, STEADY = 0.3, 0.1  # of the greatest C nearby and of the rattle: nor more than their sum
+CERTAIN = 36.0  # likelihood of a rise in one narrow band that is evidence of 1
+LEAST_OCTAVES = 0.35  # times a: rise in octaves without which that counts little
+ALONE = 28e-3  # [s] within which C must be greatest for that to count: G hears as far as that
+BORNE_OUT = 0.035  # rise in narrow bands that a rise in octaves needs
+AROUND = 0.15, 0.05  # [s] before and after, of the mean of B
+CLEAR, CLEAR_SIGMAS = 1.65, 10.0  # rise in octaves that needs none [neper of power], or in s
+SOONER, LATER = 12e-3, 20e-3  # [s], of a crest of C beside one of B that it belongs to
+OCTAVES_SLOPE, OFTEN_SLOPE, OFFSET = 6.5, 1.5, 3.3  # of the log-odds by octaves
+BANDS_SLOPES = 7.0, 3.0  # of those by narrow bands, below and above an evidence of 1
+UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
+RAREST = 1.0 / 60.0  # impacts a second that may come where none is evident
+FAINT = 0.3  # evidence of nothing
+AMONG = 2.0  # times a, that crests reach by which others are judged
+SHORTLY = 0.25  # [s], beside RATTLE_WITHIN, in which CRESTS a second are counted
+LEAST_CROWD = 0.05  # times a
+LEAST_LOUD = 0.01  # greatest rise in narrow bands nearby [neper of power]
+OTHERS_SLOPES = 3.6, 0.6, 1.9, 1.3, 1.1  # of e, L, m, k K and B_max in the log-odds by others
+OTHERS_OFFSET = -7.3
+LIKELY = 7.0  # likelihood of a rise in one narrow band, less than which is likely to be noise
+NEXT, BESIDE_OTHER = 40e-3, 0.1  # [s], and share of the greatest C so near that one must reach
+HOPELESS = -4.0  # log-odds that are worked out no further
+
+
+class Candidates(NamedTuple):
+    """Crests of a passage in order of time."""
+
+    frame: np.ndarray  # of the octaves
+    coarse: np.ndarray  # bool: from narrow bands alone, and so only known to some 10 ms
+    probability: np.ndarray
+
+
+class Crests(NamedTuple):
+    """Crests of the rise in octaves, and what is known of each of them."""
+
+    place: np.ndarray  # frame
+    height: np.ndarray  # C
+    bands: np.ndarray  # the greatest B nearby
+    borne_out: np.ndarray  # this over what a rise in octaves needs
+    likelihood: np.ndarray  # the greatest G nearby
+    greatest: np.ndarray  # bool: none within ALONE exceeds it
+    clear: np.ndarray  # C, but no more than it exceeds the tails of those before it by
+
+
+def log_odds(by_octaves: np.ndarray, by_bands: np.ndarray, often: np.ndarray) -> np.ndarray:
+    """Of crests with such evidence, where evident ones come `often` a second."""
+    with np.errstate(divide="ignore"):
+        octaves, bands = np.log(by_octaves), np.log(by_bands)
+    return np.maximum(
+        OCTAVES_SLOPE * octaves + OFTEN_SLOPE * np.log(often) + OFFSET,
+        np.where(bands < 0.0, BANDS_SLOPES[0], BANDS_SLOPES[1]) * bands,
+    )
+
+
+def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Candidates:
+    """The crests of a passage and their probability.
+
+    Parameters
+    ----------
+    spread : float
+        Standard deviation of C in noise.
+    """
+    seconds = scale.hop / rate
+    b = np.concatenate(passage.bands)
+    audible = spread * (SIGMAS + SKEW * spread)
+    crests = octave_crests(passage, b, seconds)
+    place, height = crests.place, crests.height
+    by_octaves = octave_evidence(passage, crests, spread, seconds)
+    by_bands = height / max(CLEAR, CLEAR_SIGMAS * spread)
+    crest = separate_crests(b, round(APART / (GROUP * seconds)))
+    middle = GROUP * crest
+    first, last = np.searchsorted(place, (middle - SOONER / seconds, middle + LATER / seconds))
+    best = np.empty(len(crest), np.int64)
+    greatest_between(height, first, last, best)
+    alone = best < 0
+    np.maximum.at(by_bands, best[~alone], b[crest[~alone]] / LEAST_BANDS)
+    silent = np.concatenate(passage.silent)
+    among = odds_among(crests, by_bands, audible, silent, seconds)
+    frame = np.concatenate((place, GROUP * crest[alone]))
+    by_octaves = np.concatenate((by_octaves, np.zeros(int(alone.sum()))))
+    by_bands = np.concatenate((by_bands, b[crest[alone]] / LEAST_BANDS))
+    evident = (by_octaves >= 1.0) & (by_octaves < 2.0)
+    others = np.asarray(np.count_nonzero(evident) - evident.astype(int))
+    often = RAREST + others / (len(b) * GROUP * seconds + UNHEARD)
+    odds = log_odds(by_octaves, by_bands, often)
+    odds[: len(place)] = np.maximum(odds[: len(place)], among)
+    likely = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+    order = np.argsort(frame, kind="stable")
+    coarse = np.arange(len(frame)) >= len(place)
+    return Candidates(frame[order], coarse[order], likely[order])
+
+
+def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
+    """Crests of C, and what the rise `b` in narrow bands says of each."""
+    per = GROUP * seconds
+    place, height = np.concatenate(passage.place), np.concatenate(passage.height)
+    beside = np.clip(np.round(place / GROUP).astype(int), 0, len(b) - 1)
+    known = np.concatenate(passage.known)[beside]
+    around = local_mean(b, round(AROUND[0] / per), round(AROUND[1] / per))
+    needed = np.maximum(BORNE_OUT, around[beside])
+    bands = greatest_within(b, 2)[beside]
+    likelihood = greatest_within(np.concatenate(passage.likelihood), 2)[beside]
+    likelihood[~known] = np.inf
+    greatest = height >= greatest_near(place, height, ALONE / seconds)
+    borne_out = np.where(known, bands / needed, np.inf)
+    clear = np.clip(beyond_tails(passage, place, seconds), 0.0, height)
+    return Crests(place, height, bands, borne_out, likelihood, greatest, clear)
+
+
+def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: float) -> np.ndarray:
+    """What the rise in octaves says of each of its crests; nothing where it is far below 1."""
+    place, height, _, borne_out, likelihood, greatest, clear = crests
+    likelihood = np.where(greatest & np.isfinite(likelihood), likelihood, 0.0)
+    audible = spread * (SIGMAS + SKEW * spread)
+    evidence = np.minimum(clear / audible + likelihood / CERTAIN, borne_out)
+    far = evidence < FAINT
+    evidence[far] = 0.0
+    near = ~far
+    silent = np.concatenate(passage.silent)
+    rattle = rattling(np.concatenate(passage.octaves), silent, place[near], seconds)
+    loudest = greatest_near(place, height, RATTLE_WITHIN / seconds)[near]
+    without_crowd = np.minimum(FEW * audible, TAIL * loudest + STEADY * rattle)
+    share = heard_share(silent, place[near], RATTLE_WITHIN, seconds)
+    reached = crowd(place, height, near, RATTLE_WITHIN, seconds, share)
+    crowded = ABOVE * (reached - IN_NOISE * spread)
+    rattle = np.minimum(rattle, np.maximum(without_crowd, crowded))
+    calm = np.minimum(
+        clear[near] / (audible + rattle) + likelihood[near] / CERTAIN,
+        clear[near] / (LEAST_OCTAVES * audible + rattle),
+    )
+    evidence[near] = np.minimum(calm, borne_out[near])
+    return evidence
+
+
+def rattling(rise: np.ndarray, silent: np.ndarray, place: np.ndarray, seconds: float) -> np.ndarray:
+    """What C must exceed at frames because it often does nearby, from every SAMPLED-th C.
+
+    Digital silence is left out: it says nothing of how the rest rattles.
+    """
+    heard = np.where(silent, np.inf, rise)
+    per = BLOCK // SAMPLED
+    reach = round(RATTLE_WITHIN / (BLOCK * seconds))
+    blocks, which = np.unique(place // BLOCK, return_inverse=True)
+    first = per * np.maximum(blocks - reach, 0)
+    length = np.minimum(per * (blocks + reach + 1), len(rise)) - first
+    most = np.empty(len(blocks))
+    times = np.array(list(RATTLE.values()), rise.dtype)
+    for size in np.unique(length):  # one, but at both ends
+        order = [int(share * size) for share in RATTLE]
+        around = np.lib.stride_tricks.sliding_window_view(heard, size)
+        alike = np.flatnonzero(length == size)
+        for some in np.array_split(alike, -(-len(alike) // TOGETHER)):
+            rises = around[first[some]]
+            if silent.any():
+                rises.sort(axis=1)
+                count = np.isfinite(rises).sum(axis=1)
+                ranks = np.stack([(share * count).astype(int) for share in RATTLE], axis=1)
+                quantiles = np.take_along_axis(rises, ranks, axis=1)
+                quantiles[count == 0] = 0.0
+            else:
+                quantiles = np.partition(rises, order, axis=1)[:, order]
+            most[some] = np.max(times * quantiles, axis=1)
+    return most[which]
+
+
+def odds_among(
+    crests: Crests, by_bands: np.ndarray, audible: float, silent: np.ndarray, seconds: float
+) -> np.ndarray:
+    """Log-odds of crests beside all others around them; -inf where they are far below 0."""
+    place, height, bands, borne_out, likelihood, greatest, clear = crests
+    bands_slope, likelihood_slope, often_slope, crowd_slope, loud_slope = OTHERS_SLOPES
+    with np.errstate(divide="ignore"):
+        needed = np.maximum(
+            LEAST_OCTAVES * audible, BESIDE_OTHER * greatest_near(place, height, NEXT / seconds)
+        )
+        most = np.log(np.minimum(np.minimum(borne_out, likelihood / LIKELY), clear / needed))
+        odds = bands_slope * np.log(by_bands) + OTHERS_OFFSET
+    counted = np.where(greatest & np.isfinite(likelihood), likelihood, 1.0)
+    odds += likelihood_slope * np.log(np.maximum(counted, 1.0))
+    reach = RATTLE_WITHIN / seconds
+    strong = height > AMONG * audible
+    index = np.append(0, np.cumsum(strong))
+    first, last = np.searchsorted(place, (place - reach, place + reach))
+    others = (index[last] - index[first] - strong) / (2.0 * RATTLE_WITHIN)
+    odds += often_slope * np.log(others + 0.5)
+    odds -= loud_slope * np.log(np.maximum(greatest_near(place, bands, reach), LEAST_LOUD))
+    possible = np.minimum(OCTAVES_SLOPE * most, odds - 2.0 * crowd_slope * np.log(LEAST_CROWD))
+    asked = possible > HOPELESS
+    for within in (RATTLE_WITHIN, SHORTLY):
+        share = heard_share(silent, place[asked], within, seconds)
+        reached = crowd(place, height, asked, within, seconds, share) / audible
+        odds[asked] -= crowd_slope * np.log(np.maximum(reached, LEAST_CROWD))
+    return np.where(asked, np.minimum(OCTAVES_SLOPE * most, odds), -np.inf)
+
+
+def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: float) -> np.ndarray:
+    """Share of what lies `within` of each place that is no digital silence."""
+    if not silent.any():
+        return np.ones(len(place))
+    reach = round(within / (GROUP * seconds))
+    quiet = local_mean(silent, reach, reach)
+    return 1.0 - quiet[np.clip(np.round(place / GROUP).astype(int), 0, len(quiet) - 1)]
+
+
+def crowd(
+    place: np.ndarray,
+    height: np.ndarray,
+    asked: np.ndarray,
+    within: float,
+    seconds: float,
+    share: np.ndarray,
+) -> np.ndarray:
+    """Height that CRESTS a second reach `within` of each crest that is asked for; 0 if fewer.
+
+    Of these crests, only a `share` of the time is heard: at least that share of them, and all at
+    most. The geometric mean is asked for.
+    """
+    reach = within / seconds
+    first, last = np.searchsorted(place, (place[asked] - reach, place[asked] + reach))
+    found = np.empty(len(first))
+    rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
+    greatest_but(height, first, last, np.maximum(rank, 1), found)
+    return found
+
+
+def greatest_near(place: np.ndarray, height: np.ndarray, reach: float) -> np.ndarray:
+    """The greatest height at most `reach` away from each place."""
+    first, last = np.searchsorted(place, (place - reach, place + reach))
+    padded = np.append(height, -np.inf)
+    ends = np.stack((first, last), axis=1).ravel()
+    return np.asarray(np.maximum(height, np.maximum.reduceat(padded, ends)[::2]))
+
+
+def local_mean(values: np.ndarray, before: int, after: int) -> np.ndarray:
+    """Mean of each value and of those so many before and after it."""
+    total = np.concatenate(([0.0], np.cumsum(values)))
+    index = np.arange(len(values))
+    low, high = np.maximum(index - before, 0), np.minimum(index + after + 1, len(values))
+    return np.maximum(total[high] - total[low], 0.0) / (high - low)
+
+
+def greatest_within(values: np.ndarray, reach: int) -> np.ndarray:
+    """The greatest of each value and of those at most `reach` away."""
+    from scipy import ndimage
+
+    return ndimage.maximum_filter1d(values, 2 * reach + 1, mode="nearest")
+
+
+def separate_crests(values: np.ndarray, reach: int) -> np.ndarray:
+    """Indices of positive values that none within `reach` exceeds; the first of equal ones."""
+    crests = np.flatnonzero((values > 0) & (values == greatest_within(values, reach)))
+    if (np.diff(crests) > reach).all():  # no two are equal
+        return crests
+    kept: list[int] = []
+    for k in crests.tolist():
+        if not kept or k - kept[-1] > reach:
+            kept.append(k)
+    return np.array(kept, np.intp)

@@ -1,0 +1,120 @@
+"""Kernels of digital silence in a sound: where it is, and what it is replaced by."""
+
+from __future__ import annotations
+
+from ..._compiled import njit
+
+CLOSED = 8  # frames without power, in a row, that are silence
+SMOOTH = 0.5  # of a step, that the next sample differs by at most: else it is a click
+LEAST_HEARD = 0.1  # share of a window that its power can be read from
+
+
+@njit(nogil=True)
+def silent_frames(power, first, last, out):
+    """out[j]: whether frame first <= j < last is one of CLOSED or more without any power."""
+    out[:] = False
+    run = 0
+    for j in range(first, last + 1):
+        if j < last and not power[:, j].any():
+            run += 1
+            continue
+        if run >= CLOSED:
+            out[j - run : j] = True
+        run = 0
+
+
+@njit(nogil=True)
+def silent_samples(x, silent, hop, out):
+    """out[i]: whether sample i lies in the silent frames, or is equal to all from there on.
+
+    Frames in which the samples change, as in a straight line, are silent no more.
+    """
+    out[:] = False
+    j = 0
+    while j < len(silent):
+        if not silent[j]:
+            j += 1
+            continue
+        first, begin = j, j * hop
+        while j < len(silent) and silent[j]:
+            j += 1
+        end = j * hop
+        if (x[begin:end] != x[begin]).any():
+            silent[first:j] = False
+            continue
+        while begin > 0 and x[begin - 1] == x[begin]:
+            begin -= 1
+        while end < len(x) and x[end] == x[end - 1]:
+            end += 1
+        out[begin:end] = True
+
+
+@njit(nogil=True)
+def soften(x, silent, length):
+    """Put straight ramps of `length` samples, at most half of the silence, beside each silence.
+
+    There is none beside a click: it is no part of a wave that was cut off.
+    """
+    i = 0
+    while i < len(x):
+        begin = i
+        while i < len(x) and silent[i]:
+            i += 1
+        base, ramp = x[begin], min(length, (i - begin) // 2)
+        if ramp and begin > 1:
+            step = x[begin - 1] - base
+            if abs(x[begin - 2] - x[begin - 1]) <= SMOOTH * abs(step):
+                for k in range(ramp):
+                    x[begin + k] = base + step * (ramp - k) / (ramp + 1.0)
+        if ramp and i < len(x) - 1:
+            step = x[i] - base
+            if abs(x[i + 1] - x[i]) <= SMOOTH * abs(step):
+                for k in range(ramp):
+                    x[i - 1 - k] = base + step * (ramp - k) / (ramp + 1.0)
+        while i < len(x) and not silent[i]:
+            i += 1
+
+
+@njit(nogil=True)
+def hold(power, silent, past, held):
+    """Give silent frames the mean power of the `past` whole frames before the silence.
+
+    `held` is that of a silence that began before the first `past` frames.
+    """
+    for j in range(power.shape[1]):
+        if not silent[j]:
+            continue
+        if j > past and not silent[j - 1]:
+            for b in range(power.shape[0]):
+                held[b] = power[b, j - 1 - past : j - 1].mean()
+        power[:, j] = held
+
+
+@njit(nogil=True)
+def heard_shares(silent, first, hop, window, out):
+    """out[g]: share of the squared window, centred on sample first + g hop, that is not silent."""
+    total = 0.0
+    for k in range(len(window)):
+        total += window[k] * window[k]
+    for g in range(len(out)):
+        begin, heard = first + g * hop - len(window) // 2, 0.0
+        for k in range(len(window)):
+            if not silent[begin + k]:
+                heard += window[k] * window[k]
+        out[g] = heard / total
+
+
+@njit(nogil=True)
+def hold_bands(power, share, closes, held):
+    """Add what was last heard to the powers of windows of which a `share` is heard.
+
+    That is the power over the share where the gate closes.
+    """
+    for g in range(power.shape[1]):
+        rest = 1.0 - share[g]
+        if rest == 0.0:
+            continue
+        for b in range(power.shape[0]):
+            if closes[g] and share[g] >= LEAST_HEARD:
+                held[b] = power[b, g] / share[g]
+            power[b, g] += rest * held[b]

@@ -1,0 +1,338 @@
+"""Kernels of the sound detector: octave powers, their rise, attack and peak.
+
+The octaves are the details of the LeGall 5/3 wavelet, computed by lifting [LeGall1988]_:
+
+    d[i] = x[2i+1] - (x[2i] + x[2i+2]) / 2,      s[i] = x[2i] + (d[i-1] + d[i]) / 4,
+
+and again on s. Each value depends on the samples nearby and on nothing else, so that a stretch
+gives the same numbers wherever the record is cut.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._compiled import njit
+
+BLOCK = 128  # frames that share one background
+GROUP = 16  # frames that share one power that the background is read from
+ALIKE_SAMPLES = 1.2  # innovations over a lag of 1 that count as one, for what is not known
+CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
+EDGE = 4  # frames beside a stretch that its octave powers depend on
+
+
+class Scale(NamedTuple):
+    """Lengths: in samples, but past, forward and spacing in frames of one hop.
+
+    `before` is how much of a sound is kept before its attack.
+    """
+
+    hop: int
+    octaves: int
+    past: int
+    forward: int
+    spacing: int
+    short_lag: int
+    long_lag: int
+    slope: int
+    reach: int
+    before: int
+
+
+@njit(nogil=True, error_model="numpy")
+def octave_powers(x, octaves, even, odd, high, power):
+    """power[b, j]: mean square of the details of octave b (0: the highest) in frame j of x.
+
+    `even`, `odd` and `high` are scratch of half the length of x. The powers of the first and last
+    EDGE frames are not those of a longer stretch.
+    """
+    frames = power.shape[1]
+    count = len(x) // 2
+    halve(x, high[:count], even[:count])
+    for b in range(octaves):
+        per = count // frames
+        for j in range(frames):
+            total = 0.0
+            for i in range(j * per, (j + 1) * per):
+                total += high[i] * high[i]
+            power[b, j] = total / per
+        if b == octaves - 1:
+            break
+        count //= 2
+        halve(even, high[:count], odd[:count])
+        even, odd = odd, even
+
+
+@njit(nogil=True)
+def halve(x, high, low):
+    """Details and sums of the pairs of samples; the last detail and the first sum lack one side."""
+    count = len(high)
+    pairs = x[: 2 * count].reshape(count, 2)
+    for i in range(count - 1):
+        high[i] = pairs[i, 1] - 0.5 * (pairs[i, 0] + pairs[i + 1, 0])
+    high[count - 1] = 0.0
+    low[0] = pairs[0, 0]
+    pairs, after, low = pairs[1:], high[1:], low[1:]
+    for i in range(count - 1):
+        low[i] = pairs[i, 0] + 0.25 * (high[i] + after[i])
+
+
+@njit(nogil=True)
+def both_sides(power, first, count, scale, after, before):
+    """Mean powers over the `forward` frames from each frame on and over the `past` before it."""
+    weights = 2.0 * np.arange(scale.forward, 0, -1) / (scale.forward * (scale.forward + 1.0))
+    after[:] = 0.0
+    before[:] = 0.0
+    for b in range(power.shape[0]):
+        # Frame by frame in the inner loop: it runs in vector lanes.
+        for k in range(scale.forward):
+            row = power[b, first + k : first + k + count]
+            for j in range(count):
+                after[b, j] += weights[k] * row[j]
+        for k in range(1, scale.past + 1):
+            row = power[b, first - k : first - k + count]
+            for j in range(count):
+                before[b, j] += row[j]
+        for j in range(count):
+            before[b, j] /= scale.past
+
+
+@njit(nogil=True)
+def octave_rise(after, before, background, weights, out):
+    """out[j]: mean over the octaves of max(0, ln(after / max(before, 2 background))).
+
+    `background` holds a power for each octave and each BLOCK of frames.
+    """
+    for j in range(after.shape[1]):
+        total = 0.0
+        for b in range(after.shape[0]):
+            base = max(before[b, j], 2.0 * background[b, j // BLOCK])
+            if after[b, j] > base > 0.0:
+                total += weights[b] * np.log(after[b, j] / base)
+        out[j] = total
+
+
+@njit(nogil=True, error_model="numpy")
+def loudness(after, background, weights, frames, out):
+    """out[k]: mean over the octaves of max(0, ln(after / 2 background)) at frames[k]."""
+    for k in range(len(frames)):
+        j = frames[k]
+        total = 0.0
+        for b in range(after.shape[0]):
+            level = 2.0 * background[b, j // BLOCK]
+            if after[b, j] > level > 0.0:
+                total += weights[b] * np.log(after[b, j] / level)
+        out[k] = total
+
+
+@njit(nogil=True)
+def crests(rise, spacing, least, first, last, out):
+    """The frames in first <= j < last whose rise is at least `least`, the greatest nearby.
+
+    No rise within `spacing` frames is greater, nor one before it as great. Returns their number.
+    """
+    found = 0
+    for j in range(first, last):
+        if rise[j] < least or rise[j] == 0.0:
+            continue
+        greatest = True
+        for k in range(1, spacing + 1):
+            if rise[j - k] >= rise[j] or rise[j + k] > rise[j]:
+                greatest = False
+                break
+        if greatest:
+            out[found] = j
+            found += 1
+    return found
+
+
+@njit(nogil=True)
+def greatest_between(values, first, last, out):
+    """out[k]: where values[first[k] : last[k]] are greatest, first of equal ones; -1 if none."""
+    for k in range(len(out)):
+        out[k] = -1
+        for i in range(first[k], last[k]):
+            if out[k] < 0 or values[i] > values[out[k]]:
+                out[k] = i
+
+
+@njit(nogil=True)
+def greatest_but(values, first, last, rank, out):
+    """out[k]: what rank[k] of values[first[k] : last[k]] reach; 0 if there are fewer."""
+    for k in range(len(out)):
+        count = last[k] - first[k]
+        out[k] = 0.0
+        if count >= rank[k]:
+            least = count - rank[k]
+            out[k] = np.partition(values[first[k] : last[k]], least)[least]
+
+
+@njit(nogil=True)
+def measure(x, places, valid, limits, scale, out, sounds):
+    """Attack and peak of the impacts at `places`, and what is heard about each of them.
+
+    Parameters
+    ----------
+    x : samples from well before the first place to well after the last
+    places : (n,) first samples of the frames that hold the crests, as indices of x
+    valid : first and last (exclusive) index of x that is a sample of the record
+    limits : least and greatest sample of the record
+    out : (n, 5), room for attack (index in x, between samples), peak, whether it is clipped, the
+        variance of the attack and the samples from there until the sound is clear
+    sounds : (n, m), room for what is heard about each attack; zeros where that is not all there
+    """
+    gains = np.empty(2 * scale.reach + 1)
+    for found in range(len(places)):
+        split, out[found, 3] = attack(x, places[found], valid, scale, gains)
+        out[found, 0] = split - 0.5
+        out[found, 1], out[found, 2] = crest(x, split, valid, limits, scale)
+        out[found, 4] = clear_after(x, split, valid, scale)
+        begin_sound = split - scale.before
+        earliest = valid[0] + scale.short_lag + scale.slope
+        if begin_sound < earliest or begin_sound + sounds.shape[1] > valid[1]:
+            sounds[found] = 0.0
+        else:
+            innovations(x, begin_sound, scale.short_lag, scale.slope, sounds[found])
+
+
+@njit(nogil=True)
+def attack(x, at, valid, scale, gains):
+    """First sample after the greatest change of variance near `at`, and the variance of that.
+
+    Of the innovations over the short and the long lag, those whose change is the more likely
+    count: room noise is weakest in the former, white noise in the latter. `at` itself where the
+    variance rises in neither. `gains` is scratch of 2 reach + 1.
+
+    The variance is that of the probability of all splits within reach, and of the place between
+    two samples. The innovations of a sound are not independent: over a lag of l samples, so much
+    as ALIKE_SAMPLES sqrt(l) of them count as one.
+    """
+    first = max(at - scale.past * scale.hop, valid[0] + scale.long_lag + scale.slope)
+    last = min(at + scale.forward * scale.hop, valid[1])
+    squares = np.empty(max(last - first, 0))
+    innovations(x, first, scale.long_lag, scale.slope, squares)
+    square(squares)
+    long_split, long_gain = variance_change(squares, at - first, scale.reach, gains)
+    together = 2.0 * ALIKE_SAMPLES * np.sqrt(scale.short_lag)
+    long_spread = split_variance(gains, at - first - scale.reach, long_split, together)
+    innovations(x, first, scale.short_lag, scale.slope, squares)
+    square(squares)
+    split, gain = variance_change(squares, at - first, scale.reach, gains)
+    if gain >= long_gain:
+        return first + split, split_variance(gains, at - first - scale.reach, split, together)
+    return first + long_split, long_spread
+
+
+@njit(nogil=True)
+def split_variance(gains, first, split, together):
+    """Mean square of the distance from `split` of splits of probability exp(gain / together).
+
+    gains[i] is that of first + i, less than 0 where it is none. All are as likely if all are none.
+    """
+    greatest = gains.max()
+    if greatest < 0.0:
+        return (len(gains) // 2) ** 2 / 3.0
+    total = second = 0.0
+    for i in range(len(gains)):
+        if gains[i] >= 0.0:
+            weight = np.exp((gains[i] - greatest) / together)
+            away = first + i - split
+            total += weight
+            second += weight * away * away
+    return second / total + 1.0 / 12.0
+
+
+@njit(nogil=True)
+def clear_after(x, split, valid, scale):
+    """Samples after the attack at which two innovations have CLEAR of the greatest power of two.
+
+    It is 0 where a sound begins at once, and not where a filter rings before it.
+    """
+    first = max(split, valid[0] + scale.short_lag + scale.slope)
+    count = min(scale.reach, valid[1] - first)
+    if count < 2:
+        return 0
+    values = np.empty(count)
+    innovations(x, first, scale.short_lag, scale.slope, values)
+    square(values)
+    greatest = 0.0
+    for k in range(count - 1):
+        greatest = max(greatest, values[k] + values[k + 1])
+    k = 0
+    while values[k] + values[k + 1] < CLEAR * greatest:
+        k += 1
+    return k
+
+
+@njit(nogil=True)
+def innovations(x, first, lag, slope, out):
+    """What a straight line through two earlier samples leaves of those from `first` on.
+
+    y[i] = x[i] - x[i - lag] - lag / slope (x[i - lag] - x[i - lag - slope]): hum is straight.
+    """
+    share = lag / slope
+    for k in range(len(out)):
+        i = first + k
+        out[k] = x[i] - (1.0 + share) * x[i - lag] + share * x[i - lag - slope]
+
+
+@njit(nogil=True)
+def square(values):
+    """Square them, in place."""
+    for k in range(len(values)):
+        values[k] *= values[k]
+
+
+@njit(nogil=True)
+def variance_change(squares, at, reach, gains):
+    """The split k of N squares at most `reach` from `at` after which they are greater [Maeda1985]_.
+
+    That which makes AIC(k) = k ln mean(squares[:k]) + (N - k) ln mean(squares[k:]) least; and by
+    how much that is less than N ln mean(squares). (at, -1) where the mean rises nowhere. That of
+    every split at - reach + i is left in gains[i], -1 where the mean does not rise.
+    """
+    count = len(squares)
+    gains[:] = -1.0
+    total = 0.0
+    for k in range(count):
+        total += squares[k]
+    split, gain = at, -1.0
+    if total == 0.0:
+        return split, gain
+    whole, least = count * np.log(total / count), 1e-12 * total / count
+    head = 0.0
+    for k in range(1, min(count, at + reach + 1)):
+        head += squares[k - 1]
+        if k < at - reach:
+            continue
+        before = max(head / k, least)
+        after = max((total - head) / (count - k), least)
+        if after > before:
+            gained = whole - k * np.log(before) - (count - k) * np.log(after)
+            gains[k - at + reach] = max(gained, 0.0)
+            if gained > gain:
+                split, gain = k, gained
+    return split, gain
+
+
+@njit(nogil=True)
+def crest(x, split, valid, limits, scale):
+    """Greatest deviation, in the forward stretch, from the mean before; 1.0 if it is clipped.
+
+    It is clipped if two samples in a row lie at the least or greatest sample of the record.
+    """
+    i0 = max(split - scale.past * scale.hop, valid[0])
+    base = 0.0
+    for i in range(i0, split):
+        base += x[i]
+    base /= max(split - i0, 1)
+    greatest, clipped, before = 0.0, 0.0, False
+    for i in range(split, min(split + scale.forward * scale.hop, valid[1])):
+        greatest = max(greatest, abs(x[i] - base))
+        extreme = x[i] <= limits[0] or x[i] >= limits[1]
+        if extreme and before:
+            clipped = 1.0
+        before = extreme
+    return greatest, clipped

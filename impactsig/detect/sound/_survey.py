@@ -1,0 +1,311 @@
+"""First pass over a sound record: how its power rises, in octaves and in narrow bands.
+
+Frames wait until all that lies within four seconds after them has been seen, for the background is
+read from both sides. What is kept of the whole record is small: a rise in narrow bands for every
+16 frames, a sample of the rise in octaves, and the crests of the latter.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ._band_kernels import background, band_rise, group_means
+from ._bands import ROUNDING, Bands, band_powers, bands_at, degrees_of_freedom
+from ._floor import NEARBY, WITHIN, noise_power, quantile_bias
+from ._gate import Gate
+from ._kernels import (
+    BLOCK,
+    EDGE,
+    GROUP,
+    Scale,
+    both_sides,
+    crests,
+    loudness,
+    octave_powers,
+    octave_rise,
+)
+from ._windows import Window
+
+PER = BLOCK // GROUP  # frames of the narrow bands that share one background
+PART = 8  # frames of the octaves that share one power that the background is read from
+SAMPLED = 16  # frames of the octaves, one of which is kept
+LAG = 10e-3  # [s], over which narrow bands rise
+LOW = 200.0  # [Hz], below which a rise in one narrow band tells nothing
+LEAST = 0.5  # crests kept, in standard deviations of the rise in noise
+
+
+@dataclass
+class Passage:
+    """What is kept of a stretch of the record without gaps."""
+
+    segment: int  # its first sample
+    octaves: list[np.ndarray] = field(default_factory=list)  # rise, of every SAMPLED-th frame
+    bands: list[np.ndarray] = field(default_factory=list)  # rise, of every GROUP-th frame
+    likelihood: list[np.ndarray] = field(default_factory=list)  # of a rise in one of these bands
+    known: list[np.ndarray] = field(default_factory=list)  # where these are; not at both ends
+    place: list[np.ndarray] = field(default_factory=list)  # frames of the crests in octaves
+    height: list[np.ndarray] = field(default_factory=list)  # the rise there
+    loud: list[np.ndarray] = field(default_factory=list)  # the loudness after it
+    loudness: list[np.ndarray] = field(default_factory=list)  # that after every SAMPLED-th frame
+    silent: list[np.ndarray] = field(default_factory=list)  # GROUPs of frames
+
+
+@dataclass
+class Slab:
+    """The powers of a window of the record, waiting for their background."""
+
+    segment: int
+    first: int  # frame of the segment
+    last: bool  # nothing of the segment follows
+    telling: tuple[int, int]  # frames, from the first, with all that their rise needs beside them
+    after: np.ndarray  # (octaves, frames)
+    before: np.ndarray
+    parts: np.ndarray  # (octaves, PARTs in whole BLOCKs), mean powers
+    parts_sound: np.ndarray  # those that digital silence does not touch
+    levels: np.ndarray  # (octaves, BLOCKs), mean powers
+    power: np.ndarray  # (bands, GROUPs)
+    closes: np.ndarray  # GROUPs where a gate closes
+    known: np.ndarray  # those whose windows lie in the segment
+    means: np.ndarray  # (bands, BLOCKs)
+    means_sound: np.ndarray
+    silent: np.ndarray  # (GROUPs,)
+    greatest: float  # magnitude of a sample
+    resolution: float  # of the numbers that hold the samples
+
+    @property
+    def blocks(self) -> int:
+        return self.means.shape[1]
+
+
+@dataclass
+class Survey:
+    """Goes through the windows of a record, and gathers what decides where impacts are."""
+
+    scale: Scale
+    rate: float
+    bands: Bands = field(init=False)
+    gate: Gate = field(init=False)
+    weights: np.ndarray = field(init=False)
+    spread: float = field(init=False)  # standard deviation of the rise in noise, about
+    lag: int = field(init=False)
+    begins: int = field(init=False)  # frames of the narrow bands that a segment's start spoils
+    margin: tuple[int, int] = field(init=False)  # frames that a window needs beside it
+    passages: list[Passage] = field(default_factory=list)
+    noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each window
+    slabs: list[Slab] = field(default_factory=list)
+    done: int = 0  # of the slabs
+    tail: np.ndarray = field(default_factory=lambda: np.empty(0))  # rise not yet searched
+    tail_loud: np.ndarray = field(default_factory=lambda: np.empty(0))  # the loudness there
+    carried: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))  # last band powers
+
+    def __post_init__(self) -> None:
+        scale = self.scale
+        hop = GROUP * scale.hop
+        self.bands = bands_at(self.rate, hop)
+        self.gate = Gate(scale, self.rate, self.bands)
+        self.weights = octave_weights(scale)
+        count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
+        self.spread = math.sqrt(scale.octaves) / float(np.sqrt(count).sum())
+        self.lag = max(round(LAG * self.rate / hop), 1)
+        half = len(self.bands.window) // 2
+        self.begins = self.lag + -(-half // hop)
+        beside = max(2 * GROUP, -(-half // scale.hop), scale.past)
+        self.margin = beside + EDGE, beside + max(scale.forward, GROUP) + EDGE
+        block = BLOCK * scale.hop / self.rate
+        self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
+        self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
+        self.mean_bias = quantile_bias(degrees_of_freedom(self.bands, PER))
+        self.frame_freedom = degrees_of_freedom(self.bands, 1)
+        self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
+
+    def add(self, window: Window, greatest: float) -> None:
+        """Take the next window of the record, and the greatest magnitude in its core."""
+        self.slabs.append(self._slab(window, greatest))
+        while sum(slab.blocks for slab in self.slabs[self.done + 1 :]) >= self.within:
+            self._settle()
+
+    def finish(self) -> None:
+        """Settle what waits for samples that do not come."""
+        while self.done < len(self.slabs):
+            self._settle()
+
+    def _slab(self, window: Window, greatest: float) -> Slab:
+        scale, (left, right) = self.scale, self.margin
+        hop = scale.hop
+        core = window.core
+        x, valid = window.samples(left * hop, right * hop, hop)
+        count = -(-len(core) // hop)
+        total = len(x) // hop
+        power = np.empty((scale.octaves, total))
+        scratch = np.empty((3, len(x) // 2))
+        octave_powers(x, scale.octaves, scratch[0], scratch[1], scratch[2], power)
+        groups = -(-count // GROUP)
+        real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
+        if window.first == 0:
+            self.gate.begin()
+        x, continued = self.gate.octaves(x, power, real, count)
+        after, before = np.empty((scale.octaves, count)), np.empty((scale.octaves, count))
+        both_sides(continued, left, count, scale, after, before)
+        # From two GROUPs before the first of the core to two after its last.
+        begin = left - 2 * GROUP + PART * np.arange(GROUP // PART * (groups + 4))
+        reach = slice(begin[0], begin[-1] + PART)
+        parts = power[:, reach].reshape(scale.octaves, -1, PART)
+        while parts.shape[2] > 1:  # faster than a mean of so few
+            parts = parts[:, :, ::2] + parts[:, :, 1::2]
+        parts = parts[:, :, 0] / PART
+        whole = (begin >= real[0]) & (begin + PART <= real[1])
+        silent = (whole & (parts == 0.0).all(axis=0)).reshape(-1, GROUP // PART).all(axis=1)
+        touched = silent.copy()
+        touched[1:] |= silent[:-1]
+        touched[:-1] |= silent[1:]
+        counted = whole & ~np.repeat(touched, GROUP // PART)
+        core_parts = slice(2 * GROUP // PART, (groups + 2) * GROUP // PART)
+        inner = slice(2, groups + 2)
+        fine = band_powers(x, left * hop, groups, self.bands)
+        half = len(self.bands.window) // 2
+        centre = left * hop + GROUP * hop * np.arange(groups)
+        known = (centre - half >= valid[0]) & (centre + half <= valid[1])
+        heard = known.copy()
+        for g in range(-2, 2):
+            heard &= ~silent[2 + g : groups + 2 + g]
+        means = np.empty((len(fine), -(-groups // PER)))
+        group_means(fine, heard, PER, means)
+        sounding = whole_blocks(heard[None], PER)[0].reshape(-1, PER).any(axis=1)
+        parts = whole_blocks(parts[:, core_parts], BLOCK // PART)
+        levels = np.empty((len(parts), means.shape[1]))
+        group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
+        resolution = 0.0
+        if np.issubdtype(core.dtype, np.floating):
+            resolution = float(np.finfo(core.dtype).eps)
+        last = (len(core) + len(window.after)) // hop - EDGE - scale.forward
+        first = window.first // hop
+        return Slab(
+            window.segment,
+            first,
+            not len(window.after),
+            (scale.past - first, last),
+            after,
+            before,
+            parts,
+            whole_blocks(counted[None, core_parts], BLOCK // PART)[0],
+            levels,
+            *self.gate.narrow(fine, left * hop),
+            known,
+            means,
+            sounding,
+            silent[inner],
+            greatest,
+            resolution,
+        )
+
+    def _settle(self) -> None:
+        """Give the first slab that waits its background, and keep what its powers say."""
+        slab = self.slabs[self.done]
+        begin, end = self.done, self.done + 1
+        while begin > 0 and sum(s.blocks for s in self.slabs[begin : self.done]) < self.within:
+            begin -= 1
+        while (
+            end < len(self.slabs)
+            and sum(s.blocks for s in self.slabs[self.done + 1 : end]) < self.within
+        ):
+            end += 1
+        beside = self.slabs[begin:end]
+        at = sum(s.blocks for s in self.slabs[begin : self.done])
+        octaves, bands = self._backgrounds(beside, at, slab.blocks)
+        rise = np.empty(slab.after.shape[1])
+        octave_rise(slab.after, slab.before, octaves, self.weights, rise)
+        first, last = slab.telling
+        rise[: max(first, 0)] = 0.0
+        rise[max(last, 0) :] = 0.0
+        if slab.first == 0:
+            self.passages.append(Passage(slab.segment))
+            self.tail = self.tail_loud = np.zeros(2 * self.scale.spacing)
+            self.carried = np.repeat(slab.power[:, :1], self.lag, axis=1)
+        passage = self.passages[-1]
+        passage.octaves.append(rise[::SAMPLED].astype(np.float32))
+        passage.silent.append(slab.silent)
+        frames = np.arange(0, len(rise), SAMPLED)
+        passage.loudness.append(self._loudness(slab, octaves, frames))
+        self._keep_crests(passage, rise, slab, octaves)
+        power = np.concatenate((self.carried, slab.power), axis=1)
+        finer = np.empty((2, slab.power.shape[1]))
+        band_rise(power, self.lag, self.lag, bands, self.frame_freedom, PER, finer)
+        if slab.first == 0:
+            slab.known[: self.begins] = False
+        finer[:, slab.closes | ~slab.known] = 0.0
+        passage.bands.append(finer[0])
+        passage.likelihood.append(finer[1])
+        passage.known.append(slab.known)
+        self.carried = power[:, -self.lag :]
+        self.done += 1
+        if begin:
+            del self.slabs[:begin]
+            self.done -= begin
+
+    def _backgrounds(self, beside: list[Slab], at: int, blocks: int) -> list[np.ndarray]:
+        """Of octaves and of narrow bands, in the blocks of the slab that begins with block `at`."""
+        begin, end = max(at - self.within, 0), at + blocks + self.within
+        per = BLOCK // PART
+        near = slice(per * begin, per * end)
+        greatest = max(slab.greatest for slab in beside)
+        found = []
+        parts = np.concatenate([slab.parts for slab in beside], axis=1)
+        sound = np.concatenate([slab.parts_sound for slab in beside])
+        octaves = np.concatenate([slab.levels for slab in beside], axis=1)
+        noise = noise_power(parts[:, near], sound[near], self.part_bias)
+        self.noise.append(noise)
+        rounding = np.full(len(noise), max(slab.resolution for slab in beside) * greatest) ** 2
+        found.append((np.maximum(noise, rounding), octaves))
+        bands = np.concatenate([slab.means for slab in beside], axis=1)
+        sound = np.concatenate([slab.means_sound for slab in beside])
+        noise = noise_power(bands[:, begin:end], sound[begin:end], self.mean_bias)
+        rounding = (ROUNDING * greatest) ** 2 * self.bands.gain
+        found.append((np.maximum(noise, rounding), bands))
+        out = []
+        for noise, means in found:
+            out.append(np.empty((len(noise), blocks)))
+            background(noise, means, at, self.nearby, out[-1])
+        return out
+
+    def _loudness(self, slab: Slab, background: np.ndarray, frames: np.ndarray) -> np.ndarray:
+        out = np.empty(len(frames))
+        loudness(slab.after, background, self.weights, frames, out)
+        return out
+
+    def _keep_crests(
+        self, passage: Passage, rise: np.ndarray, slab: Slab, background: np.ndarray
+    ) -> None:
+        spacing = self.scale.spacing
+        known = np.concatenate((self.tail, rise, np.zeros(spacing * slab.last)))
+        found = np.empty(len(known) // (spacing + 1) + 1, np.int64)
+        n = crests(known, spacing, LEAST * self.spread, spacing, len(known) - spacing, found)
+        passage.place.append(found[:n] + slab.first - 2 * spacing)
+        passage.height.append(known[found[:n]])
+        frames = found[:n] - 2 * spacing
+        earlier = frames < 0
+        loud = (
+            self.tail_loud[found[:n][earlier]],
+            self._loudness(slab, background, frames[~earlier]),
+        )
+        passage.loud.append(np.concatenate(loud))
+        self.tail = known[-2 * spacing :]
+        end = np.arange(len(rise) - 2 * spacing, len(rise))
+        if end[0] >= 0:
+            self.tail_loud = self._loudness(slab, background, end)
+
+
+def octave_weights(scale: Scale) -> np.ndarray:
+    """As the root of the number of coefficients in a frame: inversely as their rises scatter."""
+    weights = 2.0 ** (-0.5 * np.arange(scale.octaves))
+    return weights / weights.sum()
+
+
+def whole_blocks(values: np.ndarray, per: int) -> np.ndarray:
+    """Filled up with zeros to whole blocks of `per`."""
+    missing = -values.shape[1] % per
+    if not missing:
+        return values
+    return np.concatenate((values, np.zeros((len(values), missing), values.dtype)), axis=1)

@@ -1,0 +1,57 @@
+"""Frames of a record together with the samples beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..signal.stream import Frame, Piece, frames
+
+
+class Window(NamedTuple):
+    """A frame of the stream with what lies beside it."""
+
+    segment: int  # its first sample in the record
+    first: int  # first sample of the core, in the segment
+    core: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+
+    def samples(self, left: int, right: int, hop: int) -> tuple[np.ndarray, tuple[int, int]]:
+        """The core in whole hops and `left`, `right` samples beside it; the span that is real.
+
+        Beyond the ends of the segment its first and last samples go on.
+        """
+        before = self.before[max(len(self.before) - left, 0) :]
+        right += -len(self.core) % hop
+        after = self.after[:right]
+        begin = left - len(before)
+        parts = [before, self.core, after]
+        if begin:
+            parts.insert(0, np.full(begin, self.core[0] if not len(before) else before[0]))
+        if len(after) < right:
+            last = after[-1] if len(after) else self.core[-1]
+            parts.append(np.full(right - len(after), last))
+        end = begin + len(before) + len(self.core) + len(after)
+        return np.concatenate(parts), (begin, end)
+
+
+def windows(pieces: Iterable[Piece], size: int) -> Iterator[Window]:
+    """The frames of `size` samples of a stream, each with its neighbours in the segment."""
+    before: np.ndarray | None = None
+    held: Frame | None = None
+    for frame in frames(pieces, size):
+        none = frame.samples[:0]
+        if held is not None:
+            yield _window(held, none if before is None else before, frame.samples)
+            before = held.samples
+        held = frame
+        if frame.last:
+            yield _window(frame, none if before is None else before, none)
+            before, held = None, None
+
+
+def _window(frame: Frame, before: np.ndarray, after: np.ndarray) -> Window:
+    return Window(frame.segment, frame.offset, frame.samples, before, after)

@@ -1,0 +1,306 @@
+"""Impacts in a sound record: the instants at which its power rises at once.
+
+The record is seen in two ways. First in octaves above about 1 kHz (5/3 wavelet), in frames of at
+most 0.5 ms: with F_b the mean power over the 4 ms from a frame on, weighted by a line that falls to
+zero, A_b that over the 4 ms before it, and L_b the background (`_floor.py`), the rise is
+
+    C = sum_b w_b max(0, ln(F_b / max(A_b, 2 L_b))),    w_b ~ 2^(-b/2) from the highest down:
+
+the more coefficients an octave has, the less its rise scatters in noise. Second in m narrow bands,
+24 an octave from 30 Hz (`_bands.py`): with P_b the power now and Q_b the greatest of a band
+and its two neighbours 10 ms before,
+
+    B = 1/m sum_b max(0, ln(max(P_b, 2 L_b) / max(Q_b, 2 L_b))).
+
+Where all else is calm, one band is enough. With x_b = P_b over the greater of L_b and half of the
+band's own power 10 ms before, and n_b the degrees of freedom of P_b in noise, the logarithm of the
+likelihood ratio of a rise is
+
+    G = max_b n_b/2 (x_b - 1 - ln x_b),    x_b > 1.
+
+C tells impacts apart that follow within milliseconds. B detects them where other sound goes on, for
+ringing does not raise it and a rattle does only a little. `_decision.py` holds how the two
+decide, and how likely each impact is one.
+
+The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
+[Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms give the
+instants to a fraction of a sample (`sound/timing/alike.py`); where a filter rings before them, the
+modes that they share do (`sound/timing/shared_modes.py`).
+
+The record is gone through twice: `_survey.py` gathers B and the crests of C, about a
+hundredth of the record; then attacks are timed. Nothing depends on how the record was cut into
+blocks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import InvalidInput
+from ...impacts import CLIPPED
+from .._asked import parse_probability
+from ..signal.stream import Piece, refuse_huge
+from ._decision import LATER, SOONER, candidates
+from ._kernels import BLOCK, EDGE, GROUP, Scale, measure, octave_powers
+from ._survey import Survey
+from ._windows import windows
+from .timing.alike import Lengths, Overlay, lengths_at
+from .timing.shared_modes import SharedModes
+
+LONGEST_HOP = 0.5e-3  # [s]
+FORWARD = 4e-3  # [s]
+PAST = 4e-3  # [s]
+SPACING = 3e-3  # [s], between impacts
+LAG_RATES = (22_050.0, 8_000.0)  # [Hz], of the innovations an attack is timed in
+SLOPE = 0.25e-3  # [s], of the straight line they are taken from
+BESIDE = 40e-3  # [s], beside a window in which attacks are timed
+COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
+CORE = 64 * BLOCK  # frames of a window
+RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and share that errors have
+GATED = 0.05  # share of digital silence that a note is worth
+STRETCHES = 3  # of it
+
+
+class SoundImpacts(NamedTuple):
+    """Impacts found in a sound record, and what they were judged by."""
+
+    time: np.ndarray  # instants of attack since the first sample [s]
+    peak: np.ndarray  # greatest deviation within 4 ms from the mean of the 4 ms before [unit]
+    probability: np.ndarray  # that they are impacts
+    flags: np.ndarray  # uint8
+    threshold: float  # RMS that a sound must exceed to count at all [unit]
+    noise: float  # RMS of the background in the octaves above 1 kHz [unit]
+    alike: float  # share of the impacts that are timed by their waveform
+    reason: str  # why there are none
+    notes: tuple[str, ...]  # what makes them doubtful
+    time_error: np.ndarray  # standard error of the instants [s]
+
+
+class Chosen(NamedTuple):
+    """The impacts of a passage, before their attacks are timed."""
+
+    frame: np.ndarray
+    coarse: np.ndarray
+    probability: np.ndarray
+
+
+def detect_sound(
+    pieces: Callable[[], Iterable[Piece]], rate: float, *, least_probability: float = 0.5
+) -> SoundImpacts:
+    """Find the impacts in a sound record.
+
+    Parameters
+    ----------
+    pieces : callable
+        Gives the record's stretches of finite samples, anew at each call.
+    rate : float
+        Sampling rate [Hz].
+    least_probability : float
+        Between 0 and 1: impacts that are less likely are left out. A lower one finds more.
+
+    Raises
+    ------
+    InvalidInput
+        If `least_probability` is not between 0 and 1, or the rate is not one of sound.
+
+    Notes
+    -----
+    An impact in the first 4 ms or the last 6 ms of a stretch cannot be detected: there is too
+    little beside it to compare.
+    """
+    parse_probability(least_probability)
+    scale = scale_at(rate)
+    survey = Survey(scale, rate)
+    samples, lowest, highest = 0, math.inf, -math.inf
+    for window in windows(pieces(), CORE * scale.hop):
+        samples += len(window.core)
+        low, high = float(window.core.min()), float(window.core.max())
+        lowest, highest = min(lowest, low), max(highest, high)
+        refuse_huge(lowest, highest)
+        survey.add(window, max(-low, high))
+    survey.finish()
+    if not samples or lowest == highest:
+        reason = "the record is constant" if samples else "the record has no valid sample"
+        none = np.empty(0)
+        flags = np.empty(0, np.uint8)
+        return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none)
+    noise = noise_rms(np.median(survey.noise, axis=0), scale)
+    chosen, likeliest = choose(survey, least_probability, rate)
+    lengths = sound_lengths(rate, scale)
+    modes = SharedModes(rate, scale.short_lag, scale.slope)
+    overlay = Overlay(lengths, lambda: modes.timing().shift)
+    found, chances = [np.empty((0, 5))], [np.empty(0)]
+    more = math.ceil(BESIDE * rate / scale.hop)
+    for window in windows(pieces() if chosen else [], CORE * scale.hop):
+        if window.segment not in chosen:
+            continue
+        passage, first = chosen[window.segment], window.first // scale.hop
+        here = slice(*np.searchsorted(passage.frame, (first, first + CORE)))
+        places = (more + passage.frame[here] - first) * scale.hop
+        if not len(places):
+            continue
+        x, valid = window.samples(more * scale.hop, more * scale.hop, scale.hop)
+        for k in np.flatnonzero(passage.coarse[here]):
+            places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
+        out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
+        measure(x, places, valid, (lowest, highest), scale, out, sounds)
+        modes.add(x, valid, out[:, 0])
+        overlay.add(sounds)
+        out[:, 0] += window.segment + window.first - more * scale.hop
+        found.append(out)
+        chances.append(passage.probability[here])
+    columns = np.concatenate(found)
+    likely = np.concatenate(chances)
+    (by_wave, wave_error, left), by_modes = overlay.timing(), modes.timing()
+    # An attack that is off by more than the waveform can be shifted is laid a period beside it.
+    apart = np.abs(by_wave - np.nan_to_num(by_modes.shift))
+    beside = np.fmax(lengths.agree, 5.0 * by_modes.error)
+    alike = np.isfinite(by_wave) & (np.isnan(by_modes.shift) | (apart <= beside))
+    instant = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
+    attack_error = attack_errors(columns, likely, scale.reach)
+    # Far from where it was found, a sound that the waveform explains badly may lie elsewhere.
+    doubt = np.sqrt(left) * np.maximum(apart - beside, 0.0)
+    error = np.where(alike, np.hypot(wave_error, doubt), by_modes.error)
+    error = np.where(instant == columns[:, 0], attack_error, error)
+    reason = ""
+    if not len(columns):
+        reason = (
+            "the power rises nowhere as it does at an impact: the likeliest one has a "
+            f"probability of {likeliest:.2g}"
+        )
+    return SoundImpacts(
+        instant / rate,
+        columns[:, 1],
+        likely,
+        (CLIPPED * columns[:, 2]).astype(np.uint8),
+        math.sqrt(2.0) * noise,
+        noise,
+        float(alike.mean()) if len(alike) else 0.0,
+        reason,
+        gate_notes(survey, samples),
+        error / rate,
+    )
+
+
+def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """Instants of attack shifted where a shift is known.
+
+    Where that would put two out of order, both stay as they are.
+    """
+    known = np.isfinite(shift)
+    while True:
+        instant = np.where(known, attack + shift, attack)
+        crossed = np.flatnonzero(np.diff(instant) <= 0)
+        if not len(crossed):
+            return instant
+        known[crossed] = known[crossed + 1] = False
+
+
+def attack_errors(columns: np.ndarray, probability: np.ndarray, reach: int) -> np.ndarray:
+    """Standard errors of attacks [samples], from what `measure` found of each.
+
+    Where a filter rings before impacts, it is heard earlier before some than before others, by
+    about as much as most of them begin before they are clear. What may be no impact may as well
+    begin anywhere within reach of where it was found.
+    """
+    late = RINGING[1] * np.quantile(columns[:, 4], RINGING[0]) if len(columns) else 0.0
+    anywhere = (1.0 - probability) ** 3 * reach**2 / 3.0
+    return np.sqrt(columns[:, 3] + late**2 + anywhere)
+
+
+def scale_at(rate: float) -> Scale:
+    """The lengths of the detector at a sampling rate.
+
+    Raises
+    ------
+    InvalidInput
+        If the rate leaves no octave above 1 kHz, or is beyond that of any sound.
+    """
+    if not 4e3 <= rate <= 1e6:
+        raise InvalidInput(
+            "rate", rate, "4 kHz to 1 MHz for sound", 'Give sensor="force" for other records'
+        )
+    octaves = int(math.log2(rate * LONGEST_HOP))
+    hop = 2**octaves
+    past, forward, spacing = (max(round(t * rate / hop), 1) for t in (PAST, FORWARD, SPACING))
+    short_lag, long_lag = (max(round(rate / f), 1) for f in LAG_RATES)
+    slope = max(round(rate * SLOPE), 1)
+    reach = spacing * hop // 2
+    scale = Scale(hop, octaves, past, forward, spacing, short_lag, long_lag, slope, reach, 0)
+    return scale._replace(before=sound_lengths(rate, scale).before)
+
+
+def sound_lengths(rate: float, scale: Scale) -> Lengths:
+    """Lengths of the sounds that are laid over each other: they last until the next may come."""
+    return lengths_at(rate, scale.short_lag, scale.slope, scale.spacing * scale.hop)
+
+
+def choose(survey: Survey, least: float, rate: float) -> tuple[dict[int, Chosen], float]:
+    """The impacts of each passage that has any, by its first sample; the greatest probability."""
+    chosen, greatest = {}, 0.0
+    for passage in survey.passages:
+        found = candidates(passage, survey.spread, survey.scale, rate)
+        kept = found.probability >= least
+        greatest = max(greatest, float(found.probability.max(initial=0.0)))
+        if kept.any():
+            chosen[passage.segment] = Chosen(*(column[kept] for column in found))
+    return chosen, greatest
+
+
+def greatest_rise(
+    x: np.ndarray, place: int, valid: tuple[int, int], scale: Scale, rate: float
+) -> int:
+    """Where near `place` the power of the samples rises most within COARSE, in whole frames."""
+    half = round(COARSE * rate)
+    edge = scale.spacing * scale.hop
+    low = max(place - round(SOONER * rate) + edge, valid[0] + half)
+    high = min(place + round(LATER * rate) - edge, valid[1] - half)
+    if low >= high:
+        return place
+    near = x[low - half : high + half].astype(float)
+    total = np.concatenate(([0.0], np.cumsum((near - near.mean()) ** 2)))
+    sums = total[half:] - total[:-half]
+    least = np.finfo(float).eps * total[-1]
+    rise = (sums[half:] + least) / (sums[:-half] + least)
+    split = low + int(np.argmax(rise[: high - low]))
+    return split - split % scale.hop
+
+
+def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
+    """A sentence where a good part of the record is digital silence, time and again."""
+    silent = [np.concatenate(passage.silent) for passage in survey.passages]
+    share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples
+    stretches = sum(int(np.sum(part[1:] & ~part[:-1])) for part in silent)
+    if share < GATED or stretches < STRETCHES:
+        return ()
+    return (
+        f"{share:.0%} of the record is digital silence, in {stretches} stretches, as a noise gate "
+        "or a codec leaves it: impacts softer than its threshold are lost, and the noise is read "
+        "from what it let through.",
+    )
+
+
+def noise_rms(power: np.ndarray, scale: Scale) -> float:
+    """RMS of the samples in the octaves, from the power of their details."""
+    return math.sqrt(
+        float(np.sum(power / (white_gains(scale) * 2.0 ** (1 + np.arange(len(power))))))
+    )
+
+
+def white_gains(scale: Scale) -> np.ndarray:
+    """Power of each octave's details for white noise of power 1."""
+    half = EDGE * scale.hop
+    impulse = np.zeros(2 * half)
+    gains = np.zeros(scale.octaves)
+    even, odd, high = np.empty(half), np.empty(half), np.empty(half)
+    power = np.empty((scale.octaves, 1))
+    for shift in range(scale.hop):
+        impulse[:] = 0.0
+        impulse[half + shift] = 1.0
+        octave_powers(impulse, scale.octaves, even, odd, high, power)
+        gains += power[:, 0] * 2 * half / scale.hop
+    return gains

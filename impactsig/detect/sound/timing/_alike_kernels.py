@@ -1,0 +1,177 @@
+"""Kernels that lay sounds of one waveform over each other, to a fraction of a sample.
+
+A sound y is taken for p times a waveform T, shifted by d samples. The whole and half samples by
+which the two are most alike come first; what is left follows from weighted linear least squares,
+
+    y[k + l] = p T_j[k] + q S_j[k],      d = l + j / SHIFTS + q / p,
+
+where T_j is T shifted by j / SHIFTS and S_j its slope, by which it changes when shifted further.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...._compiled import njit
+
+SHIFTS = 16  # shifts of the waveform for each sample
+ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side
+TAPS = 8  # samples on either side that a value between samples is made of
+STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-3 samples
+
+
+@njit(nogil=True)
+def taps_at(part, taps):
+    """Weights of the 2 TAPS samples about a place `part` after a sample: sinc under a cosine."""
+    sine = math.sin(math.pi * part) / math.pi
+    for n in range(2 * TAPS):
+        k = n + 1 - TAPS
+        away = part - k
+        if away == 0.0:
+            taps[:] = 0.0
+            taps[n] = 1.0
+            return
+        sign = -1.0 if k % 2 else 1.0
+        taps[n] = sign * sine / away * math.cos(0.5 * math.pi * away / TAPS) ** 2
+
+
+@njit(nogil=True)
+def add_between(y, place, factor, taps, out):
+    """Add to out[k] the factor times y at `place` + k, between samples."""
+    whole = math.floor(place)
+    taps_at(place - whole, taps)
+    first = int(whole) + 1 - TAPS
+    for k in range(len(out)):
+        total = 0.0
+        for n in range(2 * TAPS):
+            total += taps[n] * y[first + k + n]
+        out[k] += factor * total
+
+
+@njit(nogil=True)
+def shift_wave(wave, pad, shifts):
+    """shifts[j]: the wave, but for `pad` samples at both ends, by (j - ROWS // 2) / SHIFTS late."""
+    taps = np.empty(2 * TAPS)
+    for j in range(ROWS):
+        shifts[j] = 0.0
+        add_between(wave, pad - (j - ROWS // 2) / SHIFTS, 1.0, taps, shifts[j])
+
+
+@njit(nogil=True)
+def product(y, first, weighted):
+    """Scalar product of the weighted wave with as many samples of y from `first` on."""
+    a = b = c = d = 0.0
+    whole = len(weighted) // 4 * 4
+    for k in range(0, whole, 4):
+        a += weighted[k] * y[first + k]
+        b += weighted[k + 1] * y[first + k + 1]
+        c += weighted[k + 2] * y[first + k + 2]
+        d += weighted[k + 3] * y[first + k + 3]
+    for k in range(whole, len(weighted)):
+        a += weighted[k] * y[first + k]
+    return (a + b) + (c + d)
+
+
+@njit(nogil=True)
+def coarse_shift(y, first, reach, stride, weighted):
+    """The shift of at most `reach` at which the matched filter responds most.
+
+    Every `stride`-th sample is tried, then all near the best; where that is every one, as many
+    shifts a sample as there are weighted waves. This is the likeliest shift. The one at which wave
+    and sound correlate best is not: late by a period of a decaying tone, they do as well.
+    """
+    at, best = 0.0, -np.inf
+    rows = len(weighted)
+    for lag in range(-(reach // stride) * stride, reach + 1, stride):
+        for row in range(rows):
+            response = product(y, first + lag, weighted[row])
+            if response > best:
+                at, best = lag + (row - (rows - 1) // 2) / rows, response
+    if stride > 1:
+        middle = int(at)
+        for lag in range(max(middle - stride + 1, -reach), min(middle + stride, reach + 1)):
+            response = product(y, first + lag, weighted[0])
+            if response > best:
+                at, best = float(lag), response
+    return at
+
+
+@njit(nogil=True)
+def fit_shift(y, first, far, shift, shifts, weight):
+    """The shift by least squares, from one nearby; factor p, sum of squares left, and of y.
+
+    The shift is NaN where there is none of at most `far`.
+    """
+    factor = left = own = 0.0
+    for _ in range(STEPS):
+        lag = math.floor(shift + 0.5)
+        if abs(lag) > far:
+            return np.nan, factor, left, own
+        j = ROWS // 2 + math.floor((shift - lag) * SHIFTS + 0.5)
+        tt = ts = ss = yt = ys = own = 0.0
+        for k in range(shifts.shape[1]):
+            sample = y[first + int(lag) + k]
+            value = weight[k] * sample
+            wave = shifts[j, k]
+            slope = 0.5 * SHIFTS * (shifts[j + 1, k] - shifts[j - 1, k])
+            tt += weight[k] * wave * wave
+            ts += weight[k] * wave * slope
+            ss += weight[k] * slope * slope
+            yt += value * wave
+            ys += value * slope
+            own += value * sample
+        det = tt * ss - ts * ts
+        if not det > 0.0:
+            return np.nan, factor, left, own
+        factor, q = (yt * ss - ys * ts) / det, (ys * tt - yt * ts) / det
+        left = max(own - factor * yt - q * ys, 0.0)
+        if not abs(q) < factor:
+            return np.nan, factor, left, own
+        shift = lag + (j - ROWS // 2) / SHIFTS + q / factor
+    return shift, factor, left, own
+
+
+@njit(nogil=True)
+def lay_over(sounds, lengths, clear, shifts, taper, weight, out):
+    """out[i]: shift and factor of sound i, the sum of squares it leaves, its own, that of noise.
+
+    Where that of at most `lengths.reach` leaves more than the share `clear`, all up to
+    `lengths.far` are tried. `taper` weighs what the coarse shift goes by, `weight` what least
+    squares do. Noise is what precedes all that the wave can be laid over, scaled to the wave's sum.
+    """
+    first, reach, far, stride = lengths.first, lengths.reach, lengths.far, lengths.stride
+    quiet = first - far
+    total = weight.sum()
+    weighted = np.empty((lengths.parts, shifts.shape[1]))
+    for row in range(lengths.parts):
+        move = (row - (lengths.parts - 1) // 2) * SHIFTS // lengths.parts
+        weighted[row] = taper * shifts[ROWS // 2 + move]
+    for i in range(len(sounds)):
+        y = sounds[i]
+        shift, factor, left, own = np.nan, 0.0, 0.0, 0.0
+        if clear > 0.0:
+            start = coarse_shift(y, first, reach, stride, weighted)
+            shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
+        if not (np.isfinite(shift) and left <= clear * own):
+            start = coarse_shift(y, first, far, stride, weighted)
+            shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
+        noise = 0.0
+        for k in range(quiet):
+            noise += y[k] * y[k]
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = shift, factor, left, own
+        out[i, 4] = noise / quiet * total
+
+
+@njit(nogil=True)
+def mean_wave(sounds, shift, factor, start, wave):
+    """The wave these sounds are shifted multiples of, from sample `start` on, by least squares."""
+    wave[:] = 0.0
+    total = 0.0
+    taps = np.empty(2 * TAPS)
+    for i in range(len(sounds)):
+        total += factor[i] * factor[i]
+        add_between(sounds[i], start + shift[i], factor[i], taps, wave)
+    for k in range(len(wave)):
+        wave[k] /= total

@@ -1,0 +1,235 @@
+"""Impacts that sound alike, timed against each other to a fraction of a sample.
+
+A structure that is hit at one spot rings each time in the same way, but for the strength. The
+attack alone tells its instant to a sample; the whole waveform, laid over that of the other
+impacts, to a hundredth of one. The waveform is the least-squares mean of up to LEARN impacts, found
+by laying them over the one that most others are like, and then over their mean. The shift of an
+impact is that by which p times the waveform leaves least of it; a constant, the median shift of
+those learned from, is taken off, so that instants on the whole stay where the attacks are, or
+where shared modes put them (`shared_modes.py`).
+
+A sound is alike where the waveform leaves at most 1 - ALIKE^2 of its power, noise apart. Instants
+stay where the attack puts them unless half of the impacts are alike, and their shifts agree with
+their attacks: sounds of the same tones in other phases can be alike when shifted, by much. Of
+sounds that differ in phases hardly anything between samples can be known, for an instant a little
+later and other phases make the same samples.
+
+Sounds are compared in the innovations that the attack is timed in, where hum and the low tones of
+a room are weak.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ._alike_kernels import ROWS, SHIFTS, TAPS, lay_over, mean_wave, shift_wave
+
+REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
+FAR = 1e-3  # [s], of one in noise
+QUIET = 1e-3  # [s], before all that, by which noise is known
+BESIDE = 3  # samples left out on either side of the attack: a jump is not the same in all sounds
+LEARN = 256  # impacts that the waveform is learned from
+LEADERS = 8  # of them that are tried as the first waveform
+LEAST = 8  # impacts that make a waveform
+FINEST = 32_000.0  # [Hz], the rate of the shifts tried first
+ALIKE = 0.9  # correlation with the waveform
+CLEAR = 0.02  # share of its power left of a sound with so little noise that its attack is right
+AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
+PASSES = 3  # over the impacts learned from
+FITTED = 2  # numbers fitted to a sound
+FINEST_SHIFT = 1e-3  # [samples], to which shifts are computed
+LEAST_COLOUR = 0.1  # variance of a shift, over that in white noise, that is believed
+
+
+class Lengths(NamedTuple):
+    """Lengths in samples: a sound is kept from `before` its attack on, the wave from `first`.
+
+    `parts`: shifts tried first for each sample. `edges`: where innovations jump if the sound does.
+    """
+
+    reach: int
+    far: int
+    agree: float
+    edges: tuple[int, int, int]
+    stride: int
+    parts: int
+    pad: int
+    first: int
+    before: int
+    size: int
+    length: int
+
+
+def lengths_at(rate: float, lag: int, slope: int, size: int) -> Lengths:
+    """Lengths at a sampling rate, of waves that last `size` from the attack on.
+
+    `lag` and `slope` are those of the innovations.
+    """
+    reach, far = max(round(REACH * rate), 4), max(round(FAR * rate), 2)
+    pad = TAPS + 1
+    first = far + pad + TAPS + max(round(QUIET * rate), 2)
+    size += reach
+    parts = 1
+    while parts < SHIFTS and parts * rate < FINEST:
+        parts *= 2
+    return Lengths(
+        reach,
+        far,
+        AGREE * rate,
+        (0, lag, lag + slope),
+        lag,
+        parts,
+        pad,
+        first,
+        first + reach,
+        size,
+        2 * first + size,
+    )
+
+
+@dataclass
+class Waveform:
+    """What the impacts learned from have in common."""
+
+    shifts: np.ndarray  # (ROWS, size)
+    latency: float  # shift that leaves their instants at the reference, in the median
+    gain: float  # variance of the shift of a sound of factor 1, over the power of its noise
+
+
+@dataclass
+class Overlay:
+    """Shifts of the impacts of a record, as they come.
+
+    `reference` gives the shifts of the impacts taken so far that are known by other means, and
+    NaN for the others, whose attacks count.
+    """
+
+    lengths: Lengths
+    reference: Callable[[], np.ndarray]
+    taper: np.ndarray = field(init=False)
+    weight: np.ndarray = field(init=False)  # without what the edges touch
+    wave: Waveform | None = None
+    learned: bool = False
+    held: list[np.ndarray] = field(default_factory=list)
+    count: int = 0
+    found: list[np.ndarray] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        rising, falling = self.lengths.reach, self.lengths.size // 3
+        self.taper = np.ones(self.lengths.size)
+        self.taper[:rising] = 0.5 - 0.5 * np.cos(np.pi * (np.arange(rising) + 0.5) / rising)
+        self.taper[-falling:] = 0.5 + 0.5 * np.cos(np.pi * (np.arange(falling) + 0.5) / falling)
+        self.weight = self.taper.copy()
+        for edge in self.lengths.edges:
+            self.weight[rising + edge - BESIDE : rising + edge + BESIDE] = 0.0
+
+    def add(self, sounds: np.ndarray) -> None:
+        """Take the sounds (n, length) of the next impacts."""
+        if self.learned:
+            self.found.append(self._shifts(sounds))
+            return
+        self.held.append(sounds.copy())  # they come as part of much more
+        self.count += len(sounds)
+        if self.count >= LEARN:
+            self._learn()
+
+    def timing(self) -> np.ndarray:
+        """Shift and standard error of every impact, and the share of its power that is left.
+
+        Shape (3, n), NaN where the instant stays as it is.
+        """
+        if not self.learned:
+            self._learn()
+        return np.concatenate(self.found).T
+
+    def _learn(self) -> None:
+        sounds = np.concatenate([np.empty((0, self.lengths.length)), *self.held])
+        reference = self.reference()[:LEARN]
+        self.wave = self._waveform(sounds[:LEARN], np.where(np.isfinite(reference), reference, 0.0))
+        self.learned, self.held = True, []
+        self.found.append(self._shifts(sounds))
+
+    def _shifts(self, sounds: np.ndarray) -> np.ndarray:
+        """Shift, its standard error and the share left; NaN where a sound is not like the wave."""
+        found = np.full((len(sounds), 3), np.nan)
+        if self.wave is not None:
+            laid = self._lay(sounds, self.wave.shifts, CLEAR)
+            alike = _alike(laid)
+            shift, factor, left, own, _ = laid[alike].T
+            power = left / max(self.weight.sum() - FITTED, 1.0)
+            found[alike, 0] = shift - self.wave.latency
+            found[alike, 1] = np.sqrt(self.wave.gain * power / factor**2 + FINEST_SHIFT**2)
+            found[alike, 2] = left / own
+        return found
+
+    def _waveform(self, sounds: np.ndarray, reference: np.ndarray) -> Waveform | None:
+        if len(sounds) < LEAST:
+            return None
+        lengths = self.lengths
+        part = slice(lengths.first - lengths.pad, lengths.first + lengths.size + lengths.pad)
+        strongest = np.argsort(-np.sum(sounds**2, axis=1), kind="stable")
+        # Every so many of the stronger half: the others are noisier.
+        leaders = sounds[strongest[: -(-len(sounds) // 2)][:: -(-len(sounds) // (2 * LEADERS))]]
+        shifts = np.empty((ROWS, lengths.size))
+        wave, most = leaders[0, part].copy(), -1
+        for leader in leaders:
+            shift_wave(leader[part], lengths.pad, shifts)
+            count = int(_alike(self._lay(leaders, shifts, 0.0)).sum())
+            if count > most:
+                wave, most = leader[part].copy(), count
+        if most < len(leaders) / 2:
+            return None
+        for turn in range(PASSES):
+            shift_wave(wave, lengths.pad, shifts)
+            laid = self._lay(sounds, shifts, 0.0)
+            alike = _alike(laid)
+            if alike.sum() < max(LEAST, len(sounds) / 2):
+                return None
+            shift, factor = laid[alike, 0], laid[alike, 1]
+            late = shift - reference[alike]
+            latency = float(np.median(late))
+            if np.median(np.abs(late - latency)) > lengths.agree:
+                return None
+            if turn < PASSES - 1:
+                # It is to begin where attacks do, not where that of its leader was taken to be.
+                mean_wave(sounds[alike], shift - latency, factor, part.start, wave)
+        return Waveform(shifts, latency, self._gain(shifts, sounds[alike]))
+
+    def _gain(self, shifts: np.ndarray, sounds: np.ndarray) -> float:
+        """Variance of the shift of a sound equal to the wave, in noise of power 1.
+
+        The noise is as coloured as what precedes the sounds.
+        """
+        middle = ROWS // 2
+        wave = shifts[middle]
+        slope = 0.5 * SHIFTS * (shifts[middle + 1] - shifts[middle - 1])
+        tt, ts, ss = (
+            float(np.sum(self.weight * a * b))
+            for a, b in ((wave, wave), (wave, slope), (slope, slope))
+        )
+        by_sample = self.weight * (tt * slope - ts * wave) / (tt * ss - ts * ts)
+        quiet = sounds[:, : self.lengths.first - self.lengths.far]
+        gain = 0.0
+        for lag in range(quiet.shape[1] // 2):
+            alike = np.mean(quiet[:, lag:] * quiet[:, : quiet.shape[1] - lag])
+            twice = 1.0 if lag == 0 else 2.0
+            gain += twice * float(alike * np.sum(by_sample[lag:] * by_sample[: len(wave) - lag]))
+        power = float(np.mean(quiet**2))
+        white = float(np.sum(by_sample**2))
+        return max(gain / power, LEAST_COLOUR * white) if power > 0.0 else white
+
+    def _lay(self, sounds: np.ndarray, shifts: np.ndarray, clear: float) -> np.ndarray:
+        laid = np.empty((len(sounds), 5))
+        lay_over(sounds, self.lengths, clear, shifts, self.taper, self.weight, laid)
+        return laid
+
+
+def _alike(laid: np.ndarray) -> np.ndarray:
+    """Whether the waveform leaves of each sound no more than its noise and 1 - ALIKE**2."""
+    shift, _, left, own, noise = laid.T
+    clear = left <= (1.0 - ALIKE**2) * own + 2.0 * ALIKE**2 * noise
+    return np.isfinite(shift) & clear & (left <= 0.75 * own)

@@ -1,0 +1,192 @@
+"""The instants of impacts in a band-limited sound record, from the modes that they share.
+
+The filter before a sampler of 8 to 16 kHz rings before an impact as long as after it, and whatever
+looks for the first change finds that ringing. What tells the instant is how sounds look behind the
+filter that begin at once: impacts of one structure ring at the same frequencies and decay alike,
+in any phases. The modes are the poles of the sounds of up to LEARN impacts [Roy1989]_; the filter
+is that of `_edge.responses` under which these sounds are the most probable, given the modes;
+the instant of an impact is the mean of its probability, given both, with any amplitudes of the
+modes (`_shared_modes_kernels.py`), and the standard deviation is its standard error.
+
+Modes above the band leave an impulse and its slope behind the filter. Their sizes, relative to the
+energy of the sound, are normal with variances that the record chooses: without a bound on them an
+impact a little later with other phases makes the same samples.
+
+The method does not apply where sounds are more probable without any filter, where modes are not
+shared, or where they leave more than UNLIKE of the energy. If the sounds of a slow record then do
+not begin abruptly, the instant is where the modulus first crosses a share of its greatest; else
+the attack is the best there is.
+
+Nothing depends on how the record is cut. Memory is bounded by the LEARN sounds kept at first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ._edge import high_pass
+from ._shared_modes_fit import LEAST, Model, chosen_model, shared_exponents
+from ._shared_modes_kernels import abruptness, crossings, high_passed
+
+FASTEST = 24_000.0  # [Hz]: above, the attack is timed to less than 20 us by itself
+SLOW = 16_000.0  # [Hz]: up to it, ringing before an impact is worse than a crossing
+BEFORE, AFTER = 6e-3, 10e-3  # [s], of what is kept about an attack
+QUIET = 3e-3  # [s] of it, once filtered, that noise is read from
+SEARCH = (3e-3, 8.5e-3)  # [s] of it, once filtered, in which the crossing lies
+SHARES = (0.3, 4.0, 0.6)  # of the greatest at the crossing; times the noise; most of the greatest
+LEARN = 256  # impacts that modes are learned from
+CHOOSE = 64  # of them that the filter is chosen by
+UNLIKE = 0.03  # share of the energy that shared modes leave in the median, noise apart
+STRANGE = 0.1  # and that they may leave of one impact
+HALF_WAVES = 1.05  # standard error of a crossing, over the time that the modulus stays above
+DEVIATION = 1.4826  # standard deviation of a Gaussian over its median deviation
+BEGINNING = 1.5e-3  # [s]
+ABRUPT = 0.1  # power of the first two samples over the greatest of two, if a sound begins at once
+
+
+class Timing(NamedTuple):
+    """Shifts of attacks and their standard errors [samples]; NaN where they are not known."""
+
+    shift: np.ndarray
+    error: np.ndarray
+
+
+@dataclass
+class SharedModes:
+    """Shifts of the impacts of a record at a sampling rate, as they come.
+
+    `lag` and `slope` are those of the innovations that attacks are timed in.
+    """
+
+    rate: float
+    lag: int
+    slope: int
+    taps: np.ndarray = field(init=False)
+    before: int = field(init=False)  # samples kept before an attack
+    length: int = field(init=False)
+    held: list[np.ndarray] = field(default_factory=list)
+    count: int = 0
+    learned: bool = False
+    model: Model | None = None
+    latency: float = 0.0  # of the crossing, in the median [samples]
+    spread: float = np.nan  # of the crossing about that, or about the start where no model is
+    crossing: bool = False  # whether crossings are used where no model is
+    found: list[np.ndarray] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.taps = high_pass(self.rate)
+        self.before = round(BEFORE * self.rate)
+        self.length = self.before + round(AFTER * self.rate)
+
+    def add(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> None:
+        """Take the next attacks, halfway between two of the samples x.
+
+        Those from valid[0] to valid[1] are real: all that the record has within `length` of them.
+        """
+        if self.rate > FASTEST or (self.learned and not self._applies):
+            self.found.append(np.full((len(attacks), 2), np.nan))
+        elif len(attacks):
+            waves = self._waves(x, valid, attacks)
+            if self.learned:
+                self.found.append(self._timed(waves))
+                return
+            self.held.append(waves)
+            self.count += len(waves)
+            if self.count >= LEARN:
+                self._learn()
+
+    @property
+    def _applies(self) -> bool:
+        return self.model is not None or self.crossing
+
+    def timing(self) -> Timing:
+        """The shift of every impact and its standard error [samples]."""
+        if not self.learned:
+            self._learn()
+        shift, error = np.concatenate([np.empty((0, 2)), *self.found]).T
+        known = np.isfinite(shift)
+        if known.any():
+            # Too near to an end of the record: as late as the others are in the median.
+            usual = np.median(shift[known])
+            spread = DEVIATION * np.median(np.abs(shift[known] - usual))
+            shift = np.where(known, shift, usual)
+            error = np.where(known, error, max(spread, 12.0**-0.5))
+        return Timing(shift, error)
+
+    def _waves(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> np.ndarray:
+        """What is heard about each attack; zeros where that is not all there."""
+        first = np.rint(attacks + 0.5).astype(int) - self.before
+        there = (first >= valid[0]) & (first + self.length <= valid[1])
+        waves = np.zeros((len(attacks), self.length))
+        if there.any():
+            waves[there] = np.lib.stride_tricks.sliding_window_view(x, self.length)[first[there]]
+        return waves
+
+    def _learn(self) -> None:
+        waves = np.concatenate([np.empty((0, self.length)), *self.held])
+        self.learned, self.held = True, []
+        usable = waves[:LEARN][waves[:LEARN].any(axis=1)]
+        if len(usable) >= LEAST:
+            self._model(usable)
+            if self.model is None and self.rate <= SLOW:
+                self.crossing = bool(np.median(self._abruptness(usable)) < ABRUPT)
+                self.spread = HALF_WAVES * float(np.nanmedian(self._heard(usable)[1][:, 1]))
+        self.found.append(self._timed(waves))
+
+    def _model(self, waves: np.ndarray) -> None:
+        few = np.linspace(0, len(waves) - 1, min(CHOOSE, len(waves))).astype(int)
+        # Sounds that share nothing usually show it by a few.
+        if len(few) < len(waves) and not shared_exponents(*self._guessed(waves[few]), self.rate):
+            return
+        sounds, guess, noise = self._guessed(waves)
+        model = chosen_model(sounds, guess, few, noise, self.rate, self.taps)
+        if model is None:
+            return
+        instant, _, left = model.fit(sounds, guess).T
+        fitted = np.isfinite(instant)
+        if fitted.sum() >= LEAST and np.median(left[fitted]) <= UNLIKE:
+            late = (guess - instant)[fitted]
+            self.model = model
+            self.latency = float(np.median(late))
+            self.spread = DEVIATION * float(np.median(np.abs(late - self.latency)))
+
+    def _guessed(self, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        """The filtered waves, where each crosses, and the noise of a sample before them."""
+        sounds, crossed = self._heard(waves)
+        quiet = sounds[:, : round(QUIET * self.rate)]
+        return sounds, crossed[:, 0].copy(), float(np.median(np.mean(quiet**2, axis=1)))
+
+    def _timed(self, waves: np.ndarray) -> np.ndarray:
+        """Shift and standard error of the attack of each wave; NaN where they are not known."""
+        timed = np.full((len(waves), 2), np.nan)
+        if not self._applies:
+            return timed
+        sounds, crossed = self._heard(waves)
+        guess = crossed[:, 0].copy()
+        attack = self.before - len(self.taps) // 2 - 0.5
+        timed[:, 0] = guess - self.latency - attack
+        timed[:, 1] = np.hypot(self.spread, crossed[:, 2])
+        if self.model is not None:
+            instant, error, left = self.model.fit(sounds, guess).T
+            alike = left <= STRANGE
+            timed[alike, 0] = instant[alike] - attack
+            timed[alike, 1] = error[alike]
+        return timed
+
+    def _heard(self, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The filtered waves, and of each what `crossings` finds."""
+        sounds = np.empty((len(waves), self.length - len(self.taps) + 1))
+        high_passed(waves, self.taps, sounds)
+        crossed = np.empty((len(waves), 3))
+        quiet, begin, end = (round(t * self.rate) for t in (QUIET, *SEARCH))
+        crossings(sounds, quiet, begin, end, SHARES, crossed)
+        return sounds, crossed
+
+    def _abruptness(self, waves: np.ndarray) -> np.ndarray:
+        count = round(BEGINNING * self.rate)
+        return np.array(
+            [abruptness(wave, self.before, self.lag, self.slope, count) for wave in waves]
+        )

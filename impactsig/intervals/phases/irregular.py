@@ -1,0 +1,58 @@
+"""Whether a train without slots is irregular, or chaotic: locked to the forcing, or predictable."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .tracking import Warps, harmonics, is_sparse
+
+LOCKED_POWER = 18.0  # of a harmonic, of which noise has 1 on average before the rate is tracked
+PREDICTED = 7.0  # -ln of the p-value of a prediction that counts as none
+UNPREDICTED = -2.5  # log-odds that no prediction leaves where no forcing is given
+NEIGHBORS = 6
+SHUFFLES = 99
+LEAST_VECTORS = 40
+MOST_VECTORS = 2000
+
+
+def chaos_odds(warps: Warps | None, intervals: np.ndarray) -> float:
+    """Log-odds of chaos against a renewal process, by the stronger of two signs.
+
+    *Locking*: the greatest power |S_h|^2/N of the first three harmonics of the forcing, at a
+    constant rate or at one that is tracked. (A tracked phase would align what has none.)
+    *Prediction*: the error of predicting an interval from the futures of the nearest pairs of
+    intervals, against those of shuffled futures, as a normal deviate.
+    """
+    predicted = _prediction_odds(intervals)
+    if warps is None or is_sparse(warps.cycles):
+        # measured chaos is often no more predictable than that: its absence says little
+        return max(predicted, UNPREDICTED)
+    power = 0.0
+    for warp in (warps.constant, warps.rate):
+        sums = harmonics(warp)[:3].sum(axis=1)
+        power = max(power, float(np.max(np.abs(sums) ** 2)) / len(warp))
+    return max(power - LOCKED_POWER, predicted)
+
+
+def _prediction_odds(intervals: np.ndarray) -> float:
+    from scipy.spatial import cKDTree
+    from scipy.special import log_ndtr
+
+    vectors = np.column_stack((intervals[:-2], intervals[1:-1]))[:MOST_VECTORS]
+    future = intervals[2:][:MOST_VECTORS]
+    n = len(vectors)
+    if n < LEAST_VECTORS or not np.ptp(intervals) > 0:
+        return 0.0
+    near = cKDTree(vectors).query(vectors, NEIGHBORS + 1)[1]
+    near = near[:, 1:]
+    rng = np.random.default_rng(0)
+    futures = np.empty((n, SHUFFLES + 1))
+    futures[:, 0] = future
+    for k in range(SHUFFLES):
+        futures[:, k + 1] = rng.permutation(future)
+    foretold = futures[near[:, 0]]
+    for k in range(1, NEIGHBORS):
+        foretold += futures[near[:, k]]
+    error = np.mean((foretold / NEIGHBORS - futures) ** 2, axis=0)
+    deviation = (error[0] - error[1:].mean()) / max(float(error[1:].std()), 1e-300)
+    return float(-log_ndtr(deviation) - PREDICTED)

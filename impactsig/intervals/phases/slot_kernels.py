@@ -1,0 +1,177 @@
+"""Slots of a fold, compiled: the noise of recurrences, heaps of phases, hits of instants due."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..._compiled import njit
+
+kernel = njit(nogil=True, error_model="numpy")
+
+REACH = 4.0  # a slot reaches this many standard deviations to either side
+LEAST_RECURRING = 3  # impacts near a later one, from which the noise is read
+NEAR = 0.25  # [cycles] of it
+TURNS = np.array([1, 2, 3, 8, 25])
+ROUNDS = 10
+
+
+@kernel
+def recurrence_jitter(cycles, fold, floor, widest):
+    """Timing noise, from how nearly impacts come again after some folds (robust).
+
+    The greatest of what 1 to 25 folds say: what changes slowly shows little after one.
+    """
+    greatest = widest
+    miss = np.empty(len(cycles))
+    for k in range(len(TURNS)):
+        count, after = 0, 1
+        for instant in cycles:
+            due = instant + TURNS[k] * fold
+            while after < len(cycles) - 1 and cycles[after] < due:
+                after += 1
+            nearest = after - 1 if due - cycles[after - 1] < cycles[after] - due else after
+            if abs(cycles[nearest] - due) < NEAR:
+                miss[count] = cycles[nearest] - due
+                count += 1
+        if count < LEAST_RECURRING:
+            break
+        near = miss[:count]
+        deviation = 1.4826 / math.sqrt(2.0) * np.median(np.abs(near - np.median(near)))
+        greatest = deviation if k == 0 else max(greatest, deviation)
+    return min(max(greatest, floor), widest)
+
+
+@kernel
+def peel(phase, fold, width, least):
+    """Centres of the heaps of sorted phases, the highest first, down to `least` impacts.
+
+    An impact counts its neighbours within one standard deviation, two thirds of its heap: a wider
+    window would sit astride two heaps that touch.
+    """
+    phase = phase.copy()
+    n = len(phase)
+    ring = np.empty(3 * n)  # the phases of the fold before, of the fold, and of the one after
+    centre = np.empty(n)
+    found = 0
+    while n >= max(least, 1.0):
+        for k in range(n):
+            ring[k], ring[n + k], ring[2 * n + k] = phase[k] - fold, phase[k], phase[k] + fold
+        low = high = first = last = 0
+        for k in range(n):
+            while low < 3 * n and ring[low] < phase[k] - width:
+                low += 1
+            while high < 3 * n and ring[high] <= phase[k] + width:
+                high += 1
+            if high - low > last - first:
+                first, last = low, high
+        if last - first < least:
+            break
+        middle = ring[first:last].mean() % fold
+        centre[found] = middle
+        found += 1
+        kept = 0
+        for k in range(n):
+            if abs((phase[k] - middle + fold / 2) % fold - fold / 2) > 2.5 * width:
+                phase[kept] = phase[k]
+                kept += 1
+        n = kept
+    return np.sort(centre[:found])
+
+
+@kernel
+def assign(cycles, centre, fold, reach, instant, offset, hit):
+    """Fill in the instant due nearest each impact, the offset from it, and whether it hits.
+
+    Instants are numbered in the order of time: of m slots, number k belongs to slot k modulo m. Of
+    the impacts within reach of one instant the nearest hits it. `cycles` ascend.
+    """
+    m = len(centre)
+    last = -1  # impact that hits the instant reached so far
+    for k in range(len(cycles)):
+        phase = cycles[k] % fold
+        # on the circle the last slot comes before the first, and the first after the last
+        slot, place = m - 1, centre[m - 1] - fold
+        for following in range(m + 1):
+            ahead = centre[following] if following < m else centre[0] + fold
+            if phase <= 0.5 * (place + ahead):
+                break
+            slot, place = following % m, ahead
+        offset[k] = phase - place
+        turn = np.int64(np.rint((cycles[k] - offset[k] - centre[slot]) / fold))
+        instant[k] = turn * m + slot
+        hit[k] = abs(offset[k]) <= reach
+        if hit[k]:
+            if last >= 0 and instant[last] == instant[k]:
+                if abs(offset[last]) <= abs(offset[k]):
+                    hit[k] = False
+                    continue
+                hit[last] = False
+            last = k
+
+
+@kernel
+def settle(cycles, fold, gaps, floor, widest, least, centre, width):
+    """Slots from which weak ones are taken and their rate, centres and width refined in turn.
+
+    Returns the impacts at the refined rate, the centres and the width of the slots, hits and
+    instants due of each slot, and what `assign` fills in for each impact. A slot is weak that is
+    hit at less than the share `least` of the instants when it is due.
+    """
+    n = len(cycles)
+    instant, offset, hit = np.empty(n, np.int64), np.empty(n), np.empty(n, np.bool_)
+    cycles = cycles.copy()
+    hits, due = np.zeros(0, np.int64), np.zeros(0, np.int64)
+    for turn in range(ROUNDS):
+        m = len(centre)
+        if m == 0:
+            break
+        assign(cycles, centre, fold, REACH * width, instant, offset, hit)
+        hits, mean = np.zeros(m, np.int64), np.zeros(m)
+        for k in range(n):
+            if hit[k]:
+                hits[instant[k] % m] += 1
+                mean[instant[k] % m] += offset[k]
+        mean /= np.maximum(hits, 1)
+        due = np.maximum(_due(centre, fold, cycles, gaps, REACH * width), hits)
+        squares, total, middle = 0.0, 0, 0.0
+        for k in range(n):
+            if hit[k]:
+                squares += (offset[k] - mean[instant[k] % m]) ** 2
+                middle += cycles[k]
+                total += 1
+        jitter = math.sqrt(squares / max(total, 1))
+        strong = hits >= least * due
+        settled = turn > 1 and strong.all() and abs(jitter - width) < 1e-3 * width
+        if settled or turn == ROUNDS - 1:
+            break
+        middle /= max(total, 1)
+        along = across = 0.0
+        for k in range(n):
+            if hit[k]:
+                along += (offset[k] - mean[instant[k] % m]) * (cycles[k] - middle)
+                across += (cycles[k] - middle) ** 2
+        centre = np.sort((centre + mean)[strong] % fold)
+        width = min(max(jitter, floor), widest)
+        slope = along / max(across, 1e-300)
+        for k in range(n):
+            cycles[k] -= slope * (cycles[k] - middle)
+    return cycles, centre, width, hits, due, instant, offset, hit
+
+
+@kernel
+def _due(centre, fold, cycles, gaps, margin):
+    """How often each slot is due from the first impact to the last, outside gaps."""
+    due = np.empty(len(centre), np.int64)
+    for k in range(len(centre)):
+        total = _count(centre[k], fold, cycles[0] - margin, cycles[-1] + margin)
+        for j in range(len(gaps)):
+            total -= _count(centre[k], fold, gaps[j, 0], gaps[j, 1])
+        due[k] = total
+    return due
+
+
+@kernel
+def _count(centre, fold, low, high):
+    return np.int64(math.floor((high - centre) / fold) - math.floor((low - centre) / fold))

@@ -1,0 +1,1 @@
+"""Arrays in files: NumPy, MATLAB 4 and 5, Arrow."""

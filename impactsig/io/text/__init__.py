@@ -1,0 +1,1 @@
+"""Tables of text: header, separator, decimal mark, columns; LabVIEW measurement files."""

@@ -1,0 +1,244 @@
+"""How a text table is written: encoding, delimiter, decimal sign, headings, first line of data.
+
+Decided from the first lines of the file, by trying the few ways there are and taking the one under
+which most lines are rows of numbers.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import re
+from collections import Counter
+from typing import NamedTuple
+
+from .._units import split_heading, unit_cell
+
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.I)
+_COMMENT = re.compile(r"\s*(?:#|%|;|!|//)+\s?")
+_WAYS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (" ", "."), (" ", ","))
+_SAMPLES = (60, 12, 3)  # lines that are looked at, in turn
+_LEAST = 0.3  # share of numbers in a table
+
+
+class Dialect(NamedTuple):
+    """How a table is written; `delimiter` is " " for any white space and "" for one column.
+
+    `above` are the lines before the data, without marks of comments.
+    """
+
+    encoding: str
+    delimiter: str
+    decimal: str
+    comment: str
+    skipped: int
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    columns: int
+    above: tuple[str, ...]
+
+    def fields(self, line: str) -> list[str]:
+        """The cells of a line."""
+        return split_line(line, self.delimiter)
+
+    def number(self, text: str) -> str:
+        """A cell with a decimal point in place of the file's own sign."""
+        return text.replace(",", ".") if self.decimal == "," else text
+
+
+def encoding_of(head: bytes) -> str:
+    """UTF-16 and UTF-8 by their mark, UTF-8 if it decodes, else Latin-1."""
+    if head[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return "utf-16"
+    try:
+        # The last character may be cut in two.
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        return "latin-1"
+    return "utf-8-sig"
+
+
+def split_line(line: str, delimiter: str) -> list[str]:
+    """The cells of a line, without the white space and quotes around them."""
+    if delimiter == " ":
+        return line.split()
+    if delimiter and '"' in line:
+        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    else:
+        cells = line.split(delimiter) if delimiter else [line]
+    return [cell.strip().strip('"').strip() for cell in cells]
+
+
+def find_dialect(head: bytes, whole: bool) -> Dialect | None:
+    """The dialect of a file that begins with `head`; None if it holds no rows of numbers.
+
+    Parameters
+    ----------
+    head : bytes
+        Its first bytes.
+    whole : bool
+        That is the whole file, so that the last line is complete.
+    """
+    encoding = encoding_of(head)
+    text = codecs.getincrementaldecoder(encoding)("replace").decode(head)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    if not whole and len(lines) > 1:
+        lines.pop()
+    # The first character of a comment may also be what separates empty cells.
+    bodies: list[str] = []
+    for line in reversed(lines):
+        if line.strip() and not re.match(r"\s*[#%!]", line):
+            bodies.insert(0, line)
+        if len(bodies) == 2 * _SAMPLES[0]:
+            break
+    if not bodies:
+        return None
+    # Of a short file the second half, or less: headings may be longer than the data.
+    for most in _SAMPLES:
+        sample = bodies[-min(most, (len(bodies) + 1) // 2) :]
+        score, delimiter, decimal, columns = max(
+            (_score(sample, *way) for way in (*_WAYS, ("", "."), ("", ","))), key=lambda s: s[0]
+        )
+        if score >= _LEAST:
+            break
+    else:
+        return None
+    if delimiter == "," and columns == 2 and _decimals_after_comma(sample):
+        delimiter, decimal, columns = "", ",", 1
+    return _with_headings(lines, encoding, delimiter, decimal, columns)
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number with this decimal sign."""
+    if decimal == ",":
+        if "." in cell:
+            return False
+        cell = cell.replace(",", ".")
+    return _NUMBER.fullmatch(cell) is not None
+
+
+def _score(sample: list[str], delimiter: str, decimal: str) -> tuple[float, str, str, int]:
+    """Share of the lines with the usual number of cells, times the share of numbers in them."""
+    rows = [split_line(line, delimiter) for line in sample]
+    columns, _ = Counter(len(row) for row in rows).most_common(1)[0]
+    if (columns == 1) != (delimiter == ""):
+        return 0.0, delimiter, decimal, columns
+    regular = [row for row in rows if len(row) == columns]
+    cells = [cell for row in regular for cell in row if cell]
+    numbers = sum(is_number(cell, decimal) for cell in cells)
+    share = len(regular) / len(rows) * numbers / max(1, len(cells))
+    if decimal == "," and not any("," in cell for cell in cells):
+        share = 0.0
+    return share, delimiter, decimal, columns
+
+
+def _decimals_after_comma(sample: list[str]) -> bool:
+    """Whether "12,0345" is one number: all cells after the comma are bare digits, and as many.
+
+    Digits that begin with 0 tell it from two columns of whole numbers.
+    """
+    cells = [line.split(",") for line in sample if line.count(",") == 1]
+    if not all(re.fullmatch(r"\s*[-+]?\d+", a) and re.fullmatch(r"\d+\s*", b) for a, b in cells):
+        return False
+    ends = [b.strip() for _, b in cells]
+    return any(len(end) > 1 and end.startswith("0") for end in ends)
+
+
+def _with_headings(
+    lines: list[str], encoding: str, delimiter: str, decimal: str, columns: int
+) -> Dialect | None:
+    """Find the first row of data, and the headings above it."""
+    comment = "#"
+    above: list[tuple[bool, str]] = []
+    begin = _first_row(lines, delimiter, decimal, columns)
+    for skipped, line in enumerate(lines):
+        mark = _COMMENT.match(line)
+        if mark and not (delimiter == ";" and mark[0].strip() == ";"):
+            comment = mark[0].strip()[:1] if mark[0].strip()[:1] in "#%;!" else comment
+            above.append((True, line[mark.end() :]))
+            continue
+        cells = split_line(line, delimiter)
+        if skipped >= begin and _is_row(cells, columns, decimal):
+            names, units = _headings(above, delimiter, decimal, columns)
+            texts = tuple(text for _, text in above)
+            return Dialect(
+                encoding, delimiter, decimal, comment, skipped, names, units, len(cells), texts
+            )
+        if line.strip():
+            above.append((False, line))
+    return None
+
+
+def _first_row(lines: list[str], delimiter: str, decimal: str, columns: int) -> int:
+    """The line behind the last heading above the first row that is all numbers; else 0.
+
+    Some headings, such as "x-axis,1,2", hold as many numbers as a row may.
+    """
+    begin = 0
+    for index, line in enumerate(lines[: _SAMPLES[0]]):
+        cells = split_line(line, delimiter)
+        if not _is_row(cells, columns, decimal):
+            begin = index + 1
+        elif all(is_number(cell, decimal) for cell in cells if cell):
+            return begin
+    return 0
+
+
+def _is_row(cells: list[str], columns: int, decimal: str) -> bool:
+    filled = [cell for cell in cells if cell]
+    numbers = sum(is_number(cell, decimal) for cell in filled)
+    return len(cells) == columns and numbers > 0 and numbers >= (len(filled) + 1) // 2
+
+
+def _headings(
+    above: list[tuple[bool, str]], delimiter: str, decimal: str, columns: int
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and units from the last line, or last two lines, above the data."""
+    rows: list[list[str]] = []
+    for commented, line in reversed(above[-2:]):
+        cells = _heading_cells(line, delimiter, columns, commented)
+        if cells is None:
+            break
+        rows.insert(0, cells)
+    if not rows:
+        return (), ()
+    if len(rows) == 2 and len(rows[0]) == len(rows[1]) > columns:
+        # "Start,Increment" above two numbers, behind the names of the columns and their units.
+        named = [not is_number(cell, decimal) for cell in rows[1]]
+        rows = [[cell for cell, kept in zip(row, named, strict=True) if kept] for row in rows]
+        rows = [row + [""] * (columns - len(row)) for row in rows]
+    units = [unit_cell(cell) for cell in rows[-1]]
+    filled = [unit for unit, cell in zip(units, rows[-1], strict=True) if cell]
+    if (
+        len(rows) == 2
+        and len(rows[0]) == len(rows[1])
+        and filled
+        and sum(unit is not None for unit in filled) * 2 > len(filled)
+    ):
+        names = [split_heading(cell) for cell in rows[0]]
+        paired = zip(names, units, strict=True)
+        return tuple(n for n, _ in names), tuple(below or beside for (_, beside), below in paired)
+    split = [split_heading(cell) for cell in rows[-1]]
+    return tuple(name for name, _ in split), tuple(unit for _, unit in split)
+
+
+def _heading_cells(line: str, delimiter: str, columns: int, commented: bool) -> list[str] | None:
+    """The cells of a heading, at least one a column; None if the line is none.
+
+    A commented one may be delimited otherwise than the data. One that is not may name columns
+    that were not written; the first names are those of the columns there are.
+    """
+    if not commented:
+        cells = split_line(line, delimiter)
+        while len(cells) > columns and not cells[-1]:
+            cells.pop()
+        return cells if len(cells) == columns or len(cells) > columns > 1 else None
+    ways = dict.fromkeys((delimiter.strip(), "\t", ";", ",", " "))
+    for cells in (split_line(line, way) for way in ways):
+        while len(cells) > columns and not cells[-1]:
+            cells.pop()
+        if len(cells) == columns and (
+            columns > 1 or len(line.split()) == 1 or split_heading(line)[1]
+        ):
+            return cells
+    return None

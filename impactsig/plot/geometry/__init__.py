@@ -1,0 +1,1 @@
+"""Figures of what intervals show: embedding, dimension, recurrence, surrogates."""

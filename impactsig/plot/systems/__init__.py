@@ -1,0 +1,1 @@
+"""Figures of simulated systems: motions, sections, diagrams, orbits, densities."""

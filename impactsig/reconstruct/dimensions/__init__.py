@@ -1,0 +1,1 @@
+"""Correlation dimension under timing errors: kernel sums, slopes, their errors."""

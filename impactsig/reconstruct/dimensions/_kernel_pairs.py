@@ -1,0 +1,312 @@
+"""Sums of a Gaussian kernel over pairs of points, at many scales at once, compiled.
+
+A k-d tree puts neighbours into leaves of as many points as are summed at once. For each leaf the
+tree is searched for the leaves with partners, once for all scales: two leaves are compared at the
+scales at which the kernel between their boxes is not negligible, and these are the largest ones,
+because the kernel falls with the scale.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import exprel
+
+from ..._compiled import njit
+from .._neighbors import _part
+
+NEGLIGIBLE = 17.0
+"""Exponent beyond which pairs of leaves are left out: exp(-17) is 4e-8."""
+
+LANES = 16
+"""Points of a leaf, and pairs that are summed at once."""
+
+TOGETHER = 4
+"""Leaves that are compared with one at once."""
+
+LOG2_E = np.float32(1 / np.log(2))
+
+TO_WHOLE = np.float32(1.5 * 2**23)
+"""What is added to it has no binary digits left behind the point."""
+
+LOWEST = np.float32(-60)
+"""Exponent of 2 below which a number is 0 for any purpose; its square is a normal number still."""
+
+LEAST = np.float32(2.0**-60)
+
+SQUARED = 3
+"""Times that exponentials are squared before they are worked out anew."""
+
+# (2^x - 1) / x between -1/2 and 1/2, by Chebyshev's nodes. 2^x is wrong by 2e-7 of itself at most,
+# and by less the nearer x is to 0: squares of it are no worse where they count.
+_CHEBYSHEV = np.polynomial.Chebyshev.interpolate(
+    lambda x: np.log(2) * exprel(np.log(2) * x), 4, domain=[-0.5, 0.5]
+)
+C1, C2, C3, C4, C5 = _CHEBYSHEV.convert(kind=np.polynomial.Polynomial).coef.astype(np.float32)
+C0 = np.float32(1)
+
+
+class Leaves(NamedTuple):
+    """A k-d tree; node k has the children 2k + 1 and 2k + 2, and all leaves but one are full."""
+
+    points: np.ndarray  # (m, n), in the order of the tree
+    times: np.ndarray  # (n,) of float64
+    blocks: np.ndarray  # (n,), of time
+    begin: np.ndarray  # (nodes,), where the points of a node begin
+    end: np.ndarray  # the same as `begin` where there are none
+    low: np.ndarray  # (nodes, m), the box around them
+    high: np.ndarray
+
+
+def leaves(vectors: np.ndarray, times: np.ndarray, blocks: np.ndarray) -> Leaves:
+    """The tree of the vectors, shape (n, m), with the time and block of each."""
+    points, order = np.array(vectors, order="C"), np.arange(len(vectors))
+    begin, end, low, high = _build(points, order)
+    return Leaves(
+        np.ascontiguousarray(points.T),
+        times[order].astype(np.float64),
+        blocks[order],
+        begin,
+        end,
+        low,
+        high,
+    )
+
+
+@njit(nogil=True)
+def _build(points, order):
+    """The boxes of the points, which are put into the order of the tree, as is `order`."""
+    n, m = points.shape
+    levels = 0
+    while n > (LANES << levels):
+        levels += 1
+    nodes, inner = (2 << levels) - 1, (1 << levels) - 1
+    begin, end = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
+    low, high = np.full((nodes, m), np.inf), np.full((nodes, m), -np.inf)
+    end[0] = n
+    for k in range(nodes):
+        a, b = begin[k], end[k]
+        for i in range(a, b):
+            for d in range(m):
+                low[k, d] = min(low[k, d], points[i, d])
+                high[k, d] = max(high[k, d], points[i, d])
+        if k < inner:
+            widest = 0
+            for d in range(1, m):
+                if high[k, d] - low[k, d] > high[k, widest] - low[k, widest]:
+                    widest = d
+            full = (b - a + LANES - 1) // LANES
+            half = min(a + LANES * ((full + 1) // 2), b)
+            if half < b:
+                _part(points, order, a, b, half, widest)
+            begin[2 * k + 1], end[2 * k + 1] = a, half
+            begin[2 * k + 2], end[2 * k + 2] = half, b
+    return begin, end, low, high
+
+
+@njit(nogil=True, fastmath={"contract"})
+def _square_differences(points, line, count, lanes, squares):
+    """Squares of differences, in single precision; those of the last column are added up."""
+    last, width = len(squares) - 1, lanes.shape[1]  # not LANES: 16 single steps, no lanes
+    for d in range(len(points)):
+        column = min(d, last)
+        for r in range(count):
+            value, at = points[d, line[r]], r * width
+            if d > last:
+                for j in range(width):
+                    gap = np.float32(lanes[d, j] - value)
+                    squares[column, at + j] += gap * gap
+            else:
+                for j in range(width):
+                    gap = np.float32(lanes[d, j] - value)
+                    squares[column, at + j] = gap * gap
+
+
+@njit(nogil=True)
+def _leave_out(times, line, count, own, many, theiler, near_in_time, leaf, squares):
+    """Put pairs that are too close in time infinitely far apart.
+
+    Few are: `near_in_time` tells for which stretches of time it is to be looked at all.
+    """
+    width = max(theiler, 1.0)
+    for r in range(count):
+        time = times[line[r]]
+        if near_in_time[int(time / width) + 1] == leaf:
+            for j in range(many):
+                if abs(own[j] - time) <= theiler:
+                    squares[r * LANES + j] = np.inf
+
+
+@njit(nogil=True)
+def _mark(times, theiler, leaf, near_in_time):
+    """Mark the stretches of time, as long as `theiler`, at and beside those of a leaf."""
+    width = max(theiler, 1.0)
+    for time in times:
+        at = int(time / width) + 1
+        near_in_time[at - 1 : at + 2] = leaf
+
+
+@njit(nogil=True, fastmath={"contract"})
+def _weigh(weight, squares, count, exponents, add):
+    for p in range(count):
+        exponents[p] = weight * squares[p] + (exponents[p] if add else np.float32(0))
+
+
+@njit(nogil=True, fastmath={"contract"})
+def _add_exponentials(weight, exponents, count, blocks, sums, s, powers):
+    """sums[blocks[r], s] += powers[r] = 2^(weight exponents[r]), in single precision.
+
+    The whole part of the exponent goes where a number has its own, 2 to the rest is a polynomial.
+    """
+    for r in range(count):
+        block = blocks[r]
+        for j in range(LANES):
+            x = max(weight * exponents[r * LANES + j], LOWEST)
+            whole = x + TO_WHOLE
+            x -= whole - TO_WHOLE
+            power = np.float32(C0 + x * (C1 + x * (C2 + x * (C3 + x * (C4 + x * C5)))))
+            bits = power.view(np.int32) + (np.float32(whole).view(np.int32) << 23)
+            powers[r * LANES + j] = np.int32(bits).view(np.float32)
+            sums[block, s, j] += powers[r * LANES + j]
+
+
+@njit(nogil=True)
+def _add_squares(powers, count, blocks, sums, s):
+    """sums[blocks[r], s] += powers[r], which are squared before."""
+    width = sums.shape[2]  # see `_square_differences`
+    for r in range(count):
+        block, at = blocks[r], r * width
+        for j in range(width):
+            power = powers[at + j]
+            power = max(power * power, LEAST)
+            powers[at + j] = power
+            sums[block, s, j] += power
+
+
+@njit(nogil=True)
+def _add_lanes(added, b, blocks, start, many, sums):
+    """Sort what was added by the points of a leaf into their blocks."""
+    for j in range(many):
+        block = blocks[start + j]
+        for s in range(added.shape[1]):
+            sums[b, block, s] += added[b, s, j]
+
+
+@njit(nogil=True)
+def _partners(tree, leaf, reaches, near, firsts, nodes, first_of):
+    """The leaves with partners, none that comes before the leaf itself, ascending in `firsts`.
+
+    That is the first of the scales at which their boxes are within `reaches`. `nodes` and
+    `first_of` are room to work in.
+    """
+    begin, end, low, high = tree.begin, tree.end, tree.low, tree.high
+    scales, inner = len(reaches), len(begin) // 2
+    found, top = 0, 1
+    nodes[0] = 0
+    while top > 0:
+        top -= 1
+        k = nodes[top]
+        if end[k] <= begin[leaf]:
+            continue
+        square = 0.0
+        for d in range(low.shape[1]):
+            square += max(low[k, d] - high[leaf, d], low[leaf, d] - high[k, d], 0.0) ** 2
+        if not square <= reaches[-1]:
+            continue
+        if k < inner:
+            nodes[top], nodes[top + 1] = 2 * k + 1, 2 * k + 2
+            top += 2
+            continue
+        s = scales - 1
+        while s > 0 and square <= reaches[s - 1]:
+            s -= 1
+        # Unsorted from the end, where no node is any more.
+        found += 1
+        nodes[-found], first_of[-found] = k, s
+    sorted_ = 0
+    for s in range(scales):
+        for k in range(1, found + 1):
+            if first_of[-k] == s:
+                near[sorted_], firsts[sorted_] = nodes[-k], s
+                sorted_ += 1
+    return found
+
+
+@njit(nogil=True)
+def kernel_sums(tree: Leaves, part, parts, theiler, weights, sums):
+    """Add up exp(-sum_d weights[s, d] (p_d - q_d)^2) over pairs of points.
+
+    Parameters
+    ----------
+    tree : Leaves
+        Pairs that are no more than `theiler` apart in time are left out.
+    part, parts : int
+        Every how many leaves are done, and which; of a pair of leaves the one that comes first.
+    weights : ndarray, shape (scales, columns)
+        Falling from scale to scale, the last ones 1; one column where all coordinates have the
+        same.
+    sums : ndarray, shape (blocks, blocks, scales)
+        What is added to, by the blocks of both points in no order.
+    """
+    m, scales = len(tree.points), len(weights)
+    begin, end = tree.begin, tree.end
+    columns = weights.shape[1]
+    negative = (-LOG2_E * weights).astype(np.float32)
+    reaches = np.empty(scales)
+    for s in range(scales):
+        reaches[s] = NEGLIGIBLE / weights[s].min()
+    size = LANES * TOGETHER * LANES
+    lanes = np.empty((m, LANES))
+    near_in_time = np.full(int(tree.times.max() / max(theiler, 1.0)) + 3, -1)
+    squares, exponents = np.empty((columns, size), np.float32), np.empty(size, np.float32)
+    powers, doubling = np.empty(size, np.float32), columns == 1
+    for s in range(scales - 1):
+        doubling &= abs(weights[s, 0] - 2 * weights[s + 1, 0]) < 1e-9 * weights[s, 0]
+    upto = np.zeros(TOGETHER + 1, np.int64)
+    line, blocks = np.empty(LANES * TOGETHER, np.int64), np.empty(LANES * TOGETHER, np.int64)
+    near, firsts = np.empty(len(begin), np.int64), np.empty(len(begin), np.int64)
+    nodes, first_of = np.empty(len(begin) + 2, np.int64), np.empty(len(begin) + 2, np.int64)
+    added = np.empty((len(sums), scales, LANES), np.float32)
+    for leaf in range(len(begin) // 2 + part, len(begin), parts):
+        start, many = begin[leaf], end[leaf] - begin[leaf]
+        if many == 0:
+            continue
+        lanes[:, many:] = np.inf
+        lanes[:, :many] = tree.points[:, start : start + many]
+        own = tree.times[start : start + many]
+        _mark(own, theiler, leaf, near_in_time)
+        added[:] = 0
+        found = _partners(tree, leaf, reaches, near, firsts, nodes, first_of)
+        for at in range(0, found, TOGETHER):
+            count, left = 0, min(TOGETHER, found - at)
+            for k in range(left):
+                for i in range(begin[near[at + k]], end[near[at + k]]):
+                    line[count], blocks[count] = i, tree.blocks[i]
+                    count += 1
+                upto[k + 1] = count
+            _square_differences(tree.points, line, count, lanes, squares)
+            _leave_out(tree.times, line, count, own, many, theiler, near_in_time, leaf, squares[0])
+            for r in range(count):
+                # Each pair of a leaf with itself once.
+                if line[r] < start + many:
+                    for j in range(line[r] - start + 1):
+                        squares[0, r * LANES + j] = np.inf
+            for s in range(scales - 1, -1, -1):
+                while left > 0 and firsts[at + left - 1] > s:
+                    left -= 1
+                if left == 0:
+                    break
+                if doubling and (scales - 1 - s) % (SQUARED + 1):
+                    _add_squares(powers, upto[left], blocks, added, s)
+                    continue
+                if columns == 1:
+                    one = negative[s, 0]
+                    _add_exponentials(one, squares[0], upto[left], blocks, added, s, powers)
+                    continue
+                for d in range(m):
+                    _weigh(negative[s, d], squares[d], upto[left] * LANES, exponents, d > 0)
+                one = np.float32(1)
+                _add_exponentials(one, exponents, upto[left], blocks, added, s, powers)
+        for b in range(len(sums)):
+            _add_lanes(added, b, tree.blocks, start, many, sums)

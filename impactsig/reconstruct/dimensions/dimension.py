@@ -1,0 +1,499 @@
+"""The correlation dimension of a series: a slope between two scales, and what it says."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from ..._arguments import number, thread_count, whole
+from ..._showing import Shown
+from ...errors import InvalidInput
+from ...impacts import Impacts
+from .._arguments import finite_range
+from .._fits import Fit, FitName, fit_of
+from .._series import series, stretches, unbroken
+from .._theiler import theiler_window
+from .._values import quantum
+from ..recognition.kinds import Kind
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure, SubFigure
+
+    from ._estimate import Setting
+    from ._noise import Noise
+
+Verdict = Literal[
+    "dimension", "slope", "no scales", "noise", "quasi-periodic", "periodic", "constant"
+]
+
+LEAST_VECTORS = 50
+
+RESOLUTION_FLOOR = 2.0
+"""Least scale in steps of the values."""
+
+
+@dataclass(frozen=True)
+class ScaleSlope:
+    """Slope of ln K against ln H between two scales.
+
+    Attributes
+    ----------
+    value : float
+        D(H1, H2).
+    interval : tuple of float
+        Its 95 % confidence interval, for the noise-free slope between the same scales.
+    scales : tuple of float
+        H1 and H2, in the unit of the series.
+    embedding : int
+        Embedding dimension m.
+    errors : dict of str to float
+        Standard errors by what they come from.
+    """
+
+    value: float
+    interval: tuple[float, float]
+    scales: tuple[float, float]
+    embedding: int
+    errors: dict[str, float]
+
+    @property
+    def span(self) -> float:
+        """W, the e-folds between the two scales."""
+        return float(np.log(self.scales[1] / self.scales[0]))
+
+
+@dataclass(frozen=True)
+class KaplanYorke:
+    """The dimension D1 by the formula of Kaplan and Yorke, 1 + l1 / |l2|.
+
+    Attributes
+    ----------
+    value : float
+    interval : tuple of float
+        Its 95 % confidence interval, by that of the exponent.
+    exponent : float
+        l1, the largest exponent, per impact.
+    contraction : float
+        -(l1 + l2), as given.
+    """
+
+    value: float
+    interval: tuple[float, float]
+    exponent: float
+    contraction: float
+
+
+@dataclass(frozen=True, eq=False)
+class CorrelationDimension(Shown):
+    """What `correlation_dimension` found, and on what evidence.
+
+    Attributes
+    ----------
+    verdict : str
+        "dimension"; "slope" (the slope is not the dimension of the attractor: see `reason`); "no
+        scales" (no slope either); "noise", "quasi-periodic", "periodic" and "constant" are
+        recognised beforehand, and nothing is counted.
+    dimension : float or None
+        Correlation dimension D2 of the attractor; 0 of a periodic or constant series, the number of
+        independent frequencies of a quasi-periodic one; None where it cannot be determined.
+    interval : tuple of float or None
+        Its 95 % confidence interval.
+    slope : ScaleSlope or None
+        The slope between the two scales that could be counted.
+    reason : str
+        Why there is no dimension.
+    needed : str
+        What would be needed.
+    kaplan_yorke : KaplanYorke or None
+        D1, where a contraction was given and the exponent could be read.
+    period : int or None
+        Steps after which a periodic series recurs.
+    noise : float
+        Standard deviation of the noise on a value, in the unit of the series; of a periodic or
+        quasi-periodic series, of the scatter about it.
+    timing_error : float
+        Standard deviation of the error of an instant that it comes from; 0 if it does not.
+    noise_source : str
+        Where that is from.
+    resolution : float
+        Step of the values; 0 where they are not rounded.
+    floor : float
+        Least scale that noise and resolution leave.
+    scales, sums, slopes, slope_errors : ndarray, shape (k,)
+        H and K(H) in the embedding of the slope; local slopes over an octave about each scale, nan
+        at both ends; half-widths of their 95 % intervals.
+    delay, theiler : int
+        As used.
+    missed, spurious : float
+        Shares of impacts that were accounted for.
+    warnings : tuple of str
+        What to know before the value is used.
+
+    See Also
+    --------
+    correlation_dimension, results.CorrelationSum, plot.dimension
+
+    Examples
+    --------
+    >>> from impactsig import correlation_dimension
+    >>> x = [0.4]
+    >>> for _ in range(999):
+    ...     x.append(1 - 1.4 * x[-1] ** 2 + 0.3 * (x[-2] if len(x) > 1 else 0))
+    >>> found = correlation_dimension(x)
+    >>> low, high = found.interval
+    >>> low < 1.21 < high  # D2 of the Hénon map
+    True
+    """
+
+    verdict: Verdict
+    dimension: float | None
+    interval: tuple[float, float] | None
+    slope: ScaleSlope | None = None
+    reason: str = ""
+    needed: str = ""
+    kaplan_yorke: KaplanYorke | None = None
+    period: int | None = None
+    noise: float = 0.0
+    timing_error: float = 0.0
+    noise_source: str = ""
+    resolution: float = 0.0
+    floor: float = 0.0
+    scales: np.ndarray = field(default_factory=lambda: np.empty(0))
+    sums: np.ndarray = field(default_factory=lambda: np.empty(0))
+    slopes: np.ndarray = field(default_factory=lambda: np.empty(0))
+    slope_errors: np.ndarray = field(default_factory=lambda: np.empty(0))
+    delay: int = 1
+    theiler: int = 0
+    missed: float = 0.0
+    spurious: float = 0.0
+    warnings: tuple[str, ...] = ()
+
+    def describe(self) -> str:
+        """The answer in words, with what the intervals cover."""
+        words = [self._recognised() or self._counted()]
+        if self.kaplan_yorke is not None:
+            one = self.kaplan_yorke
+            words.append(
+                f"D1 by Kaplan and Yorke {one.value:.3f}, 95 % interval {one.interval[0]:.3f} to "
+                f"{one.interval[1]:.3f} (exponent {one.exponent:.3g}, contraction "
+                f"{one.contraction:.3g} per impact)"
+            )
+        return "; ".join((*words, *self.warnings))
+
+    def _recognised(self) -> str:
+        if self.verdict == "constant":
+            return "dimension 0: the series is constant"
+        if self.verdict == "periodic":
+            steps = (
+                "every value recurs" if self.period == 1 else f"recurs every {self.period} steps"
+            )
+            within = f"noise of {self.noise:.2g}" if self.noise else "its resolution"
+            return f"dimension 0: the series is periodic ({steps}, to within {within})"
+        if self.verdict == "quasi-periodic":
+            if self.dimension is None:
+                return f"no dimension: {self.reason}"
+            tones = f"{self.dimension:.0f} independent frequenc" + (
+                "y" if self.dimension == 1 else "ies"
+            )
+            return f"dimension {self.dimension:.0f}: the series is quasi-periodic ({tones})"
+        if self.verdict == "noise":
+            return f"no dimension: {self.reason}"
+        return ""
+
+    def _counted(self) -> str:
+        noise = f"noise {self.noise_source}"
+        if self.noise:
+            noise = f"noise of {self.noise:.2g} {self.noise_source}"
+        if self.slope is None:
+            return f"no slope: {self.reason} ({noise})"
+        one = self.slope
+        covers = [*one.errors]
+        words = (
+            f"slope {one.value:.2f}, 95 % interval {one.interval[0]:.2f} to {one.interval[1]:.2f}, "
+            f"between scales {one.scales[0]:.3g} and {one.scales[1]:.3g} (embedding dimension "
+            f"{one.embedding}; {noise}; floor {self.floor:.3g}; the interval covers "
+            f"{_listed(covers)})"
+        )
+        if self.dimension is None or self.interval is None:
+            needed = f" (needed: {self.needed})" if self.needed else ""
+            return f"{words}; no dimension of the attractor: {self.reason}{needed}"
+        covers += ["the choice of scales", "that of the embedding"]
+        return (
+            f"correlation dimension {self.dimension:.2f}, 95 % interval {self.interval[0]:.2f} to "
+            f"{self.interval[1]:.2f} (covers {_listed(covers)}); {words}"
+        )
+
+    def plot(self, figure: Figure | SubFigure | None = None) -> Any:
+        """Draw it; see `impactsig.plot.geometry.dimension`."""
+        from ... import plot
+
+        return plot.dimension(self, figure)
+
+    def __str__(self) -> str:
+        return self.describe()
+
+
+def _listed(words: list[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def correlation_dimension(
+    x: Any,
+    dimension: int | None = None,
+    *,
+    delay: int = 1,
+    theiler: int | None = None,
+    scales: tuple[float, float] | None = None,
+    timing_error: float | None = None,
+    value_error: float | None = None,
+    missed: float = 0.0,
+    spurious: float | None = None,
+    resolution: float | None = None,
+    contraction: float | None = None,
+    fit: FitName | Fit = "least squares",
+    workers: int | None = None,
+) -> CorrelationDimension:
+    r"""The slope of the correlation sum between two scales, and the dimension where it is one.
+
+    The sum is that of a Gaussian kernel of width H over the differences d of all pairs of delay
+    vectors, freed of noise of covariance S [GrassbergerProcaccia1983]_, [Diks1996]_,
+
+    .. math:: K(H) = \sqrt{\det H^2 I / \det(H^2 I - S)} \;
+        \big\langle \exp(-\tfrac14 d^T (H^2 I - S)^{-1} d) \big\rangle ,
+
+    whose mean is exactly that without noise. It grows as H^D2. The slope of ln K against ln H is
+    read by least squares from H1 to H2: H1 is the greatest of 1.5 standard deviations of the noise,
+    twice the resolution and the scale whose kernel sums to 60 pairs, or to 0.15 pairs for each
+    vector where that leaves W = 1.6 e-folds; at H2 is K = 0.03 (0.01 where the slope is above 1.5,
+    if that leaves W = 1.6), or less where the slope rises there and vectors of unrelated values
+    explain it: with m coordinates, K_1(H)^m of the pairs are near by chance. `fit` reads it
+    otherwise.
+
+    The slope is the primary result. Its interval is for the noise-free slope between the same two
+    scales; it covers chance (the scatter over 32 blocks of time) and, where they are, the doubt
+    about an estimated noise and missed and spurious impacts. It is taken for the dimension D2 of
+    the attractor where the scales span W = 1.6 e-folds at least and a further coordinate adds no
+    more than 0.15. The interval of the dimension also covers the choice of scales, since a slope
+    over W e-folds misses the limit by 0.13 / W, as a standard error, and that of the embedding, by
+    what a further coordinate adds.
+
+    Constant, periodic (also but for noise, or as `identify_period` says), quasi-periodic series and
+    linear noise are recognised before anything is counted.
+
+    Parameters
+    ----------
+    x : Impacts or array_like, shape (n,)
+        The series; of impacts, their interspike intervals.
+    dimension : int, optional
+        Embedding dimension m. Unless given, the least above twice the slope [SauerYorke1991]_,
+        and 3 at least.
+    delay : int, optional
+        Delay [steps]; of intervals the natural one is 1.
+    theiler : int, optional
+        Pairs no further apart in time than this [steps] are left out. Unless given, two mean
+        periods (between rises through the mean), or until the autocorrelation is not positive.
+    scales : (float, float), optional
+        H1 and H2 in place of the rule, in the unit of the series. H1 is raised to the floor of the
+        noise, and to the scale of 60 pairs.
+    timing_error : float, optional
+        Standard deviation of the errors of the instants between which the values are intervals.
+        Unless it or `value_error` is given, that of impacts is the root mean square of their
+        `time_error`; where there is none it is estimated from the data.
+    value_error : float, optional
+        Standard deviation of independent noise on each value.
+    missed, spurious : float, optional
+        Shares of impacts that were missed, and that were none. The slope is freed of what as many
+        again do to it, and the interval widened by that; beyond 12 % together no dimension is read.
+        Unless given, `spurious` is what the `probability` of the impacts leaves to 1.
+    resolution : float, optional
+        Step of the numbers, in the unit of the series. Unless given, found if values repeat.
+    contraction : float, optional
+        By how many e-folds areas shrink from impact to impact; adds D1 by Kaplan and Yorke. Of an
+        oscillator with one stop, 2 ln(1 / r) plus twice the damping rate times the mean interval.
+    fit : {"least squares", "theil-sen"} or callable
+        How the slope is read: the line through all scales, the median of the slopes between any
+        two, or a function fit(x, y) of ln H and ln K that returns the slope.
+    workers : int, optional
+        Threads; as many as there are cores unless given. The result does not depend on it.
+
+    Returns
+    -------
+    CorrelationDimension
+
+    Raises
+    ------
+    InvalidInput
+        If x holds what is no finite number or has fewer than 50 vectors beyond the Theiler window;
+        if an argument is not of its kind.
+
+    See Also
+    --------
+    correlation_sum, lyapunov_exponent, surrogate_test, plot.dimension
+
+    Examples
+    --------
+    >>> import math
+    >>> import numpy as np
+    >>> from impactsig import correlation_dimension
+    >>> found = correlation_dimension(np.sin(np.arange(500) * math.sqrt(2)))
+    >>> found.verdict, found.dimension
+    ('quasi-periodic', 1.0)
+    """
+    values = finite_range(series(x))
+    m = None if dimension is None else whole("dimension", dimension, 1)
+    delay = whole("delay", delay, 1)
+    thread_count(workers)
+    rule = fit_of(fit)
+    step = None if resolution is None else number("resolution", resolution, above=0)
+    chosen = None if scales is None else _scales(scales)
+    timing_error, value_error = _stated(timing_error, value_error)
+    missed = number("missed", missed, least=0, most=0.5)
+    if spurious is None:
+        spurious = _doubtful(x)
+    spurious = number("spurious", spurious, least=0, most=0.5)
+    if (missed or spurious) and values.min() <= 0:
+        raise InvalidInput(
+            "missed", missed, "0 for values that are no intervals", "Intervals are positive"
+        )
+    if contraction is not None:
+        contraction = number("contraction", contraction, above=0)
+    window = None if theiler is None else whole("theiler", theiler, 0)
+    marked = series(x, gap=delay)
+    window = theiler_window(window, marked)
+    least = (m or 3) * delay
+    if np.count_nonzero(unbroken(marked, least - delay + 1)) - window < LEAST_VECTORS:
+        raise InvalidInput(
+            "x",
+            f"{len(values)} values",
+            f"at least {LEAST_VECTORS + window + least - delay} for dimension {m or 3}, delay "
+            f"{delay} and a Theiler window of {window}",
+            "Give more values, or ask for a lower dimension",
+        )
+    # Here, because they bring the compiler, which wrong arguments should not wait for.
+    from ..recognition import recognition as _recognition
+    from . import _estimate as _dimension
+
+    stated, step = step or 0.0, quantum(values) if step is None else step
+    impacts = x if isinstance(x, Impacts) else None
+    longest = max(stretches(series(x, gap=1)), key=len)
+    kind = _recognition.recognise(impacts, values, longest, step, stated, window)
+    if kind.name != "motion":
+        return of_kind(kind, step)
+    # In the range of the series, so that no square overflows.
+    unit = float(np.ptp(values / np.abs(values).max()) * np.abs(values).max())
+    setting = _dimension.Setting(
+        marked / unit,
+        delay,
+        window,
+        RESOLUTION_FLOOR * step / unit,
+        None if chosen is None else (chosen[0] / unit, chosen[1] / unit),
+        missed,
+        spurious,
+        unit,
+        step,
+        workers,
+        rule,
+    )
+    noise = _noise(impacts, timing_error, value_error, step, setting)
+    found = _dimension.estimate(setting, noise, m)
+    if contraction is None:
+        return found
+    added, doubt = _kaplan_yorke(x, window, contraction)
+    warnings = (*found.warnings, doubt) if doubt else found.warnings
+    return replace(found, kaplan_yorke=added, warnings=warnings)
+
+
+def of_kind(kind: Kind, resolution: float = 0.0) -> CorrelationDimension:
+    """The result for what is recognised before anything is counted."""
+    assert kind.name != "motion"
+    dimension: float | None = 0.0
+    reason = ""
+    if kind.name == "quasi-periodic":
+        dimension = float(kind.tones) or None
+        reason = "" if dimension else "the series is quasi-periodic, of more than 2 frequencies"
+    elif kind.name == "noise":
+        dimension, reason = None, "nothing tells the series from linear noise"
+    return CorrelationDimension(
+        kind.name,
+        dimension,
+        None if dimension is None else (dimension, dimension),
+        reason=reason,
+        period=kind.period,
+        noise=kind.scatter,
+        resolution=resolution,
+    )
+
+
+def _noise(
+    impacts: Impacts | None,
+    timing: float | None,
+    value: float | None,
+    step: float,
+    given: Setting,
+) -> Noise:
+    """The noise, in the range of the series: as stated, of the impacts, or estimated."""
+    from ._noise import Noise, estimated
+
+    rounding = step / math.sqrt(12)
+    if timing is not None or value is not None:
+        level = math.hypot(value or 0.0, rounding)
+        return Noise((timing or 0.0) / given.unit, level / given.unit, "as given")
+    if impacts is not None and impacts.time_error is not None:
+        errors = impacts.time_error[np.isfinite(impacts.time_error)]
+        if len(errors):
+            level = float(np.sqrt(np.mean(errors**2)))
+            return Noise(level / given.unit, 0.0, "by the time_error of the impacts")
+    found = estimated(
+        given.values, given.delay, given.theiler, given.floor, impacts is not None, given.workers
+    )
+    if rounding and not found.of_value:
+        return found._replace(value=rounding / given.unit, source="by rounding alone")
+    return found._replace(value=math.hypot(found.value, rounding / given.unit))
+
+
+def _kaplan_yorke(x: Any, theiler: int, contraction: float) -> tuple[KaplanYorke | None, str]:
+    """D1 by the largest exponent, or why there is none."""
+    from ..divergence.exponents import lyapunov_exponent
+
+    try:
+        found = lyapunov_exponent(x, dimension=2, theiler=theiler)
+    except InvalidInput as error:
+        return None, f"no D1: {error}"
+    if found.exponent is None or found.interval is None or found.verdict != "divergence":
+        return None, "no D1: the series has no exponent"
+
+    def of(exponent: float) -> float:
+        return 1 + max(exponent, 0.0) / (contraction + max(exponent, 0.0))
+
+    low, high = found.interval
+    return KaplanYorke(of(found.exponent), (of(low), of(high)), found.exponent, contraction), ""
+
+
+def _stated(timing: float | None, value: float | None) -> tuple[float | None, float | None]:
+    if timing is not None:
+        timing = number("timing_error", timing, least=0)
+    if value is not None:
+        value = number("value_error", value, least=0)
+    return timing, value
+
+
+def _doubtful(x: Any) -> float:
+    """The share of impacts that their probabilities leave to be spurious."""
+    if not isinstance(x, Impacts) or x.probability is None or not len(x.probability):
+        return 0.0
+    return float(1 - x.probability.mean())
+
+
+def _scales(given: Any) -> tuple[float, float]:
+    required = "two positive scales, the lesser first"
+    try:
+        low, high = given
+    except (TypeError, ValueError):
+        raise InvalidInput("scales", given, required) from None
+    low, high = number("scales", low, required), number("scales", high, required)
+    if not 0 < low < high:
+        raise InvalidInput("scales", given, required)
+    return low, high

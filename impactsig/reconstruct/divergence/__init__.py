@@ -1,0 +1,1 @@
+"""Largest Lyapunov exponent of a series: how fast neighbours part."""

@@ -1,0 +1,125 @@
+"""Neighbours in an embedding, and how far apart they are after every further step."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from ...errors import InvalidInput
+from .._neighbors import NOBODY, Tree, nearest, tree, within
+from .._series import stretches, unbroken
+from ._region import Curve, median_curve
+from ._stretch import LOWEST, group_gaps, pair_gaps
+
+LEAST = 50
+"""Fewest references with a neighbour."""
+
+MOST_STEPS = 512
+"""Steps that neighbours are followed for at the most, unless told."""
+
+SATURATED = 1.5
+"""A pair is as far apart as any two from a factor exp(-1.5) of their median gap on."""
+
+
+class Setting(NamedTuple):
+    """What is followed, and how; see `lyapunov_exponent`."""
+
+    values: np.ndarray
+    dimension: int
+    delay: int
+    theiler: int
+    method: str
+    radius: float | None
+    far: float  # logarithm of the typical gap of two values
+
+    @property
+    def span(self) -> int:
+        """Steps from the first coordinate of a vector to its newest."""
+        return (self.dimension - 1) * self.delay
+
+
+class Followed(NamedTuple):
+    """Neighbours followed for some steps."""
+
+    curve: Curve
+    mean: np.ndarray
+    close: np.ndarray
+    references: int
+
+
+def follow_on(given: Setting, steps: int, further: bool) -> Followed:
+    """Follow neighbours for `steps`, or `further`: until half of the pairs are far apart."""
+    longest = max(len(part) for part in stretches(given.values))
+    most = min(MOST_STEPS, (longest - given.span) // 4)
+    while True:
+        found = _follow(given, steps)
+        if not further or found.close.min() < 0.5 or 2 * steps > most:
+            return found
+        steps *= 2
+
+
+def _follow(given: Setting, steps: int) -> Followed:
+    length = given.span + steps + 1
+    # A vector counts if it can be followed to the last step without crossing a gap.
+    vectors = sliding_window_view(given.values, length)[:, : given.span + 1 : given.delay]
+    newest = given.values[given.span :]
+    found = tree(vectors, unbroken(given.values, length))
+    if given.method == "rosenstein":
+        other, _ = nearest(found, given.theiler, False)
+        one = np.flatnonzero(other != NOBODY)
+        _enough(len(one))
+        log = pair_gaps(newest, one, other[one], steps)
+    else:
+        one, start, who = _companies(found, given.theiler, given.radius)
+        _enough(len(one))
+        log = group_gaps(newest, one, start, who, steps)
+    close = np.mean(log < given.far - SATURATED, axis=1)
+    told = log > LOWEST
+    mean = np.where(told, log, 0).sum(axis=1) / np.maximum(told.sum(axis=1), 1)
+    curve = median_curve(log, one)
+    if given.method == "kantz":
+        # A pair within the radius counts from both its ends, in two blocks of time as a rule.
+        curve = curve._replace(blocks=math.sqrt(2) * curve.blocks)
+    return Followed(curve, mean, close, len(one))
+
+
+def _companies(
+    found: Tree, window: int, radius: float | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """References, at most 4000 and in order, with all their neighbours, for the method of Kantz."""
+    n = len(found.points)
+    # By place in the tree, and so evenly over the attractor.
+    places = np.arange(0, n, max(n // 4000, 1))
+    if radius is None:
+        some = places[:: max(len(places) // 400, 1)]
+        low, high = 0.0, float(np.ptp(found.points))
+        for _ in range(24):
+            radius = 0.5 * (low + high)
+            _, start, _ = within(found, some, radius, window, False, 1)
+            enough = np.count_nonzero(np.diff(start)) >= len(some) / 2
+            low, high = (low, radius) if enough else (radius, high)
+        radius = high
+    one, start, who = within(found, places, radius, window, False, 500)
+    parts = np.split(who, start[1:-1])
+    # References without company say nothing; in the order of time they make blocks of time.
+    order = [r for r in np.argsort(one) if len(parts[r])]
+    sizes = [len(parts[r]) for r in order]
+    chosen = [parts[r] for r in order]
+    return (
+        one[order],
+        np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
+        np.concatenate(chosen) if chosen else np.empty(0, np.int64),
+    )
+
+
+def _enough(references: int) -> None:
+    if references < LEAST:
+        raise InvalidInput(
+            "x",
+            f"{references} vectors with a neighbour that is not equal",
+            f"at least {LEAST}",
+            "The series takes too few different values, or radius or theiler leave no neighbours",
+        )

@@ -1,0 +1,1 @@
+"""Recurrence plots and their quantification."""

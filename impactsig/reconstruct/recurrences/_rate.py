@@ -1,0 +1,25 @@
+"""The radius at which a given share of the pairs of delay vectors recur."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ._lines import histogram
+
+BINS = 4096
+
+
+def radius_of(x: np.ndarray, dimension: int, delay: int, theiler: int, pairs: int) -> float:
+    """Least radius within which so many pairs (i, j), i < j, more than `theiler` apart, lie.
+
+    A histogram of all distances finds the bin that holds this distance, and is refined within it
+    until its edges are neighbouring numbers or all distances in it are equal.
+    """
+    low, high = 0.0, float(np.nanmax(x) - np.nanmin(x))
+    while True:
+        counts, below, least, most = histogram(x, dimension, delay, theiler, low, high, BINS)
+        total = below + np.cumsum(counts)
+        found = int(np.searchsorted(total, pairs))
+        if found >= BINS or least[found] == most[found]:
+            return float(most[min(found, BINS - 1)])
+        low, high = float(least[found]), float(most[found])

@@ -1,0 +1,1 @@
+"""Correlation sums: pairs of vectors nearer than a radius."""

@@ -1,0 +1,454 @@
+"""The correlation sum: how many pairs of vectors lie within each radius, and its relatives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from ..._arguments import choice, number, reals, whole
+from ..._showing import Shown
+from ...errors import InvalidInput
+from ...impacts import Impacts
+from .._arguments import dimensions_of, finite_range
+from .._fits import Fit, FitName, fit_of
+from .._series import known, pairs_apart, series, unbroken
+from .._theiler import theiler_window
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure, SubFigure
+
+    from ._point_sums import Kernel, Norm
+
+DIMENSIONS = range(1, 7)
+"""Embedding dimensions of a series."""
+
+PER_OCTAVE = 4
+"""Default radii in each octave."""
+
+OCTAVES = 40
+"""How far below the greatest distance default radii are sought; beyond is rounding."""
+
+ALL_PAIRS_UP_TO = 30_000
+"""Delay vectors up to which the default radii reach to the greatest distance."""
+
+NEIGHBOURS = 200
+"""Where there are more, the greatest default radius holds about as many neighbours of each."""
+
+
+@dataclass(frozen=True, eq=False)
+class CorrelationSum(Shown):
+    """What `correlation_sum` counted.
+
+    Attributes
+    ----------
+    radii : ndarray, shape (r,)
+        Radii, ascending, in the unit of the series.
+    counts : ndarray, shape (dimensions, r)
+        Pairs within each radius, exact, of int64; of the Gaussian kernel its sum over all pairs.
+    pairs : ndarray of int64, shape (dimensions,)
+        Pairs there are.
+    dimensions : tuple of int
+        Embedding dimensions, one for each row of `counts`; of given vectors their length.
+    delay : int
+        Delay, in steps of the series.
+    theiler : int
+        Pairs no further apart in time than this many steps were left out.
+    norm, kernel : str
+        As given.
+    q : float
+        Order of the sums.
+    sums : ndarray, shape (dimensions, r)
+        The correlation sum C_q(r); of order 2 the share of pairs within each radius.
+
+    See Also
+    --------
+    correlation_sum, correlation_dimension, plot.correlation_sum
+
+    Examples
+    --------
+    >>> from impactsig import correlation_sum
+    >>> found = correlation_sum([0.0, 1.0, 3.0], 1, theiler=0, radii=[1.0, 2.0, 3.0])
+    >>> found.counts, found.pairs
+    (array([[1, 2, 3]]), array([3]))
+    """
+
+    radii: np.ndarray
+    counts: np.ndarray
+    pairs: np.ndarray
+    dimensions: tuple[int, ...]
+    delay: int
+    theiler: int
+    norm: Norm
+    kernel: Kernel
+    q: float
+    sums: np.ndarray
+
+    @property
+    def slope_radii(self) -> np.ndarray:
+        """The radii that the local slopes are of: geometric means of neighbours, shape (r - 1,)."""
+        return np.sqrt(self.radii[:-1]) * np.sqrt(self.radii[1:])
+
+    def local_slopes(self) -> np.ndarray:
+        """Slope of ln C against ln r between neighbouring radii, shape (dimensions, r - 1).
+
+        A plateau over r that stays where it is as the dimension grows is the dimension D_q. Where
+        C of the smaller radius is 0, the slope is nan.
+        """
+        logs = np.log(np.where(self.sums > 0, self.sums, np.nan))
+        return np.diff(logs, axis=1) / np.diff(np.log(self.radii))
+
+    def slope(self, low: float, high: float, fit: FitName | Fit = "least squares") -> np.ndarray:
+        """Slope of ln C against ln r over the radii from `low` to `high`, shape (dimensions,).
+
+        Where it is the same over a wide range of radii, and does not grow with the dimension, it
+        is the generalized dimension D_q. It is nan where C of a radius is 0.
+
+        Parameters
+        ----------
+        low, high : float
+            Radii, in the unit of the series; both are part of the range.
+        fit : {"least squares", "theil-sen"} or callable
+            The line through all points, the median of the slopes between any two, or a function
+            fit(x, y) of ln r and ln C that returns the slope.
+
+        Raises
+        ------
+        InvalidInput
+            If fewer than two radii are within the range, or `fit` returns no finite number.
+        """
+        rule = fit_of(fit)
+        low, high = number("low", low, above=0), number("high", high, above=0)
+        within = (self.radii >= low) & (self.radii <= high)
+        if np.count_nonzero(within) < 2:
+            raise InvalidInput(
+                "high",
+                f"{high:g}, {np.count_nonzero(within)} radii from {low:g} on",
+                f"a range that holds two of the radii, {self.radii[0]:g} to {self.radii[-1]:g}",
+            )
+        logs = np.log(self.radii[within])
+        return np.array(
+            [
+                rule(logs, np.log(each[within])) if np.all(each[within] > 0) else np.nan
+                for each in self.sums
+            ]
+        )
+
+    def describe(self) -> str:
+        """What was counted, in words."""
+        named = ", ".join(str(m) for m in self.dimensions)
+        order = "" if self.q == 2 else f" of order {self.q:g}"
+        kind = "" if self.norm == "max" else f"{self.norm} norm, "
+        kind += "" if self.kernel == "step" else f"{self.kernel} kernel, "
+        return (
+            f"correlation sum{order}: dimension {named}, {kind}delay {self.delay}, Theiler window "
+            f"{self.theiler}, {len(self.radii)} radii from {self.radii[0]:.3g} to "
+            f"{self.radii[-1]:.3g}; {self.counts[-1, -1]:.10g} of {self.pairs[-1]} pairs within "
+            f"the greatest in dimension {self.dimensions[-1]}"
+        )
+
+    def plot(self, figure: Figure | SubFigure | None = None) -> Any:
+        """Draw it; see `impactsig.plot.correlation_sum`."""
+        from ... import plot
+
+        return plot.correlation_sum(self, figure)
+
+    def __str__(self) -> str:
+        return self.describe()
+
+
+def correlation_sum(
+    x: Any,
+    dimensions: int | Iterable[int] | None = None,
+    *,
+    delay: int | None = None,
+    theiler: int | None = None,
+    radii: Any = None,
+    norm: Norm = "max",
+    kernel: Kernel = "step",
+    q: float = 2,
+    workers: int | None = None,
+) -> CorrelationSum:
+    r"""Count the pairs of delay vectors, or of given vectors, within each radius, exactly.
+
+    The correlation sum [GrassbergerProcaccia1983]_ of the delay vectors
+    y_i = (x_i, x_{i+d}, ..., x_{i+(m-1)d}) is the share of pairs, away from each other in time by
+    more than the Theiler window W [Theiler1986]_, whose distance is r or less,
+
+        C_m(r) = #{i < j : j - i > W, max_k abs(x_{i+kd} - x_{j+kd}) <= r}
+                 / ((n - W)(n - W - 1) / 2),
+
+    with all n = N - (m - 1) d vectors of each dimension m (fewer where the run has gaps). A pair
+    at exactly the distance r counts, pairs of equal vectors at every r. The comparison is that of
+    the float64 numbers: every count is what comparing pair by pair gives. What is fast is that
+    either all pairs are binned by the bits of their distances, in all dimensions at once, or near
+    pairs alone, or whole pairs of boxes of a k-d tree that no radius divides (whichever is
+    estimated to cost least).
+
+    With C_i(r) the share of the partners of vector i within r, the sum of order q
+    [HentschelProcaccia1983]_,
+
+    .. math:: C_q(r) = \Big( \frac1n \sum_i C_i(r)^{q-1} \Big)^{1/(q-1)} ,
+        \qquad C_1(r) = \exp \frac1n \sum_i \ln C_i(r) ,
+
+    grows as r^D_q, whose slope `CorrelationSum.slope` reads. Vectors without a neighbour within r
+    make it 0 for q of 1 or less.
+
+    Parameters
+    ----------
+    x : Impacts or array_like, shape (n,) or (n, d)
+        The series; of impacts, their interspike intervals. A gap in the run counts as `delay`
+        steps, and what reaches across it is no vector. Of two dimensions, the vectors themselves
+        in the order of time.
+    dimensions : int or iterable of int, optional
+        Embedding dimensions m, ascending; a single number stands for all from 1 up to it, [m] for
+        m alone. 1 to 6 unless given; not for vectors.
+    delay : int, optional
+        Delay d [steps]; of intervals the natural one is 1, the default. Not for vectors.
+    theiler : int, optional
+        Theiler window W [steps]: 0 leaves out only the pairs of a vector with itself. Unless
+        given, two mean periods (from one rise through the mean to the next), or until the
+        autocorrelation is not positive, where that is later; a tenth of the series at the most. Of
+        vectors, that of their first coordinate.
+    radii : array_like, shape (r,), optional
+        Radii, positive and ascending, in the unit of the series. Unless given, quarter octaves,
+        2^(k/4): from the last that holds only pairs of equal vectors (or none) to the first that
+        holds all pairs. With more than 30 000 vectors they end where a vector has about 200
+        neighbours (in the lowest dimension asked for beyond 1), so that the cost grows as n. Of
+        the Gaussian kernel, from the first at which it sums to a pair.
+    norm : {"max", "euclidean"}
+        Distance of two vectors: the greatest difference of a coordinate, or the root of the sum of
+        squares.
+    kernel : {"step", "gaussian"}
+        What a pair at the distance d adds: 1 if d <= r, or exp(-(d / 2r)^2), as in
+        `correlation_dimension`.
+    q : float
+        Order of the sum. Vectors, the Euclidean norm, the Gaussian kernel and orders other than 2
+        compare all pairs, so that the cost grows as n^2.
+    workers : int, optional
+        Threads; as many as there are cores unless given. The result does not depend on it.
+
+    Returns
+    -------
+    CorrelationSum
+
+    Raises
+    ------
+    InvalidInput
+        If there is no pair of vectors of the greatest dimension (too short a series for it, the
+        delay and the Theiler window); if dimensions or a delay are given for vectors, which are
+        what they are; if the series is constant and no radii are given; if
+        dimensions or radii are not positive and ascending; if an argument is not of its kind.
+
+    See Also
+    --------
+    correlation_dimension, delay_embed
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from impactsig import correlation_sum
+    >>> found = correlation_sum([0.0, 1.0, 3.0], 1, theiler=0, radii=[1.0, 2.0, 3.0])
+    >>> found.counts
+    array([[1, 2, 3]])
+
+    The middle third set, of dimension ln 2 / ln 3 for every order, by its 1024 points of depth 10:
+
+    >>> points = [0.0]
+    >>> for depth in range(10):
+    ...     points = [p / 3 for p in points] + [(p + 2) / 3 for p in points]
+    >>> found = correlation_sum(np.c_[points], theiler=0, q=1, radii=3.0 ** np.arange(-4, 0))
+    >>> found.slope(0.01, 0.4).round(2)
+    array([0.64])
+    """
+    norm = cast("Norm", choice("norm", norm, ("max", "euclidean")))
+    kernel = cast("Kernel", choice("kernel", kernel, ("step", "gaussian")))
+    q = number("q", q)
+    if _two_dimensional(x):
+        points = _vectors(x, dimensions, delay)
+        workers = workers if workers is None else whole("workers", workers, 1)
+        window = _window(theiler_window(theiler, points[:, 0]), np.arange(len(points)))
+        given = [(points, np.arange(len(points)))]
+        return _of_points(given, 1, window, radii, norm, kernel, q, workers)
+    wanted = dimensions_of(DIMENSIONS if dimensions is None else dimensions)
+    delay = whole("delay", 1 if delay is None else delay, 1)
+    values = series(x, gap=delay)
+    workers = workers if workers is None else whole("workers", workers, 1)
+    window = theiler_window(theiler, values)
+    vectors = [unbroken(values, (m - 1) * delay + 1) for m in wanted]
+    if np.count_nonzero(vectors[-1]) < 2:
+        raise InvalidInput(
+            "x",
+            f"{len(known(values))} values",
+            f"at least {(wanted[-1] - 1) * delay + 2} for dimension {wanted[-1]} at delay {delay}"
+            + (", all of them between the same gaps" if np.isnan(values).any() else ""),
+        )
+    farthest = int(np.ptp(np.flatnonzero(vectors[-1])))
+    if window >= farthest:
+        raise InvalidInput(
+            "theiler",
+            window,
+            f"at most {farthest - 1}: the vectors of dimension {wanted[-1]} are {farthest} steps "
+            "apart at the most",
+        )
+    if (norm, kernel, q) != ("max", "step", 2):
+        places = [np.flatnonzero(each) for each in vectors]
+        given = [
+            (np.column_stack([values[at + k * delay] for k in range(m)]), at)
+            for m, at in zip(wanted, places, strict=True)
+        ]
+        return _of_points(given, delay, window, radii, norm, kernel, q, workers)
+    pairs = np.array([pairs_apart(each, window) for each in vectors])
+    # Here, because it brings the compiler, which wrong arguments should not wait for.
+    from ._counting import count_pairs
+
+    if radii is not None:
+        chosen = _radii(radii)
+        counts = count_pairs(values, wanted, delay, window, chosen, workers)
+    else:
+        chosen = _quarter_octaves(values, wanted, delay)
+        counts = count_pairs(values, wanted, delay, window, chosen, workers)
+        kept = _kept(counts)
+        chosen, counts = chosen[kept], counts[:, kept]
+    sums = counts / pairs[:, None]
+    return CorrelationSum(chosen, counts, pairs, wanted, delay, window, "max", "step", 2.0, sums)
+
+
+def _two_dimensional(x: Any) -> bool:
+    try:
+        return not isinstance(x, Impacts) and np.ndim(x) == 2
+    except ValueError:  # rows of different lengths
+        return False
+
+
+def _vectors(x: Any, dimensions: Any, delay: Any) -> np.ndarray:
+    """Given vectors, shape (n, d)."""
+    for name, value in (("dimensions", dimensions), ("delay", delay)):
+        if value is not None:
+            raise InvalidInput(
+                "x",
+                f"shape {np.shape(x)}, and {name} {value}",
+                "one dimension, shape (n,), for delay vectors",
+                f"Leave {name} out for vectors of shape (n, d), which are taken as they are",
+            )
+    vectors = reals("x", x, "finite numbers, shape (n, d)")
+    if not np.all(np.isfinite(vectors)):
+        raise InvalidInput("x", f"{np.sum(~np.isfinite(vectors))} not finite", "finite numbers")
+    if len(vectors) < 2 or not vectors.shape[1]:
+        raise InvalidInput("x", f"shape {vectors.shape}", "at least 2 vectors of 1 coordinate")
+    for column in vectors.T:
+        finite_range(column)
+    return np.ascontiguousarray(vectors, dtype=np.float64)
+
+
+def _window(theiler: int, times: np.ndarray) -> int:
+    """The Theiler window, if it leaves a pair."""
+    if theiler >= times[-1] - times[0]:
+        raise InvalidInput(
+            "theiler", theiler, f"at most {times[-1] - times[0] - 1}, so that it leaves a pair"
+        )
+    return theiler
+
+
+def _of_points(
+    given: list[tuple[np.ndarray, np.ndarray]],
+    delay: int,
+    theiler: int,
+    radii: Any,
+    norm: Norm,
+    kernel: Kernel,
+    q: float,
+    workers: int | None,
+) -> CorrelationSum:
+    """Of vectors and their places in time, by the partners of each."""
+    # Here, because it brings the compiler, which wrong arguments should not wait for.
+    from ._point_sums import generalized, point_sums
+
+    chosen = _radii(radii) if radii is not None else _octaves_of(given[-1][0], norm)
+    rows = []
+    for vectors, times in given:
+        found = point_sums(vectors, times, theiler, chosen, norm, kernel, workers)
+        total = found.sum(axis=0)
+        earlier = np.searchsorted(times, times - theiler, side="left")
+        partners = earlier + len(times) - np.searchsorted(times, times + theiler, side="right")
+        some = partners > 0
+        rows.append(
+            (
+                total // 2 if kernel == "step" else total / 2,
+                generalized(found[some] / partners[some, None], q) if q != 2 else total,
+                partners.sum(),
+            )
+        )
+    counts, sums, ends = (np.array(each) for each in zip(*rows, strict=True))
+    if q == 2:
+        sums = sums / ends[:, None]
+    if radii is None:
+        kept = _kept(counts) if kernel == "step" else slice(int(np.argmax(counts[0] >= 1)), None)
+        chosen, counts, sums = chosen[kept], counts[:, kept], sums[:, kept]
+    dimensions = tuple(vectors.shape[1] for vectors, _ in given)
+    return CorrelationSum(
+        chosen, counts, ends // 2, dimensions, delay, theiler, norm, kernel, q, sums
+    )
+
+
+def _octaves_of(vectors: np.ndarray, norm: Norm) -> np.ndarray:
+    """Quarter octaves up to the extent of the vectors."""
+    extent = np.ptp(vectors, axis=0)
+    greatest = float(extent.max() if norm == "max" else math.hypot(*extent))
+    if greatest == 0:
+        raise InvalidInput("x", "vectors that are all equal", "vectors that vary, or radii")
+    return _quarter_octaves_to(greatest)
+
+
+def _quarter_octaves_to(greatest: float) -> np.ndarray:
+    last = min(np.ceil(PER_OCTAVE * np.log2(greatest)), PER_OCTAVE * 1024 - 1)
+    radii = np.exp2(np.arange(last - PER_OCTAVE * OCTAVES, last + 1) / PER_OCTAVE)
+    return radii[radii > 0]
+
+
+def _radii(given: Any) -> np.ndarray:
+    radii = series(given, "radii", least=1)
+    if radii[0] <= 0 or np.any(np.diff(radii) <= 0):
+        raise InvalidInput("radii", given, "positive numbers, ascending, each once")
+    return radii
+
+
+def _quarter_octaves(x: np.ndarray, dimensions: tuple[int, ...], delay: int) -> np.ndarray:
+    """All radii of the default that could matter."""
+    values = known(finite_range(x))
+    greatest = float(np.ptp(values))
+    if greatest == 0:
+        raise InvalidInput(
+            "x",
+            f"{len(values)} values that are all {values[0]:g}",
+            "a series that varies",
+            "Intervals that are all equal are those of a periodic motion, of dimension 0. "
+            "With radii given they can be counted",
+        )
+    lowest = next((m for m in dimensions if m > 1), 1)
+    if np.count_nonzero(unbroken(x, (lowest - 1) * delay + 1)) > ALL_PAIRS_UP_TO:
+        greatest = _radius_of_neighbours(x, lowest, delay)
+    return _quarter_octaves_to(greatest)
+
+
+def _radius_of_neighbours(x: np.ndarray, m: int, delay: int) -> float:
+    """The radius within which a vector has about NEIGHBOURS others, from a sample of pairs."""
+    n = len(x) - (m - 1) * delay
+    # Drawn, because evenly spaced vectors would beat with a periodic series.
+    i, j = np.random.default_rng(0).integers(n, size=(2, 2_000_000))
+    i, j = i[i != j], j[i != j]
+    d = np.zeros(len(i))
+    for k in range(m):
+        np.maximum(d, np.abs(x[i + k * delay] - x[j + k * delay]), out=d)
+    d = known(d)
+    radius = float(np.quantile(d, NEIGHBOURS / n))
+    return radius or float(d[d > 0].min(initial=np.ptp(known(x))))
+
+
+def _kept(counts: np.ndarray) -> slice:
+    """From the last radius that adds nothing to the first to the first that adds all."""
+    changes = np.flatnonzero(np.any(np.diff(counts, axis=1), axis=0))
+    return slice(int(changes[0]), int(changes[-1]) + 2) if len(changes) else slice(0, None)

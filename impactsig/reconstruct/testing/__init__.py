@@ -1,0 +1,1 @@
+"""Surrogate series, statistics and the test of them."""

@@ -1,0 +1,1 @@
+"""Stochastic averaging: stationary densities of oscillators with weak noise."""

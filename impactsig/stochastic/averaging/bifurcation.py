@@ -1,0 +1,207 @@
+"""P-bifurcation: how the shape of an averaged joint density changes with a parameter."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..._arguments import function, number, reals
+from ..._showing import Shown
+from ...errors import InvalidInput
+from ...oscillators import Oscillator
+from .averaging import Impact, averaged_density
+from .shapes import DensityShape
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST = 64  # transitions between two neighbouring values
+
+
+@dataclass(frozen=True)
+class Transition:
+    """Where the class of a density changes.
+
+    Attributes
+    ----------
+    value : float
+        Value of the parameter.
+    before, after : str
+        Classes at lesser and at greater values; see `DensityShape.name`.
+    """
+
+    value: float
+    before: str
+    after: str
+
+
+@dataclass(frozen=True)
+class PBifurcation(Shown):
+    """The shape of an averaged joint density over one parameter.
+
+    Attributes
+    ----------
+    values : numpy.ndarray, shape (n,)
+        Values of the parameter, rising.
+    shapes : tuple of DensityShape
+        The extrema of the joint density at each, those of peaks below `least` left out.
+    transitions : tuple of Transition
+        Where the class changes.
+    least : float
+        Share of the highest peak below which one does not count.
+    parameter : str
+        What the parameter is called: what the scene calls it.
+
+    See Also
+    --------
+    p_bifurcation, results.DensityShape, plot.p_bifurcation
+
+    Examples
+    --------
+    >>> from impactsig import p_bifurcation, scenes
+    >>> found = p_bifurcation(scenes.van_der_pol_duffing, [0.9, 0.99])
+    >>> found.parameter, found.values
+    ('restitution', array([0.9 , 0.99]))
+    """
+
+    values: np.ndarray = field(repr=False)
+    shapes: tuple[DensityShape, ...] = field(repr=False)
+    transitions: tuple[Transition, ...]
+    least: float
+    parameter: str
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """The class at each value; see `DensityShape.name`."""
+        return tuple(shape.name for shape in self.shapes)
+
+    @property
+    def peaks(self) -> np.ndarray:
+        """Peaks along the velocity at each value: the papers' "one", "two" and "three"."""
+        return np.array([shape.peaks() for shape in self.shapes])
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the energies of the extrema; see `impactsig.plot.p_bifurcation`."""
+        from ...plot import p_bifurcation as draw
+
+        return draw(self, ax)
+
+
+def p_bifurcation(
+    scene: Callable[[float], Oscillator],
+    values: Any,
+    *,
+    impact: Impact = "logarithmic",
+    least: float = 0.0,
+    tolerance: float = 1e-10,
+) -> PBifurcation:
+    """How the shape of an averaged joint density changes with a parameter [Arnold1998]_.
+
+    The joint density p(x, v) is a function of the energy whose extrema are the bottom of the well
+    and the orbits on which a cycle gains from the damping what it loses at the stops
+    (`DensityShape`). Its class changes where two of these orbits appear or vanish together, or
+    where one leaves the bottom. That does not depend on the intensity of the noise, which makes
+    peaks lower and wider but moves none; p(H), which at the bottom may have a pole, does not enter.
+
+    Papers that count "one", "two" and "three peaks" look at a cut along the velocity
+    (`DensityShape.peaks`). Of the Van der Pol-Duffing scene the peak at the bottom, which friction
+    holds up, is never gone as long as there is friction: over restitution coefficients from 0.95 to
+    0.99 the classes are one peak and, from 0.970 on, three. What makes them "two" is that
+    the central peak becomes too low to be seen: at 0.99 it has 0.6 % of the height of the ridge.
+    With ``least=0.02`` the papers' sequences come out, over restitution one, three, two, and over
+    friction 0, 2, 2.5, 3 two, three, three, one.
+
+    Parameters
+    ----------
+    scene : callable
+        The oscillator for a value of the parameter.
+    values : array_like
+        Values of the parameter, rising.
+    impact : {"logarithmic", "exact", "linearised"}
+        As of `averaged_density`.
+    least : float
+        Share of the highest peak below which a peak does not count. With it transitions depend on
+        the intensity of the noise.
+    tolerance : float
+        Share of the distance of neighbouring values to which a transition between them is found.
+
+    Returns
+    -------
+    PBifurcation
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of range, the scene makes no oscillator, or one that cannot be
+        averaged.
+
+    See Also
+    --------
+    averaged_density, plot.p_bifurcation
+
+    Examples
+    --------
+    >>> from impactsig import p_bifurcation, scenes
+    >>> found = p_bifurcation(lambda r: scenes.van_der_pol_duffing(r), [0.9, 0.99])
+    >>> found.values, found.parameter
+    (array([0.9 , 0.99]), 'r')
+    """
+    function("scene", scene, "a function of the parameter that makes an Oscillator")
+    chosen = _rising(values)
+    least = number("least", least, least=0.0, most=1.0)
+    tolerance = number("tolerance", tolerance, above=0, most=0.1)
+
+    def shape(value: float) -> DensityShape:
+        oscillator = scene(value)
+        if not isinstance(oscillator, Oscillator):
+            raise InvalidInput("scene", oscillator, "a function that makes an Oscillator")
+        return averaged_density(oscillator, impact=impact).shape.visible(least)
+
+    shapes = tuple(map(shape, chosen.tolist()))
+    found: list[Transition] = []
+    for k in range(len(chosen) - 1):
+        low, high = float(chosen[k]), float(chosen[k + 1])
+        resolved = tolerance * (high - low)
+        here, there = shapes[k].name, shapes[k + 1].name
+        for _ in range(MOST):
+            if here == there:
+                break
+            low, beyond, after = _change(lambda value: shape(value).name, low, high, here, resolved)
+            found.append(Transition(low, here, after or there))
+            low, here = beyond, after or there
+    return PBifurcation(chosen, shapes, tuple(found), least, _name(scene))
+
+
+def _change(
+    kind: Callable[[float], str], low: float, high: float, here: str, resolved: float
+) -> tuple[float, float, str]:
+    """Between which two values the class ceases to be what it is at the low one; what follows."""
+    after = ""
+    while high - low > resolved and low < (middle := (low + high) / 2) < high:
+        seen = kind(middle)
+        if seen == here:
+            low = middle
+        else:
+            high, after = middle, seen
+    return (low + high) / 2, high, after
+
+
+def _rising(values: Any) -> np.ndarray:
+    required = "a sequence of finite numbers, at least one"
+    found = reals("values", values, required)
+    if found.ndim != 1 or not found.size or not np.all(np.isfinite(found)):
+        raise InvalidInput("values", values, required)
+    if np.any(np.diff(found) <= 0):
+        raise InvalidInput("values", values, "rising values")
+    return found
+
+
+def _name(scene: Callable[..., Any]) -> str:
+    try:
+        return next(iter(inspect.signature(scene).parameters), "parameter")
+    except (TypeError, ValueError):
+        return "parameter"
