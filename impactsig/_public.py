@@ -14,7 +14,7 @@ from typing import Any
 
 PACKAGE = __name__.rpartition(".")[0]
 
-_LISTED = re.compile(r"^from \.([\w.]*) import (\w+) as \2$", re.MULTILINE)
+_LISTED = re.compile(r"^from \.([\w.]*) import (?:\(\s+)?(\w+) as \2(?:,\s+\))?$", re.MULTILINE)
 
 
 def listed(stub: str) -> dict[str, str]:

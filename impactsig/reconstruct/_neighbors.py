@@ -31,7 +31,7 @@ class Tree(NamedTuple):
 
 
 @njit(nogil=True)
-def _part(points, order, begin, end, middle, d):
+def partition(points, order, begin, end, middle, d):
     """Put the points so that none before `middle` is greater in coordinate d than one after it."""
     first, last = begin, end - 1
     while first < last:
@@ -82,7 +82,7 @@ def _build(points, order):
                 if high[k, d] - low[k, d] > high[k, widest] - low[k, widest]:
                     widest = d
             half = (a + b) // 2
-            _part(points, order, a, b, half, widest)
+            partition(points, order, a, b, half, widest)
             begin[2 * k + 1], end[2 * k + 1] = a, half
             begin[2 * k + 2], end[2 * k + 2] = half, b
     return begin, end, low, high

@@ -8,8 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from impactsig.control.stability.stability._oscillator_pieces import of_oscillator
-from impactsig.control.stability.stability._variation import State
 from scipy.special import lambertw
 
 from impactsig import (
@@ -27,6 +25,8 @@ from impactsig import (
     simulate,
     stability_chart,
 )
+from impactsig.control.stability._oscillator_pieces import of_oscillator
+from impactsig.control.stability._variation import State
 from impactsig.oscillators import Force
 from tests import naive_control
 

@@ -8,8 +8,6 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from impactsig.stochastic.averaging.averaging._cycles import orbits
-from impactsig.stochastic.averaging.averaging._well import conservative
 from scipy.stats import norm
 
 from impactsig import (
@@ -24,6 +22,8 @@ from impactsig import (
     averaged_density,
     scenes,
 )
+from impactsig.stochastic.averaging._cycles import orbits
+from impactsig.stochastic.averaging._well import conservative
 
 NOISY = Oscillator(damping=0.1, noise=Noise(0.02))  # a mean energy of 0.2
 

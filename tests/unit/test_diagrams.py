@@ -21,11 +21,11 @@ from impactsig import (
     Stop,
     bifurcation_diagram,
     periodicity_chart,
-    plot,
     scenes,
     simulate,
 )
 from impactsig.dynamics.diagrams._strobing import closing
+from impactsig.plot.systems.diagrams import LABELS
 
 SHAW_HOLMES = 0.5810258993557  # approach velocity of the 22.1 Hz beam, a root of the closed form
 
@@ -160,11 +160,11 @@ def test_each_cell_is_what_its_motion_does():
                 assert strobe[n:] == pytest.approx(strobe[:-n], abs=1e-4)
 
 
-@pytest.mark.parametrize("observe", plot.diagrams.LABELS)
+@pytest.mark.parametrize("observe", LABELS)
 def test_figures_of_a_diagram(observe):
     found = bifurcation_diagram(okolewski("hard", 0.6), [3.0, 4.0], exponents=True)
     ax = found.plot(Figure().subplots(), observe=observe)
-    assert ax.get_ylabel() == plot.diagrams.LABELS[observe]
+    assert ax.get_ylabel() == LABELS[observe]
     assert ax.lines
 
 

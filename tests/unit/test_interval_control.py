@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from impactsig.control.stability.stability.impact_map import impact_map_of
 
 from impactsig import (
     Controlled,
@@ -20,6 +19,7 @@ from impactsig import (
     scenes,
     simulate,
 )
+from impactsig.control.stability.impact_map import impact_map_of
 
 BEAM = scenes.karpodinis(20.3355)
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import exprel
 
 from ..._compiled import njit
-from .._neighbors import _part
+from .._neighbors import partition
 
 NEGLIGIBLE = 17.0
 """Exponent beyond which pairs of leaves are left out: exp(-17) is 4e-8."""
@@ -99,7 +99,7 @@ def _build(points, order):
             full = (b - a + LANES - 1) // LANES
             half = min(a + LANES * ((full + 1) // 2), b)
             if half < b:
-                _part(points, order, a, b, half, widest)
+                partition(points, order, a, b, half, widest)
             begin[2 * k + 1], end[2 * k + 1] = a, half
             begin[2 * k + 2], end[2 * k + 2] = half, b
     return begin, end, low, high

@@ -373,13 +373,13 @@ def correlation_dimension(
             "Give more values, or ask for a lower dimension",
         )
     # Here, because they bring the compiler, which wrong arguments should not wait for.
-    from ..recognition import recognition as _recognition
+    from ..recognition.recognition import recognise
     from . import _estimate as _dimension
 
     stated, step = step or 0.0, quantum(values) if step is None else step
     impacts = x if isinstance(x, Impacts) else None
     longest = max(stretches(series(x, gap=1)), key=len)
-    kind = _recognition.recognise(impacts, values, longest, step, stated, window)
+    kind = recognise(impacts, values, longest, step, stated, window)
     if kind.name != "motion":
         return of_kind(kind, step)
     # In the range of the series, so that no square overflows.
