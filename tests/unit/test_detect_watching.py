@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import impactsig
-from impactsig import _compiled, _watched
+from impactsig import _compiled, _impact_tables, _watched
 from impactsig._watched import following, progress
 from impactsig.cli import _warmup as _warmup_command
 from impactsig.reconstruct import _threads
@@ -154,3 +154,19 @@ def test_nobody_watches_one_of_many_processes(monkeypatch):
     assert _watched.watched()
     monkeypatch.setattr(_watched.multiprocessing, "parent_process", lambda: "the caller")
     assert not _watched.watched()
+
+
+def test_a_long_train_is_written_in_sight(monkeypatch, tmp_path):
+    train = impactsig.Impacts.from_times(np.arange(25_000.0))
+    told = []
+
+    @contextmanager
+    def bar(total, unit, **options):
+        told.append((total, unit))
+        yield told.append
+
+    monkeypatch.setattr(_impact_tables, "progress", bar)
+    train.to_csv(tmp_path / "a.csv")
+    assert told == [(25_000, " rows"), 10_000, 10_000, 5000]
+    back = impactsig.Impacts.read_csv(tmp_path / "a.csv")
+    np.testing.assert_array_equal(back.time, train.time)
