@@ -147,7 +147,9 @@ def _first(problem: Problem, best: Approach, impacts: int) -> tuple[np.ndarray, 
     centre += [guess[name] for name in problem.names[count:]]
     half = np.array([problem.kind(name).half for name in problem.names])
     wide = np.diag(half**2)
-    information = best.orbit.information.copy()
+    # A difference of large numbers: what it hardly tells may come out as less than nothing.
+    size, directions = np.linalg.eigh(best.orbit.information)
+    information = directions * np.maximum(size, 1e-12 * size[-1]) @ directions.T
     information[:count, :count] += np.diag(half[:count] ** -2.0)
     wide[:count, :count] = np.linalg.inv(information)[:count, :count]
     for place, name in enumerate(CHAIN, count):

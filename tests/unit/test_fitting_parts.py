@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from impactsig.fitting._moments import Moments
 from impactsig.fitting._narrow import beside, narrow
 from impactsig.fitting._partition import Train
 from impactsig.fitting._problem import Problem
+from impactsig.fitting._refine import _first
 from impactsig.fitting._search import begin, chain
 from tests.fitting import NATURAL, Linear, chaos
 
@@ -156,3 +158,16 @@ def test_a_train_whose_parts_cannot_be_read_is_refused():
     seen = misfit.measured(impacts, 995)
     with pytest.raises(InvalidInput, match=r"^impacts: got 590 .* 11 parts 0 can be read"):
         fit_oscillator(seen, 1 / frequency, natural_frequency=misfit.NATURAL, seed=995)
+
+
+def test_information_that_rounding_made_less_than_nothing_ends_in_no_fault():
+    truth = chaos(count=250)
+    problem = problem_of(as_train(truth, 20.1, truth.approach_velocity))
+    rough = np.array([[10.0, 60, 0], [60, 100, 0], [0, 0, 1000]])
+    assert np.linalg.eigvalsh(rough)[0] < 0
+    orbit = SimpleNamespace(information=rough, explained=0.97)
+    noise = SimpleNamespace(instant=0.01, strength=0.05)
+    best = SimpleNamespace(theta=np.full(6, 0.1), noise=noise, orbit=orbit)
+    centre, covariance = _first(problem, best, 250)
+    assert np.isfinite(centre).all()
+    assert np.linalg.eigvalsh(covariance)[0] > 0
