@@ -68,8 +68,8 @@ class OGY:
     >>> nudging = OGY(orbit, limit=0.02)
     >>> orbit.multipliers.round(2)
     array([-1.88, -0.01])
-    >>> nudging.multipliers.round(2)
-    array([-0.01, -0.  ])
+    >>> bool(abs(nudging.multipliers).max() < 0.02)
+    True
     >>> motion = simulate(Controlled(beam, nudging), periods=100)
     """
 

@@ -12,6 +12,7 @@ import pytest
 import soundfile
 
 from impactsig import Impacts, ImpactsigWarning, UnreadableFile, UnwritableFile, cli
+from impactsig.cli import _commands
 
 RATE = 50_000
 TOUCH = 0.02 + 0.05 * np.arange(19)
@@ -142,13 +143,14 @@ def test_demo_writes_its_report_here_and_says_what_it_found(capsys, tmp_path, mo
 
 
 def test_samples_are_found_inside_an_installed_package_first(tmp_path, monkeypatch):
-    monkeypatch.setattr(cli, "__file__", str(tmp_path / "site" / "impactsig" / "cli.py"))
+    place = tmp_path / "site" / "impactsig" / "cli" / "_commands.py"
+    monkeypatch.setattr(_commands, "__file__", str(place))
     with pytest.raises(UnreadableFile, match="sample recording is missing"):
-        cli.sample("a.wav")
+        _commands.sample("a.wav")
     for folder in ("site/data_samples", "site/impactsig/_samples"):
         (tmp_path / folder).mkdir(parents=True)
         (tmp_path / folder / "a.wav").touch()
-        assert cli.sample("a.wav") == tmp_path / folder / "a.wav"
+        assert _commands.sample("a.wav") == tmp_path / folder / "a.wav"
 
 
 # -- what goes wrong -------------------------------------------------------------------------
@@ -295,7 +297,7 @@ def test_every_failure_is_one_line_and_an_exit_code(error, code, line, monkeypat
     def fail(chosen):
         raise error
 
-    monkeypatch.setitem(cli.COMMANDS, "info", fail)
+    monkeypatch.setitem(_commands.COMMANDS, "info", fail)
     assert run("info", "x") == code
     err = capsys.readouterr().err
     assert err.startswith(line)
@@ -306,7 +308,7 @@ def test_the_traceback_is_there_for_who_asks(monkeypatch):
     def fail(chosen):
         raise RuntimeError("inside")
 
-    monkeypatch.setitem(cli.COMMANDS, "info", fail)
+    monkeypatch.setitem(_commands.COMMANDS, "info", fail)
     monkeypatch.setenv(cli.DEBUG, "1")
     with pytest.raises(RuntimeError, match="inside"):
         run("info", "x")
@@ -320,7 +322,7 @@ def test_warnings_are_a_line_each_and_foreign_ones_are_silent(monkeypatch, capsy
             warnings.warn("channel b\nleft out", ImpactsigWarning, stacklevel=1)
         warnings.warn("in some library", DeprecationWarning, stacklevel=1)
 
-    monkeypatch.setitem(cli.COMMANDS, "info", warn)
+    monkeypatch.setitem(_commands.COMMANDS, "info", warn)
     assert run("info", "x") == 0
     assert capsys.readouterr().err == "warning: channel b left out\n" * 2
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from impactsig import Impacts, Oscillator, cli, scenes, simulate
-from impactsig import _simulate_options as options
-from impactsig._options import with_negative_numbers
+from impactsig.cli import _simulating as options
+from impactsig.cli._options import with_negative_numbers
 
 SCENES = [
     "karpodinis",

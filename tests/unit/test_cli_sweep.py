@@ -8,9 +8,9 @@ import logging
 import numpy as np
 import pytest
 
-from impactsig import _sweep_options as options
 from impactsig import cli, lyapunov_spectrum, open_study, orbit_period, scenes, simulate
-from impactsig._observables import ENDS, OBSERVABLES, Observable, Observing
+from impactsig.cli import _sweeping as options
+from impactsig.cli._observables import ENDS, OBSERVABLES, Observable, Observing
 from impactsig.simulate.basis.events import STATUS
 
 pytest.importorskip("zarr")

@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from impactsig import cli
+from impactsig.cli import _commands
 
 SHELLS = ("bash", "zsh", "fish")
 OFFERED = """
@@ -55,7 +56,7 @@ def offered(script, tmp_path):
 
 
 def test_every_command_is_offered(offered):
-    assert set(cli.COMMANDS) <= set(offered("impactsig "))
+    assert set(_commands.COMMANDS) <= set(offered("impactsig "))
     assert offered("impactsig de") == ["detect", "demo"]
 
 
@@ -86,7 +87,7 @@ def test_every_shell_has_a_script_of_all_commands(shell, capsys):
     pytest.importorskip("shtab")
     assert cli.main(["completion", shell]) == 0
     text = capsys.readouterr().out
-    assert all(name in text for name in cli.COMMANDS)
+    assert all(name in text for name in _commands.COMMANDS)
 
 
 def test_a_missing_library_is_an_error_that_names_the_extra(monkeypatch, capsys):

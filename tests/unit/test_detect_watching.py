@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import impactsig
-from impactsig import _compiled, _warmup_command, _watched
+from impactsig import _compiled, _watched
 from impactsig._watched import progress
+from impactsig.cli import _warmup as _warmup_command
 from impactsig.reconstruct import _threads
 
 

@@ -7,6 +7,8 @@ import pytest
 import soundfile
 
 from impactsig import InvalidInput, Rig, UnreadableFile, cli, info
+from impactsig.cli._commands import report_options
+from impactsig.cli._parser import parser
 from impactsig.experiment.writing import rig_text
 
 WHOLE = """
@@ -184,14 +186,14 @@ def test_commands_read_the_rig_beside_a_recording(recording, written, capsys):
 
 def test_a_report_takes_the_forcing_from_the_name(recording, written):
     """As its options: drawing the page takes seconds."""
-    chosen = cli._parser().parse_args(["report", str(recording)])
-    assert cli._report_options(recording, chosen) == {"dynamics": False}
+    chosen = parser().parse_args(["report", str(recording)])
+    assert report_options(recording, chosen) == {"dynamics": False}
     written(
         '[[channel]]\nnumber = 0\nsensor = "force"\n'
         '[parameter]\nfrom = "file name"\npattern = "(?P<value>[0-9.]+)Hz"\n'
         '[forcing]\nfrequency = "parameter"\n'
     )
     expected = {"dynamics": False, "channel": 0, "sensor": "force", "forcing_period": 1 / 20.0}
-    assert cli._report_options(recording, chosen) == expected
-    chosen = cli._parser().parse_args(["report", str(recording), "--forcing-frequency", "10"])
-    assert cli._report_options(recording, chosen)["forcing_period"] == 0.1
+    assert report_options(recording, chosen) == expected
+    chosen = parser().parse_args(["report", str(recording), "--forcing-frequency", "10"])
+    assert report_options(recording, chosen)["forcing_period"] == 0.1

@@ -23,6 +23,7 @@ from impactsig import (
     plot,
     synthesize,
 )
+from impactsig.cli._parser import parser
 from impactsig.detect import files as _files
 from impactsig.plot.axes import BLUE, GREY, ORANGE
 from impactsig.report import analyse, channels
@@ -137,7 +138,7 @@ def test_an_impact_is_shown_by_the_sensor_of_its_stop(found):
 
 def test_the_report_is_made_again_by_its_command_and_by_python(found):
     words = shlex.split(command(found))
-    chosen = cli._parser().parse_args(words[1:])
+    chosen = parser().parse_args(words[1:])
     assert chosen.channel == ["left", "right"]
     assert chosen.stops == [0, 1]
     scope = {}
@@ -244,7 +245,7 @@ def test_two_stops_by_one_microphone(tmp_path, capsys):
     rows = dict(dict(parameters(analysis))["Detection"])
     assert float(rows["distance of the two sounds"].split()[0]) > 5
     words = shlex.split(command(analysis))
-    assert cli._parser().parse_args(words[1:]).separate_stops is True
+    assert parser().parse_args(words[1:]).separate_stops is True
     scope = {}
     exec(python_lines(analysis), scope)
     np.testing.assert_array_equal(scope["impacts"].stop_index, analysis.impacts.stop_index)

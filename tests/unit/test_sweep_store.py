@@ -626,7 +626,7 @@ def test_a_comment_in_this_package_voids_no_study(package, tmp_path):
 
 
 def test_settings_of_an_observable_are_code_of_a_cell():
-    from impactsig._observables import Observing
+    from impactsig.cli._observables import Observing
     from impactsig.oscillators import scenes
 
     cell = Observing(scenes.karpodinis, {}, {"periods": 10}, ("impacts_per_period",))

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from impactsig import _warmup_command as warmup
+from impactsig.cli import _warmup as warmup
 from impactsig.cli import main
 from impactsig.errors import InvalidInput
 

@@ -6,12 +6,12 @@ import argparse
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ._command_files import FIGURES, check_ending, impacts_of, write_figure
-from .errors import InvalidInput
+from ..errors import InvalidInput
+from ._files import FIGURES, check_ending, impacts_of, write_figure
 
 if TYPE_CHECKING:
-    from .impacts import Impacts
-    from .intervals import Periodicity
+    from ..impacts import Impacts
+    from ..intervals import Periodicity
 
 
 def add_dimension_options(command: argparse.ArgumentParser) -> None:
@@ -60,7 +60,7 @@ def add_dimension_options(command: argparse.ArgumentParser) -> None:
 
 def dimension_in_words(chosen: argparse.Namespace) -> Iterator[str]:
     """What the command says, line by line, each as soon as it is known."""
-    from .intervals import identify_period
+    from ..intervals import identify_period
 
     check_ending(chosen.output, FIGURES)
     impacts = impacts_of(chosen.file, chosen)
@@ -88,7 +88,7 @@ def _train(name: str, impacts: Impacts, period: Periodicity) -> str:
 def _reconstructed(
     impacts: Impacts, period: Periodicity, chosen: argparse.Namespace
 ) -> Iterator[str]:
-    from .reconstruct import correlation_dimension
+    from ..reconstruct import correlation_dimension
 
     found = correlation_dimension(
         impacts,
@@ -106,7 +106,7 @@ def _reconstructed(
         write_figure(found.plot, chosen.output, (9.0, 3.9))
         yield f"figure: {chosen.output}"
     if chosen.surrogates:
-        from .reconstruct import surrogate_test
+        from ..reconstruct import surrogate_test
 
         yield f"surrogates: {surrogate_test(impacts, seed=chosen.seed).describe()}"
     if chosen.exponent:
@@ -114,7 +114,7 @@ def _reconstructed(
 
 
 def _exponent(impacts: Impacts, chosen: argparse.Namespace) -> str:
-    from .report.dynamics import DIMENSIONS, exponent_of
+    from ..report.dynamics import DIMENSIONS, exponent_of
 
     tried = DIMENSIONS if chosen.dimension is None else [chosen.dimension]
     found, share = exponent_of(impacts, tried, chosen.theiler)

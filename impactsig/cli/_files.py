@@ -10,11 +10,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from ..errors import InvalidInput
 from ._options import one_line, reading_and_detecting
-from .errors import InvalidInput
 
 if TYPE_CHECKING:
-    from .impacts import Impacts
+    from ..impacts import Impacts
 
 TABLES = {".csv": "to_csv", ".parquet": "to_parquet"}
 FIGURES = (".png", ".pdf", ".svg")
@@ -56,8 +56,8 @@ def impacts_of(path: Path, chosen: argparse.Namespace) -> Impacts:
 
 def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
     """The impacts found in a recording, with the options of the command line."""
-    from ._corrections import in_words
-    from .detect.files import detect_file
+    from .._corrections import in_words
+    from ..detect.files import detect_file
 
     impacts = detect_file(path, *reading_and_detecting(path, chosen))
     if words := in_words(impacts):
@@ -68,8 +68,8 @@ def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
 
 def _holds_impacts(path: Path) -> bool:
     """Whether this is a table of impacts: written by `detect`, or of columns that impacts have."""
-    from ._impact_columns import COLUMNS
-    from ._impact_tables import HEAD
+    from .._impact_columns import COLUMNS
+    from .._impact_tables import HEAD
 
     known = set(COLUMNS)
     if path.suffix == ".parquet":
@@ -100,7 +100,7 @@ def _is_parquet_of(path: Path, known: set[str]) -> bool:
 
 
 def _tabulated(path: Path) -> Impacts:
-    from .impacts import Impacts
+    from ..impacts import Impacts
 
     return Impacts.read_parquet(path) if path.suffix == ".parquet" else Impacts.read_csv(path)
 
@@ -117,7 +117,7 @@ def write_figure(draw: Callable[[Any], Any], path: Path, size: tuple[float, floa
     """Draw on a figure of that size [inch] and write it, as the ending says."""
     from matplotlib.figure import Figure
 
-    from ._atomic import atomic_path
+    from .._atomic import atomic_path
 
     figure = Figure(figsize=size, layout="constrained")
     draw(figure)

@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from ._arguments import PER_CHANNEL, READING
-from .errors import InvalidInput
+from .._arguments import PER_CHANNEL, READING
+from ..errors import InvalidInput
 
 if TYPE_CHECKING:
-    from .experiment.rig import Rig
-    from .io import RawLayout
+    from ..experiment.rig import Rig
+    from ..io import RawLayout
 
 DETECTING = (
     "stops",
@@ -91,7 +91,7 @@ def raw_layout(chosen: argparse.Namespace) -> RawLayout | None:
                 "raw", None, "the type of the numbers", f"Give --raw int16, say, with {option}"
             )
         return None
-    from .io import RawLayout
+    from ..io import RawLayout
 
     return RawLayout(chosen.raw, **{name.removeprefix("raw_"): told[name] for name in told})
 
@@ -109,7 +109,7 @@ def reading(chosen: argparse.Namespace) -> dict[str, Any]:
 
 def rig_of(path: Path, chosen: argparse.Namespace) -> Rig | None:
     """The rig that was given, or that lies beside a recording."""
-    from .experiment.rig import Rig
+    from ..experiment.rig import Rig
 
     return Rig.beside(path) if chosen.rig is None else Rig.read(chosen.rig)
 

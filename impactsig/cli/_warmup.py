@@ -17,13 +17,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from ._watched import watched
-from .errors import ImpactsigError
+from .._watched import watched
+from ..errors import ImpactsigError
 
 
 def warmed_up(workers: int | None) -> Iterator[str]:
     """Do the tasks on so many processes; what comes of it, line by line."""
-    from .studies.each import each
+    from ..studies.each import each
 
     began = time.monotonic()
     # From the beginning, where somebody watches: the first task ends late.
@@ -42,24 +42,24 @@ def _do(name: str) -> None:
 
 
 def _force(folder: Path) -> None:
-    from .cli import sample
-    from .report import analyse_to_page
+    from ..report import analyse_to_page
+    from ._commands import sample
 
     record = sample("loadcell_chaotic_20.1Hz.wav")
     analyse_to_page(record, folder / "page.html", unit="V", forcing_period=1 / 20.1)
 
 
 def _sound(folder: Path) -> None:
-    from .cli import sample
-    from .report import analyse_to_page
+    from ..report import analyse_to_page
+    from ._commands import sample
 
     analyse_to_page(sample("sound_chaotic_20.1Hz.flac"), folder / "page.html")
 
 
 def _dynamics_of_intervals(folder: Path) -> None:
-    from .cli import main
-    from .oscillators import scenes
-    from .simulate import simulate
+    from ..oscillators import scenes
+    from ..simulate import simulate
+    from . import main
 
     impacts = simulate(scenes.karpodinis(20.1), periods=300, transient=50).impacts
     assert impacts is not None
@@ -68,8 +68,8 @@ def _dynamics_of_intervals(folder: Path) -> None:
 
 
 def _machines(_: Path) -> None:
-    from .oscillators import scenes
-    from .simulate import simulate, simulate_many
+    from ..oscillators import scenes
+    from ..simulate import simulate, simulate_many
 
     karpodinis = scenes.karpodinis(20.1)
     for machine in (
@@ -82,8 +82,8 @@ def _machines(_: Path) -> None:
 
 
 def _stepped(_: Path) -> None:
-    from .oscillators import flows, scenes
-    from .simulate import RungeKutta, simulate
+    from ..oscillators import flows, scenes
+    from ..simulate import RungeKutta, simulate
 
     simulate(scenes.karpodinis(), periods=5, method=RungeKutta())
     simulate(flows.rossler(), duration=20.0)
@@ -92,15 +92,15 @@ def _stepped(_: Path) -> None:
 
 
 def _noise(_: Path) -> None:
-    from .oscillators import scenes
-    from .stochastic.ensembles import simulate_ensemble
+    from ..oscillators import scenes
+    from ..stochastic.ensembles import simulate_ensemble
 
     simulate_ensemble(scenes.van_der_pol_duffing(), paths=4, duration=20.0, seed=1)
 
 
 def _exponents(_: Path) -> None:
-    from .dynamics.tangents.lyapunov import lyapunov_spectrum
-    from .oscillators import scenes
+    from ..dynamics.tangents.lyapunov import lyapunov_spectrum
+    from ..oscillators import scenes
 
     lyapunov_spectrum(scenes.karpodinis(20.1), periods=20)
     both = scenes.karpodinis(np.array([20.1, 22.1]))  # type: ignore[arg-type]
@@ -108,18 +108,18 @@ def _exponents(_: Path) -> None:
 
 
 def _orbits(_: Path) -> None:
-    from .dynamics.diagrams.diagrams import bifurcation_diagram
-    from .dynamics.periodic.continuation import continue_orbit
-    from .oscillators import scenes
+    from ..dynamics.diagrams.diagrams import bifurcation_diagram
+    from ..dynamics.periodic.continuation import continue_orbit
+    from ..oscillators import scenes
 
     continue_orbit(scenes.karpodinis, [22.1, 22.12])
     bifurcation_diagram(scenes.karpodinis, [22.1, 22.2], periods=5, transient=5, seed=1)
 
 
 def _maps(_: Path) -> None:
-    from .dynamics.diagrams.basins import basins_of_attraction
-    from .dynamics.diagrams.charts import periodicity_chart
-    from .oscillators import scenes
+    from ..dynamics.diagrams.basins import basins_of_attraction
+    from ..dynamics.diagrams.charts import periodicity_chart
+    from ..oscillators import scenes
 
     basins_of_attraction(scenes.karpodinis(), [0.0, 0.5], [0.0, 0.5])
     periodicity_chart(
@@ -128,9 +128,9 @@ def _maps(_: Path) -> None:
 
 
 def _control(_: Path) -> None:
-    from .control import Controlled, DelayedFeedback
-    from .oscillators import scenes
-    from .simulate import simulate
+    from ..control import Controlled, DelayedFeedback
+    from ..oscillators import scenes
+    from ..simulate import simulate
 
     simulate(Controlled(scenes.karpodinis_control(), DelayedFeedback(0.1)), periods=10)
 

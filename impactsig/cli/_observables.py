@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from .oscillators import Oscillator
+from ..oscillators import Oscillator
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from .dynamics.diagrams.periodicity import OrbitPeriod
-    from .simulate.motion import Motion
+    from ..dynamics.diagrams.periodicity import OrbitPeriod
+    from ..simulate.motion import Motion
 
 RETURN = 1e-6
 """What a return may be off by, as a share of the motion's size; a cell's transient is short."""
@@ -64,7 +64,7 @@ class Seen:
     @cached_property
     def period(self) -> OrbitPeriod:
         """Period(m, n)."""
-        from .dynamics.diagrams.periodicity import orbit_period
+        from ..dynamics.diagrams.periodicity import orbit_period
 
         return orbit_period(self.motion, tolerance=RETURN)
 
@@ -92,7 +92,7 @@ def _energy_per_period(seen: Seen) -> float:
 
 def _exponent(seen: Seen) -> float:
     """The greatest Lyapunov exponent from where the motion ends, over as long again."""
-    from .dynamics.tangents.lyapunov import lyapunov_spectrum
+    from ..dynamics.tangents.lyapunov import lyapunov_spectrum
 
     motion = seen.motion
     x, v, phase = motion.final
@@ -176,7 +176,7 @@ class Observing:
 
     def __call__(self, **cell: float) -> dict[str, float]:
         """The observables of the scene with these parameters."""
-        from .simulate import simulate
+        from ..simulate import simulate
 
         keep: Any = "all" if any(OBSERVABLES[name].keeps for name in self.names) else "counts"
         motion = simulate(self.scene(**self.fixed, **cell), keep=keep, **self.run)

@@ -14,12 +14,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
+from ..oscillators import Oscillator, scenes
 from ._options import given, number
-from .oscillators import Oscillator, scenes
 
 if TYPE_CHECKING:
-    from .simulate.motion import Motion
-    from .stochastic.noisy_motion import NoisyMotion
+    from ..simulate.motion import Motion
+    from ..stochastic.noisy_motion import NoisyMotion
 
 PERIODS = 1000
 """Forcing periods simulated unless told otherwise."""
@@ -50,7 +50,7 @@ def add_scenes(
 def simulated(chosen: argparse.Namespace) -> Motion | NoisyMotion:
     """The motion that the command line asks for; one path, where there is noise."""
     scene = chosen.make(**given(chosen, chosen.parameters))
-    from .simulate import simulate
+    from ..simulate import simulate
 
     noisy = scene.noise is not None and scene.noise.intensity > 0
     return simulate(scene, **run_of(chosen), **({"seed": chosen.seed} if noisy else {}))
@@ -71,8 +71,8 @@ def run_of(chosen: argparse.Namespace) -> dict[str, Any]:
 
 def in_words(motion: Motion | NoisyMotion) -> str:
     """What the motion was: a paragraph."""
-    from .intervals import identify_period
-    from .simulate.motion import Motion
+    from ..intervals import identify_period
+    from ..simulate.motion import Motion
 
     oscillator, impacts = motion.system, motion.impacts
     assert impacts is not None

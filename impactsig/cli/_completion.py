@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-from ._extras import library
+from .._extras import library
 
 SHELLS = ("bash", "zsh", "fish")
 FOLDERS = ("folder", "directory", "out")

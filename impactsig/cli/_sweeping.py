@@ -11,14 +11,14 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_origin, get_type_hints
 
-from ._command_files import FIGURES, check_ending, write_figure
+from ..errors import ImpactsigWarning, InvalidInput
+from ._files import FIGURES, check_ending, write_figure
 from ._observables import OBSERVABLES, USUAL, Observing
 from ._options import given
-from ._simulate_options import add_scenes, read_docstring, run_of
-from .errors import ImpactsigWarning, InvalidInput
+from ._simulating import add_scenes, read_docstring, run_of
 
 if TYPE_CHECKING:
-    from .studies.study import Study
+    from ..studies.study import Study
 
 LONGEST = 10_000_000
 """Values that a range may have."""
@@ -64,7 +64,7 @@ def _add_sweep_options(parser: argparse.ArgumentParser) -> None:
 
 def swept(chosen: argparse.Namespace) -> Iterator[str]:
     """What the command says, line by line."""
-    from .studies.sweeping import sweep
+    from ..studies.sweeping import sweep
 
     axes = _axes(chosen)
     fixed = given(chosen, chosen.parameters)
@@ -128,7 +128,7 @@ def add_plot_options(command: argparse.ArgumentParser) -> None:
 def drawn(chosen: argparse.Namespace) -> Iterator[str]:
     """Draw a study, a panel for each observable, and say where."""
     check_ending(chosen.output, FIGURES)
-    from .studies.study import open_study
+    from ..studies.study import open_study
 
     study = open_study(chosen.directory)
     names = list(dict.fromkeys(chosen.observe or study.observables))
