@@ -5,19 +5,25 @@ The beam of `scenes.karpodinis` at forcing frequencies from 20 to 24 Hz, 20 peri
 - ours: the scene of arrays, tables and all, moved by `simulate`;
 - a loop of `simulate`;
 - a hand-written kernel: the closed form of this one machine, stops found by conservative steps;
-- RK4 (numba) with 400 steps a period and bisection at the stop.
+- RK4 (numba) with 400 steps a period and bisection at the stop;
+- heyoka, where it is installed: one integrator, compiled once, whose frequency is a parameter and
+  whose stop is a terminal event; up to 256 machines, one after the other.
 
 All on one thread, in turns, the least processor time of three. The error is the greatest difference
 of the displacement at the end from that of a loop of `simulate`, of machines that move periodically
-(the error in others grows e-fold in a few periods). ``python -m benchmarks.batches [most]``.
+(the error in others grows e-fold in a few periods). Writes results/batches.png, time per machine
+against the number of machines. ``python -m benchmarks.batches [most]``.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import math
 import sys
 import time
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,7 +31,9 @@ from numba import njit
 
 import impactsig as im
 
+RESULTS = Path(__file__).parent / "results"
 PERIODS, STEPS = 20, 400
+FEW = 256  # machines, of ways that take long
 DAMPING, AMPLITUDE, RESTITUTION, NATURAL = 0.03, 0.25, 0.2, 22.2
 
 
@@ -156,6 +164,35 @@ def by_steps(frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return out[:, 0], out[:, 2]
 
 
+@cache
+def integrator() -> tuple[Any, list[int]]:
+    """Heyoka's for this machine, and the counter of its impacts."""
+    import heyoka as hy
+
+    x, v = hy.make_vars("x", "v")
+    count = [0]
+
+    def bounce(one: Any, sign: int) -> bool:
+        one.state[:] = 1.0, -RESTITUTION * one.state[1]
+        count[0] += 1
+        return True
+
+    rate = AMPLITUDE * hy.cos(hy.par[0] * hy.time) - 2 * DAMPING * v - x
+    stop = hy.t_event(x - 1.0, callback=bounce, direction=hy.event_direction.positive)
+    return hy.taylor_adaptive([(x, v), (v, rate)], [0.0, 0.0], pars=[1.0], t_events=[stop]), count
+
+
+def by_heyoka(frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    one, count = integrator()
+    out = np.empty((len(frequency), 2))
+    for k, ratio in enumerate((frequency / NATURAL).tolist()):
+        one.time, one.pars[0], one.state[:], count[0] = 0.0, ratio, 0.0, 0
+        one.reset_cooldowns()
+        one.propagate_until(PERIODS * 2 * math.pi / ratio)
+        out[k] = one.state[0], count[0]
+    return out[:, 0], out[:, 1]
+
+
 WAYS: dict[str, Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]] = {
     "one call": ours,
     "one call, impacts kept": with_impacts,
@@ -163,12 +200,30 @@ WAYS: dict[str, Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]] = {
     "hand-written kernel": by_hand,
     f"RK4, {STEPS} steps": by_steps,
 }
+if importlib.util.find_spec("heyoka"):
+    WAYS["heyoka, one by one"] = by_heyoka
+
+
+def draw(taken: dict[str, dict[int, float]]) -> None:
+    """Time per machine [us] of each way against the number of machines."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6, 5), layout="constrained")
+    ax = figure.subplots()
+    for name, own in taken.items():
+        ax.loglog(list(own), list(own.values()), "o-", label=name)
+    ax.set_xlabel("machines")
+    ax.set_ylabel(f"processor time a machine, {PERIODS} periods (us)")
+    figure.legend(loc="outside lower center", ncols=2)
+    RESULTS.mkdir(exist_ok=True)
+    figure.savefig(RESULTS / "batches.png", dpi=130)
 
 
 def main() -> None:
     most = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000
     print(f"{'way':24} {'machines':>8} {'us each':>9} {'error':>9} {'impacts':>8}")
-    for n in (1, 16, 256, 4096, 10_000):
+    taken: dict[str, dict[int, float]] = {name: {} for name in WAYS}
+    for n in (1, 16, FEW, 4096, 10_000):
         if n > most:
             break
         frequency = np.linspace(20.0, 24.0, n) if n > 1 else np.array([22.1])
@@ -176,7 +231,7 @@ def main() -> None:
         found: dict[str, tuple[np.ndarray, np.ndarray]] = {}
         for _ in range(3):
             for name, way in WAYS.items():
-                if way is loop and n > 256 and name in found:
+                if n > FEW and (way is by_heyoka or (way is loop and name in found)):
                     continue
                 begun = time.process_time()
                 found[name] = way(frequency)
@@ -186,9 +241,11 @@ def main() -> None:
         for name, (place, impacts) in found.items():
             same = calm & (impacts == hits)
             error = float(np.abs(place - truth)[same].max(initial=0.0))
+            taken[name][n] = best[name] / n * 1e6
             print(
                 f"{name:24} {n:8} {best[name] / n * 1e6:9.1f} {error:9.1e} {int(impacts.sum()):8}"
             )
+    draw(taken)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import fields
 from datetime import datetime
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
@@ -15,11 +16,13 @@ import numpy as np
 
 from ._atomic import atomic_path
 from ._impact_columns import COLUMNS, columns
+from ._watched import progress
 from .errors import MissingExtra, UnreadableFile
 
 if TYPE_CHECKING:
     from .impacts import Impacts
 
+ROWS = 10_000  # that are written at a time
 HEAD = "# impactsig "
 """Begins the line that holds the run."""
 
@@ -31,7 +34,10 @@ def write_csv(impacts: Impacts, path: Any) -> None:
         table = columns(impacts)
         path.write(",".join(table) + "\n")
         rows = zip(*(map(repr, values.tolist()) for values in table.values()), strict=True)
-        path.writelines(",".join(row) + "\n" for row in rows)
+        with progress(len(impacts), " rows", leave=False) as advance:
+            while part := [",".join(row) + "\n" for row in islice(rows, ROWS)]:
+                path.writelines(part)
+                advance(len(part))
         return
     with (
         atomic_path(path) as temporary,

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from threading import Event, Thread
 from typing import Any
 
 from ._arguments import flag
 
+DELAY = 1.0
+"""Seconds of work before a bar is shown that nobody asked for."""
+
+_LOOK = 0.2  # seconds between two looks at a kernel
+
 
 def watched() -> bool:
-    """Whether a terminal or a notebook is watching."""
+    """Whether a terminal or a notebook is watching; nobody watches each of many processes."""
+    if multiprocessing.parent_process() is not None:
+        return False
     return "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
 
 
@@ -28,8 +37,39 @@ def progress(
         return
     from tqdm import tqdm
 
-    delay = 1.0 if wanted is None else 0.0
+    delay = DELAY if wanted is None else 0.0
     with tqdm(
         total=total, initial=done, unit=unit, unit_scale=True, delay=delay, leave=leave
     ) as bar:
         yield bar.update
+
+
+@contextmanager
+def following(total: float, unit: str, done: Callable[[], float]) -> Iterator[None]:
+    """A bar for a call of a kernel, which goes on in this thread; by default if watched.
+
+    `done` is called by another thread. It must only look at what the kernel writes, so that the
+    result does not depend on whether somebody watches.
+    """
+    if not watched():
+        yield
+        return
+    ended = Event()
+
+    def follow() -> None:
+        if ended.wait(DELAY):
+            return
+        from tqdm import tqdm
+
+        begin = min(done(), total)
+        with tqdm(total=total, initial=begin, unit=unit, unit_scale=True, leave=False) as bar:
+            while not ended.wait(_LOOK):
+                bar.update(min(done(), total) - bar.n)
+
+    follower = Thread(target=follow, daemon=True)
+    follower.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        follower.join()

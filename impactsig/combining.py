@@ -16,6 +16,8 @@ from .alignment import align_impacts
 from .errors import InvalidInput
 from .impacts import Impacts
 
+LONGEST_DELAY = 0.05  # [s], where none is given
+
 
 @dataclass(frozen=True, eq=False)
 class Combination(Shown):
@@ -65,7 +67,7 @@ def combine_impacts(
     *,
     stops: Sequence[int | None] | None = None,
     within: float = 1e-3,
-    longest_delay: float = 0.05,
+    longest_delay: float | None = None,
 ) -> Combination:
     """Make one train of those that several sensors of a machine recorded at the same time.
 
@@ -83,9 +85,10 @@ def combine_impacts(
         otherwise peaks over the ninth decile of each sensor's.
     within : float
         How far apart two instants of one impact may be [s].
-    longest_delay : float
-        Greatest difference of delays [s]; sound travels 17 m in the default. In trains that repeat
-        themselves it must be less than half of what they repeat in.
+    longest_delay : float, optional
+        Greatest difference of delays [s]. In trains that repeat themselves it must be less than
+        half of what they repeat in. By default 0.05 s, in which sound travels 17 m; where several
+        delays below that suit as well as each other, the least, and `impacts.notes` says so.
 
     Returns
     -------
@@ -116,7 +119,8 @@ def combine_impacts(
         if not isinstance(train, Impacts):
             raise InvalidInput(f"trains[{k}]", train, "Impacts")
     within = number("within", within, above=0)
-    longest_delay = number("longest_delay", longest_delay, above=0)
+    if longest_delay is not None:
+        longest_delay = number("longest_delay", longest_delay, above=0)
     own = stops_of_sensors(stops, len(trains))
     for k, (one, train) in enumerate(zip(own, trains, strict=True)):
         if one is not None and train.peak is None:
@@ -125,9 +129,10 @@ def combine_impacts(
             )
     time = trains[0].time
     index = np.arange(len(time))[:, None]
-    delays, errors = [0.0], [0.0]
+    delays, errors, notes = [0.0], [0.0], list[str]()
     for train in trains[1:]:
-        delay, error = _delay(train, Impacts(time), within, longest_delay)
+        delay, error, note = _delay(train, Impacts(time), within, longest_delay)
+        notes += [note] if note else []
         delays.append(delay)
         errors.append(error)
         time, index = _join(time, index, train.time - delay, within)
@@ -148,7 +153,8 @@ def combine_impacts(
         source=first.source,
         recorded_at=first.recorded_at,
         reason="" if len(time) else "; ".join(dict.fromkeys(t.reason for t in trains if t.reason)),
-        notes=tuple(dict.fromkeys(note for train in trains for note in train.notes)),
+        notes=tuple(dict.fromkeys(note for train in trains for note in train.notes))
+        + tuple(dict.fromkeys(notes)),
         disturbances=tuple(
             sorted((one for train in trains for one in train.disturbances), key=lambda d: d.start)
         ),
@@ -180,18 +186,27 @@ def _is_stop(one: Any) -> bool:
 
 
 def _delay(
-    train: Impacts, reference: Impacts, within: float, longest: float
-) -> tuple[float, float]:
-    """How late a train is; (0, inf) where that cannot be seen."""
+    train: Impacts, reference: Impacts, within: float, longest: float | None
+) -> tuple[float, float, str]:
+    """How late a train is, to within what, and a note; (0, inf) where that cannot be seen."""
     if min(len(train), len(reference)) < 2:
-        return 0.0, math.inf
-    try:
-        found = align_impacts(train, reference, within, longest_delay=longest, skew=False)
-    except InvalidInput as error:
-        if error.argument == "longest_delay":
-            raise
-        return 0.0, math.inf
-    return found.delay, found.delay_error
+        return 0.0, math.inf, ""
+    most, note = longest or LONGEST_DELAY, ""
+    while True:
+        try:
+            found = align_impacts(train, reference, within, longest_delay=most, skew=False)
+        except InvalidInput as error:
+            if error.argument != "longest_delay":
+                return 0.0, math.inf, ""
+            if longest is not None or most < 2 * within:
+                raise
+            most /= 2
+            note = (
+                "the impacts repeat themselves, so that several delays between its sensors suit "
+                f"as well as each other: the one within {1e3 * most:.3g} ms is taken"
+            )
+        else:
+            return found.delay, found.delay_error, note
 
 
 def _join(

@@ -16,7 +16,8 @@ import numpy as np
 
 from ..errors import UnreadableFile
 from ._source import Signal, Source, sample_type
-from ._timebase import TimeBase, rate_of_step, time_base, time_factor
+from ._time_columns import time_factor
+from ._timebase import TimeBase, rate_of_step, time_base
 from ._units import split_heading
 
 _FACTS = {

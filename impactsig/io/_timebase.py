@@ -14,38 +14,6 @@ JITTER = 0.01  # of a sampling step: how far a time may lie from the uniform gri
 RARE = 0.01  # of the steps: fewer that differ by a printed digit are gaps, not rounding
 DOUBTFUL = 1e-4  # relative uncertainty of a rate that the user is told of
 
-_PLAIN = frozenset(("t", "time", "times", "zeit", "temps", "tiempo", "tempo", "x_value"))
-_SPOKEN = frozenset(("timestamp", "time stamp", "elapsed time", "zeitstempel"))
-_AS_UNIT = frozenset(("s", "sec", "second", "seconds", "ms", "us", "µs", "milliseconds"))
-_COUNTED = frozenset(("microseconds", "millis", "micros", "millis()", "micros()"))
-_AXIS = frozenset(("x", "x-axis", "x axis", "x_axis"))  # with a unit of time
-_NAMES = _PLAIN | _SPOKEN | _AS_UNIT | _COUNTED
-FACTORS = {
-    "": 1.0,
-    "s": 1.0,
-    "sec": 1.0,
-    "secs": 1.0,
-    "second": 1.0,
-    "seconds": 1.0,
-    "sekunden": 1.0,
-    "ms": 1e-3,
-    "msec": 1e-3,
-    "milliseconds": 1e-3,
-    "millis": 1e-3,
-    "millis()": 1e-3,
-    "us": 1e-6,
-    "µs": 1e-6,
-    "μs": 1e-6,
-    "usec": 1e-6,
-    "microseconds": 1e-6,
-    "micros": 1e-6,
-    "micros()": 1e-6,
-    "ns": 1e-9,
-    "min": 60.0,
-    "h": 3600.0,
-}
-
-
 _WHOLE = 1e-6  # how far a whole number may be from one
 _LEAST = 0.1  # of a step, or a digit, that the ends of rounded times may be off at least
 # Times powers of ten: what oscilloscopes, analysers and sound cards can be set to.
@@ -71,23 +39,6 @@ class TimeBase(NamedTuple):
     start: float
     problem: str = ""
     doubt: str = ""
-
-
-def time_factor(name: str, unit: str) -> float | None:
-    """Seconds in one unit of a column with this name; None if it is not a column of times."""
-    if name.strip() in ("T", "S"):  # temperature, strain: capital letters are other quantities
-        return None
-    plain = name.strip().lower()
-    unit = unit.strip().lower()
-    ending = re.fullmatch(r"(t|time|timestamp|zeit)[_ ]?(s|ms|us|µs|ns)", plain)
-    if ending:
-        plain, unit = ending[1], unit or ending[2]
-    # catman numbers its columns of times: "Time  1 - default sample rate [s]".
-    if unit in FACTORS and unit and (plain in _AXIS or re.match(r"(time|zeit) +\d+ - ", plain)):
-        return FACTORS[unit]
-    if plain not in _NAMES or (unit not in FACTORS):
-        return None
-    return FACTORS[unit or (plain if plain in FACTORS else "")]
 
 
 class Printed(NamedTuple):

@@ -34,6 +34,11 @@ def split_heading(heading: str) -> tuple[str, str]:
         return match[1], match[2]
     if (match := re.fullmatch(r"(.+?)\s+/\s+(\S+)", text)) and is_unit(match[2]):
         return match[1], match[2]
+    # "C1 in V", "Force (N) Run 1"
+    if (match := re.fullmatch(r"(?:(.+?)\s+)?in\s+(\S+)", text)) and is_unit(match[2]):
+        return match[1] or "", match[2]
+    if (match := re.fullmatch(r"(.+?)\s*\(([^()]+)\)\s+(.+)", text)) and is_unit(match[2]):
+        return f"{match[1]} {match[3]}", match[2]
     return text, ""
 
 

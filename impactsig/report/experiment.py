@@ -168,9 +168,10 @@ def _pictures(experiment: Experiment, simulated: Any) -> Iterator[Picture]:
 
         try:
             source = draw(paint, 9.6 if wide else 4.9, height)
+            narrow = draw(paint, 4.9, height) if wide else ""
         except InvalidInput:
             continue  # it was not measured
-        yield Picture(source, caption, caption, "wide" if wide else "half")
+        yield Picture(source, caption, caption, "wide" if wide else "half", narrow=narrow)
 
 
 def _rows(

@@ -15,6 +15,7 @@ import numpy as np
 from .. import plot
 
 if TYPE_CHECKING:
+    from markupsafe import Markup
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from .analysis import Analysis
 
 SPIKES_SHOWN = 60
+_NARROW = "screen and (max-width: 720px)"  # as in page.css
+
 MANY = 400
 """Points of one artist beyond which it is drawn as an image: as many paths make a page slow."""
 
@@ -31,7 +34,8 @@ MANY = 400
 class Picture:
     """One figure: `source` is a data URI, `alt` says in words what it shows.
 
-    A `still` one is for paper and for readers without scripts: the page draws it itself else.
+    `narrow` is drawn anew for narrow screens, where a wide one would have to be pushed along. A
+    `still` one is for paper and for readers without scripts: the page draws it itself else.
     """
 
     source: str
@@ -39,6 +43,18 @@ class Picture:
     caption: str
     size: Literal["third", "half", "wide"] = "half"
     still: bool = False
+    narrow: str = ""
+
+    @property
+    def image(self) -> Markup:
+        """What the page holds of it."""
+        from markupsafe import Markup
+
+        image = Markup('<img src="{}" alt="{}">').format(self.source, self.alt)
+        if not self.narrow:
+            return image
+        source = Markup('<source media="{}" srcset="{}">').format(_NARROW, self.narrow)
+        return Markup("<picture>{}{}</picture>").format(source, image)
 
 
 def draw(paint: Callable[[Axes], object], width: float, height: float) -> str:
@@ -121,6 +137,7 @@ def pictures(analysis: Analysis) -> Iterator[Picture]:
             if len(shown) < len(impacts)
             else "Spike train.",
             size="wide",
+            narrow=draw(lambda ax: plot.spike_train(shown, ax), 4.4, 1.3),
         )
     if count:
         yield Picture(
@@ -136,6 +153,7 @@ def pictures(analysis: Analysis) -> Iterator[Picture]:
             "Peak of each impact against time",
             "Peak of each impact; a drift here may mean wear, loosening or a changed gain.",
             size="wide",
+            narrow=draw(lambda ax: plot.peak_against_time(impacts, ax), 4.4, 2.7),
         )
     if count < 2:
         return

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._arguments import flag, number
+from .._watched import following
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from .basis.contract import Engine, run_on
@@ -64,6 +65,7 @@ class Run:
         self.engine = engine_of(
             oscillator, method, chatter, flag("skip_unreachable", skip_unreachable)
         )
+        self.unit = " s" if periods is None else " periods"
         omega = self.engine.omega
         self.per_turn = 1.0 if duration is None else omega / (TURN * oscillator.time_unit)
 
@@ -98,7 +100,13 @@ class Run:
         def run(left: int) -> int:
             return self.engine.run(self.clock, self.state, self.count, buffer, *end, left)
 
-        found, parts = run_on(run, self.count, buffer, legs)
+        begin = _turns(*self.clock[:2])
+
+        def done(turns: float, phase: float) -> float:
+            return (_turns(turns, phase) - begin) / self.per_turn
+
+        with following(done(*end), self.unit, lambda: done(*self.clock[:2])):
+            found, parts = run_on(run, self.count, buffer, legs)
         return STATUS[found], np.concatenate(parts)
 
 
@@ -156,6 +164,10 @@ def engine_of(
     if not isinstance(method, (RungeKutta, FixedStep)):
         raise InvalidInput("method", method, "RungeKutta(...), FixedStep(...) or None")
     return SteppingEngine(oscillator, method, chatter)
+
+
+def _turns(turns: float, phase: float) -> float:
+    return float(turns + phase / TURN)
 
 
 def after(phase: Any, turns: Any) -> tuple[Any, Any]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from .._arguments import Seed, thread_count, whole
 from .._showing import Shown
+from .._watched import progress
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ._arguments import Course, course
@@ -230,8 +231,11 @@ def simulate_ensemble(
     def one(first: int) -> _Part:
         return _look_at(mover, found, table, edges, first, min(first + LANES, paths))
 
-    with ThreadPoolExecutor(threads) as pool:
-        parts = list(pool.map(one, range(0, paths, LANES)))
+    parts = []
+    with ThreadPoolExecutor(threads) as pool, progress(paths, " paths") as advance:
+        for part in pool.map(one, range(0, paths, LANES)):
+            parts.append(part)
+            advance(min(LANES, paths - LANES * (len(parts) - 1)))
     return _gather(oscillator, method, found, edges, parts)
 
 

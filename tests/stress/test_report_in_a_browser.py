@@ -98,6 +98,25 @@ def test_nothing_stands_out_of_a_narrow_page(width, browser, page):
         browser.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
+def test_a_telephone_pushes_no_drawing_along(browser, page):
+    """Those of one drawing are there a second time, drawn for a narrow screen."""
+    pushed = "[...document.querySelectorAll('figure')].filter(f => f.scrollWidth > f.clientWidth)"
+    screen = {"width": 420, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    browser.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    try:
+        assert browser.run(f"{pushed}.length") == 0
+        assert browser.run("document.querySelectorAll('.wide picture img').length") == 2
+        reach = "img => img.currentSrc == img.parentElement.querySelector('source').srcset"
+        assert browser.run(f"[...document.querySelectorAll('.wide picture img')].every({reach})")
+        if importlib.util.find_spec("axe_core_python"):
+            from axe_core_python.selenium import Axe
+
+            found = Axe().run(browser.driver)
+            assert [(one["id"], one["nodes"][0]["html"]) for one in found["violations"]] == []
+    finally:
+        browser.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
 def test_dark_where_the_reader_has_it_dark(browser, page):
     def lightness(what):
         value = browser.run(f"getComputedStyle(document.body).{what}")

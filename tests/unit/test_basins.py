@@ -23,6 +23,7 @@ from impactsig import (
     scenes,
     simulate,
 )
+from impactsig.dynamics.diagrams import _survey
 
 from .test_diagrams_of_systems import one_mode, shaken
 
@@ -75,6 +76,15 @@ def test_catching_changes_no_label(four):
     assert four.differing == 0
     assert all(attractor.radius > 0 for attractor in four.attractors)
     assert all(attractor.radius == 0 for attractor in full.attractors)
+
+
+def test_attractors_that_no_scout_reached_are_found(four, monkeypatch):
+    """Their starts are followed until their orbits close, as none of them may be caught."""
+    monkeypatch.setattr(_survey, "SCOUTS", 1)
+    found = basins_of_attraction(FOUR, four.x, four.v)
+    assert sum(one.radius > 0 for one in found.attractors) == 1
+    assert sum(one.radius == 0 for one in found.attractors) == 3
+    assert np.array_equal(found.labels, four.labels)
 
 
 def test_a_moving_base_is_seen_from_the_ground():

@@ -138,6 +138,19 @@ def test_refusals():
         combine_impacts([clock, clock], longest_delay=0.2)
 
 
+@pytest.mark.parametrize("period", [0.0452, 0.02, 0.009])
+@pytest.mark.parametrize("late", [0.0, 1.1e-3, -1.1e-3])
+def test_of_delays_that_suit_alike_the_least_is_taken(period, late):
+    """Two sensors of a periodic machine: delays that differ by a period pair as many."""
+    rng = np.random.default_rng(4)
+    jitter = 1e-6 * rng.normal(size=200)
+    machine = 1 + period * np.arange(200) + jitter
+    found = combine_impacts([Impacts(machine), Impacts(machine + late)])
+    assert found.delays[1] == pytest.approx(late, abs=1e-6)
+    assert len(found.impacts) == 200
+    assert ["repeat themselves" in note for note in found.impacts.notes] == [True]
+
+
 def test_channels_of_one_recording():
     rng = np.random.default_rng(2)
     time = np.cumsum(rng.uniform(0.03, 0.08, 150))

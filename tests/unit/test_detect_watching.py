@@ -5,13 +5,15 @@ from __future__ import annotations
 import importlib
 import io
 import sys
+import threading
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
 import impactsig
-from impactsig import _compiled, _watched
-from impactsig._watched import progress
+from impactsig import _compiled, _impact_tables, _watched
+from impactsig._watched import following, progress
 from impactsig.cli import _warmup as _warmup_command
 from impactsig.reconstruct import _threads
 
@@ -104,3 +106,67 @@ def test_nobody_else_sees_anything(capfd, monkeypatch, tmp_path):
     impactsig.detect_impacts(rec)
     compile_two(tmp_path, monkeypatch)
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_kernel_is_followed_while_it_runs(monkeypatch):
+    monkeypatch.setattr(_watched, "DELAY", 0.0)
+    monkeypatch.setattr(_watched, "_LOOK", 0.001)
+    looked = threading.Event()
+
+    def done():
+        looked.set()
+        return 30.0
+
+    for stream, told in ((io.StringIO(), False), (Terminal(), True)):
+        monkeypatch.setattr(sys, "stderr", stream)
+        with following(100, " periods", done):
+            assert looked.wait(5) if told else not looked.wait(0.02)
+        assert ("periods" in stream.getvalue()) == told
+
+
+@pytest.mark.parametrize(
+    ("module", "system", "asked", "total", "unit"),
+    [
+        ("simulate.run", impactsig.scenes.karpodinis(22.1), {"periods": 7}, 7, " periods"),
+        ("simulate.run", impactsig.scenes.karpodinis(22.1), {"duration": 0.3}, 0.3, " s"),
+        ("simulate.flows.flow_motion", impactsig.flows.rossler(), {"duration": 9.0}, 9.0, " s"),
+    ],
+)
+def test_a_run_tells_how_far_it_is(monkeypatch, module, system, asked, total, unit):
+    """At its end it has come to the end, and it begins at the start."""
+    seen = []
+
+    @contextmanager
+    def follow(*arguments):
+        seen.append((*arguments[:2], arguments[2]()))
+        yield
+        seen.append(arguments[2]())
+
+    monkeypatch.setattr(importlib.import_module(f"impactsig.{module}"), "following", follow)
+    impactsig.simulate(system, **asked)
+    (length, word, begin), end = seen
+    assert (length, word, begin) == (pytest.approx(total, rel=1e-12), unit, 0)
+    assert end == pytest.approx(total, rel=1e-12)
+
+
+def test_nobody_watches_one_of_many_processes(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    assert _watched.watched()
+    monkeypatch.setattr(_watched.multiprocessing, "parent_process", lambda: "the caller")
+    assert not _watched.watched()
+
+
+def test_a_long_train_is_written_in_sight(monkeypatch, tmp_path):
+    train = impactsig.Impacts.from_times(np.arange(25_000.0))
+    told = []
+
+    @contextmanager
+    def bar(total, unit, **options):
+        told.append((total, unit))
+        yield told.append
+
+    monkeypatch.setattr(_impact_tables, "progress", bar)
+    train.to_csv(tmp_path / "a.csv")
+    assert told == [(25_000, " rows"), 10_000, 10_000, 5000]
+    back = impactsig.Impacts.read_csv(tmp_path / "a.csv")
+    np.testing.assert_array_equal(back.time, train.time)

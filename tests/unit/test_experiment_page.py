@@ -108,6 +108,8 @@ def test_the_command_writes_a_page_that_links_the_reports(tmp_path, capsys):
     assert "Experiment(1 run; frequency 20 to 20 Hz)" in capsys.readouterr().out
     text = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
     assert 'href="./recordings/20.0Hz.wav.html"' in text
+    # Wide figures are there a second time, for narrow screens.
+    assert text.count('<figure class="wide">') == text.count('<source media="screen') > 0
     assert text.count("<img") == 7
     report = tmp_path / "out" / "recordings" / "20.0Hz.wav.html"
     assert "period(1,1)" in report.read_text(encoding="utf-8")

@@ -1,12 +1,13 @@
 """Text as instruments write it: rate, names and units stand above or beside the data."""
 
 import warnings
+from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
 
 import impactsig.io as io
-from impactsig.errors import ImpactsigWarning, InvalidInput
+from impactsig.errors import ImpactsigWarning, InvalidInput, UnreadableFile
 
 ROWS = 40
 F, A = np.round(np.sin(np.arange(2 * ROWS) / 3), 5).reshape(2, ROWS)
@@ -60,8 +61,34 @@ FILES = {
     "Abtastrate": "Abtastrate [kHz];50,0\nload;floor\n"
     + rows(F, A, delimiter=";").replace(".", ","),
     "micros": "micros,load,floor\n" + rows(1e6 * T, F, A),
+    # Further oscilloscopes and loggers, as their files look
+    "TBS1000C": "Model,TBS1072C\nSample Interval,2e-05,,2e-05,\nVertical Units,V,,V,\nLabel,,,,\n"
+    "TIME,CH1,TIME,CH2\n" + rows(T, F, T, A),
+    "DPO4000": "Model,DPO4054\nSample Interval,2e-05\nVertical Units,V,N\n,,\nLabel,,load\n"
+    "TIME,CH1,CH2\n" + rows(T, F, A),
+    "RTB2000": "in s,load in V,floor in V\n" + rows(T, F, A),
+    "DL850": '"Model Name","DL850"\n"TraceName","load","floor"\n"VUnit","N","g"\n'
+    '"HResolution",2.0E-05,2.0E-05\n"HOffset",-2.0E-03,-2.0E-03\n"HUnit","s","s"\n\n' + rows(F, A),
+    "Fluke": "Title,Trace A\nX Unit,s\nX at 0%,-2e-3\nX Resolution,2.0E-05\nY Unit,V\n\n"
+    + rows(T, F, A),
+    "LabChart, ranges": "Interval=\t2e-05 s\nChannelTitle=\tload\tfloor\nUnitName=\tN\tg\n"
+    "TopValue=\t1\t1\nBottomValue=\t-1\t-1\n" + rows(T, F, A, delimiter="\t"),
+    "catman, rates": "HBM_CATMAN\nZeit  1 - Standardmessrate\tload\tfloor\ns\tN\tg\n"
+    "SR_FB:50000 Hz\tSR_FB:50000 Hz\tSR_FB:50000 Hz\n26.02.2020 10:12:13\t\t\n"
+    + rows(T, F, A, delimiter="\t"),
+    "BenchVue": "Scan Number,Time,load (V),floor (V)\n" + rows(COUNT + 1, T, F, A),
+    "Vernier": "Run 1: Time (s),load,floor\n" + rows(T, F, A),
+    "PASCO": '"Time (s) Run 1","load","floor"\n' + rows(T, F, A),
+    "AndroSensor": "load (N);floor (N);Time since start in ms ;YYYY-MO-DD HH-MI-SS_SSS\n"
+    + "".join(
+        f"{f};{a};{1e3 * t:.9g};13:46:55:{n}\n" for f, a, t, n in zip(F, A, T, COUNT, strict=True)
+    ),
+    "mSec": "load floor mSec\n" + rows(F, A, 1e3 * T, delimiter=" "),
+    "elapsed_us": "elapsed_us,load,floor\n" + rows(1e6 * T, F, A),
 }
 NAMED = {"words", "comment", "spoken", "Abtastrate", "Yokogawa", "LabChart", "catman", "micros"}
+NAMED |= {"RTB2000", "DL850", "LabChart, ranges", "catman, rates", "BenchVue", "Vernier", "PASCO"}
+NAMED |= {"AndroSensor", "mSec", "elapsed_us"}
 TIMED = {"Yokogawa", "words", "comment", "spoken", "Abtastrate"}  # from 0: they give no start
 
 
@@ -86,6 +113,9 @@ def test_names_and_units_of_the_header(tmp_path):
         ("Yokogawa", ("load", "floor"), ("N", "g")),
         ("LabChart", ("load", "floor"), ("N", "g")),
         ("Abtastrate", ("load", "floor"), ("", "")),
+        ("DPO4000", ("CH1", "CH2"), ("V", "N")),
+        ("RTB2000", ("load", "floor"), ("V", "V")),
+        ("catman, rates", ("load", "floor"), ("N", "g")),
     ]:
         path.write_text(FILES[name])
         found = io.read(path)
@@ -150,6 +180,48 @@ def test_a_gap_among_rounded_times_is_found(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("time,x\n" + rows(times, times, form="{:.2e}"))
     with pytest.raises(InvalidInput, match="not uniform"):
+        io.read(path)
+
+
+@pytest.mark.parametrize(
+    ("form", "date"),
+    [
+        ("{:%d.%m.%Y %H:%M:%S.%f}", True),
+        ("{:%d-%b-%Y %H:%M:%S.%f}", True),
+        ("{:%Y-%m-%d %H:%M:%S.%f +0200}", True),
+        ("{:%d/%m/%Y %H:%M:%S,%f}", False),
+        ("{:%m/%d/%Y %H:%M:%S.%f}", False),
+    ],
+)
+def test_dates_as_loggers_print_them(tmp_path, form, date):
+    """Over midnight; which of two numbers is the month need not be clear."""
+    begin = datetime(2024, 5, 4, 23, 59, 59, 990_000)
+    moments = [begin + timedelta(microseconds=2000 * i) for i in range(ROWS)]
+    path = tmp_path / "a.csv"
+    path.write_text(
+        "Date/Time;load;floor\n"
+        + "".join(f"{form.format(m)};{f};{a}\n" for m, f, a in zip(moments, F, A, strict=True))
+    )
+    found = io.read(path)
+    np.testing.assert_array_equal(found.samples, np.column_stack([F, A]))
+    assert found.rate == pytest.approx(500, rel=1e-9)
+    when = found.recorded_at
+    assert (when and when.replace(tzinfo=None)) == (begin if date else None)
+
+
+@pytest.mark.parametrize("digits", [0, 3, 6, 9])
+def test_times_since_1970_in_their_own_unit(tmp_path, digits):
+    """Sensor loggers write nanoseconds since 1970 into a column called time."""
+    times = 1_700_000_000 * 10**digits + 4 * 10 ** max(digits - 3, 0) * COUNT
+    path = tmp_path / "a.csv"
+    path.write_text("time,load\n" + "".join(f"{t},{f}\n" for t, f in zip(times, F, strict=True)))
+    assert io.read(path).rate == pytest.approx(250 if digits else 0.25, rel=1e-5)
+
+
+def test_stamps_of_a_serial_monitor_are_refused(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("".join(f"14:22:01.{10 * n:03d} -> {n}\n" for n in range(90)))
+    with pytest.raises(UnreadableFile, match=r"switch these off, and print micros\(\)"):
         io.read(path)
 
 

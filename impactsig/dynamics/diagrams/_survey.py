@@ -20,7 +20,7 @@ from ..arguments import recurring
 from ._settling import LEGS, LONGEST, NOTHING_KNOWN, ground
 
 TILE = 512  # starts that are followed in one call
-SCOUTS = 1024  # starts that are followed first, to learn of attractors
+SCOUTS = 128  # starts that are followed first, to learn of attractors
 ALIKE = 1e3  # orbits whose strobes are closer than so many tolerances are one
 AROUND = 16  # directions in which a point's surroundings are tried
 OPEN = -1  # the label of starts whose motion has not closed

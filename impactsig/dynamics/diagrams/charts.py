@@ -181,7 +181,7 @@ def periodicity_chart(
     cells = range(0, len(first), together)
     n, impacts, followed, failed = (
         column.reshape(len(axes[1]), len(axes[0]))
-        for column in np.concatenate(list(in_threads(some, cells, threads)), axis=1)
+        for column in np.concatenate(in_threads(some, cells, threads), axis=1)
     )
     names = parameter_names(scene, 2)
     return PeriodicityChart(n, impacts, followed, failed.astype(bool), *axes, names)

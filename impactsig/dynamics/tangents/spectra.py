@@ -94,7 +94,7 @@ def spectra_of(
                 into[mine.which] = part
 
         blocks = range(0, len(stack.which), BLOCK)
-        list(in_threads(block, blocks, thread_count(None)))
+        in_threads(block, blocks, thread_count(None))
     shape = batch.shape
     return LyapunovSpectra(
         batch,

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..._watched import progress
 from ._drift import WANDERS, Drift, fit_drift
 from .slots import SlotFit, fit_slots
 from .tracking import Warps, is_sparse
@@ -112,7 +113,11 @@ def _fits(
 ) -> dict[int, SlotFit]:
     """The slots of each fold in a warped time, where there are any."""
     lost = np.interp(gaps, cycles, warp)
-    fits = {fold: fit_slots(warp, fold, lost, floor, widest, attendance.kept) for fold in folds}
+    fits = {}
+    with progress(len(folds), " periods tried", leave=False) as advance:
+        for fold in folds:
+            fits[fold] = fit_slots(warp, fold, lost, floor, widest, attendance.kept)
+            advance(1)
     return {fold: fit for fold, fit in fits.items() if len(fit.centre)}
 
 
@@ -127,9 +132,11 @@ def _settle(
 ) -> list[Lock]:
     """Locks of the fits, those of the best settled in rounds of slots and drift."""
     found = []
-    for rank, fit in enumerate(sorted(fits.values(), key=lambda fit: -fit.score)):
-        rounds = ROUNDS if rank < MOST_FOLDS else 0
-        found.append(_settled(cycles, fit, gaps, floor, widest, wanders, attendance, rounds))
+    with progress(len(fits), " periods fitted", leave=False) as advance:
+        for rank, fit in enumerate(sorted(fits.values(), key=lambda fit: -fit.score)):
+            rounds = ROUNDS if rank < MOST_FOLDS else 0
+            found.append(_settled(cycles, fit, gaps, floor, widest, wanders, attendance, rounds))
+            advance(1)
     return found
 
 

@@ -15,7 +15,7 @@ from ...errors import UnreadableFile
 from .._arrays import Array, Facts, fact, source_of
 from .._limits import Limits
 from .._source import Source, in_utf8
-from .._timebase import time_factor
+from .._time_columns import time_factor
 
 IMPACTS = b"impactsig"
 """Key of the metadata by which a table of impacts is told from a recording."""

@@ -12,13 +12,18 @@ import re
 from collections import Counter
 from typing import NamedTuple
 
+from .._time_columns import time_factor
 from .._units import split_heading, unit_cell
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.I)
+_MOMENT = re.compile(
+    r"(\d{1,4}[-./](\d\d?|[A-Za-z]{3})[-./]\d{2,4})?[T ]*(\d\d?:\d\d(:\d\d([.,:]\d+)?)?.{0,7})?"
+)
 _COMMENT = re.compile(r"\s*(?:#|%|;|!|//)+\s?")
 _WAYS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (" ", "."), (" ", ","))
 _SAMPLES = (60, 12, 3)  # lines that are looked at, in turn
 _LEAST = 0.3  # share of numbers in a table
+_BETWEEN = 6  # lines between headings and data
 
 
 class Dialect(NamedTuple):
@@ -117,6 +122,11 @@ def is_number(cell: str, decimal: str) -> bool:
     return _NUMBER.fullmatch(cell) is not None
 
 
+def is_moment(cell: str) -> bool:
+    """Whether a cell is a date, a time of day, or both."""
+    return _MOMENT.fullmatch(cell) is not None
+
+
 def _score(sample: list[str], delimiter: str, decimal: str) -> tuple[float, str, str, int]:
     """Share of the lines with the usual number of cells, times the share of numbers in them."""
     rows = [split_line(line, delimiter) for line in sample]
@@ -177,9 +187,9 @@ def _first_row(lines: list[str], delimiter: str, decimal: str, columns: int) -> 
     begin = 0
     for index, line in enumerate(lines[: _SAMPLES[0]]):
         cells = split_line(line, delimiter)
-        if not _is_row(cells, columns, decimal):
+        if not _is_row(cells, columns, decimal) or cells[0].endswith(("=", ":")):
             begin = index + 1
-        elif all(is_number(cell, decimal) for cell in cells if cell):
+        elif all(is_number(cell, decimal) or is_moment(cell) for cell in cells if cell):
             return begin
     return 0
 
@@ -195,7 +205,7 @@ def _headings(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names and units from the last line, or last two lines, above the data."""
     rows: list[list[str]] = []
-    for commented, line in reversed(above[-2:]):
+    for commented, line in reversed(_up_to_headings(above, delimiter, columns)[-2:]):
         cells = _heading_cells(line, delimiter, columns, commented)
         if cells is None:
             break
@@ -222,6 +232,21 @@ def _headings(
     return tuple(name for name, _ in split), tuple(unit for _, unit in split)
 
 
+def _up_to_headings(
+    above: list[tuple[bool, str]], delimiter: str, columns: int
+) -> list[tuple[bool, str]]:
+    """The lines up to the one that names a column of times, and one of units below it.
+
+    Some programs write rates and dates of the channels between the headings and the data.
+    """
+    for index in range(len(above) - 1, max(-1, len(above) - 1 - _BETWEEN), -1):
+        cells = split_line(above[index][1], delimiter)
+        if columns > 2 and len(cells) >= columns and time_factor(*split_heading(cells[0])):
+            below = split_line(above[index + 1][1], delimiter) if index + 1 < len(above) else []
+            return above[: index + 1 + any(unit_cell(cell) for cell in below)]
+    return above
+
+
 def _heading_cells(line: str, delimiter: str, columns: int, commented: bool) -> list[str] | None:
     """The cells of a heading, at least one a column; None if the line is none.
 
@@ -232,6 +257,8 @@ def _heading_cells(line: str, delimiter: str, columns: int, commented: bool) -> 
         cells = split_line(line, delimiter)
         while len(cells) > columns and not cells[-1]:
             cells.pop()
+        if re.search(r"\b[Uu]nits?\W*$", cells[0]):  # a setting, such as "Y Unit,V"
+            return None
         return cells if len(cells) == columns or len(cells) > columns > 1 else None
     ways = dict.fromkeys((delimiter.strip(), "\t", ";", ",", " "))
     for cells in (split_line(line, way) for way in ways):

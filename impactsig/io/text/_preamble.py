@@ -13,14 +13,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._timebase import FACTORS, TimeBase, printed_step
+from .._time_columns import FACTORS
+from .._timebase import TimeBase, printed_step
 from .._units import is_unit, split_heading
 from ._dialect import Dialect, is_number, split_line
 
 # Words without spaces and signs, in lower case. Those after "with a unit" say too little alone.
 _STEP = re.compile(
     "increment|[tx]incr?(ement)?|dt|delta([tx]|time)|sampl(e|ing)(interval|period|time)"
-    "|time(increment|step|interval)|hresolution|abtastintervall"
+    "|time(increment|step|interval)|[hx]resolution|abtastintervall"
 )
 _STEP_WITH_A_UNIT = re.compile("interval|step|period|resolution")
 _RATE = re.compile(
@@ -28,8 +29,8 @@ _RATE = re.compile(
     "|(abtast|mess)rate"
 )
 _RATE_WITH_A_UNIT = re.compile("rate|sampling|acquisition|sr")
-_START = re.compile("start(time)?|t0|tstart|x(start|zero|org|0)")
-_NAMES = re.compile("channel(title|names?)|tracename|source|signalname")
+_START = re.compile("start(time)?|t0|tstart|x(start|zero|org|0|at0)|hoffset")
+_NAMES = re.compile("channel(title|names?)|tracename|source|signalname|waveform")
 _UNITS = re.compile("unitname|vunit|verticalunits|channelunits")
 
 _AGREE = 0.01  # share by which two printed rates of one file may differ

@@ -23,6 +23,7 @@ import numpy as np
 from ...errors import UnreadableFile
 from .._limits import Limits
 from .._source import Signal, Source, memory_reader
+from .._time_columns import time_factor
 from .._timebase import (
     DOUBTFUL,
     TimeBase,
@@ -30,7 +31,6 @@ from .._timebase import (
     printed_resolution,
     printed_step,
     time_base,
-    time_factor,
 )
 from .._units import is_unit
 from ..formats import is_lvm

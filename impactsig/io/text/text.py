@@ -2,30 +2,34 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...errors import UnreadableFile
 from .._limits import Limits
 from .._source import Signal, Source
+from .._time_columns import epoch_factor, time_factor
 from .._timebase import (
     DOUBTFUL,
     TimeBase,
     printed_digits,
-    printed_resolution,
     time_base,
-    time_factor,
 )
 from ._dialect import Dialect, find_dialect
+from ._moments import read_moments
 from ._preamble import Preamble, read_preamble
 from ._table import HEAD, Column, Table
 
-_COUNTERS = frozenset(("index", "sample", "samples", "n", "no", "nr", "i", "k", "row", ""))
+_COUNTERS = frozenset(
+    (
+        *("index", "sample", "samples", "n", "no", "nr", "i", "k", "row", "", "number", "point"),
+        *("scan", "scan number", "sample number", "record", "id"),
+    )
+)
 _DATES = frozenset(("date", "datetime", "date time", "date/time", "datum"))
 _NUMBERED = frozenset(("sequence", "sample", "samples", "points"))  # as a unit
 _SHORT = 4  # settings beside the samples fill less than one row in so many
@@ -55,11 +59,13 @@ def open_source(path: Path, limits: Limits) -> Source:
         whole = not file.read(1)
     dialect = find_dialect(head, whole)
     if dialect is None:
-        raise UnreadableFile(
-            path,
-            "holds no rows of numbers",
-            "Expected columns of numbers, with or without headings above them",
-        )
+        remedy = "Expected columns of numbers, with or without headings above them"
+        if b" -> " in head:
+            remedy = (
+                "Its lines begin with the time stamps of a serial monitor, which says when a line "
+                "came: switch these off, and print micros() before each sample"
+            )
+        raise UnreadableFile(path, "holds no rows of numbers", remedy)
     table = Table(path, dialect)
     settings = _settings_beside(table)
     preamble = read_preamble(dialect, _rows(table, settings))
@@ -86,13 +92,14 @@ def open_source(path: Path, limits: Limits) -> Source:
             counter = index
         elif column.text:
             notes.append(f"column {names[index] or index} holds text and is left out")
+        elif clock.column >= 0 and dialect.names and _is_times(names[index], units[index]):
+            continue  # the same times again, beside each channel or in another unit
         elif column.filled:  # unlike what stands after a trailing delimiter
             kept.append(index)
     if not kept:
         raise UnreadableFile(path, "; ".join(notes) or "holds no column of samples")
-    if preamble.names:
-        _name(preamble, kept, names, units)
-    elif not dialect.names and len(kept) > 1:
+    _name(preamble, kept, names, units)
+    if not preamble.names and not dialect.names and len(kept) > 1:
         names = [f"channel {kept.index(i)}" if i in kept else "" for i in range(width)]
     base, doubt = _agreed(clock, preamble, table.columns[counter].begin if counter >= 0 else 0.0)
     signals = tuple(
@@ -155,7 +162,7 @@ def _name(preamble: Preamble, kept: list[int], names: list[str], units: list[str
     if len(preamble.names) == len(kept):
         for index, name in zip(kept, preamble.names, strict=True):
             names[index] = name
-    if len(preamble.units) == len(kept):
+    if len(preamble.units) == len(kept) and (preamble.names or not any(units)):
         for index, unit in zip(kept, preamble.units, strict=True):
             units[index] = unit
 
@@ -207,10 +214,15 @@ def _clock(
     for index, column in enumerate(columns):
         if index in settings:
             continue
-        factor = time_factor(names[index], units[index]) if names[index] else None
+        factor = time_factor(names[index], units[index]) if dialect.names else None
         dated = names[index].lower() in _DATES or (not dialect.names and index == 0)
         if column.text and (factor is not None or dated):
-            found.append(_stamps(dialect, table, index))
+            last = _last_cells(dialect, table, index)
+            (cells,) = table.cells([index], 0, table.rows)
+            base, seconds, begin = read_moments(cells, last)
+            found.append(
+                _timed(base, index, seconds, begin) if len(seconds) else _Clock(base, index)
+            )
         elif factor is not None and not column.text:
             found.append(_column_clock(dialect, table, index, factor))
         if found and found[-1].base.rate is not None and not found[-1].base.doubt:
@@ -238,6 +250,7 @@ def _clock(
 def _column_clock(dialect: Dialect, table: Table, index: int, factor: float) -> _Clock:
     texts = [dialect.number(text) for text in _last_cells(dialect, table, index)]
     (times,) = table.cells([index], 0, table.rows)
+    factor = epoch_factor(times[0]) if factor == 1 and len(times) else factor
     printed = printed_digits(texts, times, factor)
     times = times if factor == 1 else times * factor
     return _timed(time_base(times, printed), index, times)
@@ -252,34 +265,13 @@ def _timed(
     return _Clock(base, index, recorded_at, (lambda: times) if uneven else None, steps)
 
 
-def _stamps(dialect: Dialect, table: Table, index: int) -> _Clock:
-    """Time base of ISO dates or times of day."""
-    import pandas as pd
-
-    (cells,) = table.cells([index], 0, table.rows)
-    texts = pd.Series(cells).str.replace(",", ".", regex=False)
-    moments: Any
-    try:
-        moments = pd.to_datetime(texts, format="ISO8601")
-        begin = moments.iloc[0].to_pydatetime(warn=False)
-    except (ValueError, TypeError):
-        try:
-            moments, begin = pd.to_timedelta(texts), None
-        except (ValueError, TypeError):
-            shown = cells[0]
-            problem = f"The time column holds text that is no ISO date or time, such as {shown!r}"
-            return _Clock(TimeBase(None, 0.0, problem), index)
-    seconds = (moments - moments.iloc[0]).dt.total_seconds().to_numpy(dtype=np.float64)
-    last = [
-        re.sub(r".*?(\d+(?:[.,]\d+)?)\D*$", r"\1", t) for t in _last_cells(dialect, table, index)
-    ]
-    base = time_base(seconds, printed_resolution(t.replace(",", ".") for t in last))
-    return _timed(base, index, seconds, begin)
-
-
 def _last_cells(dialect: Dialect, table: Table, index: int) -> list[str]:
     rows = [dialect.fields(line) for line in table.last_lines]
     return [row[index] for row in rows if len(row) > index]
+
+
+def _is_times(name: str, unit: str) -> bool:
+    return time_factor(name, unit) is not None
 
 
 def _is_counter(column: Column, index: int, name: str, unit: str, width: int) -> bool:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..._arguments import choice, entries, flag, instance, number, reals, thread_count
+from ..._watched import progress
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...oscillators.batch import OscillatorBatch
@@ -165,8 +166,10 @@ def simulate_many(
             start = tuple(starts[k].tolist())
             return simulate(machine, initial=start, phase=float(phases[k]), **options)
 
-        with ThreadPoolExecutor(threads) as pool:
-            found = dict(zip(others, pool.map(one, others), strict=True))
+        with ThreadPoolExecutor(threads) as pool, progress(len(others), " runs") as advance:
+            for k, moved_one in zip(others, pool.map(one, others), strict=True):
+                found[k] = moved_one
+                advance(1)
     moved = _moved(exact, starts, phases, threads, **options) if exact else []
     shape: tuple[int, ...] = (n,)
     parameters: Mapping[str, np.ndarray] = {}

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 
+from ..._watched import progress
 from ...oscillators import Oscillator
 from ..basis.events import (
     COLUMNS,
@@ -130,7 +131,7 @@ class Moving:
                     return np.concatenate(parts) if keep else rows
                 at, done = upto, done + used
 
-        self.rows = list(in_threads(block, range(0, n, size), threads))
+        self.rows = in_threads(block, range(0, n, size), threads)
 
     def events(self, k: int) -> np.ndarray:
         """Rows of a machine's events."""
@@ -187,9 +188,11 @@ class Moving:
         return out
 
 
-def in_threads(task: Callable[[int], Any], items: range, threads: int) -> Iterator[Any]:
+def in_threads(task: Callable[[int], Any], items: range, threads: int) -> list:
     """What a task gives for each item, in order; without a pool where that gains nothing."""
-    if threads == 1 or len(items) == 1:
-        return map(task, items)
-    with ThreadPoolExecutor(threads) as pool:
-        return iter(list(pool.map(task, items)))
+    done = []
+    with ThreadPoolExecutor(threads) as pool, progress(len(items), " parts", leave=False) as step:
+        for one in map(task, items) if 1 in (threads, len(items)) else pool.map(task, items):
+            done.append(one)
+            step(1)
+    return done

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._arguments import number
+from ..._watched import following
 from ...errors import InvalidInput
 from ...oscillators import Cantilever
 from ..basis.contract import run_on
@@ -123,5 +124,7 @@ class _Run:
                 self.totals, buffer, *end, left,
             )  # fmt: skip
 
-        found, parts = run_on(on, self.count, buffer, legs)
+        first = self.clock[TURNS]
+        with following(end[0] - first, " turns", lambda: self.clock[TURNS] - first):
+            found, parts = run_on(on, self.count, buffer, legs)
         return STATUS[found], np.concatenate(parts)

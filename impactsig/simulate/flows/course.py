@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._arguments import number
+from ..._watched import following
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
 from ..basis.events import DIVERGED, ENDLESS, EXHAUSTED, TIME
@@ -87,10 +88,11 @@ class Running:
 
         out = np.empty((len(instants), self.field.size))
         status, done = EXHAUSTED, 0
-        while status == EXHAUSTED and len(instants):
-            status, done = states(
-                self.tableau, self.field, self.scratch, self.course, instants, out, done, STEPS
-            )
+        with following(float(np.max(instants, initial=0.0)), " s", lambda: self.time):
+            while status == EXHAUSTED and len(instants):
+                status, done = states(
+                    self.tableau, self.field, self.scratch, self.course, instants, out, done, STEPS
+                )
         return out[:done], self._diverged() if status == DIVERGED else ""
 
     def spikes(self, task: Task) -> tuple[np.ndarray, str]:
@@ -99,13 +101,22 @@ class Running:
 
         found: list[np.ndarray] = []
         status, silent = EXHAUSTED, 0
-        while status == EXHAUSTED:
-            status, times = spikes(self.tableau, self.field, task, self.scratch, self.course, STEPS)
-            found.append(times)
-            task = task._replace(wanted=task.wanted - len(times))
-            silent = 0 if len(times) else silent + 1
-            if silent == PATIENCE and not math.isfinite(task.end):
-                status = ENDLESS
+        timed = math.isfinite(task.end)
+        total = task.end if timed else float(task.wanted)
+        with following(
+            total,
+            " s" if timed else " spikes",
+            lambda: self.time if timed else float(sum(map(len, found))),
+        ):
+            while status == EXHAUSTED:
+                status, times = spikes(
+                    self.tableau, self.field, task, self.scratch, self.course, STEPS
+                )
+                found.append(times)
+                task = task._replace(wanted=task.wanted - len(times))
+                silent = 0 if len(times) else silent + 1
+                if silent == PATIENCE and not timed:
+                    status = ENDLESS
         times = np.concatenate(found)
         if status == DIVERGED:
             return times, self._diverged()

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..._arguments import number, times_within
 from ..._showing import Shown
+from ..._watched import following
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
 from ..basis.events import EXHAUSTED, TIME
@@ -147,12 +148,13 @@ def move(
     running = Running(flow, None, initial)
     course, end = running.course, np.array([start + length])
     marks, status, out = [_copy(course)], EXHAUSTED, np.empty((1, running.field.size))
-    while status == EXHAUSTED:
-        status, done = states(
-            running.tableau, running.field, running.scratch, course, end, out, 0, STEPS
-        )
-        if status == EXHAUSTED:
-            marks.append(_copy(course))
+    with following(start + length, " s", lambda: running.time):
+        while status == EXHAUSTED:
+            status, done = states(
+                running.tableau, running.field, running.scratch, course, end, out, 0, STEPS
+            )
+            if status == EXHAUSTED:
+                marks.append(_copy(course))
     stop = float(end[0]) if done else running.time
     return FlowMotion(
         system=flow,
