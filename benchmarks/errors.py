@@ -179,7 +179,14 @@ def main() -> None:
     ratios = [row["time_error"] / row["bound"] for row in every]
     rms = np.array([[line[name]["rms"] for name in MEASURED] for line in lines])
     inside = (rms >= 0.8) & (rms <= 1.25)
-    print(f"z of 0.8-1.25: {np.mean(inside):.1%}; median error/bound: {np.median(ratios):.2f}")
+    print(f"z of 0.8-1.25: {np.mean(inside):.1%}; above: {np.mean(rms > 1.25):.1%}")
+    print(f"median error/bound: {np.median(ratios):.2f}", end="")
+    for name, of in [(f"{one:g} dB", ("level", one)) for one in LEVELS] + [
+        (one, ("pulse", one)) for one in (OTHERS if given.others else PULSES)
+    ]:
+        few = [row["time_error"] / row["bound"] for row in every if row[of[0]] == of[1]]
+        print(f"; {name}: {np.median(few):.2f}", end="")
+    print()
     if given.write:
         RESULTS.mkdir(exist_ok=True)
         (RESULTS / "errors.json").write_text(json.dumps(lines, indent=1))

@@ -41,7 +41,7 @@ CHANGE = "change = abs(jerk(p, f, leg, s, state[Q])) + most * left"
 FALLS = "falls = g3 < 0 or (g3 == 0.0 and g4 < 0)"
 BENDS = "(way * f1 > 0 or (f1 == 0.0 and way * f2 > 0))"
 CALM = "calm = min(time_until(clock, end_turns, end_phase), smooth)"
-TOUCH = "contact = touch(x, top, 1, extent.right_limit, edge) - start"
+TOUCH = "edges = touches(x, first, last, edge, seen)"
 
 FAULTS = tuple(
     Fault(*row)
@@ -348,7 +348,7 @@ FAULTS = tuple(
             "pulses: end of the contact",
             "detect/pulses/pulse.py",
             TOUCH,
-            TOUCH[:-8],
+            TOUCH.replace("last", "first + last"),
             "tests/unit/test_detect_pulses.py tests/unit/test_detect_force.py",
         ),
         (

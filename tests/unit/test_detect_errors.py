@@ -86,6 +86,23 @@ def test_faint_impacts_are_measured_with_the_shape_of_clear_ones():
     assert abs(np.mean([row["contact_time"] for row in faint])) < 0.02e-3
 
 
+@pytest.mark.parametrize(("pulse", "most"), [("flat-topped", 3.0), ("asymmetric", 8.0)])
+def test_clear_impacts_of_another_shape_are_as_uncertain_as_they_are_off(pulse, most):
+    # A kink at the top, and a foot of infinite slope: no member of the family has them. Edges of
+    # clear impacts show by how much fits are off, and fits leave more than noise.
+    rows = errors(pulse, 50e3, 71, levels=(30.0, 40.0), count=60)
+    for name in ("time", "contact_time"):
+        assert 0.3 < rms_z(rows, name) < 1.3
+    off = np.sqrt(np.mean([(row["time"] / row["bound"]) ** 2 for row in rows]))
+    assert off < most
+
+
+def test_misfit_widens_no_error_where_the_shape_is_of_the_family():
+    # At 30 dB the shape is seen well: instants are known to about their bound.
+    rows = errors("half-sine", 50e3, 72, levels=(30.0,), count=60)
+    assert np.median([row["time_error"] / row["bound"] for row in rows]) < 1.3
+
+
 def test_impulse_of_a_half_sine_is_as_uncertain_as_noise_and_baseline_make_it():
     # Sum of T samples, and T times the mean of 8 to 10 T samples beside the pulse.
     length, noise = 50.0, 0.02

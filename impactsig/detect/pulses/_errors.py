@@ -12,7 +12,7 @@ import numpy as np
 
 from ..._compiled import inner
 from ..._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
-from .edges import Baseline, crossing
+from .edges import Baseline, crossing, edge_group
 
 
 class Errors(NamedTuple):
@@ -37,12 +37,31 @@ class Seen(NamedTuple):
     baseline: Baseline
 
 
+class Touch(NamedTuple):
+    """Where the edges of a pulse come down to zero: what is wrong by noise, and by their curves."""
+
+    start: float
+    contact: float
+    start_noise: float
+    contact_noise: float
+    start_curve: float
+    contact_curve: float
+
+
 @inner
-def edge_errors(x, start, end, level, seen):
-    """Standard errors of a pulse whose edges were extrapolated from `level`, and of its crest."""
-    first = _touch_error(x, start, -1, seen.left_limit, level, seen)
-    last = _touch_error(x, end, 1, seen.right_limit, level, seen)
-    return with_crest(x, Errors(first, math.hypot(first, last), 0.0, 0.0), seen)
+def touches(x, start, end, level, seen):
+    """The ends of a pulse whose edges were extrapolated from `level`, with their errors."""
+    first, bent = _touch_error(x, start, -1, seen.left_limit, level, seen)
+    last, curved = _touch_error(x, end, 1, seen.right_limit, level, seen)
+    return Touch(start, end - start, first, math.hypot(first, last), bent, math.hypot(bent, curved))
+
+
+@inner
+def edge_errors(x, edges, seen):
+    """Standard errors of a pulse that was read off its edges, and of its crest."""
+    first = math.hypot(edges.start_noise, edges.start_curve)
+    contact = math.hypot(edges.contact_noise, edges.contact_curve)
+    return with_crest(x, Errors(first, contact, 0.0, 0.0), seen)
 
 
 @inner
@@ -51,11 +70,15 @@ def _touch_error(x, at, step, limit, level, seen):
     foot = crossing(x, seen.top, step, limit, level)
     higher = crossing(x, seen.top, step, limit, 2.0 * level)
     out, run = abs(at - foot), max(abs(foot - higher), 0.5)
-    # Slope and bend come from three samples in a row; the end is kept within twice the line's.
-    relative = seen.noise * run / max(level, 1e-300)
-    noise = relative * min(math.hypot(1.0, math.sqrt(2.0) * out), (out + 1.0) / max(relative, 1e-9))
+    group, slope = edge_group(x, seen.top, step, limit, level, seen.noise)
+    # Of the three means, by the half of the parabola and of their line: v groups beyond the last.
+    v = out / group
+    bent = 0.25 * v * (v + 1.0)
+    weight = math.sqrt((1.0 + v + bent) ** 2 + (v + 2.0 * bent) ** 2 + bent**2)
+    # The end is kept within twice the line's.
+    noise = min(seen.noise / (slope * math.sqrt(group)) * weight, out + 1.0)
     beside = _level_error(seen.baseline, at) * run / max(level, 1e-300)
-    return math.sqrt(noise**2 + beside**2 + 0.25 * (out - run) ** 2)
+    return math.hypot(noise, beside), 0.5 * abs(out - run)
 
 
 @inner

@@ -19,7 +19,7 @@ import numpy as np
 from ..._compiled import allocating, inner, kernel, njit
 from ._model import FLAT, SKEW, WIDER
 from ._small_matrices import factor, invert, solve
-from .fit_errors import ESTIMATE, MISFIT, SCORE, SQUARE
+from .fit_errors import ESTIMATE, SCORE, SQUARE
 
 SHAPES = WIDER - SKEW
 ROUNDS = 8
@@ -27,7 +27,7 @@ BRIEF = 0.3
 """Flat tops over edges that count as brief."""
 APART = np.array([0.5, 1.7, 0.25, 0.7, 0.3])
 """Standard deviation of the mean shape about where it is expected."""
-SPREAD, WEIGHT = np.array([0.05, 0.17, 0.025, 0.02, 0.025]), 2.0
+SPREAD, WEIGHT = np.array([0.02, 0.07, 0.01, 0.02, 0.01]), 1.0
 """Standard deviation of shapes to begin with, and how many pulses it counts as."""
 
 
@@ -67,8 +67,6 @@ def set_free(kept):
     )
     square, score = np.empty((WIDER, WIDER)), np.empty(WIDER)
     for i in range(n):
-        # Misfit makes a pulse count for less.
-        part = 1.0 / (1.0 + kept[i, MISFIT])
         flat = np.exp(kept[i, ESTIMATE + FLAT])
         longer = 1.0 + BRIEF / flat
         for m in range(WIDER):
@@ -78,27 +76,27 @@ def set_free(kept):
         for m in range(WIDER):
             square[FLAT, m] *= longer
             square[m, FLAT] *= longer
-        first, second = square[0, 0] * part + 1e-9, square[1, 1] * part + 1e-9
-        cross = square[1, 0] * part
+        first, second = square[0, 0] + 1e-9, square[1, 1] + 1e-9
+        cross = square[1, 0]
         determinant = first * second - cross * cross
         own, along, pull = fits.own, fits.along, fits.pull
         own[0, 0, i], own[1, 1, i] = second / determinant, first / determinant
         own[0, 1, i] = own[1, 0, i] = -cross / determinant
         for m in range(SKEW):
-            pull[m, i] = part * (own[m, 0, i] * score[0] + own[m, 1, i] * score[1])
+            pull[m, i] = own[m, 0, i] * score[0] + own[m, 1, i] * score[1]
             for a in range(s):
-                along[m, a, i] = part * (
+                along[m, a, i] = (
                     own[m, 0, i] * square[0, SKEW + a] + own[m, 1, i] * square[1, SKEW + a]
                 )
         for a in range(s):
             fits.shape[a, i] = kept[i, ESTIMATE + SKEW + a]
-            fits.score[a, i] = part * (
+            fits.score[a, i] = (
                 score[SKEW + a]
                 - square[SKEW + a, 0] * pull[0, i]
                 - square[SKEW + a, 1] * pull[1, i]
             )
             for b in range(s):
-                fits.information[a, b, i] = part * (
+                fits.information[a, b, i] = (
                     square[SKEW + a, SKEW + b]
                     - square[SKEW + a, 0] * along[0, b, i]
                     - square[SKEW + a, 1] * along[1, b, i]

@@ -46,37 +46,68 @@ def crossing(x, index, step, limit, level):
     return float(limit)
 
 
+@inner
+def edge_group(x, top, step, limit, level, noise):
+    """How many samples of an edge to take together, and its slope [1 / sample], at a level.
+
+    As many as show the slope between two groups to a tenth, within the lower half of the edge.
+    """
+    run = abs(crossing(x, top, step, limit, level) - crossing(x, top, step, limit, 2.0 * level))
+    slope = level / max(run, 0.5)
+    wanted = (10.0 * math.sqrt(2.0) * noise / slope) ** (2.0 / 3.0)
+    return int(max(min(wanted, x[top] / (6.0 * slope)), 1.0)), slope
+
+
+@inner
+def outermost(x, index, step, limit, level, run):
+    """From `index` outward, the last sample before `run` successive ones below `level`."""
+    below = 0
+    while index != limit and below < run:
+        index += step
+        below = below + 1 if x[index] < level else 0
+    return index - step * below
+
+
 @kernel
-def touch(x, top, step, limit, level):
+def touch(x, top, step, limit, level, noise):
     """Where the edge, followed outward to the last sample above `level`, comes down to zero.
 
     The parabola through that sample and the two before it, or their line where it does not
     reach zero; within a factor of two of the line, and not beyond the first sample that lies
-    below half of `level`.
+    below half of `level`. In noise, through the means of three groups of samples, bent by as much
+    as is more than noise.
     """
-    last = top
-    while last != limit and x[last + step] >= level:
-        last += step
-    low = last
-    while low != limit and x[low] >= 0.5 * level:
-        low += step
-    if last == limit or (top - last) * -step < 2:
+    group = edge_group(x, top, step, limit, level, noise)[0]
+    # Where noise counts, one sample below a level is not yet the end.
+    last = outermost(x, top, step, limit, level, min(group, 2))
+    low = outermost(x, last, step, limit, 0.5 * level, group)
+    low += step if low != limit and x[last] >= 0.5 * level else 0
+    inner = (top - last) * -step
+    if last == limit or inner < 2:
         return crossing(x, top, step, limit, level)
-    x0, x1, x2 = x[last], x[last - step], x[last - 2 * step]
-    drop = x0 - x[last + step]
-    if drop > 2.0 * (x1 - x0):
+    drop = x[last] - x[last + step]
+    if drop > 2.0 * (x[last - step] - x[last]) + 6.0 * noise:
         # A steep side, not the curve of a crest: the edge lies between two samples.
-        return last + step * min(x0 / drop, 1.0)
+        return last + step * min(x[last] / drop, 1.0)
+    group = min(group, (inner + 1) // 3)
+    x0 = x1 = x2 = 0.0
+    for i in range(group):
+        x0 += x[last - step * i]
+        x1 += x[last - step * (group + i)]
+        x2 += x[last - step * (2 * group + i)]
+    x0, x1, x2 = x0 / group, x1 / group, x2 / group
     slope, bend = x1 - x0, x2 - 2.0 * x1 + x0
     if slope <= 0.0:
         return crossing(x, top, step, limit, level)
+    if noise > 0.0:
+        bend *= bend * bend / (bend * bend + 6.0 * noise * noise / group)
     out = x0 / slope
-    # x(u) = x0 - (slope - bend/2) u + bend/2 u^2, u samples outward from the last.
+    # x(u) = x0 - (slope - bend/2) u + bend/2 u^2, u groups outward from the middle of the last.
     linear = slope - 0.5 * bend
     square = linear * linear - 2.0 * bend * x0
     if square >= 0.0 and linear > 0.0:
         out = min(max(2.0 * x0 / (linear + math.sqrt(square)), 0.5 * out), 2.0 * out)
-    touch = last + step * out
+    touch = last + step * (group * out - 0.5 * (group - 1))
     return max(touch, float(low)) if step < 0 else min(touch, float(low))
 
 

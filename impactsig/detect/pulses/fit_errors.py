@@ -6,10 +6,8 @@ and shapes as scattered as the priors say, give the parameters the covariance
 
     v N^-1 + (1 - v) N^-1 P N^-1   (v <= 1; v N^-1 for more).
 
-An error of the baseline moves them by N^-1 J^T (its course). Two terms stand for shapes outside of
-the family: what it leaves in the residuals moves the parameters by as much in each direction, and
-the estimates are off by a step towards the minimum in a wider family, whose priors are weaker and
-whose edges have a power each.
+An error of the baseline moves them by N^-1 J^T (its course). Shapes outside of the family are seen
+in what the fit leaves; `shared_shape.py` makes errors of it, from all pulses of a span.
 """
 
 from __future__ import annotations
@@ -19,14 +17,13 @@ import math
 import numpy as np
 
 from ..._compiled import allocating, inner
-from ._errors import Errors
+from ._errors import Errors, Touch  # noqa: F401  (the type of an argument)
 from ._fit import Fit  # noqa: F401  (the type of an argument)
 from ._model import (
     AMPLITUDE,
     BY_POWER,
     BY_START,
     FLAT,
-    FLAT_MEAN,
     FLAT_SD,
     LENGTH,
     LENGTH_SD,
@@ -44,21 +41,19 @@ from ._model import (
 )
 from ._small_matrices import factor, solve
 
-BINS = 12
+SHOWN = 3.0
+"""Times its standard error: what the family leaves of a pulse and is no noise."""
+BINS = 24
 """Stretches of a pulse in which residuals are added up."""
-FREEDOM = 4.0
-"""Directions that what the family cannot follow is spread over."""
-PROMISED, CHANCE = 0.3, 4.0
-"""Of what the family cannot follow: the least that a wider one leaves. And what noise leaves now
-and then, in its variances."""
-# Information on each parameter: in the priors of the fit, and in those of the wider family.
+# Information on each parameter in the priors of the fit, which holds the powers' difference at 0.
 FITTED = np.array([0, 0, SKEW_SD**-2, FLAT_SD**-2, POWER_SD**-2, LENGTH_SD**-2, 1e8])
-LOOSE = np.array([0, 0, 0.5**-2, 2.0**-2, POWER_SD**-2, LENGTH_SD**-2, 0.2**-2])
-LOOSE_FLAT = FLAT_MEAN - 1.0
 
 # Columns of what is kept of a fit: its start, and of the rest in units of the noise; variances of
-# start, contact and peak from the baseline; estimate, score and information.
-TAKEN, MISFIT, UNIT, EDGE, BESIDE, ESTIMATE = 0, 1, 2, 3, 4, 7
+# start, contact and peak from the baseline; mean square of what is left over the height's, its
+# standard error, and what is left at the crest; start, length and their errors by the edges, 0 for
+# none (those of noise first, then those of curves); estimate, score and information.
+TAKEN, UNIT, EDGE, BESIDE, LEFT, LEFT_SD, AT_TOP, EDGES, ESTIMATE = 0, 1, 2, 3, 6, 7, 8, 9, 15
+EDGE_READINGS = ESTIMATE - EDGES
 SCORE = ESTIMATE + WIDER
 SQUARE = SCORE + WIDER
 KEPT = SQUARE + WIDER * WIDER
@@ -90,58 +85,56 @@ def fit_errors(points, log_edge, p, fit, per, unit, seen, keep):
     parts = parts_of(p)
     bins, level, slope = np.zeros((BINS, WIDER + 2)), np.zeros(WIDER), np.zeros(WIDER)
     _add_up(p, parts, points, seen.baseline.centre, fit.curve, bins, level, slope)
-    beside = np.empty(WIDER)
-    for i in range(WIDER):
-        beside[i] = normal[i, WIDER]
-    for i in range(SKEW, PARAMETERS):
-        beside[i] -= LOOSE[i] * p[i]
-    beside[FLAT] += LOOSE[FLAT] * LOOSE_FLAT
-    beside[LENGTH] += LOOSE[LENGTH] * log_edge
-    _factor_with(LOOSE, normal, factors)
-    solve(factors, beside)
-    unfollowed = rest = 0.0
+    length = parts.rise + parts.flat + parts.fall
+    crest = min(max(int(BINS * (parts.rise + 0.5 * parts.flat) / length), 1), BINS - 2)
+    left = within = at_top = near = 0.0
     for b in range(BINS):
-        count = bins[b, WIDER + 1]
+        off, count = bins[b, WIDER], bins[b, WIDER + 1]
         if count > 0.0:
-            off = bins[b, WIDER]
-            unfollowed += off * off / count - variance
-            for i in range(WIDER):
-                off -= bins[b, i] * beside[i]
-            rest += off * off / count - variance
-    unfollowed = max(unfollowed, 0.0)
-    # The step is linear, and may leave more than it promises.
-    rest = max(rest, PROMISED * unfollowed) - CHANCE * variance
+            left += off * off / count - variance
+            within += count
+        if abs(b - crest) <= 1:
+            at_top += off
+            near += count
+    square = within * p[AMPLITUDE] ** 2 + 1e-12
+    keep[LEFT], keep[LEFT_SD] = left / square, variance * math.sqrt(2.0 * BINS) / square
+    keep[AT_TOP] = at_top / (max(near, 1.0) * p[AMPLITUDE])
 
-    _factor_with(FITTED, normal, factors)
+    _factor_with(normal, factors)
     for i in range(WIDER):
         level[i] *= seen.baseline.level / unit
         slope[i] *= seen.baseline.slope / unit
-    spread = variance + unfollowed / FREEDOM
     along = np.zeros((3, WIDER))
     along[0, START] = along[2, AMPLITUDE] = 1.0
     put_contact(parts, along[1])
     errors = np.empty(3)
     for m in range(3):
-        stepped = _product(along[m], beside)
         shift = along[m].copy()
         solve(factors, shift)
         baseline = _product(shift, level) ** 2 + _product(shift, slope) ** 2
-        total = spread * _product(along[m], shift) + stepped * stepped + baseline
+        total = variance * _product(along[m], shift) + baseline
         if variance < 1.0:
             for i in range(SKEW, WIDER):
                 total += (1.0 - variance) * FITTED[i] * shift[i] * shift[i]
         errors[m] = math.sqrt(max(total, 0.0))
         keep[BESIDE + m] = baseline
-    keep[BESIDE + 2] += beside[AMPLITUDE] ** 2
 
     noise = max(variance, 1.0)
-    keep[MISFIT], keep[UNIT], keep[EDGE] = max(rest, 0.0) / (FREEDOM * noise), unit, log_edge
+    keep[UNIT], keep[EDGE] = unit, log_edge
     for i in range(WIDER):
         keep[ESTIMATE + i] = p[i] if i < PARAMETERS else 0.0
         keep[SCORE + i] = normal[i, WIDER] / noise
         for j in range(WIDER):
             keep[SQUARE + i * WIDER + j] = normal[max(i, j), min(i, j)] / noise
     return Errors(errors[0], errors[1], errors[2] * unit, 0.0)
+
+
+@inner
+def put_edges(edges, first, keep):
+    """Keep what the edges of a pulse say, in samples from `first` on."""
+    keep[EDGES], keep[EDGES + 1] = first + edges.start, edges.contact
+    keep[EDGES + 2], keep[EDGES + 3] = edges.start_noise, edges.contact_noise
+    keep[EDGES + 4], keep[EDGES + 5] = edges.start_curve, edges.contact_curve
 
 
 @inner
@@ -160,13 +153,13 @@ def _product(a, b):
 
 
 @inner
-def _factor_with(information, normal, factors):
-    """Put the factors of the normal equations with priors into `factors`."""
+def _factor_with(normal, factors):
+    """Put the factors of the normal equations with the fit's priors into `factors`."""
     for i in range(WIDER):
         for j in range(i):
             factors[i, j] = normal[i, j]
         # What no sample shows has no error either.
-        factors[i, i] = normal[i, i] + information[i] + 1e-12
+        factors[i, i] = normal[i, i] + FITTED[i] + 1e-12
     factor(factors)
 
 

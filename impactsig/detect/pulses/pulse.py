@@ -18,6 +18,7 @@ from ._errors import (
     Errors,
     Seen,
     edge_errors,
+    touches,
     unless_flagged,
     with_crest,
     with_impulse,
@@ -27,9 +28,20 @@ from ._extent import Place, extent_of, level_out, stands_out, summit
 from ._fit import fit_pulse
 from ._model import PARAMETERS, parts_of, put_parameters
 from .edges import ERRORS, FIT, NO_PULSE, crest_at, crossing, integral, touch
-from .fit_errors import TAKEN, UNIT, fit_errors
+from .fit_errors import (
+    EDGE_READINGS,
+    EDGES,
+    LEFT,
+    LEFT_SD,
+    SHOWN,
+    TAKEN,
+    UNIT,
+    fit_errors,
+    put_edges,
+)
 
 STEEP = 0.05  # of the flat top: shorter edges are read off the samples
+CLEAR = 12.0  # noise's: higher pulses are read off their edges as well
 MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points for the fit
 
 
@@ -92,7 +104,7 @@ def measure_pulse(
     keep : array
         Takes the fit: columns as in `fit_errors.py`; the first is NaN if none is taken.
     """
-    keep[TAKEN] = np.nan
+    keep[TAKEN], keep[LEFT_SD] = np.nan, 0.0
     reach = measure_reach(width)
     lo, hi = max(0, peak - reach), min(total, peak + reach + 1)
     place = Place(before, peak, after, lo, hi, total)
@@ -118,12 +130,17 @@ def measure_pulse(
         fits, start, contact, rise, crest, errors = _by_shape(
             x, crest, extent, width, sigma, height, seen, keep
         )
-    if not fits:
+    keep[EDGES : EDGES + EDGE_READINGS] = 0.0
+    if not fits or (height > CLEAR * sigma and keep[LEFT] > SHOWN * keep[LEFT_SD]):
         edge = max(0.02 * height, min(3.0 * sigma, 0.25 * height))
-        start = touch(x, top, -1, extent.left_limit, edge)
-        contact = touch(x, top, 1, extent.right_limit, edge) - start
-        rise = top + shift - start
-        errors = edge_errors(x, start, start + contact, edge, seen)
+        first = touch(x, top, -1, extent.left_limit, edge, seen.noise)
+        last = touch(x, top, 1, extent.right_limit, edge, seen.noise)
+        edges = touches(x, first, last, edge, seen)
+        if fits:
+            put_edges(edges, lo, keep)
+        else:
+            start, contact, rise = edges.start, edges.contact, top + shift - edges.start
+            errors = edge_errors(x, edges, seen)
     start, contact = max(start, 0.0), contact + min(start, 0.0)
     contact = min(contact, len(x) - 1 - start)
     impulse = integral(x, start, start + contact)

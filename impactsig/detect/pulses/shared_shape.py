@@ -3,7 +3,7 @@
 Skew, flatness, power and length of the edges and the difference of their powers are taken as
 normally distributed over the pulses of one span. Mean and spread are estimated from all of them
 (`_shared_shape_kernels.py`), each pulse being linear about its fit: clear pulses show the shape,
-and faint ones are measured with it.
+and faint ones are measured with it. `_misfit.py` corrects what no member of the family follows.
 """
 
 from __future__ import annotations
@@ -14,17 +14,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import allocating, inner
+from ._misfit import correct_misfit
 from ._model import FLAT, LENGTH, SKEW, START, WIDER, parts_of
 from ._shared_shape_kernels import BRIEF, SHAPES, estimate_shape, set_free, variance_along
 from .edges import ERRORS, FIT
-from .fit_errors import BESIDE, EDGE, ESTIMATE, MISFIT, TAKEN, UNIT
+from .fit_errors import BESIDE, EDGE, ESTIMATE, TAKEN, UNIT
 
 LEAST = 5
 """Pulses that a shape is read from."""
 ABOUT = np.array([0.0, 0.3, 0.0, 0.0, 0.0])
 """Where the mean shape is expected; its length at that of the matched responses."""
-UNLIKE = 0.3
-"""Part of the mean shape's uncertainty that is misfit, from which on no shape is shared."""
 BENT = 0.2
 """Of the way that an instant is moved by: the standard error of taking the fit to be linear."""
 
@@ -55,28 +54,16 @@ def share_shape(rows, timed):
         if rows[k, 5] == 0 and rows[k, 6] == 0 and rows[k, FIT + TAKEN] == rows[k, 0]:
             alike[count] = k
             count += 1
-    if count < LEAST:
-        return
     alike = alike[:count]
-    about = ABOUT.copy()
-    about[LENGTH - SKEW] = np.median(rows[alike, FIT + EDGE])
-    fits = set_free(rows[alike, FIT:])
-    shape = estimate_shape(fits, about)
-    # What no member of the family follows is the same in all: it does not average out.
-    common = total = 0.0
-    for i in range(count):
-        weight = float(SHAPES)
-        for a in range(SHAPES):
-            weight -= fits.covariance[a, a, i] * shape.weight[a]
-        weight = max(weight, 0.0)
-        misfit = rows[alike[i], FIT + MISFIT]
-        common += math.sqrt(weight * misfit / (1.0 + misfit))
-        total += weight
-    if common * common > UNLIKE * max(total, 1e-9):
-        return
-    work = Work(np.empty(WIDER), np.zeros((3, WIDER)), np.empty(SHAPES), np.empty(SHAPES))
-    for i in range(count):
-        _measure(rows[alike[i]], i, fits, shape, timed, work)
+    if count >= LEAST:
+        about = ABOUT.copy()
+        about[LENGTH - SKEW] = np.median(rows[alike, FIT + EDGE])
+        fits = set_free(rows[alike, FIT:])
+        shape = estimate_shape(fits, about)
+        work = Work(np.empty(WIDER), np.zeros((3, WIDER)), np.empty(SHAPES), np.empty(SHAPES))
+        for i in range(count):
+            _measure(rows[alike[i]], i, fits, shape, timed, work)
+    correct_misfit(rows, alike, timed)
 
 
 @inner
