@@ -163,7 +163,7 @@ def test_a_train_whose_parts_cannot_be_read_is_refused():
 def test_information_that_rounding_made_less_than_nothing_ends_in_no_fault():
     truth = chaos(count=250)
     problem = problem_of(as_train(truth, 20.1, truth.approach_velocity))
-    rough = np.array([[10.0, 60, 0], [60, 100, 0], [0, 0, 1000]])
+    rough = np.array([[1e4, 6e4, 0], [6e4, 1e5, 0], [0, 0, 1e5]])
     assert np.linalg.eigvalsh(rough)[0] < 0
     orbit = SimpleNamespace(information=rough, explained=0.97)
     noise = SimpleNamespace(instant=0.01, strength=0.05)
