@@ -19,6 +19,7 @@ from ..._compiled import njit
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
 ALIKE_SAMPLES = 1.2  # innovations over a lag of 1 that count as one, for what is not known
+MOST_TOGETHER, JUMP = 0.5, 3.0  # power of other lags, at most, and jump [neper] that halves it
 CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
 EDGE = 4  # frames beside a stretch that its octave powers depend on
 
@@ -206,8 +207,7 @@ def attack(x, at, valid, scale, gains):
     variance rises in neither. `gains` is scratch of 2 reach + 1.
 
     The variance is that of the probability of all splits within reach, and of the place between
-    two samples. The innovations of a sound are not independent: over a lag of l samples, so much
-    as ALIKE_SAMPLES sqrt(l) of them count as one.
+    two samples.
     """
     first = max(at - scale.past * scale.hop, valid[0] + scale.long_lag + scale.slope)
     last = min(at + scale.forward * scale.hop, valid[1])
@@ -215,14 +215,26 @@ def attack(x, at, valid, scale, gains):
     innovations(x, first, scale.long_lag, scale.slope, squares)
     square(squares)
     long_split, long_gain = variance_change(squares, at - first, scale.reach, gains)
-    together = 2.0 * ALIKE_SAMPLES * np.sqrt(scale.short_lag)
-    long_spread = split_variance(gains, at - first - scale.reach, long_split, together)
+    together = counting_as_one(long_gain, len(squares), scale.short_lag)
+    long_spread = split_variance(gains, at - first - scale.reach, long_split, 2.0 * together)
     innovations(x, first, scale.short_lag, scale.slope, squares)
     square(squares)
     split, gain = variance_change(squares, at - first, scale.reach, gains)
     if gain >= long_gain:
-        return first + split, split_variance(gains, at - first - scale.reach, split, together)
+        together = counting_as_one(gain, len(squares), scale.short_lag)
+        return first + split, split_variance(gains, at - first - scale.reach, split, 2.0 * together)
     return first + long_split, long_spread
+
+
+@njit(nogil=True)
+def counting_as_one(gain, count, lag):
+    """How many innovations over a lag of some samples count as one, for they are not independent.
+
+    A weak rise shows in the mean of many, of which about as many count as one as the lag has
+    samples; a strong one in a single innovation.
+    """
+    jump = 2.0 * max(gain, 0.0) / count  # logarithm of the variance after over that before, nearly
+    return ALIKE_SAMPLES * lag ** min(MOST_TOGETHER, JUMP / (JUMP + jump))
 
 
 @njit(nogil=True)

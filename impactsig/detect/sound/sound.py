@@ -132,7 +132,7 @@ def detect_sound(
     chosen, likeliest = choose(survey, least_probability, rate)
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
-    overlay = Overlay(lengths, lambda: modes.timing().shift)
+    overlay = Overlay(lengths, modes.timing)
     found, chances = [np.empty((0, 5))], [np.empty(0)]
     more = math.ceil(BESIDE * rate / scale.hop)
     for window in windows(pieces() if chosen else [], CORE * scale.hop):
@@ -149,22 +149,20 @@ def detect_sound(
         out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
         modes.add(x, valid, out[:, 0])
-        overlay.add(sounds)
+        overlay.add(sounds, np.sqrt(out[:, 3]))
         out[:, 0] += window.segment + window.first - more * scale.hop
         found.append(out)
         chances.append(passage.probability[here])
     columns = np.concatenate(found)
     likely = np.concatenate(chances)
-    (by_wave, wave_error, left), by_modes = overlay.timing(), modes.timing()
+    (by_wave, wave_error), by_modes = overlay.timing(), modes.timing()
     # An attack that is off by more than the waveform can be shifted is laid a period beside it.
     apart = np.abs(by_wave - np.nan_to_num(by_modes.shift))
     beside = np.fmax(lengths.agree, 5.0 * by_modes.error)
     alike = np.isfinite(by_wave) & (np.isnan(by_modes.shift) | (apart <= beside))
     instant = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
     attack_error = attack_errors(columns, likely, scale.reach)
-    # Far from where it was found, a sound that the waveform explains badly may lie elsewhere.
-    doubt = np.sqrt(left) * np.maximum(apart - beside, 0.0)
-    error = np.where(alike, np.hypot(wave_error, doubt), by_modes.error)
+    error = np.where(alike, wave_error, by_modes.error)
     error = np.where(instant == columns[:, 0], attack_error, error)
     reason = ""
     if not len(columns):

@@ -134,34 +134,78 @@ def fit_shift(y, first, far, shift, shifts, weight):
 
 
 @njit(nogil=True)
-def lay_over(sounds, lengths, clear, shifts, taper, weight, out):
+def elsewhere(y, first, far, stride, weighted, shift, power):
+    """Mean square distance from `shift` of the crests of probability more than a sample away.
+
+    The logarithm of the probability of a shift of at most `far` is the square of the response of
+    the matched filter, greater than 0, over twice the `power` of noise in that; a parabola through
+    three responses gives the height of a crest. Shifts are those of `coarse_shift`.
+    """
+    rows = len(weighted) if stride == 1 else 1
+    response = np.empty((2 * (far // stride) + 1) * rows)
+    for k in range(len(response)):
+        lag = (k // rows - far // stride) * stride
+        response[k] = max(product(y, first + lag, weighted[k % rows]), 0.0)
+    most = 0.0
+    for turn in range(2):
+        total = second = 0.0
+        for k in range(1, len(response) - 1):
+            a, b, c = response[k - 1], response[k], response[k + 1]
+            if b < a or b <= c:
+                continue
+            part = 0.5 * (a - c) / (a - 2.0 * b + c)
+            height = b - 0.25 * (a - c) * part
+            value = 0.5 * height * height / power
+            if turn == 0:
+                most = max(most, value)
+                continue
+            weight = math.exp(value - most)
+            offset = 0.0 if stride > 1 else (rows - 1) // 2 / rows
+            away = (k + part) * stride / rows - far // stride * stride - offset - shift
+            total += weight
+            if abs(away) > 1.0:
+                second += weight * away * away
+    return second / total if total > 0.0 else 0.0
+
+
+@njit(nogil=True)
+def lay_over(sounds, lengths, clear, colour, shifts, taper, weight, out):
     """out[i]: shift and factor of sound i, the sum of squares it leaves, its own, that of noise.
 
-    Where that of at most `lengths.reach` leaves more than the share `clear`, all up to
-    `lengths.far` are tried. `taper` weighs what the coarse shift goes by, `weight` what least
-    squares do. Noise is what precedes all that the wave can be laid over, scaled to the wave's sum.
+    Last, the mean square distance of shifts elsewhere. Where a shift of at most `lengths.reach`
+    leaves more than the share `clear`, all up to `lengths.far` are tried. `taper` weighs what the
+    coarse shift goes by, `weight` what least squares do. Noise is what precedes all that the wave
+    can be laid over, scaled to the wave's sum; `colour` times white noise of its power is in a
+    response.
     """
     first, reach, far, stride = lengths.first, lengths.reach, lengths.far, lengths.stride
     quiet = first - far
     total = weight.sum()
+    middle = shifts[ROWS // 2]
+    energy = 0.0
+    for k in range(len(middle)):
+        energy += taper[k] * middle[k] * middle[k]
     weighted = np.empty((lengths.parts, shifts.shape[1]))
     for row in range(lengths.parts):
         move = (row - (lengths.parts - 1) // 2) * SHIFTS // lengths.parts
         weighted[row] = taper * shifts[ROWS // 2 + move]
     for i in range(len(sounds)):
         y = sounds[i]
-        shift, factor, left, own = np.nan, 0.0, 0.0, 0.0
+        shift, factor, left, own, beyond = np.nan, 0.0, 0.0, 0.0, 0.0
         if clear > 0.0:
             start = coarse_shift(y, first, reach, stride, weighted)
             shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
         if not (np.isfinite(shift) and left <= clear * own):
             start = coarse_shift(y, first, far, stride, weighted)
             shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
+            if np.isfinite(shift) and left > 0.0:
+                power = colour * energy * left / total
+                beyond = elsewhere(y, first, far, stride, weighted, shift, power)
         noise = 0.0
         for k in range(quiet):
             noise += y[k] * y[k]
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = shift, factor, left, own
-        out[i, 4] = noise / quiet * total
+        out[i, 4], out[i, 5] = noise / quiet * total, beyond
 
 
 @njit(nogil=True)

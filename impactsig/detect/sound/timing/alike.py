@@ -29,7 +29,7 @@ import numpy as np
 from ._alike_kernels import ROWS, SHIFTS, TAPS, lay_over, mean_wave, shift_wave
 
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
-FAR = 1e-3  # [s], of one in noise
+FAR = 1.6e-3  # [s], of one in noise
 QUIET = 1e-3  # [s], before all that, by which noise is known
 BESIDE = 3  # samples left out on either side of the attack: a jump is not the same in all sounds
 LEARN = 256  # impacts that the waveform is learned from
@@ -37,8 +37,10 @@ LEADERS = 8  # of them that are tried as the first waveform
 LEAST = 8  # impacts that make a waveform
 FINEST = 32_000.0  # [Hz], the rate of the shifts tried first
 ALIKE = 0.9  # correlation with the waveform
+UNLIKE = 0.05  # of the power of all together that they may leave beyond noise
 CLEAR = 0.02  # share of its power left of a sound with so little noise that its attack is right
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
+AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard errors of attacks
 PASSES = 3  # over the impacts learned from
 FITTED = 2  # numbers fitted to a sound
 FINEST_SHIFT = 1e-3  # [samples], to which shifts are computed
@@ -54,6 +56,7 @@ class Lengths(NamedTuple):
     reach: int
     far: int
     agree: float
+    agree_in_noise: float
     edges: tuple[int, int, int]
     stride: int
     parts: int
@@ -80,6 +83,7 @@ def lengths_at(rate: float, lag: int, slope: int, size: int) -> Lengths:
         reach,
         far,
         AGREE * rate,
+        AGREE_IN_NOISE * rate,
         (0, lag, lag + slope),
         lag,
         parts,
@@ -98,23 +102,25 @@ class Waveform:
     shifts: np.ndarray  # (ROWS, size)
     latency: float  # shift that leaves their instants at the reference, in the median
     gain: float  # variance of the shift of a sound of factor 1, over the power of its noise
+    colour: float  # that variance over the one in white noise
 
 
 @dataclass
 class Overlay:
     """Shifts of the impacts of a record, as they come.
 
-    `reference` gives the shifts of the impacts taken so far that are known by other means, and
-    NaN for the others, whose attacks count.
+    `reference` gives the shifts of the impacts taken so far that are known by other means and
+    their standard errors, and NaN for the others, whose attacks count.
     """
 
     lengths: Lengths
-    reference: Callable[[], np.ndarray]
+    reference: Callable[[], tuple[np.ndarray, np.ndarray]]
     taper: np.ndarray = field(init=False)
     weight: np.ndarray = field(init=False)  # without what the edges touch
     wave: Waveform | None = None
     learned: bool = False
     held: list[np.ndarray] = field(default_factory=list)
+    spreads: list[np.ndarray] = field(default_factory=list)
     count: int = 0
     found: list[np.ndarray] = field(default_factory=list)
 
@@ -127,46 +133,50 @@ class Overlay:
         for edge in self.lengths.edges:
             self.weight[rising + edge - BESIDE : rising + edge + BESIDE] = 0.0
 
-    def add(self, sounds: np.ndarray) -> None:
-        """Take the sounds (n, length) of the next impacts."""
+    def add(self, sounds: np.ndarray, spread: np.ndarray) -> None:
+        """Take the sounds (n, length) of the next impacts, and the standard errors of attacks."""
         if self.learned:
             self.found.append(self._shifts(sounds))
             return
         self.held.append(sounds.copy())  # they come as part of much more
+        self.spreads.append(spread)
         self.count += len(sounds)
         if self.count >= LEARN:
             self._learn()
 
     def timing(self) -> np.ndarray:
-        """Shift and standard error of every impact, and the share of its power that is left.
-
-        Shape (3, n), NaN where the instant stays as it is.
-        """
+        """Shift and standard error of every impact, shape (2, n); NaN where it stays as it is."""
         if not self.learned:
             self._learn()
         return np.concatenate(self.found).T
 
     def _learn(self) -> None:
         sounds = np.concatenate([np.empty((0, self.lengths.length)), *self.held])
-        reference = self.reference()[:LEARN]
-        self.wave = self._waveform(sounds[:LEARN], np.where(np.isfinite(reference), reference, 0.0))
-        self.learned, self.held = True, []
+        shift, error = (one[:LEARN] for one in self.reference())
+        known = np.isfinite(shift)
+        spread = np.concatenate([np.empty(0), *self.spreads])[:LEARN]
+        self.wave = self._waveform(
+            sounds[:LEARN], np.where(known, shift, 0.0), np.where(known, error, spread)
+        )
+        self.learned, self.held, self.spreads = True, [], []
         self.found.append(self._shifts(sounds))
 
     def _shifts(self, sounds: np.ndarray) -> np.ndarray:
-        """Shift, its standard error and the share left; NaN where a sound is not like the wave."""
-        found = np.full((len(sounds), 3), np.nan)
+        """Shift and its standard error; NaN where a sound is not like the wave."""
+        found = np.full((len(sounds), 2), np.nan)
         if self.wave is not None:
-            laid = self._lay(sounds, self.wave.shifts, CLEAR)
+            laid = self._lay(sounds, self.wave.shifts, CLEAR, self.wave.colour)
             alike = _alike(laid)
-            shift, factor, left, own, _ = laid[alike].T
+            shift, factor, left, _, _, elsewhere = laid[alike].T
             power = left / max(self.weight.sum() - FITTED, 1.0)
+            near = self.wave.gain * power / factor**2 + FINEST_SHIFT**2
             found[alike, 0] = shift - self.wave.latency
-            found[alike, 1] = np.sqrt(self.wave.gain * power / factor**2 + FINEST_SHIFT**2)
-            found[alike, 2] = left / own
+            found[alike, 1] = np.sqrt(near + elsewhere)
         return found
 
-    def _waveform(self, sounds: np.ndarray, reference: np.ndarray) -> Waveform | None:
+    def _waveform(
+        self, sounds: np.ndarray, reference: np.ndarray, error: np.ndarray
+    ) -> Waveform | None:
         if len(sounds) < LEAST:
             return None
         lengths = self.lengths
@@ -178,31 +188,41 @@ class Overlay:
         wave, most = leaders[0, part].copy(), -1
         for leader in leaders:
             shift_wave(leader[part], lengths.pad, shifts)
-            count = int(_alike(self._lay(leaders, shifts, 0.0)).sum())
+            count = int(_alike(self._lay(leaders, shifts, 0.0, 1.0)).sum())
             if count > most:
                 wave, most = leader[part].copy(), count
         if most < len(leaders) / 2:
             return None
         for turn in range(PASSES):
             shift_wave(wave, lengths.pad, shifts)
-            laid = self._lay(sounds, shifts, 0.0)
+            laid = self._lay(sounds, shifts, 0.0, 1.0)
             alike = _alike(laid)
             if alike.sum() < max(LEAST, len(sounds) / 2):
                 return None
             shift, factor = laid[alike, 0], laid[alike, 1]
             late = shift - reference[alike]
             latency = float(np.median(late))
-            if np.median(np.abs(late - latency)) > lengths.agree:
+            if np.median(np.abs(late - latency)) > self._agree(laid[alike], error[alike]):
                 return None
             if turn < PASSES - 1:
                 # It is to begin where attacks do, not where that of its leader was taken to be.
                 mean_wave(sounds[alike], shift - latency, factor, part.start, wave)
-        return Waveform(shifts, latency, self._gain(shifts, sounds[alike]))
+        return Waveform(shifts, latency, *self._gain(shifts, sounds[alike]))
 
-    def _gain(self, shifts: np.ndarray, sounds: np.ndarray) -> float:
+    def _agree(self, laid: np.ndarray, error: np.ndarray) -> float:
+        """By how much instants with these errors may differ from shifts, in the median."""
+        _, _, left, own, noise, _ = laid.T
+        beyond = np.sum(left - noise) / max(np.sum(own - noise), np.finfo(float).tiny)
+        if beyond > UNLIKE:
+            return self.lengths.agree
+        doubtful = min(2.0 * float(np.median(error)), self.lengths.agree_in_noise)
+        return max(self.lengths.agree, doubtful)
+
+    def _gain(self, shifts: np.ndarray, sounds: np.ndarray) -> tuple[float, float]:
         """Variance of the shift of a sound equal to the wave, in noise of power 1.
 
-        The noise is as coloured as what precedes the sounds.
+        The noise is as coloured as what precedes the sounds. Beside it that over the one in white
+        noise.
         """
         middle = ROWS // 2
         wave = shifts[middle]
@@ -220,16 +240,19 @@ class Overlay:
             gain += twice * float(alike * np.sum(by_sample[lag:] * by_sample[: len(wave) - lag]))
         power = float(np.mean(quiet**2))
         white = float(np.sum(by_sample**2))
-        return max(gain / power, LEAST_COLOUR * white) if power > 0.0 else white
+        colour = max(gain / (power * white), LEAST_COLOUR) if power > 0.0 else 1.0
+        return colour * white, colour
 
-    def _lay(self, sounds: np.ndarray, shifts: np.ndarray, clear: float) -> np.ndarray:
-        laid = np.empty((len(sounds), 5))
-        lay_over(sounds, self.lengths, clear, shifts, self.taper, self.weight, laid)
+    def _lay(
+        self, sounds: np.ndarray, shifts: np.ndarray, clear: float, colour: float
+    ) -> np.ndarray:
+        laid = np.empty((len(sounds), 6))
+        lay_over(sounds, self.lengths, clear, colour, shifts, self.taper, self.weight, laid)
         return laid
 
 
 def _alike(laid: np.ndarray) -> np.ndarray:
     """Whether the waveform leaves of each sound no more than its noise and 1 - ALIKE**2."""
-    shift, _, left, own, noise = laid.T
+    shift, _, left, own, noise, _ = laid.T
     clear = left <= (1.0 - ALIKE**2) * own + 2.0 * ALIKE**2 * noise
     return np.isfinite(shift) & clear & (left <= 0.75 * own)
