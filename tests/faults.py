@@ -259,7 +259,7 @@ FAULTS = tuple(
             "rate_of_step(increment)",
             UNITS,
         ),
-        ("units: nanoseconds", "io/_timebase.py", '"ns": 1e-9', '"ns": 1e-6', UNITS),
+        ("units: nanoseconds", "io/_time_columns.py", '"ns": 1e-9', '"ns": 1e-6', UNITS),
         (
             "times: how far the rate is known",
             "io/_timebase.py",
@@ -333,8 +333,8 @@ FAULTS = tuple(
         (
             "pulses: rise from the record's begin",
             "detect/pulses/pulse.py",
-            "rise = top + shift - start",
-            "rise = top + shift",
+            "edges.contact, top + shift - edges.start",
+            "edges.contact, top + shift",
             f"{PULSES} -k rise_time",
         ),
         (
