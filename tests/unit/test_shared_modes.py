@@ -9,7 +9,7 @@ import pytest
 from scipy import integrate
 
 from benchmarks.recordings import score
-from benchmarks.sound_timing import MODES, band_limited, crossing
+from benchmarks.sound_timing import MODES, band_limited, crossing, pink
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound.sound import detect_sound
 from impactsig.detect.sound.timing._edge import (
@@ -20,6 +20,7 @@ from impactsig.detect.sound.timing._edge import (
     responses,
     slope,
     step_modes,
+    whitening,
 )
 from impactsig.detect.sound.timing._shared_modes_fit import modes_behind, shared_exponents
 from impactsig.detect.sound.timing._shared_modes_kernels import (
@@ -217,7 +218,7 @@ def test_the_high_pass_filter_stops_hum_and_passes_modes():
 @pytest.mark.parametrize("response", [cliff(1.0), cliff(0.95), slope(), chebyshev()])
 def test_the_shift_of_a_sound_without_noise_is_recovered(response):
     taps = high_pass(RATE)
-    model = modes_behind(EXPONENTS, response, taps, RATE)
+    model = modes_behind(EXPONENTS, response, taps, RATE, float(np.sum(taps**2)))
     model.prior, model.error = (1e-9, 1e-9), 1e-9  # all modes lie in the band; no noise
     rng = np.random.default_rng(8)
     modes, _ = step_modes(EXPONENTS, response, taps, -60, 80)
@@ -267,6 +268,22 @@ def test_twin_of_the_probability_of_a_shift():
         values.append(value - slow)
         assert 0.0 < explained < 1.0
     assert values[0] == pytest.approx(values[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("error", [0.0, 1e6])
+def test_noise_is_white_behind_what_whitens_it(error):
+    rng, taps = np.random.default_rng(14), high_pass(RATE)
+    noise = pink(rng, 200_000, RATE)
+    white = whitening(noise[:144_000].reshape(-1, 36), taps, RATE, error)
+    np.testing.assert_allclose(white, white[::-1], atol=1e-12)
+    # Power in bands of 500 Hz between the high-pass filter and half the rate.
+    spectrum = np.abs(np.fft.rfft(np.convolve(noise, white, "valid"))) ** 2
+    edges = np.arange(1500, 4001, 500) * 2 * len(spectrum) // int(RATE)
+    power = np.array([spectrum[a:b].mean() for a, b in pairwise(edges)])
+    if error == 0.0:
+        assert power.max() < 1.35 * power.min()
+    else:  # where models leave more than noise, nothing is whitened
+        np.testing.assert_allclose(white, taps, atol=0.02)
 
 
 def test_twin_of_the_crossing():

@@ -132,7 +132,7 @@ def detect_sound(
     chosen, likeliest = choose(survey, least_probability, rate)
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
-    overlay = Overlay(lengths, modes.timing)
+    overlay = Overlay(lengths, modes.last)
     found, chances = [np.empty((0, 5))], [np.empty(0)]
     more = math.ceil(BESIDE * rate / scale.hop)
     for window in windows(pieces() if chosen else [], CORE * scale.hop):
@@ -159,11 +159,13 @@ def detect_sound(
     # An attack that is off by more than the waveform can be shifted is laid a period beside it.
     apart = np.abs(by_wave - np.nan_to_num(by_modes.shift))
     beside = np.fmax(lengths.agree, 5.0 * by_modes.error)
-    alike = np.isfinite(by_wave) & (np.isnan(by_modes.shift) | (apart <= beside))
+    within = np.abs(np.nan_to_num(by_modes.shift)) <= lengths.far
+    alike = np.isfinite(by_wave) & (within | (apart <= beside))
     instant = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
-    attack_error = attack_errors(columns, likely, scale.reach)
     error = np.where(alike, wave_error, by_modes.error)
-    error = np.where(instant == columns[:, 0], attack_error, error)
+    error = np.where(instant == columns[:, 0], attack_errors(columns), error)
+    # What may be no impact may as well begin anywhere within reach of where it was found.
+    error = np.hypot(error, (1.0 - likely) ** 1.5 * scale.reach / math.sqrt(3.0))
     reason = ""
     if not len(columns):
         reason = (
@@ -198,16 +200,14 @@ def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
         known[crossed] = known[crossed + 1] = False
 
 
-def attack_errors(columns: np.ndarray, probability: np.ndarray, reach: int) -> np.ndarray:
+def attack_errors(columns: np.ndarray) -> np.ndarray:
     """Standard errors of attacks [samples], from what `measure` found of each.
 
     Where a filter rings before impacts, it is heard earlier before some than before others, by
-    about as much as most of them begin before they are clear. What may be no impact may as well
-    begin anywhere within reach of where it was found.
+    about as much as most of them begin before they are clear.
     """
     late = RINGING[1] * np.quantile(columns[:, 4], RINGING[0]) if len(columns) else 0.0
-    anywhere = (1.0 - probability) ** 3 * reach**2 / 3.0
-    return np.sqrt(columns[:, 3] + late**2 + anywhere)
+    return np.sqrt(columns[:, 3] + late**2)
 
 
 def scale_at(rate: float) -> Scale:

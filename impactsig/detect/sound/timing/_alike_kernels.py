@@ -18,23 +18,28 @@ from ...._compiled import njit
 
 SHIFTS = 16  # shifts of the waveform for each sample
 ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side
-TAPS = 8  # samples on either side that a value between samples is made of
+TAPS = 16  # samples on either side that a value between samples is made of
+UNSURE = 1.5  # what noise counts for, of shifts far from each other: its colour is little known
 STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-3 samples
 
 
 @njit(nogil=True)
 def taps_at(part, taps):
-    """Weights of the 2 TAPS samples about a place `part` after a sample: sinc under a cosine."""
+    """Weights of the samples, as many as `taps`, about a place `part` after one: sinc under cosine.
+
+    Half of them, and the sample itself, lie before the place.
+    """
+    half = len(taps) // 2
     sine = math.sin(math.pi * part) / math.pi
-    for n in range(2 * TAPS):
-        k = n + 1 - TAPS
+    for n in range(2 * half):
+        k = n + 1 - half
         away = part - k
         if away == 0.0:
             taps[:] = 0.0
             taps[n] = 1.0
             return
         sign = -1.0 if k % 2 else 1.0
-        taps[n] = sign * sine / away * math.cos(0.5 * math.pi * away / TAPS) ** 2
+        taps[n] = sign * sine / away * math.cos(0.5 * math.pi * away / half) ** 2
 
 
 @njit(nogil=True)
@@ -134,19 +139,22 @@ def fit_shift(y, first, far, shift, shifts, weight):
 
 
 @njit(nogil=True)
-def elsewhere(y, first, far, stride, weighted, shift, power):
-    """Mean square distance from `shift` of the crests of probability more than a sample away.
+def likeliest(y, first, far, stride, weighted, power, expected, spread):
+    """The likeliest shift of at most `far`, and the mean square distance of others from it.
 
-    The logarithm of the probability of a shift of at most `far` is the square of the response of
-    the matched filter, greater than 0, over twice the `power` of noise in that; a parabola through
-    three responses gives the height of a crest. Shifts are those of `coarse_shift`.
+    The logarithm of the probability of a shift is the square of the response of the matched filter,
+    greater than 0, over twice the `power` of noise in that, and what a Cauchy distribution about
+    the `expected` shift has there, `spread` wide. Its crests more than a sample apart count; a
+    parabola through three responses gives the height of a crest. Shifts are those of
+    `coarse_shift`.
     """
     rows = len(weighted) if stride == 1 else 1
     response = np.empty((2 * (far // stride) + 1) * rows)
     for k in range(len(response)):
         lag = (k // rows - far // stride) * stride
         response[k] = max(product(y, first + lag, weighted[k % rows]), 0.0)
-    most = 0.0
+    offset = 0.0 if stride > 1 else (rows - 1) // 2 / rows
+    most, at = -np.inf, np.nan
     for turn in range(2):
         total = second = 0.0
         for k in range(1, len(response) - 1):
@@ -155,28 +163,29 @@ def elsewhere(y, first, far, stride, weighted, shift, power):
                 continue
             part = 0.5 * (a - c) / (a - 2.0 * b + c)
             height = b - 0.25 * (a - c) * part
+            place = (k + part) * stride / rows - far // stride * stride - offset
             value = 0.5 * height * height / power
+            value -= math.log(1.0 + ((place - expected) / spread) ** 2)
             if turn == 0:
-                most = max(most, value)
+                if value > most:
+                    most, at = value, place
                 continue
             weight = math.exp(value - most)
-            offset = 0.0 if stride > 1 else (rows - 1) // 2 / rows
-            away = (k + part) * stride / rows - far // stride * stride - offset - shift
             total += weight
-            if abs(away) > 1.0:
-                second += weight * away * away
-    return second / total if total > 0.0 else 0.0
+            if abs(place - at) > 1.0:
+                second += weight * (place - at) ** 2
+    return at, (second / total if total > 0.0 else 0.0)
 
 
 @njit(nogil=True)
-def lay_over(sounds, lengths, clear, colour, shifts, taper, weight, out):
+def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, out):
     """out[i]: shift and factor of sound i, the sum of squares it leaves, its own, that of noise.
 
     Last, the mean square distance of shifts elsewhere. Where a shift of at most `lengths.reach`
-    leaves more than the share `clear`, all up to `lengths.far` are tried. `taper` weighs what the
-    coarse shift goes by, `weight` what least squares do. Noise is what precedes all that the wave
-    can be laid over, scaled to the wave's sum; `colour` times white noise of its power is in a
-    response.
+    leaves more than the share `clear`, all up to `lengths.far` are tried, and that `expected` of
+    each sound with its spread (first and second column) counts. `taper` weighs what the coarse
+    shift goes by, `weight` what least squares do. Noise is what precedes all that the wave can be
+    laid over, scaled to the wave's sum; `colour` times white noise of its power is in a response.
     """
     first, reach, far, stride = lengths.first, lengths.reach, lengths.far, lengths.stride
     quiet = first - far
@@ -184,7 +193,7 @@ def lay_over(sounds, lengths, clear, colour, shifts, taper, weight, out):
     middle = shifts[ROWS // 2]
     energy = 0.0
     for k in range(len(middle)):
-        energy += taper[k] * middle[k] * middle[k]
+        energy += (taper[k] * middle[k]) ** 2
     weighted = np.empty((lengths.parts, shifts.shape[1]))
     for row in range(lengths.parts):
         move = (row - (lengths.parts - 1) // 2) * SHIFTS // lengths.parts
@@ -199,8 +208,11 @@ def lay_over(sounds, lengths, clear, colour, shifts, taper, weight, out):
             start = coarse_shift(y, first, far, stride, weighted)
             shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
             if np.isfinite(shift) and left > 0.0:
-                power = colour * energy * left / total
-                beyond = elsewhere(y, first, far, stride, weighted, shift, power)
+                power = UNSURE * colour * energy * left / total
+                place, spread = expected[i]
+                start, beyond = likeliest(y, first, far, stride, weighted, power, place, spread)
+                if abs(start - shift) > 1.0:
+                    shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
         noise = 0.0
         for k in range(quiet):
             noise += y[k] * y[k]

@@ -19,6 +19,9 @@ PARTS = 4  # shifts for each sample
 _SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / (3 * PER_SAMPLE)
 HIGH_PASS = 800.0  # [Hz]: room noise is strongest below
 HIGH_PASS_REACH = 2e-3  # [s]
+WHITENED = 1e-3  # [s], reach of the filter that whitens noise
+SMOOTH = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # of its spectrum
+WEAKEST_NOISE = 0.1  # of its density, over the median above HIGH_PASS, that is believed
 
 
 def cliff(edge: float, reach: int = 24) -> np.ndarray:
@@ -55,6 +58,30 @@ def high_pass(rate: float) -> np.ndarray:
     taps = -share * np.sinc(share * np.arange(-reach, reach + 1)) * np.hamming(2 * reach + 1)
     taps[reach] += 1.0
     return taps - taps.mean()
+
+
+def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) -> np.ndarray:
+    """As many taps, that whiten the noise heard in `quiet` (n, samples) as well.
+
+    They are symmetric as those of the high-pass filter `taps`, by which they leave out what is
+    below HIGH_PASS. The spectrum of the noise is the median of n, smoothed; white noise of a power
+    of `error` is added, for what models leave of sounds.
+    """
+    count, reach = quiet.shape[1], round(WHITENED * rate)
+    taper = np.hanning(count + 2)[1:-1]
+    spectrum = np.median(np.abs(np.fft.rfft(quiet * taper)) ** 2, axis=0) / np.sum(taper**2)
+    spectrum = np.convolve(np.pad(spectrum, 2, mode="reflect"), SMOOTH, mode="valid") + error
+    above = np.arange(len(spectrum)) * rate >= HIGH_PASS * count
+    density = np.median(spectrum[above])
+    if not density > 0.0:
+        return taps
+    frequency = np.arange(reach + 1) / (2 * reach + 1)
+    places = np.arange(len(spectrum))[above] / count
+    known = np.interp(frequency, places, spectrum[above] / density)
+    gain = 1.0 / np.sqrt(np.maximum(known, WEAKEST_NOISE))
+    inverse = np.roll(np.fft.irfft(gain, 2 * reach + 1), reach) * np.hamming(2 * reach + 1)
+    both = np.convolve(taps, inverse)[reach:-reach]
+    return both - both.mean()
 
 
 def step_modes(

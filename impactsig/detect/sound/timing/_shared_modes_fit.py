@@ -21,7 +21,7 @@ WEAKEST = 2e-3, 1e-4  # eigenvalues that make a mode, relative to the greatest
 ABOVE_NOISE = 4.0  # times that of white noise
 MOST_POLES, SPARSE = 14, 0.4  # more, or a greater part of all there could be, are not shared
 MODULI = 0.7, 0.9995
-PRIORS = (1e-2, 3e-3, 1e-3)  # variance of the impulse, over the energy
+PRIORS = (1e-2, 3e-3, 1e-3, 4e-4)  # variance of the impulse, over the energy
 SLOPE_PRIOR = (1.5 * np.pi) ** -2  # that of its slope, for a mode at 1.5 times half the rate
 FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
@@ -83,7 +83,7 @@ class Model:
 
     lead: int  # samples of a fit before its origin
     size: int  # of a fit
-    columns: int  # of Q
+    freedom: float  # degrees of it in noise that Q leaves
     basis: np.ndarray  # (shifts, columns + 2, size), rows of Q' and K'
     gram: np.ndarray  # (shifts, 3): diagonal of K'K, and what lies beside it
     near: int  # shifts on either side that a fit looks at
@@ -105,7 +105,7 @@ class Model:
             out = self._weighed(energy, projections, gram, self.error, self.prior)
             fits[there, 0] = origin[there] + out[:, 0]
             fits[there, 1] = np.sqrt(out[:, 1] ** 2 + beyond[there])
-            fits[there, 2] = out[:, 2] - (self.size - self.columns) * self.noise / energy
+            fits[there, 2] = out[:, 2] - self.freedom * self.noise / energy
         return fits
 
     def learn(self, sounds: np.ndarray, guess: np.ndarray, least: float) -> None:
@@ -121,7 +121,7 @@ class Model:
             prior, error = (impulse, impulse * SLOPE_PRIOR), FIRST_ERROR
             for _ in range(2):
                 leave(projections, energy, gram, (self.noise, error), prior, left)
-                beyond = left / (self.size - self.columns) - self.noise / energy
+                beyond = left / self.freedom - self.noise / energy
                 error = max(float(np.median(beyond)), least)
             out = self._weighed(energy, projections, gram, error, prior)
             evidence = float(np.mean(out[:, 4]))
@@ -156,8 +156,7 @@ class Model:
         prior: tuple[float, float],
     ) -> np.ndarray:
         out = np.empty((len(energy), 5))
-        freedom = float(self.size - self.columns)
-        weigh(projections, energy, gram, 1.0 / PARTS, (self.noise, error), freedom, prior, out)
+        weigh(projections, energy, gram, 1.0 / PARTS, (self.noise, error), self.freedom, prior, out)
         return out
 
     def _part(self, reach: int, every: int) -> tuple[np.ndarray, np.ndarray]:
@@ -168,9 +167,16 @@ class Model:
 
 
 def modes_behind(
-    exponents: np.ndarray, response: np.ndarray | None, taps: np.ndarray, rate: float
+    exponents: np.ndarray,
+    response: np.ndarray | None,
+    taps: np.ndarray,
+    rate: float,
+    heard: float,
 ) -> Model:
-    """The model of modes with these exponents behind a filter and the high-pass filter `taps`."""
+    """The model of modes with these exponents behind a filter and that of `taps`.
+
+    `heard` is the share of white noise that passes the high-pass filter.
+    """
     lead, after = (round(t * rate) for t in FIT)
     reach = int(np.ceil(REACH * rate))
     modes, beyond = step_modes(exponents, response, taps, -lead - reach, after + reach)
@@ -181,8 +187,9 @@ def modes_behind(
     rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
     basis = np.ascontiguousarray(np.concatenate((q, rest), axis=2).transpose(0, 2, 1))
     square = rest.transpose(0, 2, 1) @ rest
+    freedom = max(heard * (lead + after) - q.shape[2], 1.0)
     gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]), axis=1)
-    return Model(lead, lead + after, q.shape[2], basis, gram, round(NEAR * rate * PARTS))
+    return Model(lead, lead + after, freedom, basis, gram, round(NEAR * rate * PARTS))
 
 
 def chosen_model(
@@ -192,6 +199,7 @@ def chosen_model(
     noise: float,
     rate: float,
     taps: np.ndarray,
+    heard: float,
 ) -> Model | None:
     """The shared modes behind the filter under which a few of these sounds are most probable.
 
@@ -199,7 +207,7 @@ def chosen_model(
     """
 
     def learned(exponents: np.ndarray, response: np.ndarray | None) -> Model:
-        model = modes_behind(exponents, response, taps, rate)
+        model = modes_behind(exponents, response, taps, rate, heard)
         model.noise = noise
         model.learn(sounds[few], guess[few], EXACT)
         return model

@@ -19,8 +19,9 @@ import numpy as np
 
 from ...._compiled import njit
 from .._kernels import innovations
-from ._alike_kernels import TAPS, product, taps_at
+from ._alike_kernels import UNSURE, product, taps_at
 
+NEAR_TAPS = 8  # samples on either side that a crossing is made of
 FINE = 8  # places between two samples that a crossing is looked for at
 BETWEEN = 16  # places between two shifts at which the probability is interpolated
 FALL = 30.0  # by which its logarithm may lie below the greatest to count
@@ -62,7 +63,7 @@ def crossings(sounds, quiet, begin, end, shares, out):
     out : (n, 3), room for both and for the standard error that this noise gives the crossing; NaN
         where a sound is silent
     """
-    rows = np.empty((FINE, 2 * TAPS))
+    rows = np.empty((FINE, 2 * NEAR_TAPS))
     for part in range(FINE):
         taps_at(part / FINE, rows[part])
     sizes = np.empty(FINE * (end - begin))
@@ -72,7 +73,7 @@ def crossings(sounds, quiet, begin, end, shares, out):
             noise += sounds[i, k] * sounds[i, k]
         greatest = 0.0
         for k in range(len(sizes)):
-            sizes[k] = abs(product(sounds[i], begin + k // FINE + 1 - TAPS, rows[k % FINE]))
+            sizes[k] = abs(product(sounds[i], begin + k // FINE + 1 - NEAR_TAPS, rows[k % FINE]))
             greatest = max(greatest, sizes[k])
         out[i] = np.nan, np.nan, np.nan
         level = max(shares[0] * greatest, shares[1] * math.sqrt(noise / quiet))
@@ -169,7 +170,7 @@ def place(sounds, guess, lead, grid, near, floor, prior, origin, beyond):
         origin[i] = middle + best - reach
         total = 0.0
         for j in range(len(basis)):
-            weight = math.exp(value[j] - value[best])
+            weight = math.exp((value[j] - value[best]) / UNSURE)
             total += weight
             if abs(j - best) > near:
                 beyond[i] += weight * (j - best) ** 2

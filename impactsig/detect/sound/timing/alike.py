@@ -29,7 +29,7 @@ import numpy as np
 from ._alike_kernels import ROWS, SHIFTS, TAPS, lay_over, mean_wave, shift_wave
 
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
-FAR = 1.6e-3  # [s], of one in noise
+FAR = 2.4e-3  # [s], of one in noise or behind a filter that rings before it
 QUIET = 1e-3  # [s], before all that, by which noise is known
 BESIDE = 3  # samples left out on either side of the attack: a jump is not the same in all sounds
 LEARN = 256  # impacts that the waveform is learned from
@@ -41,9 +41,11 @@ UNLIKE = 0.05  # of the power of all together that they may leave beyond noise
 CLEAR = 0.02  # share of its power left of a sound with so little noise that its attack is right
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard errors of attacks
+SOME, BEYOND = 0.1, 5.0  # share, at most, that may differ by more standard errors: by a period
 PASSES = 3  # over the impacts learned from
 FITTED = 2  # numbers fitted to a sound
 FINEST_SHIFT = 1e-3  # [samples], to which shifts are computed
+LEAST_CERTAIN = 0.25  # share of the power of the wave's slope that is not its noise, at least
 LEAST_COLOUR = 0.1  # variance of a shift, over that in white noise, that is believed
 
 
@@ -109,12 +111,12 @@ class Waveform:
 class Overlay:
     """Shifts of the impacts of a record, as they come.
 
-    `reference` gives the shifts of the impacts taken so far that are known by other means and
+    `reference` gives the shifts of so many impacts taken last that are known by other means and
     their standard errors, and NaN for the others, whose attacks count.
     """
 
     lengths: Lengths
-    reference: Callable[[], tuple[np.ndarray, np.ndarray]]
+    reference: Callable[[int], tuple[np.ndarray, np.ndarray]]
     taper: np.ndarray = field(init=False)
     weight: np.ndarray = field(init=False)  # without what the edges touch
     wave: Waveform | None = None
@@ -136,7 +138,7 @@ class Overlay:
     def add(self, sounds: np.ndarray, spread: np.ndarray) -> None:
         """Take the sounds (n, length) of the next impacts, and the standard errors of attacks."""
         if self.learned:
-            self.found.append(self._shifts(sounds))
+            self.found.append(self._shifts(sounds, self._expected(spread)))
             return
         self.held.append(sounds.copy())  # they come as part of much more
         self.spreads.append(spread)
@@ -152,20 +154,23 @@ class Overlay:
 
     def _learn(self) -> None:
         sounds = np.concatenate([np.empty((0, self.lengths.length)), *self.held])
-        shift, error = (one[:LEARN] for one in self.reference())
-        known = np.isfinite(shift)
-        spread = np.concatenate([np.empty(0), *self.spreads])[:LEARN]
-        self.wave = self._waveform(
-            sounds[:LEARN], np.where(known, shift, 0.0), np.where(known, error, spread)
-        )
+        expected = self._expected(np.concatenate([np.empty(0), *self.spreads]))
+        self.wave = self._waveform(sounds[:LEARN], expected[:LEARN])
         self.learned, self.held, self.spreads = True, [], []
-        self.found.append(self._shifts(sounds))
+        self.found.append(self._shifts(sounds, expected))
 
-    def _shifts(self, sounds: np.ndarray) -> np.ndarray:
+    def _expected(self, spread: np.ndarray) -> np.ndarray:
+        """Shift and standard error of the last impacts before they are laid over others."""
+        shift, error = self.reference(len(spread))
+        known = np.isfinite(shift)
+        return np.stack((np.where(known, shift, 0.0), np.where(known, error, spread)), axis=1)
+
+    def _shifts(self, sounds: np.ndarray, expected: np.ndarray) -> np.ndarray:
         """Shift and its standard error; NaN where a sound is not like the wave."""
         found = np.full((len(sounds), 2), np.nan)
         if self.wave is not None:
-            laid = self._lay(sounds, self.wave.shifts, CLEAR, self.wave.colour)
+            expected = np.add(expected, (self.wave.latency, 0.0))
+            laid = self._lay(sounds, expected, self.wave.shifts, CLEAR, self.wave.colour)
             alike = _alike(laid)
             shift, factor, left, _, _, elsewhere = laid[alike].T
             power = left / max(self.weight.sum() - FITTED, 1.0)
@@ -174,40 +179,49 @@ class Overlay:
             found[alike, 1] = np.sqrt(near + elsewhere)
         return found
 
-    def _waveform(
-        self, sounds: np.ndarray, reference: np.ndarray, error: np.ndarray
-    ) -> Waveform | None:
+    def _waveform(self, sounds: np.ndarray, expected: np.ndarray) -> Waveform | None:
         if len(sounds) < LEAST:
             return None
         lengths = self.lengths
         part = slice(lengths.first - lengths.pad, lengths.first + lengths.size + lengths.pad)
         strongest = np.argsort(-np.sum(sounds**2, axis=1), kind="stable")
         # Every so many of the stronger half: the others are noisier.
-        leaders = sounds[strongest[: -(-len(sounds) // 2)][:: -(-len(sounds) // (2 * LEADERS))]]
+        some = strongest[: -(-len(sounds) // 2)][:: -(-len(sounds) // (2 * LEADERS))]
+        leaders = sounds[some]
+        anywhere = np.tile((0.0, np.inf), (len(sounds), 1))  # where they agree is to be seen
         shifts = np.empty((ROWS, lengths.size))
         wave, most = leaders[0, part].copy(), -1
         for leader in leaders:
             shift_wave(leader[part], lengths.pad, shifts)
-            count = int(_alike(self._lay(leaders, shifts, 0.0, 1.0)).sum())
+            count = int(_alike(self._lay(leaders, anywhere, shifts, 0.0, 1.0)).sum())
             if count > most:
                 wave, most = leader[part].copy(), count
         if most < len(leaders) / 2:
             return None
         for turn in range(PASSES):
             shift_wave(wave, lengths.pad, shifts)
-            laid = self._lay(sounds, shifts, 0.0, 1.0)
+            laid = self._lay(sounds, anywhere, shifts, 0.0, 1.0)
             alike = _alike(laid)
             if alike.sum() < max(LEAST, len(sounds) / 2):
                 return None
             shift, factor = laid[alike, 0], laid[alike, 1]
-            late = shift - reference[alike]
+            late = shift - expected[alike, 0]
             latency = float(np.median(late))
-            if np.median(np.abs(late - latency)) > self._agree(laid[alike], error[alike]):
+            apart, error = np.abs(late - latency), expected[alike, 1]
+            if np.median(apart) > self._agree(laid[alike], error):
+                return None
+            if np.mean(apart > np.maximum(lengths.agree, BEYOND * error)) > SOME:
                 return None
             if turn < PASSES - 1:
                 # It is to begin where attacks do, not where that of its leader was taken to be.
                 mean_wave(sounds[alike], shift - latency, factor, part.start, wave)
-        return Waveform(shifts, latency, *self._gain(shifts, sounds[alike]))
+        gain, colour = self._gain(shifts, sounds[alike])
+        halves = np.empty((2, ROWS, lengths.size))
+        for half, rows in enumerate(halves):
+            mean_wave(sounds[alike][half::2], shift[half::2], factor[half::2], part.start, wave)
+            shift_wave(wave, lengths.pad, rows)
+        certain = self._sum(_slope(halves[0]), _slope(halves[1])) / self._sum(*2 * [_slope(shifts)])
+        return Waveform(shifts, latency, gain / max(certain, LEAST_CERTAIN) ** 2, colour)
 
     def _agree(self, laid: np.ndarray, error: np.ndarray) -> float:
         """By how much instants with these errors may differ from shifts, in the median."""
@@ -221,34 +235,51 @@ class Overlay:
     def _gain(self, shifts: np.ndarray, sounds: np.ndarray) -> tuple[float, float]:
         """Variance of the shift of a sound equal to the wave, in noise of power 1.
 
-        The noise is as coloured as what precedes the sounds. Beside it that over the one in white
-        noise.
+        The noise is as coloured as what precedes the sounds. Beside it the variance of a response
+        to it over that in white noise.
         """
-        middle = ROWS // 2
-        wave = shifts[middle]
-        slope = 0.5 * SHIFTS * (shifts[middle + 1] - shifts[middle - 1])
-        tt, ts, ss = (
-            float(np.sum(self.weight * a * b))
-            for a, b in ((wave, wave), (wave, slope), (slope, slope))
-        )
+        wave, slope = shifts[ROWS // 2], _slope(shifts)
+        tt, ts, ss = (self._sum(a, b) for a, b in ((wave, wave), (wave, slope), (slope, slope)))
         by_sample = self.weight * (tt * slope - ts * wave) / (tt * ss - ts * ts)
         quiet = sounds[:, : self.lengths.first - self.lengths.far]
-        gain = 0.0
-        for lag in range(quiet.shape[1] // 2):
-            alike = np.mean(quiet[:, lag:] * quiet[:, : quiet.shape[1] - lag])
-            twice = 1.0 if lag == 0 else 2.0
-            gain += twice * float(alike * np.sum(by_sample[lag:] * by_sample[: len(wave) - lag]))
-        power = float(np.mean(quiet**2))
-        white = float(np.sum(by_sample**2))
-        colour = max(gain / (power * white), LEAST_COLOUR) if power > 0.0 else 1.0
-        return colour * white, colour
+        count = quiet.shape[1]
+        alike = [np.mean(quiet[:, lag:] * quiet[:, : count - lag]) for lag in range(count // 2)]
+        return _variance(by_sample, alike), _variance(self.taper * wave, alike, white=True)
+
+    def _sum(self, a: np.ndarray, b: np.ndarray) -> float:
+        return float(np.sum(self.weight * a * b))
 
     def _lay(
-        self, sounds: np.ndarray, shifts: np.ndarray, clear: float, colour: float
+        self,
+        sounds: np.ndarray,
+        expected: np.ndarray,
+        shifts: np.ndarray,
+        clear: float,
+        colour: float,
     ) -> np.ndarray:
-        laid = np.empty((len(sounds), 6))
-        lay_over(sounds, self.lengths, clear, colour, shifts, self.taper, self.weight, laid)
+        laid, lengths = np.empty((len(sounds), 6)), self.lengths
+        near = expected.copy()
+        near[:, 1] = np.maximum(near[:, 1], lengths.reach)
+        lay_over(sounds, near, lengths, clear, colour, shifts, self.taper, self.weight, laid)
         return laid
+
+
+def _variance(weights: np.ndarray, covariance: list, white: bool = False) -> float:
+    """Of the sum of weighted noise whose covariance at lags is this, scaled to a power of 1."""
+    of_white = float(np.sum(weights**2))
+    if not covariance[0] > 0.0:
+        return 1.0 if white else of_white
+    total = -covariance[0] * of_white
+    for lag, value in enumerate(covariance):
+        total += 2.0 * value * float(np.sum(weights[lag:] * weights[: len(weights) - lag]))
+    colour = max(float(total / (covariance[0] * of_white)), LEAST_COLOUR)
+    return colour if white else colour * of_white
+
+
+def _slope(shifts: np.ndarray) -> np.ndarray:
+    """Change of a wave by a shift of one sample."""
+    middle = ROWS // 2
+    return np.asarray(0.5 * SHIFTS * (shifts[middle + 1] - shifts[middle - 1]))
 
 
 def _alike(laid: np.ndarray) -> np.ndarray:

@@ -27,13 +27,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._edge import high_pass
-from ._shared_modes_fit import LEAST, Model, chosen_model, shared_exponents
+from ._edge import high_pass, whitening
+from ._shared_modes_fit import FIRST_ERROR, LEAST, Model, chosen_model, shared_exponents
 from ._shared_modes_kernels import abruptness, crossings, high_passed
 
 FASTEST = 24_000.0  # [Hz]: above, the attack is timed to less than 20 us by itself
 SLOW = 16_000.0  # [Hz]: up to it, ringing before an impact is worse than a crossing
 BEFORE, AFTER = 6e-3, 10e-3  # [s], of what is kept about an attack
+NOISE = 4.5e-3  # [s] of it, whose spectrum is that of noise
 QUIET = 3e-3  # [s] of it, once filtered, that noise is read from
 SEARCH = (3e-3, 8.5e-3)  # [s] of it, once filtered, in which the crossing lies
 SHARES = (0.3, 4.0, 0.6)  # of the greatest at the crossing; times the noise; most of the greatest
@@ -65,6 +66,7 @@ class SharedModes:
     lag: int
     slope: int
     taps: np.ndarray = field(init=False)
+    white: np.ndarray = field(init=False)  # taps that whiten the noise as well
     before: int = field(init=False)  # samples kept before an attack
     length: int = field(init=False)
     held: list[np.ndarray] = field(default_factory=list)
@@ -77,7 +79,7 @@ class SharedModes:
     found: list[np.ndarray] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.taps = high_pass(self.rate)
+        self.taps = self.white = high_pass(self.rate)
         self.before = round(BEFORE * self.rate)
         self.length = self.before + round(AFTER * self.rate)
 
@@ -116,6 +118,12 @@ class SharedModes:
             error = np.where(known, error, max(spread, 12.0**-0.5))
         return Timing(shift, error)
 
+    def last(self, count: int) -> Timing:
+        """The timing of the impacts taken last, so many."""
+        timing = self.timing()
+        first = len(timing.shift) - count
+        return Timing(timing.shift[first:], timing.error[first:])
+
     def _waves(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> np.ndarray:
         """What is heard about each attack; zeros where that is not all there."""
         first = np.rint(attacks + 0.5).astype(int) - self.before
@@ -133,16 +141,20 @@ class SharedModes:
             self._model(usable)
             if self.model is None and self.rate <= SLOW:
                 self.crossing = bool(np.median(self._abruptness(usable)) < ABRUPT)
-                self.spread = HALF_WAVES * float(np.nanmedian(self._heard(usable)[1][:, 1]))
+                self.spread = HALF_WAVES * float(np.nanmedian(self._crossed(usable)[:, 1]))
         self.found.append(self._timed(waves))
 
     def _model(self, waves: np.ndarray) -> None:
         few = np.linspace(0, len(waves) - 1, min(CHOOSE, len(waves))).astype(int)
+        loud = float(np.median(np.sum(self._filtered(waves, self.taps) ** 2, axis=1)))
+        quiet = waves[:, : round(NOISE * self.rate)]
+        self.white = whitening(quiet, self.taps, self.rate, FIRST_ERROR * loud)
         # Sounds that share nothing usually show it by a few.
         if len(few) < len(waves) and not shared_exponents(*self._guessed(waves[few]), self.rate):
             return
         sounds, guess, noise = self._guessed(waves)
-        model = chosen_model(sounds, guess, few, noise, self.rate, self.taps)
+        heard = float(np.sum(self.taps**2))
+        model = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard)
         if model is None:
             return
         instant, _, left = model.fit(sounds, guess).T
@@ -154,36 +166,40 @@ class SharedModes:
             self.spread = DEVIATION * float(np.median(np.abs(late - self.latency)))
 
     def _guessed(self, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """The filtered waves, where each crosses, and the noise of a sample before them."""
-        sounds, crossed = self._heard(waves)
+        """The whitened waves, where each crosses, and the noise of a sample where it is white."""
+        sounds = self._filtered(waves, self.white)
         quiet = sounds[:, : round(QUIET * self.rate)]
-        return sounds, crossed[:, 0].copy(), float(np.median(np.mean(quiet**2, axis=1)))
+        noise = float(np.median(np.mean(quiet**2, axis=1)) / np.sum(self.taps**2))
+        return sounds, self._crossed(waves)[:, 0].copy(), noise
 
     def _timed(self, waves: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave; NaN where they are not known."""
         timed = np.full((len(waves), 2), np.nan)
         if not self._applies:
             return timed
-        sounds, crossed = self._heard(waves)
+        crossed = self._crossed(waves)
         guess = crossed[:, 0].copy()
         attack = self.before - len(self.taps) // 2 - 0.5
         timed[:, 0] = guess - self.latency - attack
         timed[:, 1] = np.hypot(self.spread, crossed[:, 2])
         if self.model is not None:
-            instant, error, left = self.model.fit(sounds, guess).T
+            instant, error, left = self.model.fit(self._filtered(waves, self.white), guess).T
             alike = left <= STRANGE
             timed[alike, 0] = instant[alike] - attack
             timed[alike, 1] = error[alike]
         return timed
 
-    def _heard(self, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The filtered waves, and of each what `crossings` finds."""
-        sounds = np.empty((len(waves), self.length - len(self.taps) + 1))
-        high_passed(waves, self.taps, sounds)
+    def _filtered(self, waves: np.ndarray, taps: np.ndarray) -> np.ndarray:
+        sounds = np.empty((len(waves), self.length - len(taps) + 1))
+        high_passed(waves, taps, sounds)
+        return sounds
+
+    def _crossed(self, waves: np.ndarray) -> np.ndarray:
+        """What `crossings` finds of each wave behind the high-pass filter."""
         crossed = np.empty((len(waves), 3))
         quiet, begin, end = (round(t * self.rate) for t in (QUIET, *SEARCH))
-        crossings(sounds, quiet, begin, end, SHARES, crossed)
-        return sounds, crossed
+        crossings(self._filtered(waves, self.taps), quiet, begin, end, SHARES, crossed)
+        return crossed
 
     def _abruptness(self, waves: np.ndarray) -> np.ndarray:
         count = round(BEGINNING * self.rate)
