@@ -149,7 +149,8 @@ def reading_options() -> Parser:
         metavar="NAME",
         help="channel, by name or number from 0. Given again, these are sensors of one machine, "
         "whose impacts make one train; scale, offset, unit and sensor can then be given for each, "
-        "in the order of the channels",
+        "in the order of the channels. By default a report shows all channels and searches "
+        "those that show impacts best by their units, names and looks",
     )
     group.add_argument("--start", type=number, metavar="S", help="begin here [s]")
     group.add_argument("--stop", type=number, metavar="S", help="end before here [s]")
