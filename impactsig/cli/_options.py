@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from .._arguments import PER_CHANNEL, READING
+from .._standard_input import in_words
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -268,7 +269,7 @@ def _is_number(word: str = "") -> bool:
 
 def one_line(text: Any) -> str:
     """Text on one line, with what a terminal might act on made visible."""
-    words = " ".join(str(text).split())
+    words = in_words(" ".join(str(text).split()))
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in words)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import __version__
+from .. import __version__, _standard_input
 from .._correction_files import sha256
 from .._corrections import in_words
 from ..impacts import FLAG_NAMES, KINDS
@@ -31,7 +31,7 @@ LIBRARIES = ("numpy", "scipy", "numba", "pandas", "soundfile", "npTDMS", "matplo
 
 def printable(text: str) -> str:
     """Text that UTF-8 can hold; a file name may contain bytes that it cannot."""
-    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+    return _standard_input.in_words(text).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def notes(analysis: Analysis) -> list[str]:

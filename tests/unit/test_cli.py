@@ -12,6 +12,7 @@ import pytest
 import soundfile
 
 from impactsig import Impacts, ImpactsigWarning, UnreadableFile, UnwritableFile, cli
+from impactsig._standard_input import FOLDER
 from impactsig.cli import _commands
 
 RATE = 50_000
@@ -384,10 +385,29 @@ def test_a_dash_is_standard_input(recording, capsys, monkeypatch):
     assert run("detect", "-", "--sensor", "force") == 0
     found = capsys.readouterr().out
     assert found.splitlines()[1:] == expected.splitlines()[1:]
-    assert "standard-input" in found.splitlines()[0]
+    assert '"source": "standard input"' in found.splitlines()[0]
     monkeypatch.setattr(sys, "stdin", Piped(expected.encode()))  # a table of impacts
     assert run("compare", recording, "-", "--sensor", "force") == 0
     assert "standard-input" in capsys.readouterr().out
+
+
+def test_standard_input_is_called_so(recording, capsys, monkeypatch, tmp_path):
+    """And not by the file it is kept in, which is gone when the command ends."""
+    data, page = recording.read_bytes(), tmp_path / "page.html"
+    for words in (["info", "-"], ["report", "-", "--sensor=force", "-o", page], ["rig", "-"]):
+        monkeypatch.setattr(sys, "stdin", Piped(data))
+        assert run(*words) == 0
+        told = capsys.readouterr()
+        assert FOLDER not in told.out + told.err, words
+    monkeypatch.setattr(sys, "stdin", Piped(data[: len(data) // 2]))
+    assert run("info", "-") == 0
+    assert capsys.readouterr().out.startswith("standard input: ")
+    monkeypatch.setattr(sys, "stdin", Piped(b"none"))
+    assert run("info", "-") == 1
+    assert capsys.readouterr().err.startswith("error: standard input: is of no known format")
+    text = page.read_text(encoding="utf-8")
+    assert FOLDER not in text
+    assert "impactsig report --sensor=force -</code></pre>" in text
 
 
 def test_standard_input_is_read_once(recording, capsys, monkeypatch):

@@ -295,3 +295,33 @@ def test_the_finest_of_several_columns_of_times(tmp_path):
         found = io.read(path, resample=100)
     assert found.start == times[0] / 1e3
     assert (found.channels, found.recorded_at.year) == (("x",), 2022)
+
+
+SETTINGS = (
+    "Source:Ch1:\r\nNumberOfAcquisitions:1:\r\nResolution:1e-05:\r\nRecordLength:30:\r\n"
+    "XStart:-0.0001:\r\nXStop:0.0002:\r\nHardwareXStart:-0.002:\r\nSignalResolution:2e-05:\r\n"
+    "SignalHardwareRecordLength:40:\r\n"
+)
+
+
+def test_settings_and_samples_in_two_files(tmp_path):
+    """Rohde & Schwarz: either file is opened with the other."""
+    samples, settings = tmp_path / "run.Wfm.csv", tmp_path / "run.csv"
+    samples.write_text(rows(F))
+    with pytest.raises(InvalidInput, match=r"stands in run\.csv.*put that beside it; give rate="):
+        io.read(samples)
+    settings.write_text(SETTINGS)
+    for path in (samples, settings):
+        found = io.read(path)
+        np.testing.assert_array_equal(found.samples, F)
+        assert (found.rate, found.start, found.channels) == (RATE, START, ("Ch1",))
+    settings.write_text(SETTINGS.replace("Length:40", "Length:39"))
+    with pytest.raises(UnreadableFile, match="time stamps off"):
+        io.read(samples)
+    settings.write_text(SETTINGS.replace("Acquisitions:1", "Acquisitions:4"))
+    with pytest.raises(UnreadableFile, match="4 acquisitions one after the other"):
+        io.read(settings)
+    settings.write_text(SETTINGS)
+    samples.unlink()
+    with pytest.raises(UnreadableFile, match=r"Put run\.Wfm\.csv, which"):
+        io.read(settings)
