@@ -11,7 +11,7 @@ import re
 from pathlib import Path
 
 from ...errors import UnreadableFile
-from ._dialect import encoding_of
+from .._encoding import encoding_of
 
 _SAMPLES = ".wfm.csv"
 _SETTING = re.compile(r"\s*(\w+):(.*?):?\s*")
@@ -48,7 +48,7 @@ def settings_of(path: Path) -> tuple[dict[str, str], str]:
     if found is None:
         return (
             {},
-            f"Its rate stands in {stem}.csv, which the oscilloscope wrote with it: put it beside",
+            f"Its rate stands in {stem}.csv, written with it: put that beside it",
         )
     with found.open("rb") as file:
         content = file.read(_LARGEST)

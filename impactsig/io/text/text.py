@@ -104,7 +104,7 @@ def open_source(path: Path, limits: Limits) -> Source:
     if not kept:
         raise UnreadableFile(path, "; ".join(notes) or "holds no column of samples")
     _name(preamble, kept, names, units)
-    if not preamble.names and not dialect.names and len(kept) > 1:
+    if not preamble.names and not any(dialect.names) and len(kept) > 1:
         names = [f"channel {kept.index(i)}" if i in kept else "" for i in range(width)]
     base, doubt = _agreed(clock, preamble, table.columns[counter].begin if counter >= 0 else 0.0)
     signals = tuple(
