@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
+from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from inspect import signature
 from typing import Any
@@ -73,9 +74,14 @@ def _short(value: Any) -> str:
 
 
 def _table(result: Any) -> str:
+    return html_table(_brief(result))
+
+
+def html_table(pairs: Iterable[tuple[str, str]]) -> str:
+    """Names beside their values; empty where there are none."""
     rows = "".join(
         f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
-        for name, value in _brief(result)
+        for name, value in pairs
     )
     return f"<table>{rows}</table>" if rows else ""
 

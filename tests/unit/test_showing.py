@@ -19,8 +19,6 @@ RESULTS = {
     **{f"results.{name}": getattr(im.results, name) for name in im.results.__all__},
     **{name: getattr(im, name) for name in ("Experiment", "Impacts", "Recording")},
 }
-for name in ("Blocks", "OscillatorBatch"):  # what is still to be read, and to be moved
-    del RESULTS[f"results.{name}"]
 LONGEST = 420
 
 
@@ -53,6 +51,18 @@ def test_a_period_is_a_line():
 def test_a_result_that_is_drawn_has_a_picture():
     _, page = look(im.interval_histogram([1.0, 1.1, 1.9], bins=2))
     assert '<img alt="Figure of this IntervalHistogram"' in page
+
+
+def test_what_is_still_to_be_moved_says_over_what():
+    batch = im.scenes.karpodinis(np.array([[20.0], [22.5]]), restitution=np.array([0.2, 0.4, 0.6]))
+    _, page = look(batch)
+    assert "<tr><th>shape</th><td>2 x 3</td></tr>" in page
+    assert "<td>20 to 22.5</td>" in page
+
+
+def test_what_is_still_to_be_read_says_in_how_many_blocks():
+    _, page = look(im.read_blocks(ROOT / "data_samples/loadcell_periodic_22.1Hz.wav", seconds=3.0))
+    assert "<td>4, read when asked for</td>" in page
 
 
 def test_impacts_have_a_picture_and_a_table():
