@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import fields, is_dataclass
 from inspect import signature
 from typing import Any
@@ -74,6 +74,8 @@ def _short(value: Any) -> str:
 
 
 def _table(result: Any) -> str:
+    if isinstance(result, Sequence) and not is_dataclass(result):
+        return html_table((str(k), repr(one)) for k, one in enumerate(result[:FIELDS]))
     return html_table(_brief(result))
 
 
@@ -100,7 +102,8 @@ def picture(result: Any) -> str:
     except ImpactsigError:
         return ""
     drawn = io.BytesIO()
-    figure.savefig(drawn, format="png")
+    # A legend or a title may be wider than such small axes.
+    figure.savefig(drawn, format="png", bbox_inches="tight", pad_inches=0.05)
     data = base64.b64encode(drawn.getvalue()).decode()
     name = html.escape(type(result).__name__)
     return f'<img alt="Figure of this {name}" src="data:image/png;base64,{data}">'

@@ -60,6 +60,31 @@ def test_what_is_still_to_be_moved_says_over_what():
     assert "<td>20 to 22.5</td>" in page
 
 
+def test_several_motions_are_listed():
+    motions = im.simulate_many([im.scenes.karpodinis(22.1)] * 2, periods=3, transient=3, workers=1)
+    _, page = look(motions)
+    assert page.count("<td>Motion(") == 2
+
+
+def test_a_legend_wider_than_the_axes_is_not_cut():
+    """The picture grows with what is drawn beside the axes."""
+
+    class Wide(Shown):
+        def __init__(self, words):
+            self.words = words
+
+        def plot(self, ax=None):
+            ax.plot([0, 1], label=self.words)
+            ax.figure.legend(loc="outside upper left")
+            ax.set_ylabel(self.words)
+
+    heights = []
+    for words in ("short", "long " * 30):
+        data = re.search(r'base64,([^"]+)"', look(Wide(words))[1])[1]
+        heights.append(int.from_bytes(base64.b64decode(data)[20:24], "big"))
+    assert heights[1] > 2 * heights[0]
+
+
 def test_what_is_still_to_be_read_says_in_how_many_blocks():
     _, page = look(im.read_blocks(ROOT / "data_samples/loadcell_periodic_22.1Hz.wav", seconds=3.0))
     assert "<td>4, read when asked for</td>" in page
