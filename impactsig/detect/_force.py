@@ -35,8 +35,8 @@ from .search.judging_kernels import (
     draw_together,
     leave_alone,
     measured_ringing,
+    own_width,
     too_long,
-    widen,
     with_neighbors,
     worst,
 )
@@ -188,7 +188,7 @@ class _Search:
         while len(events):
             here = self._measure(k, events, group, again, rows)
             marks, ends, swung = np.empty((3, len(rows)), np.bool_)
-            if widen(events, rows, grid.rungs.width, span.noise, marks):
+            if own_width(events, rows, grid.rungs.width, span.noise, marks):
                 here = self._measure(k, events, group, with_neighbors(marks), rows)
             if too_long(rows, judge.longest, marks):
                 # No impact: nothing rings after it, and it bounds none.

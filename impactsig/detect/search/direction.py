@@ -14,7 +14,7 @@ from .judging import LEAST_SAMPLES
 from .spans import LEAST, Spans
 
 HUMS = 2
-"""Frames that are looked at for hum."""
+"""Frames that are looked at for hum, and that show the direction where there is some."""
 UNCLEAR = 0.5
 """Lead, as a share of the squares of the heights of events, that longer stretches may turn."""
 UNDECIDED = 0.2
@@ -29,9 +29,9 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> floa
     """
     parts, frames = record.strong, [x for x, _ in record.frames]
     if any(_hums(x, scale, grid) for x in frames[:HUMS]):
-        parts = frames
+        parts = frames[:HUMS]
     vote, lean = _vote(parts, grid, scale, constant)
-    if abs(vote) <= UNCLEAR and parts is not frames:
+    if abs(vote) <= UNCLEAR:
         vote, lean = _vote(frames, grid, scale, constant)
     # Close-set pulses have gaps as strong as themselves; the values lean away from their floor.
     return math.copysign(1.0, vote if abs(vote) > UNDECIDED else vote + lean)
