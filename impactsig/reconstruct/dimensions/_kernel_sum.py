@@ -222,7 +222,7 @@ class _Vectors(NamedTuple):
     def of(cls, vectors: np.ndarray, places: np.ndarray, theiler: int, length: int) -> _Vectors:
         blocks = places * BLOCKS // length
         starts = np.searchsorted(blocks, np.arange(BLOCKS + 1))
-        # The first that comes after each vector; it pairs with the rest of that block, and all later.
+        # The first that comes after each: pairs with the rest of its block, and with all later.
         first = np.searchsorted(places, places + theiler, side="right")
         some = first < len(places)
         first, block = first[some], blocks[first[some]]
