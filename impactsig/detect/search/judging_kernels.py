@@ -20,6 +20,9 @@ RINGING, NARROWER, WEAKER = 30.0, 0.6, 0.2
 """Widths after an impact in which its sensor may ring; how narrow and weak that is beside it."""
 TOO_LONG = 1.2
 """Times the longest contact: a pulse that is measured as longer is none."""
+WIDER, MUCH_WIDER, STANDS = 10.0, 40.0, 7.0
+"""Times its response's width that a pulse may be without more ado, and where it is as high as so
+many times the noise of responses at its own width."""
 LOBES = 32
 """Samples to either side of a very short pulse where its filter rings."""
 
@@ -126,17 +129,25 @@ def too_long(rows, longest, out):
 
 
 @kernel
-def widen(events, rows, wider):
+def widen(events, rows, widths, noise, wider):
     """Give events the widths of what was measured, where that is longer; whether it is any.
 
-    A neighbour in its flanks makes a pulse look narrower than it is. `wider` marks these.
+    A neighbour in its flanks makes a pulse look narrower than it is, and so does noise that grows
+    with the width: there the pulse must stand out of the `noise` of responses at its own of the
+    `widths`. `wider` marks these.
     """
     count = 0
     for k in range(len(rows)):
-        off = rows[k, 1] / (rows[k, 7] / MATCH)
-        wider[k] = rows[k, 5] == 0 and 1.5 < off < 10.0 and rows[k, 7] > 2.0
+        contact = MATCH * rows[k, 1]
+        off = contact / rows[k, 7]
+        wider[k] = rows[k, 5] == 0 and 1.5 < off < MUCH_WIDER and rows[k, 7] > 2.0
+        if wider[k] and off > WIDER:
+            rung = 0
+            while rung < len(widths) - 1 and widths[rung] < contact:
+                rung += 1
+            wider[k] = widths[rung] >= contact and rows[k, 2] > STANDS * noise[rung]
         if wider[k]:
-            events[k, 1] = MATCH * rows[k, 1]
+            events[k, 1] = contact
             count += 1
     return count > 0
 
