@@ -154,7 +154,7 @@ def own_width(events, rows, widths, noise, changed):
         if changed[k]:
             events[k, 1] = contact
             if off < NARROW:
-                events[k, 2] = rows[k, 2]
+                events[k, 0], events[k, 2] = rows[k, 0] + 0.5 * rows[k, 1], rows[k, 2]
             count += 1
     return count > 0
 
