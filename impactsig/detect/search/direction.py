@@ -17,6 +17,8 @@ HUMS = 2
 """Frames that are looked at for hum, and that show the direction where there is some."""
 UNCLEAR = 0.5
 """Lead, as a share of the squares of the heights of events, that longer stretches may turn."""
+FEW = 5
+"""Clear events: fewer may be steps of the baseline, and longer stretches are looked at."""
 UNDECIDED = 0.2
 """Lead that does not decide on the direction."""
 
@@ -30,17 +32,20 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> floa
     parts, frames = record.strong, [x for x, _ in record.frames]
     if any(_hums(x, scale, grid) for x in frames[:HUMS]):
         parts = frames[:HUMS]
-    vote, lean = _vote(parts, grid, scale, constant)
-    if abs(vote) <= UNCLEAR:
-        vote, lean = _vote(frames, grid, scale, constant)
+    vote, lean, clear = _vote(parts, grid, scale, constant)
+    if abs(vote) <= UNCLEAR or clear < FEW:
+        vote, lean, clear = _vote(frames, grid, scale, constant)
     # Close-set pulses have gaps as strong as themselves; the values lean away from their floor.
     return math.copysign(1.0, vote if abs(vote) > UNDECIDED else vote + lean)
 
 
 def _vote(
     parts: list[np.ndarray], grid: Grid, scale: float, constant: float
-) -> tuple[float, float]:
-    """Lead of what points upward among the events of stretches, and of their values."""
+) -> tuple[float, float, int]:
+    """Lead of what points upward among the events of stretches, and of their values.
+
+    How many events are clear of the noise comes third.
+    """
     lean = 0.0
     found = []
     for part in parts:
@@ -66,7 +71,7 @@ def _vote(
         if up + down:
             vote += (up - down) / (up + down)
             voted += 1.0
-    return vote / max(voted, 1.0), lean / max(len(found), 1)
+    return vote / max(voted, 1.0), lean / max(len(found), 1), len(clear)
 
 
 def _energy(events: np.ndarray) -> float:

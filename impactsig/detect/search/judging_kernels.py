@@ -20,7 +20,7 @@ RINGING, NARROWER, WEAKER = 30.0, 0.6, 0.2
 """Widths after an impact in which its sensor may ring; how narrow and weak that is beside it."""
 TOO_LONG = 1.2
 """Times the longest contact: a pulse that is measured as longer is none."""
-WIDER, MUCH_WIDER, NARROW, STANDS = 10.0, 40.0, 0.35, 7.0
+WIDER, MUCH_WIDER, NARROW, STANDS = 10.0, 40.0, 0.5, 7.0
 """Times its response's width that a pulse may be without more ado; at most, and less than which,
 where it is as high as so many times the noise of responses at its own width."""
 LOBES = 32
