@@ -19,6 +19,9 @@ from pathlib import Path
 
 root = Path(__file__).resolve().parents[1]
 dist = root / "dist"
+PYTHON = f"cp{sys.version_info[0]}{sys.version_info[1]}"
+# numba's own wheels, without which these kernels are of no use, need a newer system.
+TAG = f"{PYTHON}-{PYTHON}-manylinux_2_17_x86_64"
 LARGEST = 40e6  # bytes
 COMMANDS = (  # README's
     "info {data}/loadcell_periodic_22.1Hz.wav",
@@ -73,11 +76,9 @@ def compile_kernels(contents: Path) -> None:
 
 def retag(contents: Path) -> None:
     (about,) = contents.glob("*.dist-info/WHEEL")
-    python = f"cp{sys.version_info[0]}{sys.version_info[1]}"
     kept = [one for one in about.read_text().splitlines() if not one.startswith(("Root", "Tag"))]
-    # numba's own wheels, without which these kernels are of no use, need a newer system.
-    tags = [f"Tag: {python}-{python}-manylinux_2_17_x86_64", "Root-Is-Purelib: false"]
-    about.write_text("\n".join([*filter(None, kept), *tags, ""]))
+    lines = [*filter(None, kept), "Root-Is-Purelib: false", f"Tag: {TAG}", ""]
+    about.write_text("\n".join(lines))
 
 
 def check(wheel: Path, folder: Path) -> None:
@@ -102,7 +103,7 @@ with tempfile.TemporaryDirectory(prefix="impactsig-") as work:
     compile_kernels(contents)
     retag(contents)
     packing("pack", contents, "--dest-dir", dist)
-    (wheel,) = dist.glob("*-manylinux_2_17_x86_64.whl")
+    (wheel,) = dist.glob(f"*-{TAG}.whl")
     check(wheel, Path(work))
 size = wheel.stat().st_size
 if size > LARGEST:

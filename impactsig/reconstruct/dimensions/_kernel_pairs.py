@@ -273,7 +273,9 @@ def kernel_sums(tree: Leaves, part, parts, theiler, weights, sums):
         if many == 0:
             continue
         lanes[:, many:] = np.inf
-        lanes[:, :many] = tree.points[:, start : start + many]
+        for d in range(len(lanes)):
+            for j in range(many):
+                lanes[d, j] = tree.points[d, start + j]
         own = tree.times[start : start + many]
         _mark(own, theiler, leaf, near_in_time)
         added[:] = 0
