@@ -14,7 +14,6 @@ from impactsig import (
     Force,
     Friction,
     InvalidInput,
-    KelvinVoigt,
     Noise,
     Oscillator,
     Rigid,
@@ -333,7 +332,6 @@ REFUSED = {
     "noise of no intensity": (replace(NOISY, noise=Noise(0.0)), "positive intensity"),
     "filtered noise": (replace(NOISY, noise=Noise(0.1, 0.5)), "white noise"),
     "forcing": (replace(NOISY, forces=(Force(1.0, 2.0),)), "without forcing"),
-    "soft stop": (replace(NOISY, stops=(Stop(1.0, KelvinVoigt(9.0)),)), "rigid stops"),
     "sticks to its stop": (replace(NOISY, stops=(stop(1.0, 0.0),)), "above 0"),
     "law of time": (replace(NOISY, law=lambda t, x, v: 0.1 * t * x), "depend on time"),
     "two wells": (

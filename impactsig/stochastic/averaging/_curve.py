@@ -153,9 +153,27 @@ class Curve:
 @lru_cache(maxsize=64)
 def _grid(part: Conservative, least: float, greatest: float) -> tuple[Panels, Orbits]:
     """Panels, and the orbits at their nodes: the same for any damper, friction, loss and noise."""
-    starts = [side.top for side in well(part).sides if side.stop and side.top > 0]
-    grid = panels(least, greatest, starts)
+    grid = panels(least, greatest, _breaks(part))
     return grid, orbits(part, grid.nodes.ravel())
+
+
+def _breaks(part: Conservative) -> dict[float, float]:
+    """Energies from which on a stop is met, or a soft one left, and the scale of what follows."""
+    inside = well(part)
+    found: dict[float, float] = {}
+    for side in inside.sides:
+        for own in side.parts[1:]:
+            pressed = float(inside.pull(side, np.array([own.start]))[0])
+            at = inside.bottom + side.sign * own.start
+            scales = [
+                max(touched.scale(pressed), 1e-12 * own.base)
+                for touched in part.contacts
+                if math.isclose(touched.place, at, rel_tol=1e-9, abs_tol=1e-9 * own.start)
+            ]
+            found[own.base] = min([own.base, found.get(own.base, own.base), *scales])
+        if side.stop and side.top > 0:
+            found[side.top] = min(side.top, found.get(side.top, side.top))
+    return found
 
 
 def curve(oscillator: Oscillator, least: float, greatest: float, impact: str) -> Curve:

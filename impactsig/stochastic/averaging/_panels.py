@@ -72,15 +72,18 @@ class Panels:
         return panel, np.clip(u, -1.0, 1.0)
 
 
-def panels(least: float, greatest: float, breaks: list[float]) -> Panels:
-    """Panels from the least to the greatest energy, with the energies between that begin anew."""
-    bounds = [*(at for at in sorted(set(breaks)) if least < at < greatest), greatest]
+def panels(least: float, greatest: float, breaks: dict[float, float]) -> Panels:
+    """Panels from the least to the greatest energy, with the energies between that begin anew.
+
+    To each of these belongs an energy above it, over which functions change that change fastest.
+    """
+    bounds = [*(at for at in sorted(breaks) if least < at < greatest), greatest]
     count = max(1, int(np.ceil(np.log(bounds[0] / least) / DECADE)))
     z = np.linspace(np.log(least), np.log(bounds[0]), count + 1)
     rows = [(0.0, a, b, True) for a, b in pairwise(z)]
     for low, high in pairwise(bounds):
         widest = np.sqrt(high - low)
-        first = min(np.sqrt(low) / 2, widest)
+        first = min(np.sqrt(breaks[low]) / 2, widest)
         doublings = int(np.ceil(np.log2(widest / first)))
         z = np.concatenate([[0.0], np.geomspace(first, widest, doublings + 1)])
         rows += [(low, a, b, False) for a, b in pairwise(z)]

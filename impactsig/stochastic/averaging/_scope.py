@@ -52,12 +52,8 @@ def check(oscillator: Oscillator, impact: str) -> None:
             "Simulate an ensemble, or take it as white where it is short against a cycle",
         )  # fmt: skip
     for stop in oscillator.stops:
-        if not isinstance(stop.law, Rigid):
-            raise InvalidInput(
-                "oscillator", stop, "rigid stops",
-                "KelvinVoigt has an equal Rigid: see stop_restitution",
-            )  # fmt: skip
-        if impact == "logarithmic" and stop.law.restitution == 0:
+        sticky = isinstance(stop.law, Rigid) and stop.law.restitution == 0
+        if impact == "logarithmic" and sticky:
             raise InvalidInput(
                 "oscillator", stop, "a restitution coefficient above 0",
                 'A mass that sticks to its stop has no cycles; or take impact="exact"',
@@ -73,6 +69,23 @@ def check(oscillator: Oscillator, impact: str) -> None:
             )  # fmt: skip
 
 
+def check_well(part: Conservative, inside: Well) -> None:
+    """Refuse a loss that is measured by an approach where there is none.
+
+    Raises
+    ------
+    InvalidInput
+        If the mass rests against such a stop.
+    """
+    for own in part.contacts:
+        if own.restitution is not None and own.side * (inside.bottom - own.place) > 0:
+            raise InvalidInput(
+                "oscillator", f"a mass that rests in the Hertz stop at {own.place:g}",
+                "a stop that the mass approaches, to have a loss by restitution",
+                "Give Hertz(damping=) instead: it needs no approach velocity",
+            )  # fmt: skip
+
+
 def highest(inside: Well) -> float:
     """Energy that the well holds."""
     return min((side.top for side in inside.sides if not side.stop), default=math.inf)
@@ -82,7 +95,7 @@ def highest(inside: Well) -> float:
 def ladder(part: Conservative) -> Orbits:
     """Orbits of all energies that the well holds, roughly."""
     inside = well(part)
-    first = max([1e-150, *(side.potential[1] for side in inside.sides if side.reach)])
+    first = max([1e-150, *(side.parts[0].potential[1] for side in inside.sides if side.reach)])
     last = min(highest(inside), HIGHEST)
     count = max(2, math.ceil(math.log(last / first) / SPACING))
     with np.errstate(all="ignore"):

@@ -18,7 +18,7 @@ from ._curve import Curve, curve
 from ._cycles import Orbits, exchange, orbits
 from ._marginals import places, speeds
 from ._panels import evaluate
-from ._scope import check, highest, span
+from ._scope import check, check_well, highest, span
 from ._well import Well, conservative, well
 from .shapes import DensityShape
 
@@ -264,12 +264,13 @@ def averaged_density(oscillator: Oscillator, *, impact: Impact = "logarithmic") 
     Parameters
     ----------
     oscillator : Oscillator
-        One mass in one well, with white noise, without forcing, with no, one or two rigid stops
-        anywhere.
+        One mass in one well, with white noise, without forcing, with stops anywhere: the springs of
+        soft ones are part of the potential, and what their dampers take is part of D, along the
+        orbit of the conservative motion.
     impact : {"logarithmic", "exact", "linearised"}
-        What an impact takes of the kinetic energy E, as a rate over the cycle before it. The
-        papers' linearised ``2 (1 - r) E`` treats it as a weak force in Zhuravlev's coordinate
-        [Zhuravlev1976]_. What it takes exactly is ``(1 - r^2) E``; but E is the energy before the
+        What an impact with a rigid stop takes of the kinetic energy E, as a rate over the cycle
+        before it. The papers' linearised ``2 (1 - r) E`` treats it as a weak force in Zhuravlev's
+        coordinate [Zhuravlev1976]_. What it takes exactly is ``(1 - r^2) E``; but E is the energy before the
         impact, which is more than the mean over the cycle. ``-2 ln(r) E`` is the rate under which
         the energy falls to r^2 of itself in a cycle, and thus right to second order.
 
@@ -281,9 +282,9 @@ def averaged_density(oscillator: Oscillator, *, impact: Impact = "logarithmic") 
     Raises
     ------
     InvalidInput
-        If the oscillator is forced, its noise is none or filtered, a stop is soft, its law depends
-        on time, it has no well or several, or no stationary density: it leaves the well, or gains
-        more than it loses at all energies.
+        If the oscillator is forced, its noise is none or filtered, its law depends on time, it has
+        no well or several, or no stationary density: it leaves the well, or gains more than it
+        loses at all energies.
 
     See Also
     --------
@@ -299,6 +300,7 @@ def averaged_density(oscillator: Oscillator, *, impact: Impact = "logarithmic") 
     check(oscillator, impact)
     part = conservative(oscillator)
     inside = well(part)
+    check_well(part, inside)
     density = curve(oscillator, *span(oscillator, part, impact), impact)
     energy = density.grid.energy
     mean = density.mean(energy)
