@@ -334,10 +334,10 @@ REFUSED = {
     "forcing": (replace(NOISY, forces=(Force(1.0, 2.0),)), "without forcing"),
     "sticks to its stop": (replace(NOISY, stops=(stop(1.0, 0.0),)), "above 0"),
     "law of time": (replace(NOISY, law=lambda t, x, v: 0.1 * t * x), "depend on time"),
-    "two wells": (
-        replace(NOISY, stiffness=0, law=lambda t, x, v: x - x**3), "one well",
+    "no well": (replace(NOISY, stiffness=0, load=1.0), "a well between the stops"),
+    "a force that is no number": (
+        replace(NOISY, law=lambda t, x, v: math.nan * x), "finite values",
     ),
-    "no well": (replace(NOISY, stiffness=0, load=1.0), "one well"),
     "a well with an edge": (
         replace(NOISY, law=lambda t, x, v: x**3, noise=Noise(1.0)), "holds the motion",
     ),

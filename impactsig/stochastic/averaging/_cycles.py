@@ -18,7 +18,8 @@ import numpy as np
 
 from ...oscillators import Oscillator, Rigid
 from ._contacts import Contact
-from ._well import Conservative, Part, Side, Well, on_arrays, well
+from ._families import Family, families
+from ._well import Conservative, Part, Side, Well, on_arrays
 
 NODES = (24, 48, 96, 192, 384)
 IMPACTS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
@@ -28,6 +29,8 @@ IMPACTS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 }
 """What an impact takes of the kinetic energy, over the restitution coefficient."""
 
+SHORT_POINTS, SHORT_WEIGHTS = np.polynomial.legendre.leggauss(8)  # from one node to the next
+SHORT_POINTS, SHORT_WEIGHTS = (SHORT_POINTS + 1) / 2, SHORT_WEIGHTS / 2
 AGREED = 1e-11  # relative change of the integrals at which the nodes are not doubled again
 
 
@@ -95,25 +98,31 @@ def _restitution(law: Any, approach: np.ndarray, impact: str) -> np.ndarray:
     return np.where(possible, found, np.nan)
 
 
-def orbits(part: Conservative, energy: np.ndarray, coarse: bool = False) -> Orbits:
+def orbits(
+    part: Conservative, energy: np.ndarray, coarse: bool = False, family: Family | None = None
+) -> Orbits:
     """The integrals, with nodes doubled until they agree; `coarse` takes the fewest."""
-    inside = well(part)
+    family = family or families(part)
     pieces = [
-        _piece(part, inside, side, own, energy) for side in inside.sides for own in side.parts
+        _piece(part, family, ground - family.ground, inside, side, own, energy)
+        for inside, ground in zip(family.wells, family.grounds, strict=True)
+        for side in inside.sides
+        for own in side.parts
         if side.reach
-    ]  # fmt: skip
+    ]
     drag = _drag(part)
-    found = _integrals(part.mass, inside, drag, pieces, NODES[0], len(energy))
+    found = _integrals(part.mass, drag, pieces, NODES[0], len(energy))
     error = np.zeros(energy.shape)
     if not coarse:
         # Near a bottom that is not at 0, forces are known to what rounding leaves of them.
         nearest = np.min([piece.distance for piece in pieces if piece.part.start == 0], axis=0)
-        rounding = 16 * np.finfo(float).eps * abs(inside.bottom) / nearest
+        furthest = max(abs(inside.bottom) for inside in family.wells)
+        rounding = 16 * np.finfo(float).eps * furthest / nearest
         enough = np.maximum(AGREED, rounding)
         left = np.arange(len(energy))
         for nodes in NODES[1:]:
             some = [piece.only(left) for piece in pieces]
-            finer = _integrals(part.mass, inside, drag, some, nodes, len(left))
+            finer = _integrals(part.mass, drag, some, nodes, len(left))
             # Gains and losses may cancel; the sum of their sizes has kinks, and is but an estimate.
             scale = np.abs(finer[[0, 1, 3]])
             with np.errstate(invalid="ignore", divide="ignore"):
@@ -125,18 +134,24 @@ def orbits(part: Conservative, energy: np.ndarray, coarse: bool = False) -> Orbi
                 break
     for contact in part.contacts:
         if contact.only_pushes:
-            kept = _not_pulled(part, inside, contact, energy)
+            kept = _not_pulled(part, family, contact, energy)
             found[2] += kept
             found[3] -= kept
     area, period, work, gross = found
-    reached = [inside.turn(side, energy) for side in inside.sides]
-    spare = [
-        np.maximum(energy - side.top, 0.0) if side.stop else np.zeros(energy.shape)
-        for side in inside.sides
-    ]
-    return Orbits(
-        energy, area, period, work, gross, reached[0] + reached[1], np.array(spare), error
+    low, high = (
+        (inside, side, energy + (family.ground - ground))
+        for inside, side, ground in (
+            (family.wells[0], family.wells[0].sides[0], family.grounds[0]),
+            (family.wells[-1], family.wells[-1].sides[1], family.grounds[-1]),
+        )
     )
+    reached = [inside.turn(side, own) for inside, side, own in (low, high)]
+    span = reached[0] + reached[1] + (high[0].bottom - low[0].bottom)
+    spare = [
+        np.maximum(own - side.top, 0.0) if side.stop else np.zeros(energy.shape)
+        for _, side, own in (low, high)
+    ]
+    return Orbits(energy, area, period, work, gross, span, np.array(spare), error)
 
 
 class Piece(NamedTuple):
@@ -144,7 +159,7 @@ class Piece(NamedTuple):
 
     Attributes
     ----------
-    side, part : Side, Part
+    well, side, part : Well, Side, Part
         Where it lies.
     contacts : tuple
         The soft stops that are pressed there, with the speed of their last touch for each energy.
@@ -153,15 +168,39 @@ class Piece(NamedTuple):
     spare : numpy.ndarray, shape (n,)
         What is left of its kinetic energy at the far end.
     ahead : numpy.ndarray, shape (n,)
-        How far that is from where it would turn.
+        How far that is from where it would turn; before a saddle, from the saddle where it turns,
+        and where it passes how far from there its kinetic energy is twice what it is on the top.
     """
 
+    well: Well
     side: Side
     part: Part
     contacts: tuple[tuple[Contact, np.ndarray], ...]
     distance: np.ndarray
     spare: np.ndarray
     ahead: np.ndarray
+
+    @property
+    def saddle(self) -> bool:
+        """Whether it leads up to a saddle."""
+        return self.side.saddle and self.part is self.side.parts[-1]
+
+    def nodes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distances from the far end inwards, and their derivative by the points from 0 to 1."""
+        distance, ahead = self.distance[:, None], self.ahead[:, None]
+        if not self.saddle:
+            first = np.sqrt(ahead)
+            width = distance / (np.sqrt(distance + ahead) + first)
+            tau = first + width * points
+            return width * points * (2 * first + width * points), 2 * tau * width
+        # The speed is the root of y^2 - ahead^2 or y^2 + ahead^2, y the distance from the saddle.
+        passes = self.spare[:, None] > 0
+        far = np.where(
+            passes, np.arcsinh(distance / ahead), 2 * np.arcsinh(np.sqrt(distance / (2 * ahead)))
+        )
+        u = far * points
+        inwards = np.where(passes, ahead * np.sinh(u), 2 * ahead * np.sinh(u / 2) ** 2)
+        return inwards, far * ahead * np.where(passes, np.cosh(u), np.sinh(u))
 
     @property
     def rough(self) -> bool:
@@ -177,16 +216,42 @@ class Piece(NamedTuple):
             ahead=self.ahead[which],
         )
 
+    def work(self, inwards: np.ndarray) -> np.ndarray:
+        """Work from the far end to distances from there, node by node.
 
-def _piece(part: Conservative, inside: Well, side: Side, own: Part, energy: np.ndarray) -> Piece:
-    """The way through a part of a side."""
+        Near a saddle it goes over so many powers of ten that the digits of a sum with signs are
+        not enough.
+        """
+        before = np.concatenate([np.zeros((len(inwards), 1)), inwards[:, :-1]], axis=1)
+        width = inwards - before
+        far = self.part.start + self.distance[:, None, None]
+        at = far - (before[..., None] + width[..., None] * SHORT_POINTS)
+        work = width * (self.well.pull(self.side, at) @ SHORT_WEIGHTS)
+        return np.cumsum(work, axis=1)
+
+
+def _piece(
+    part: Conservative,
+    family: Family,
+    ground: float,
+    inside: Well,
+    side: Side,
+    own: Part,
+    energy: np.ndarray,
+) -> Piece:
+    """The way through a part of a side of a well, for energies of the family."""
+    energy = energy - ground
     comes = energy > own.base
     distance = np.where(comes, inside.turn_in(side, own, np.maximum(energy, own.base)), 0.0)
-    passes = side.stop or own is not side.parts[-1]
+    last = own is side.parts[-1]
+    passes = side.stop or side.saddle or not last
     spare = np.maximum(energy - own.top, 0.0) if passes else np.zeros(energy.shape)
     ahead = np.zeros(energy.shape)
     hits = spare > 0
-    if hits.any() and own.end > own.start:
+    if last and side.saddle:
+        mirrored = inside.turn_in(side, own, np.maximum(own.top - spare, own.base))
+        ahead = np.maximum(own.distance[-1] - np.where(hits, mirrored, distance), 1e-300)
+    elif hits.any() and own.end > own.start:
         slope = float(inside.pull(side, np.array([own.end]))[0])
         # Far from turning the path is covered evenly, as it is where the force is none.
         ahead[hits] = np.minimum(spare[hits] / max(slope, 1e-300), 1e3 * side.reach)
@@ -196,29 +261,32 @@ def _piece(part: Conservative, inside: Well, side: Side, own: Part, energy: np.n
         x = inside.bottom + side.sign * middle
         for contact in part.contacts:
             if contact.side * (x - contact.place) > 0:
-                touch = float(inside.potential(np.array([contact.place]))[0])
+                touch = float(family.potential(np.array([contact.place]))[0]) - ground
                 speed = np.sqrt(2 * np.maximum(energy - touch, 0.0) / part.mass)
                 pressed.append((contact, speed))
-    return Piece(side, own, tuple(pressed), distance, spare, ahead)
+    return Piece(inside, side, own, tuple(pressed), distance, spare, ahead)
 
 
 def _not_pulled(
-    part: Conservative, inside: Well, contact: Contact, energy: np.ndarray
+    part: Conservative, family: Family, contact: Contact, energy: np.ndarray
 ) -> np.ndarray:
     """What a stop that only pushes does not take, for each energy."""
-    touch = inside.potential(np.array([contact.place]))
+    touch = family.potential(np.array([contact.place]))
     hits = np.flatnonzero(energy > touch)
     kept = np.zeros(energy.shape)
     if contact.damping and hits.size:
+        lowest = min(family.grounds) - family.ground
         kept[hits] = contact.not_pulled(
-            lambda x: inside.potential(x) - touch, part.mass, energy[hits] - touch, energy[hits]
+            lambda x: family.potential(x) - touch,
+            part.mass,
+            energy[hits] - touch,
+            energy[hits] - lowest,
         )
     return kept
 
 
 def _integrals(
     mass: float,
-    inside: Well,
     drag: Callable[[np.ndarray, np.ndarray], np.ndarray] | None,
     pieces: Sequence[Piece],
     nodes: int,
@@ -234,28 +302,26 @@ def _integrals(
         for crowded, which in parts if piece.rough else (("", there),):
             if which.size:
                 part = piece if which.size == count else piece.only(which)
-                found[:, which] += _through(mass, inside, drag, part, rule(nodes, crowded))
+                found[:, which] += _through(mass, drag, part, rule(nodes, crowded))
     return found
 
 
 def _through(
     mass: float,
-    inside: Well,
     drag: Callable[[np.ndarray, np.ndarray], np.ndarray] | None,
     piece: Piece,
     rule: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> np.ndarray:
     """The same of the way through one part, there and back."""
-    side, own, contacts, distance, spare, ahead = piece
+    inside, side, own, contacts, distance, spare, _ = piece
     points, weights, cumulative = rule
     found = np.zeros((4, len(distance)))
-    first = np.sqrt(ahead)[:, None]
-    width = distance[:, None] / (np.sqrt(distance + ahead)[:, None] + first)
-    tau = first + width * points
-    inwards = width * points * (2 * first + width * points)
+    inwards, step = piece.nodes(points)
     at = own.start + np.maximum(distance[:, None] - inwards, 0.0)
-    step = 2 * tau * width
-    kinetic = spare[:, None] + (inside.pull(side, at) * step) @ cumulative.T
+    if piece.saddle:
+        kinetic = spare[:, None] + piece.work(inwards)
+    else:
+        kinetic = spare[:, None] + (inside.pull(side, at) * step) @ cumulative.T
     v = np.sqrt(2 * np.maximum(kinetic, 0.0) / mass)
     found[0] = 2 * (v * step) @ weights
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -68,8 +68,8 @@ class Side:
         Which way it lies.
     reach : float
         Distance of the rigid stop, or of the barrier or the end of what could be tabled.
-    stop : bool
-        Whether it ends at a rigid stop.
+    stop, saddle : bool
+        Whether it ends at a rigid stop, or at a barrier with another well beyond.
     parts : tuple of Part
         From the bottom outwards; over each the force is smooth.
     """
@@ -77,6 +77,7 @@ class Side:
     sign: int
     reach: float
     stop: bool
+    saddle: bool
     parts: tuple[Part, ...] = field(repr=False)
 
     @property
@@ -188,24 +189,27 @@ def conservative(oscillator: Oscillator) -> Conservative:
 
 
 @lru_cache(maxsize=16)
-def well(part: Conservative) -> Well:
-    """The one well of an oscillator between its stops.
+def wells(part: Conservative) -> tuple[Well, ...]:
+    """The wells of an oscillator between its stops, from left to right.
 
     Raises
     ------
     InvalidInput
-        If there is none, or more than one.
+        If there is none.
     """
     push = _push(part)
-    low, high = part.lower, part.upper
-    bottom, before, beyond = _equilibrium(part, push)
-    ends = ((-1, low, before), (1, high, beyond))
-    sides = [
-        _side(part, push, bottom, sign, stop if math.isfinite(stop) else barrier,
-              math.isfinite(stop))
-        for sign, stop, barrier in ends
-    ]  # fmt: skip
-    return Well(bottom, (sides[0], sides[1]), push)
+    stable, barriers = _equilibria(part, push)
+    found = []
+    for bottom in stable:
+        sides = []
+        for sign, wall in ((-1, part.lower), (1, part.upper)):
+            beyond = [at for at in barriers if sign * (at - bottom) > 0]
+            end = sign * min((sign * at for at in beyond), default=math.inf)
+            saddle = any(sign * (other - end) > 0 for other in stable)
+            stop = math.isfinite(wall) and not saddle
+            sides.append(_side(part, push, bottom, sign, wall if stop else end, stop, saddle))
+        found.append(Well(bottom, (sides[0], sides[1]), push))
+    return tuple(found)
 
 
 def _side(
@@ -215,6 +219,7 @@ def _side(
     sign: int,
     end: float,
     stop: bool,
+    saddle: bool,
 ) -> Side:
     """A side of a well, tabled as far as the potential is known."""
     # Pressed against a stop, the mass feels a force there that no rounding can hide.
@@ -238,7 +243,7 @@ def _side(
         base, whole = parts[-1].top, count == len(known)
         if not whole:
             break
-    return Side(sign, parts[-1].end, stop and whole, tuple(parts))
+    return Side(sign, parts[-1].end, stop and whole, saddle and whole, tuple(parts))
 
 
 def _push(part: Conservative) -> Callable[[np.ndarray], np.ndarray]:
@@ -297,15 +302,15 @@ def _octaves(shortest: float, reach: float) -> np.ndarray:
     return np.concatenate([[0.0], found])
 
 
-def _equilibrium(
+def _equilibria(
     part: Conservative, push: Callable[[np.ndarray], np.ndarray]
-) -> tuple[float, float, float]:
-    """The stable equilibrium, and the barriers on either side of it or infinities.
+) -> tuple[list[float], list[float]]:
+    """Where the mass can rest, and the barriers.
 
     Raises
     ------
     InvalidInput
-        If there is none, or another.
+        If it can rest nowhere, or the force is no number.
     """
     low, high = part.lower, part.upper
     x = np.concatenate([-SCAN[::-1], [0.0], SCAN])
@@ -320,6 +325,11 @@ def _equilibrium(
     x = np.unique(x[(x >= low) & (x <= high)])
     force = push(x)
     x, force = x[np.isfinite(force)], force[np.isfinite(force)]
+    if not x.size:
+        raise InvalidInput(
+            "oscillator", "a force that is no finite number anywhere",
+            "a law with finite values on a mass at rest",
+        )  # fmt: skip
     sign = np.sign(force)
     held = np.flatnonzero(sign)
     stable, barriers = [], []
@@ -335,18 +345,12 @@ def _equilibrium(
             stable.append(high)
     elif math.isfinite(high - low):
         stable.append((low + high) / 2)
-    if len(stable) != 1:
-        found = "no place" if not stable else "places " + ", ".join(f"{at:.6g}" for at in stable)
+    if not stable:
         raise InvalidInput(
-            "oscillator",
-            f"{found} of stable rest" if stable else "no place of stable rest",
-            "one well between the stops",
-            "Averaging follows one family of orbits about one bottom",
-        )
-    (bottom,) = stable
-    before = max((at for at in barriers if at < bottom), default=-math.inf)
-    beyond = min((at for at in barriers if at > bottom), default=math.inf)
-    return bottom, before, beyond
+            "oscillator", "no place of stable rest", "a well between the stops",
+            "Without one there are no orbits to average over",
+        )  # fmt: skip
+    return stable, barriers
 
 
 def _zero(push: Callable[[np.ndarray], np.ndarray], x: np.ndarray, sign: np.ndarray) -> float:
