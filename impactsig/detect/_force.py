@@ -24,7 +24,6 @@ from .pulses.fit_errors import KEPT
 from .pulses.pairs import measure_pairs, with_partners
 from .pulses.pulse import measure_all
 from .pulses.shared_shape import share_shape
-from .search._response_kernels import Stretch
 from .search.direction import direction
 from .search.disturbances import disturbances
 from .search.event_kernels import RESPONSE, place
@@ -186,10 +185,10 @@ class _Search:
         whole = True
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
-            here = self._measure(k, events, group, again, rows)
+            samples, origin = self._measure(k, events, group, again, rows)
             marks, ends, swung = np.empty((3, len(rows)), np.bool_)
             if own_width(events, rows, grid.rungs.width, span.noise, marks):
-                here = self._measure(k, events, group, with_neighbors(marks), rows)
+                self._measure(k, events, group, with_neighbors(marks), rows)
             if too_long(rows, judge.longest, marks):
                 # No impact: nothing rings after it, and it bounds none.
                 self.found.disturbances += [
@@ -198,7 +197,7 @@ class _Search:
                 if self._took_out(span, events[marks]):
                     return self._report(k, segment)
                 rows[marks, 5] = NO_PULSE  # faint ones, which nothing was judged by
-            swings_back(here.x, here.origin, dropouts, rows, swung)
+            swings_back(samples, origin, dropouts, rows, swung)
             if whole and bursts(rows, swung, marks):
                 self.found.disturbances += _stretches(rows, marks, segment)
                 if self._took_out(span, events[marks]):
@@ -239,10 +238,10 @@ class _Search:
 
     def _measure(
         self, k: int, events: np.ndarray, group: np.ndarray, again: np.ndarray, rows: np.ndarray
-    ) -> Stretch:
+    ) -> tuple[np.ndarray, int]:
         """Fill the rows of the events of span k to be measured `again`, each at its width.
 
-        The group bounds the first and the last. Returned is where they were measured.
+        The group bounds the first and the last. The samples that they were measured in are returned, and the number of the first.
         """
         spans, span, grid = self.spans, self.spans.spans[k], self.grid
         events = events.copy()
@@ -264,7 +263,7 @@ class _Search:
         mark_clipped(span.values, span.first, self.reference, self.factor, limit, rows)
         measure_pairs(samples, origin, places, chosen, sigma, level, relative, rows)
         rows[:, 7], rows[:, 8], rows[:, 9] = events[:, 1], events[:, 3], events[:, 2]
-        return here
+        return samples, origin
 
 
 def _stretches(rows: np.ndarray, marks: np.ndarray, segment: int) -> list[Disturbance]:
