@@ -285,7 +285,9 @@ def kernel_sums(tree: Leaves, part, parts, theiler, weights, sums):
             extent += (high[leaf, d] - low[leaf, d]) ** 2
         lanes[:, many:] = np.inf
         _from_middle(tree.points, start, end[leaf], middle, lanes)
-        lanes_32[:] = lanes
+        for d in range(len(lanes)):
+            for j in range(lanes.shape[1]):
+                lanes_32[d, j] = lanes[d, j]
         own = tree.times[start : start + many]
         _mark(own, theiler, leaf, near_in_time)
         added[:] = 0
