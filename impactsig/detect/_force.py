@@ -241,7 +241,8 @@ class _Search:
     ) -> tuple[np.ndarray, int]:
         """Fill the rows of the events of span k to be measured `again`, each at its width.
 
-        The group bounds the first and the last. The samples that they were measured in are returned, and the number of the first.
+        The group bounds the first and the last. The samples that they were measured in are
+        returned, and the number of the first.
         """
         spans, span, grid = self.spans, self.spans.spans[k], self.grid
         events = events.copy()
