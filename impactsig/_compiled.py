@@ -6,23 +6,29 @@ where a type of an argument has moved, reading the cache fails. So the digest un
 is kept covers all files of this package that its own file imports by relative names, as code:
 comments and docstrings cost no compilation. A kernel whose argument is a NamedTuple of another file
 must import that too, if only to say so.
+
+A wheel may carry compiled kernels (`.ci/kernels.py`). They are used where this machine runs them
+and where the code and the versions are those that they were compiled from.
 """
 
 from __future__ import annotations
 
 import contextlib
 import functools
+import gc
 import hashlib
 import linecache
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import llvmlite
 import numba
-from numba.core import sigutils
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
+import numpy as np
+from numba.core import config, sigutils
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.types import unliteral  # type: ignore[attr-defined]
@@ -81,11 +87,23 @@ def _keep(compiled: Any, function: Callable[..., Any]) -> None:
     compile_now = compiled.compile
 
     def compile_in_turn(*arguments: Any) -> Any:
-        with global_compiler_lock, cache.turn.ended():
+        with global_compiler_lock, cache.turn.ended(), _without_collections():
             return compile_now(*arguments)
 
     compiled._cache = cache
     compiled.compile = compile_in_turn
+
+
+@contextlib.contextmanager
+def _without_collections() -> Iterator[None]:
+    """Look for no garbage: compiling makes many objects, and a tenth of its time went there."""
+    were_made = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if were_made:
+            gc.enable()
 
 
 def _without_values(dispatcher: Any) -> None:
@@ -183,6 +201,37 @@ class _Kept(CompileResultCacheImpl):
         python = f"py{sys.version_info[0]}{sys.version_info[1]}{abiflags}"
         return f"{fullname.replace('<', '').replace('>', '')}-{earlier}.{python}"
 
+    def reduce(self, cres: Any) -> Any:
+        """Without the listing of types, a quarter of the whole, which only people read."""
+        return super().reduce(cres._replace(type_annotation=""))
+
+
+_SHIPPED = "_kernels"
+"""A folder beside a source file. What is there is run when it is read, as the source file is."""
+
+
+def shipped_target() -> tuple[str, str, str]:
+    """What shipped kernels are compiled for, as numba names it: triple, processor and features.
+
+    x86-64-v3 is any processor with AVX2, which most have had since 2015.
+    """
+    features = (
+        "avx avx2 bmi bmi2 cmov crc32 cx16 cx8 f16c fma fxsr lzcnt mmx movbe popcnt sahf sse sse2 "
+        "sse3 sse4.1 sse4.2 ssse3 xsave"
+    )
+    named = ",".join(f"+{feature}" for feature in features.split())
+    return "x86_64-unknown-linux-gnu", "x86-64-v3", named
+
+
+def _runs_shipped(target: tuple[str, str, str]) -> bool:
+    """Whether shipped kernels run on what this process compiles for, and do the same there."""
+    triple, _, features = shipped_target()
+    asked_otherwise = (
+        config.BOUNDSCHECK or config.DEBUGINFO_DEFAULT or config.USING_SVML or config.OPT < 3
+    )
+    has_all = set(features.split(",")) <= set(target[2].split(","))
+    return target[0] == triple and has_all and not asked_otherwise
+
 
 class _Cache(FunctionCache):
     """numba's cache of a function, which asks for the code that the function is made of."""
@@ -193,8 +242,12 @@ class _Cache(FunctionCache):
         super().__init__(function)
         code = state(Path(function.__code__.co_filename))
         # The version is compared before anything else is read.
-        self._cache_file._version += f" {code}"
+        version = f"{numba.__version__} {llvmlite.__version__} {np.__version__} {code}"
+        self._cache_file._version = version
         self._cache_file._source_stamp = code
+        folder = Path(function.__code__.co_filename).parent / _SHIPPED
+        self._shipped = IndexDataCacheFile(str(folder), self._impl.filename_base, code)
+        self._shipped._version = version
         self.turn = Turn(Path(self._cache_path) / f"{self._impl.filename_base}.lock")
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
@@ -218,9 +271,19 @@ class _Cache(FunctionCache):
         try:
             if isinstance(self._impl.locator, _Temporary):
                 self._impl.locator.ensure_cache_path()
-            return super().load_overload(sig, target_context)
+            kept = super().load_overload(sig, target_context)
         except OSError:
+            kept = None
+        return self._read_shipped(sig, target_context) if kept is None else kept
+
+    def _read_shipped(self, sig: Any, target_context: Any) -> Any:
+        codegen = target_context.codegen()
+        if not _runs_shipped(codegen.magic_tuple()):
             return None
+        signature, _, closure = self._index_key(sig, codegen)
+        with contextlib.suppress(OSError):  # no folder: an archive, or a file in its place
+            data = self._shipped.load((signature, shipped_target(), closure))
+            return None if data is None else self._impl.rebuild(target_context, data)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep it, unless the disk is full or no longer writable."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
+from collections.abc import Iterable, Sequence
 from dataclasses import fields, is_dataclass
 from inspect import signature
 from typing import Any
@@ -73,9 +74,16 @@ def _short(value: Any) -> str:
 
 
 def _table(result: Any) -> str:
+    if isinstance(result, Sequence) and not is_dataclass(result):
+        return html_table((str(k), repr(one)) for k, one in enumerate(result[:FIELDS]))
+    return html_table(_brief(result))
+
+
+def html_table(pairs: Iterable[tuple[str, str]]) -> str:
+    """Names beside their values; empty where there are none."""
     rows = "".join(
         f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
-        for name, value in _brief(result)
+        for name, value in pairs
     )
     return f"<table>{rows}</table>" if rows else ""
 
@@ -94,7 +102,8 @@ def picture(result: Any) -> str:
     except ImpactsigError:
         return ""
     drawn = io.BytesIO()
-    figure.savefig(drawn, format="png")
+    # A legend or a title may be wider than such small axes.
+    figure.savefig(drawn, format="png", bbox_inches="tight", pad_inches=0.05)
     data = base64.b64encode(drawn.getvalue()).decode()
     name = html.escape(type(result).__name__)
     return f'<img alt="Figure of this {name}" src="data:image/png;base64,{data}">'

@@ -54,6 +54,7 @@ KINDS = {
     "wide": "pulses longer than a contact",
     "baseline": "moves of the baseline",
     "dropout": "dropouts of the signal",
+    "burst": "bursts of noise",
 }
 """Kinds of disturbances, in words."""
 
@@ -62,7 +63,7 @@ class Disturbance(NamedTuple):
     """Something in a record that was kept apart from the impacts."""
 
     kind: str
-    """"glitch", "wide", "baseline" or "dropout", see `KINDS`."""
+    """"glitch", "wide", "baseline", "dropout" or "burst", see `KINDS`."""
     start: float
     """Where it begins [s]."""
     duration: float

@@ -358,11 +358,22 @@ def _sparkline(rec: Recording, width: int = 360, height: int = 60) -> str:
     floor, ceiling = float(low[good].min()), float(high[good].max())
     span = (ceiling - floor) or 1.0
     x = np.arange(len(low)) * (width / len(low))
+    if len(low) == len(rec):  # a line, as there is but one sample in each span
+        y = height - (low - floor) / span * height
+        begins = good & ~np.concatenate(([False], good[:-1]))
+        path = "".join(
+            f"{'M' if begins[i] else 'L'}{x[i]:.1f} {y[i]:.1f}" for i in np.flatnonzero(good)
+        )
+        return _svg(path, width, height)
     path = "".join(
         f"M{x[i]:.1f} {height - (low[i] - floor) / span * height:.1f}"
         f"V{height - (high[i] - floor) / span * height - 0.5:.1f}"
         for i in np.flatnonzero(good)
     )
+    return _svg(path, width, height)
+
+
+def _svg(path: str, width: int, height: int) -> str:
     return (
         f'<svg width="{width}" height="{height}" role="img" aria-label="waveform">'
         f'<path d="{path}" stroke="#1f77b4" fill="none"/></svg>'

@@ -41,6 +41,7 @@ REPORTS, EXPERIMENT = "impactsig-reports", "impactsig-experiment"
 def report(chosen: argparse.Namespace) -> None:
     """Analyse files and write an HTML report of each."""
     from ..report import analyse_to_page
+    from ..report.contents import channels_in_words
 
     each = [report_options(path, chosen) for path in chosen.files]
     if len(chosen.files) > 1:
@@ -48,6 +49,8 @@ def report(chosen: argparse.Namespace) -> None:
         return
     analysis, path = analyse_to_page(chosen.files[0], chosen.output, **each[0])
     print(one_line(analysis.summary()))
+    if analysis.roles:
+        print(f"channels: {one_line(channels_in_words(analysis))}")
     if chosen.dynamics:
         print(f"dynamics: {analysis.dynamics}")
     print(f"report: {one_line(path)}")

@@ -6,10 +6,12 @@ import argparse
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from .._standard_input import FOLDER, NAME, WORDS, is_standard_input
 from ..errors import InvalidInput
 from ._options import one_line, reading_and_detecting
 
@@ -36,10 +38,10 @@ def standard_input(chosen: argparse.Namespace) -> Iterator[None]:
     if STANDARD_INPUT not in files:
         yield
         return
-    with TemporaryDirectory(prefix="impactsig-") as folder:
+    with TemporaryDirectory(prefix=FOLDER) as folder:
         data = sys.stdin.buffer.read()
         # The format is recognised by content; tables of impacts, as detect writes them, by name.
-        path = Path(folder, f"standard-input{'.csv' if data.startswith(b'# impactsig') else ''}")
+        path = Path(folder, f"{NAME}{'.csv' if data.startswith(b'# impactsig') else ''}")
         path.write_bytes(data)
         files = [path if one == STANDARD_INPUT else one for one in files]
         if hasattr(chosen, "files"):
@@ -63,7 +65,7 @@ def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
     if words := in_words(impacts):
         # Standard output may hold the table.
         print(f"corrections: {one_line(words)}", file=sys.stderr)
-    return impacts
+    return replace(impacts, source=WORDS) if is_standard_input(path) else impacts
 
 
 def _holds_impacts(path: Path) -> bool:

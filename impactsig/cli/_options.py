@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from .._arguments import PER_CHANNEL, READING
+from .._standard_input import in_words
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -149,7 +150,8 @@ def reading_options() -> Parser:
         metavar="NAME",
         help="channel, by name or number from 0. Given again, these are sensors of one machine, "
         "whose impacts make one train; scale, offset, unit and sensor can then be given for each, "
-        "in the order of the channels",
+        "in the order of the channels. By default a report shows all channels and searches "
+        "those that show impacts best by their units, names and looks",
     )
     group.add_argument("--start", type=number, metavar="S", help="begin here [s]")
     group.add_argument("--stop", type=number, metavar="S", help="end before here [s]")
@@ -267,7 +269,7 @@ def _is_number(word: str = "") -> bool:
 
 def one_line(text: Any) -> str:
     """Text on one line, with what a terminal might act on made visible."""
-    words = " ".join(str(text).split())
+    words = in_words(" ".join(str(text).split()))
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in words)
 
 

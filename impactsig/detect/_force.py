@@ -19,7 +19,7 @@ from ._force_impacts import ROW, ForceImpacts, Found
 from .instrument.coupling import time_constant
 from .instrument.dropout_kernels import cut_off
 from .instrument.survey import survey
-from .pulses.edges import mark_clipped
+from .pulses.edges import NO_PULSE, mark_clipped
 from .pulses.fit_errors import KEPT
 from .pulses.pairs import measure_pairs, with_partners
 from .pulses.pulse import measure_all
@@ -34,12 +34,14 @@ from .search.judging_kernels import (
     draw_together,
     leave_alone,
     measured_ringing,
+    own_width,
     too_long,
-    widen,
     with_neighbors,
     worst,
 )
+from .search.span import Span
 from .search.spans import BESIDE, LEAST, Spans
+from .search.swing_kernels import bursts, swings_back
 from .signal.grid import Grid
 from .signal.stream import FRAME, Frame, Piece, frames
 
@@ -179,27 +181,38 @@ class _Search:
             order = np.argsort(events[:, 0], kind="stable")
             events, probability = events[order], probability[order]
         draw_together(events, group)
+        dropouts = np.concatenate([one.first + one.dropouts for one in spans.around(k, 1)])
+        whole = True
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
-            self._measure(k, events, group, again, rows)
-            marks, ends = np.empty((2, len(rows)), np.bool_)
-            if widen(events, rows, marks):
+            samples, origin = self._measure(k, events, group, again, rows)
+            marks, ends, swung = np.empty((3, len(rows)), np.bool_)
+            if own_width(events, rows, grid.rungs.width, span.noise, marks):
                 self._measure(k, events, group, with_neighbors(marks), rows)
             if too_long(rows, judge.longest, marks):
                 # No impact: nothing rings after it, and it bounds none.
-                span.events = span.events[~np.isin(span.events[:, 0], events[marks, 0])]
                 self.found.disturbances += [
                     Disturbance("wide", row[0] + segment, row[1], row[2]) for row in rows[marks]
                 ]
-                return self._report(k, segment)
+                if self._took_out(span, events[marks]):
+                    return self._report(k, segment)
+                rows[marks, 5] = NO_PULSE  # faint ones, which nothing was judged by
+            swings_back(samples, origin, dropouts, rows, swung)
+            if whole and bursts(rows, swung, marks):
+                self.found.disturbances += _stretches(rows, marks, segment)
+                if self._took_out(span, events[marks]):
+                    return self._report(k, segment)
+                swung |= marks
             kept = marks
             consistent(rows, self.total, judge.shortest, kept, ends)
             if ends.any():
                 for i in np.flatnonzero(kept & ends):
                     kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])
             kept &= ~measured_ringing(rows, group)
+            kept &= ~swung
             if leave_alone(rows, kept):
                 break
+            whole = False
             dropped = worst(~kept, rows[:, 8])  # what is no pulse bounds none
             again = with_neighbors(dropped)[~dropped]
             events, rows = events[~dropped], rows[~dropped]
@@ -209,18 +222,27 @@ class _Search:
             for one in disturbances(spans, k, span.events[judge.too_wide[own]])
         ]
         share_shape(rows, self.wanted.contact_level == 0)
-        near_by = [one.first + one.dropouts for one in spans.around(k, 1) if len(one.dropouts)]
-        if near_by:
-            cut_off(rows, np.concatenate(near_by))
+        if len(dropouts):
+            cut_off(rows, dropouts)
         rows[:, 0] += segment
         self.found.add(rows[:, :ROW].copy(), probability, span, judge.usual_level, grid.rungs.width)
 
+    @staticmethod
+    def _took_out(span: Span, events: np.ndarray) -> bool:
+        """Take events out of those of a span; whether any was among them."""
+        others = ~np.isin(span.events[:, 0], events[:, 0])
+        if others.all():
+            return False
+        span.events = span.events[others]
+        return True
+
     def _measure(
         self, k: int, events: np.ndarray, group: np.ndarray, again: np.ndarray, rows: np.ndarray
-    ) -> None:
+    ) -> tuple[np.ndarray, int]:
         """Fill the rows of the events of span k to be measured `again`, each at its width.
 
-        The group bounds the first and the last.
+        The group bounds the first and the last. The samples that they were measured in are
+        returned, and the number of the first.
         """
         spans, span, grid = self.spans, self.spans.spans[k], self.grid
         events = events.copy()
@@ -242,3 +264,15 @@ class _Search:
         mark_clipped(span.values, span.first, self.reference, self.factor, limit, rows)
         measure_pairs(samples, origin, places, chosen, sigma, level, relative, rows)
         rows[:, 7], rows[:, 8], rows[:, 9] = events[:, 1], events[:, 3], events[:, 2]
+        return samples, origin
+
+
+def _stretches(rows: np.ndarray, marks: np.ndarray, segment: int) -> list[Disturbance]:
+    """The bursts that consist of the rows that are marked."""
+    found = []
+    place = np.flatnonzero(marks)
+    for group in np.split(place, np.flatnonzero(np.diff(place) > 1) + 1):
+        start, end = rows[group, 0].min(), (rows[group, 0] + rows[group, 1]).max()
+        height = float(rows[group, 2].max())
+        found.append(Disturbance("burst", start + segment, end - start, height))
+    return found

@@ -70,6 +70,13 @@ def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, .
             'impacts are missed there. Where these samples are NaN, gaps="split" takes no interval '
             "across them."
         )
+    bursts = [one.duration for one in found.disturbances if one.kind == "burst"]
+    if bursts:
+        notes.append(
+            f"There are {len(bursts)} bursts of noise, {sum(bursts) / rate:.2g} s in all, whose "
+            "crests are taken for no impacts: impacts in them are missed, and some crests may be "
+            "left."
+        )
     wide = [one for one in found.disturbances if one.kind == "wide"]
     if len(wide) > 0.5 * count and len(wide) > 2:
         typical = np.median([one.duration for one in wide]) / rate

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 # In lower case, with spaces for underscores and signs.
-_PLAIN = frozenset(("t", "time", "times", "zeit", "temps", "tiempo", "tempo", "x value"))
+_PLAIN = frozenset(("t", "time", "times", "zeit", "temps", "tiempo", "tempo", "x value", "xdata"))
 _SPOKEN = frozenset(
     (
         *("timestamp", "time stamp", "elapsed", "elapsed time", "time elapsed", "seconds elapsed"),

@@ -16,9 +16,13 @@ _UNIT = re.compile(
 )
 
 
+_CHANNEL = re.compile(r"(ch\s?\d+)\s?(\D.*)?", re.I)
+
+
 def is_unit(text: str) -> bool:
-    """Whether a text reads as a physical unit."""
-    return _UNIT.fullmatch(text.strip()) is not None
+    """Whether a text reads as a physical unit; ch1 is a channel and no inverse centihour."""
+    plain = text.strip()
+    return _UNIT.fullmatch(plain) is not None and _CHANNEL.match(plain) is None
 
 
 def split_heading(heading: str) -> tuple[str, str]:
@@ -27,12 +31,17 @@ def split_heading(heading: str) -> tuple[str, str]:
     What stands in square brackets is a unit; in round ones or after a slash only if it reads as
     one, because a channel may be called "Excitation (Trigger)" or "in/out".
     """
-    text = heading.strip()
+    text = heading.strip().removesuffix(":")
     if match := re.fullmatch(r"(.*?)\s*\[\s*([^\[\]]*?)\s*\]", text):
         return match[1], match[2]
     if (match := re.fullmatch(r"(.*?)\s*\(\s*([^()]+?)\s*\)", text)) and is_unit(match[2]):
         return match[1], match[2]
     if (match := re.fullmatch(r"(.+?)\s+/\s+(\S+)", text)) and is_unit(match[2]):
+        return match[1], match[2]
+    # "Kraft/N" as in DIN 1313, but not "m/s"; "CH1V", "ch1 V"
+    if (match := re.fullmatch(r"(\S{2,})/(\S+)", text)) and not is_unit(text) and is_unit(match[2]):
+        return match[1], match[2]
+    if (match := _CHANNEL.fullmatch(text)) and match[2] and is_unit(match[2]):
         return match[1], match[2]
     # "C1 in V", "Force (N) Run 1"
     if (match := re.fullmatch(r"(?:(.+?)\s+)?in\s+(\S+)", text)) and is_unit(match[2]):

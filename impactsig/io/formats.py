@@ -32,6 +32,7 @@ from pathlib import Path
 from .._arguments import instance
 from .._extras import library
 from ..errors import ImpactsigError, InvalidInput, UnreadableFile
+from ._encoding import encoding_of, is_plain
 from ._limits import DEFAULT_LIMITS, Limits
 from ._raw import RawLayout
 from ._source import Source
@@ -113,12 +114,10 @@ def is_lvm(head: bytes) -> bool:
 
 
 def _is_text(head: bytes) -> bool:
-    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+    if encoding_of(head).startswith("utf-16"):
         return True
-    # Control characters that no text has; what is above 127 may be Latin-1 or UTF-8.
-    return re.search(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]", head) is None and bool(
-        re.search(rb"[0-9]", head)
-    )
+    # What is above 127 may be Latin-1 or UTF-8.
+    return is_plain(head) and bool(re.search(rb"[0-9]", head))
 
 
 FORMATS: tuple[Format, ...] = (

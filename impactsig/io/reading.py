@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -9,6 +10,7 @@ from functools import partial
 from os import PathLike
 
 from .._arguments import number
+from .._showing import html_table
 from ..recording import Recording, Sensor
 from ._limits import DEFAULT_LIMITS, Limits
 from ._plan import Plan, prepare, recording
@@ -100,6 +102,12 @@ class Blocks:
             f"Blocks({shape}; {self.rate:g} Hz; {self.duration:.6g} s; "
             f"{self.block_size} a block; {self.sensor}; {self.source})"
         )
+
+    def _repr_html_(self) -> str:
+        named = zip(self.channels, self.units, strict=True)
+        rows = [(name or "(no name)", unit or "no unit") for name, unit in named]
+        rows.append(("blocks", f"{-(-self.samples // self.block_size)}, read when asked for"))
+        return f"<div><code>{html.escape(repr(self))}</code>{html_table(rows)}</div>"
 
 
 def read(

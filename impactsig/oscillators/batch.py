@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import html
 import inspect
 import itertools
 import math
@@ -11,6 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from .._arguments import reals
+from .._showing import html_table
 from ..errors import InvalidInput
 from .oscillator import Oscillator
 from .parts import Rigid, columns_allowed
@@ -75,6 +77,18 @@ class OscillatorBatch(Sequence[Oscillator]):
     def __repr__(self) -> str:
         names = ", ".join(self.parameters)
         return f"OscillatorBatch({len(self)} oscillators over {names})"
+
+    def _repr_html_(self) -> str:
+        shape = " x ".join(map(str, self.shape))
+        rows = [("shape", shape)]
+        rows += [(name, _spread(values)) for name, values in self.parameters.items()]
+        return f"<div><code>{html.escape(repr(self))}</code>{html_table(rows)}</div>"
+
+
+def _spread(values: np.ndarray) -> str:
+    """From the least to the greatest of some numbers."""
+    low, high = float(values.min()), float(values.max())
+    return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
 
 
 def index(which: Any, shape: tuple[int, ...]) -> int:

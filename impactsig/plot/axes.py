@@ -165,6 +165,19 @@ def points(ax: Axes, x: Any, y: Any, **options: Any) -> None:
     )
 
 
+def cell_edges(values: np.ndarray) -> np.ndarray:
+    """Between the values of an axis of cells, and as far beyond the first and the last.
+
+    A single value is given a width too, or its cells would not be seen.
+    """
+    middle = np.asarray(values, dtype=float)
+    if len(middle) == 1:
+        half = 0.05 * abs(middle[0]) or 0.5
+        return np.array([middle[0] - half, middle[0] + half])
+    half = np.diff(middle) / 2
+    return np.concatenate(([middle[0] - half[0]], middle[:-1] + half, [middle[-1] + half[-1]]))
+
+
 def bins(ax: Axes, height: np.ndarray, edges: np.ndarray, **options: Any) -> None:
     """A histogram, filled."""
     look = {"color": BLUE, **options}

@@ -15,6 +15,7 @@ from .axes import (
     CHANNEL_COLOURS,
     RASTER_ABOVE,
     axes,
+    cell_edges,
     explain,
     plain,
     span_of,
@@ -151,10 +152,9 @@ def _map(study: Study, names: list[str], values: np.ndarray, ax: Axes) -> Any:
     """The first axis to the right."""
     right, up = names
     mesh = ax.pcolormesh(
-        study.parameters[right],
-        study.parameters[up],
+        cell_edges(study.parameters[right]),
+        cell_edges(study.parameters[up]),
         values.T,
-        shading="nearest",
         cmap="viridis",
         rasterized=True,
     )

@@ -17,13 +17,16 @@ from ..detect.files import channel_readings, open_recording
 from ..errors import ImpactsigWarning
 from ..recording import Recording, Sensor
 from .channels import around, typical
+from .choosing import chosen
 from .dynamics import Dynamics, read_dynamics
 from .samples import Span, seen
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
     from ..intervals import Periodicity
-    from ..io import FileInfo, RawLayout
+    from ..io import Blocks, FileInfo, RawLayout
+
+NOT_SEARCHED = "which of its channels shows them has to be said"
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +38,16 @@ class Analysis:
     file : FileInfo
         The file and its channels.
     rates : tuple of float
-        Samples per second of each channel analysed [Hz].
+        Samples per second of each channel shown [Hz].
     overviews : tuple of Recording
-        The channels analysed, in the clock of the first; a long one reduced to the least and the
-        greatest sample of each of 10 000 spans, in that order, at the rate which that makes.
+        The channels shown, those searched for impacts first, in the clock of the first; a long one
+        reduced to the least and the greatest sample of each of 10 000 spans, in that order, at the
+        rate which that makes.
+    searched : int
+        How many of them were searched for impacts.
+    roles : tuple of str
+        What each of them was taken for, by its unit, its name or its look; empty where the channels
+        were chosen by the user.
     spans : tuple of tuple of Span
         Of each channel its samples around impacts, as many as a page can hold; none where the
         overview holds every sample.
@@ -60,6 +69,8 @@ class Analysis:
     file: FileInfo
     rates: tuple[float, ...]
     overviews: tuple[Recording, ...]
+    searched: int
+    roles: tuple[str, ...]
     spans: tuple[tuple[Span, ...], ...]
     excerpts: tuple[tuple[int, Recording], ...]
     impacts: Impacts
@@ -75,6 +86,8 @@ class Analysis:
         impacts = self.impacts
         count = f"{len(impacts)} impact{'' if len(impacts) == 1 else 's'}"
         run = f"{impacts.duration:.6g} s"
+        if not self.searched:
+            return f"No impacts were looked for in {run}: {impacts.reason}."
         if not len(impacts):
             return f"No impacts in {run}: {impacts.reason}."
         parts = [f"{count} in {run}"]
@@ -112,7 +125,11 @@ def analyse(
     gaps: Literal["refuse", "split"] | None = None,
     least_probability: float | None = None,
 ) -> Analysis:
-    """Read a channel of a file, find its impacts, identify its period and read its dynamics.
+    """Read a file, find its impacts, identify its period and read its dynamics.
+
+    Where no channel is chosen of several, all are shown, and those are searched for impacts that
+    show them best: forces, else accelerations, else sounds, by their units and names; channels of
+    which neither tells are searched where they look like pulses, with a warning.
 
     A recording of more than 20 million samples is taken in blocks, in bounded memory. Corrections
     beside the file (`Impacts.write_corrections`) are made.
@@ -147,14 +164,15 @@ def analyse(
     Raises
     ------
     InvalidInput
-        If the file has several channels and none was chosen, or an option cannot be used.
+        If an option cannot be used.
     UnreadableFile
         If the file cannot be read.
 
     Warns
     -----
     ImpactsigWarning
-        As reading and detection do; the texts are kept in the result too.
+        As reading and detection do, and where it is doubtful which channels show impacts; the
+        texts are kept in the result too.
     """
     from ..detect.detect import detect_opened
     from ..intervals import identify_period
@@ -189,9 +207,19 @@ def analyse(
     with _collected_warnings() as told:
         file = info(path, raw=raw)
         each = channel_readings(reading)
-        sources = [open_recording(file, **one) for one in each]
-        channels = [one.get("channel", 0) for one in each]
-        impacts = detect_opened(sources, channels, path, **detecting)
+        roles: list[str] = []
+        if channel is None and len(file.channels) > 1:
+            sources, each, roles, searched, doubt = chosen(file, reading)
+            if doubt:
+                warnings.warn(f"{path}: {doubt}", ImpactsigWarning, stacklevel=2)
+        else:
+            sources = [open_recording(file, **one) for one in each]
+            searched = len(sources)
+        channels = [one.get("channel", 0) for one in each][:searched]
+        if searched:
+            impacts = detect_opened(sources[:searched], channels, path, **detecting)
+        else:
+            impacts = _not_searched(sources[0])
         periodicity = identify_period(impacts, forcing_period=forcing_period)
         found = read_dynamics(impacts, periodicity, forcing_period, dynamics)
         overviews, spans = seen(sources, impacts)
@@ -202,6 +230,8 @@ def analyse(
         file=file,
         rates=tuple(source.rate for source in sources),
         overviews=overviews,
+        searched=searched,
+        roles=tuple(roles),
         spans=spans,
         excerpts=excerpts,
         impacts=impacts,
@@ -212,6 +242,14 @@ def analyse(
         forcing_period=forcing_period,
         warnings=tuple(told),
     )
+
+
+def _not_searched(source: Recording | Blocks) -> Impacts:
+    """No impacts, since no channel is known to show any."""
+    from ..impacts import Impacts
+
+    duration = source.duration
+    return Impacts(np.empty(0), start=source.start, duration=duration, reason=NOT_SEARCHED)
 
 
 def _given(**options: Any) -> dict[str, Any]:

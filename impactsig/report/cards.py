@@ -22,6 +22,8 @@ def tiles(analysis: Analysis) -> list[tuple[str, str, str]]:
     from ..intervals import coefficient_of_variation
 
     impacts = analysis.impacts
+    if not analysis.searched:
+        return []
     rate = f"{len(impacts) / impacts.duration:.4g} per second" if impacts.duration else ""
     shown = [("impacts", f"{len(impacts):,}", rate)]
     shown += _motion(analysis.periodicity)

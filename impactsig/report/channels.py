@@ -63,7 +63,7 @@ def around(
 ) -> Recording:
     """What the sensor of an impact recorded around it, in the clock of the first channel."""
     k = _sensor_of(impacts, index)
-    source, delay = sources[k], delays(impacts)[k]
+    source, delay = sources[k], delay_of(impacts, k)
     touch = float(impacts.time[index]) + delay
     contact = 0.0 if impacts.contact_time is None else float(impacts.contact_time[index])
     margin = 4 * contact or EXCERPT
@@ -95,9 +95,10 @@ def earlier(recording: Recording, delay: float) -> Recording:
     return replace(recording, start=recording.start - delay)
 
 
-def delays(impacts: Impacts) -> list[float]:
-    """How late each channel is against the first [s]."""
-    return list(impacts.settings.get("delay", {"": 0.0}).values())
+def delay_of(impacts: Impacts, k: int) -> float:
+    """How late a channel is against the first [s]; one that was not searched is not known to be."""
+    delays = list(impacts.settings.get("delay", {}).values())
+    return delays[k] if k < len(delays) else 0.0
 
 
 def _sensor_of(impacts: Impacts, index: int) -> int:

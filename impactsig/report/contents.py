@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import __version__
+from .. import __version__, _standard_input
 from .._correction_files import sha256
 from .._corrections import in_words
 from ..impacts import FLAG_NAMES, KINDS
@@ -31,7 +31,7 @@ LIBRARIES = ("numpy", "scipy", "numba", "pandas", "soundfile", "npTDMS", "matplo
 
 def printable(text: str) -> str:
     """Text that UTF-8 can hold; a file name may contain bytes that it cannot."""
-    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+    return _standard_input.in_words(text).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def notes(analysis: Analysis) -> list[str]:
@@ -51,7 +51,7 @@ def notes(analysis: Analysis) -> list[str]:
         count = int(np.count_nonzero(impacts.flags & bit))
         if count:
             told.append(f"{count} of {len(impacts)} impacts flagged: {name}, {_MEANING[bit]}.")
-    if not len(impacts):
+    if not len(impacts) and analysis.searched:
         dial = "--least-probability 0.1"
         if impacts.sensor == "force":
             dial = f"{dial} or a threshold (--threshold)"
@@ -163,13 +163,31 @@ def _channels(analysis: Analysis) -> Iterator[tuple[str, str]]:
             yield "channel", f"{name} (one of {of})"
             yield from rows
             continue
-        words = [f"{label} {value}" if label != "sensor" else value for label, value in rows]
-        if settings.get("stops"):
+        searched = k < analysis.searched
+        words = [role(analysis, k)] if analysis.roles else []
+        words += [overview.sensor] if searched else []
+        words += [f"{label} {value}" for label, value in rows[1:]]
+        if searched and settings.get("stops"):
             stop = settings["stops"][k]
             words.append("hears all stops" if stop is None else f"stop {stop}")
-        if k:
+        if searched and k:
             words.append(_delay(*(list(settings[one].values())[k] for one in _DELAY)))
         yield f"channel {k + 1} of {len(analysis.overviews)}", f"{name}: {', '.join(words)}"
+
+
+def role(analysis: Analysis, k: int) -> str:
+    """Whether a channel was searched, and what it was taken for."""
+    searched = "searched for impacts" if k < analysis.searched else "not searched"
+    return f"{searched} ({analysis.roles[k]})"
+
+
+def channels_in_words(analysis: Analysis) -> str:
+    """What each channel of a file was taken for where none was chosen; else empty."""
+    each = [
+        f"{one.channels[0] or 'unnamed'}, {role(analysis, k)}"
+        for k, one in enumerate(analysis.overviews[: len(analysis.roles)])
+    ]
+    return printable("; ".join(each))
 
 
 _DELAY = ("delay", "delay_error")

@@ -17,6 +17,7 @@ from ..errors import InvalidInput
 from .analysis import Analysis, analyse
 from .cards import tiles
 from .contents import (
+    channels_in_words,
     notes,
     parameters,
     printable,
@@ -139,6 +140,7 @@ def render(analysis: Analysis) -> str:
         tiles=tiles(analysis),
         still=figures.waveform(analysis) if any(map(len, analysis.overviews)) else None,
         controls=CONTROLS,
+        channels=channels_in_words(analysis),
         panels=[figures.waveform_in_words(analysis, one) for one in analysis.overviews],
         between=len(analysis.impacts.intervals()),
         stops=[(name, colour) for name, colour, _ in interactive.colours(analysis.impacts)],

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from .._corrections import in_words
+from .._standard_input import NAME, is_standard_input
 from .dynamics import READ, SEED, TESTED
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ def command(analysis: Analysis) -> str:
     if analysis.dynamics.asked:
         options.append("--dynamics")
     path = str(analysis.file.path)
+    if is_standard_input(path):
+        return " ".join(shlex.quote(word) for word in ["impactsig", "report", *options, "-"])
     words = ["impactsig", "report", *options, *(["--"] if path.startswith("-") else []), path]
     return " ".join(shlex.quote(word) for word in words)
 
@@ -68,7 +71,7 @@ def python_lines(analysis: Analysis) -> str:
     detecting = _arguments(given)
     forced = analysis.forcing_period
     period = f", forcing_period=1 / {_hertz(forced)}" if forced is not None else ""
-    path = repr(str(analysis.file.path))
+    path = repr(NAME if is_standard_input(analysis.file.path) else str(analysis.file.path))
     if len(analysis.overviews) > 1:
         found = [f"impacts = impactsig.report.analyse({path}{reading}{detecting}).impacts"]
     else:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..recording import Recording
-from .channels import delays, earlier, flat, overview_of, typical
+from .channels import delay_of, earlier, flat, overview_of, typical
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
@@ -50,7 +50,7 @@ def seen(
         if isinstance(source, Recording):
             [drawn] = blocks
         overview = overview_of(drawn, source.duration)
-        overviews.append(earlier(overview, delays(impacts)[k]))
+        overviews.append(earlier(overview, delay_of(impacts, k)))
         every.append(tuple(spans) if overview.rate != source.rate else ())
     return tuple(overviews), tuple(every)
 
@@ -59,7 +59,7 @@ def _taken(
     source: Recording | Blocks, impacts: Impacts, channel: int, count: int, spans: list[Span]
 ) -> Iterator[Recording]:
     """The blocks of one channel of `count`; its spans are there once all have gone through."""
-    delay, rate = delays(impacts)[channel], source.rate
+    delay, rate = delay_of(impacts, channel), source.rate
     index, low, high = windows(impacts, rate, MOST // count)
     first = np.ceil((low + delay - source.start) * rate - 1e-6).astype(np.int64)
     last = np.ceil((high + delay - source.start) * rate - 1e-6).astype(np.int64)

@@ -14,7 +14,6 @@ from impactsig import (
     Force,
     Friction,
     InvalidInput,
-    KelvinVoigt,
     Noise,
     Oscillator,
     Rigid,
@@ -333,13 +332,12 @@ REFUSED = {
     "noise of no intensity": (replace(NOISY, noise=Noise(0.0)), "positive intensity"),
     "filtered noise": (replace(NOISY, noise=Noise(0.1, 0.5)), "white noise"),
     "forcing": (replace(NOISY, forces=(Force(1.0, 2.0),)), "without forcing"),
-    "soft stop": (replace(NOISY, stops=(Stop(1.0, KelvinVoigt(9.0)),)), "rigid stops"),
     "sticks to its stop": (replace(NOISY, stops=(stop(1.0, 0.0),)), "above 0"),
     "law of time": (replace(NOISY, law=lambda t, x, v: 0.1 * t * x), "depend on time"),
-    "two wells": (
-        replace(NOISY, stiffness=0, law=lambda t, x, v: x - x**3), "one well",
+    "no well": (replace(NOISY, stiffness=0, load=1.0), "a well between the stops"),
+    "a force that is no number": (
+        replace(NOISY, law=lambda t, x, v: math.nan * x), "finite values",
     ),
-    "no well": (replace(NOISY, stiffness=0, load=1.0), "one well"),
     "a well with an edge": (
         replace(NOISY, law=lambda t, x, v: x**3, noise=Noise(1.0)), "holds the motion",
     ),

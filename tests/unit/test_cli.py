@@ -12,6 +12,7 @@ import pytest
 import soundfile
 
 from impactsig import Impacts, ImpactsigWarning, UnreadableFile, UnwritableFile, cli
+from impactsig._standard_input import FOLDER
 from impactsig.cli import _commands
 
 RATE = 50_000
@@ -165,13 +166,14 @@ def test_a_missing_file_is_one_line(tmp_path, capsys):
     assert err.count("\n") == 1
 
 
-def test_several_channels_without_a_choice_are_listed(tmp_path, capsys):
+def test_several_channels_without_a_choice_are_listed(tmp_path, capsys, monkeypatch):
     path = tmp_path / "stereo.wav"
     soundfile.write(path, np.zeros((1000, 2)), 8000)
-    for command in ("report", "detect"):
-        assert run(command, path) == 1
+    monkeypatch.chdir(tmp_path)
+    for command, code in (("report", 0), ("detect", 1)):
+        assert run(command, path) == code
         err = capsys.readouterr().err
-        assert "channel" in err
+        assert "0: 'channel 0', 1: 'channel 1'" in err
         assert err.count("\n") == 1
     assert run("detect", path, "--channel=1") == 0
 
@@ -383,10 +385,29 @@ def test_a_dash_is_standard_input(recording, capsys, monkeypatch):
     assert run("detect", "-", "--sensor", "force") == 0
     found = capsys.readouterr().out
     assert found.splitlines()[1:] == expected.splitlines()[1:]
-    assert "standard-input" in found.splitlines()[0]
+    assert '"source": "standard input"' in found.splitlines()[0]
     monkeypatch.setattr(sys, "stdin", Piped(expected.encode()))  # a table of impacts
     assert run("compare", recording, "-", "--sensor", "force") == 0
     assert "standard-input" in capsys.readouterr().out
+
+
+def test_standard_input_is_called_so(recording, capsys, monkeypatch, tmp_path):
+    """And not by the file it is kept in, which is gone when the command ends."""
+    data, page = recording.read_bytes(), tmp_path / "page.html"
+    for words in (["info", "-"], ["report", "-", "--sensor=force", "-o", page], ["rig", "-"]):
+        monkeypatch.setattr(sys, "stdin", Piped(data))
+        assert run(*words) == 0
+        told = capsys.readouterr()
+        assert FOLDER not in told.out + told.err, words
+    monkeypatch.setattr(sys, "stdin", Piped(data[: len(data) // 2]))
+    assert run("info", "-") == 0
+    assert capsys.readouterr().out.startswith("standard input: ")
+    monkeypatch.setattr(sys, "stdin", Piped(b"none"))
+    assert run("info", "-") == 1
+    assert capsys.readouterr().err.startswith("error: standard input: is of no known format")
+    text = page.read_text(encoding="utf-8")
+    assert FOLDER not in text
+    assert "impactsig report --sensor=force -</code></pre>" in text
 
 
 def test_standard_input_is_read_once(recording, capsys, monkeypatch):

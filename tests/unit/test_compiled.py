@@ -5,12 +5,15 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import pickle
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
 
 import pytest
+from numba.core.registry import cpu_target
 
 from impactsig import _compiled
 from impactsig._private import private_directory
@@ -248,6 +251,79 @@ def test_a_turn_ends_with_what_it_was_taken_for(tmp_path):
     with pytest.raises(ZeroDivisionError):
         fail()
     assert is_free()
+
+
+# -- kernels that come with the package ------------------------------------------------------------
+
+
+@pytest.fixture
+def shipped(package, run):
+    """The package with its kernels compiled, as a wheel carries them: for the shipped target."""
+    if not _compiled._runs_shipped(cpu_target.target_context.codegen().magic_tuple()):
+        pytest.skip("needs Linux on a processor that shipped kernels run on")
+    assert run(package) == (11, 0, [])
+    kept = (package / "__pycache__").rename(package / "_kernels")
+    for index in kept.glob("*.nbi"):
+        rewrite(index, lambda version: version, lambda target: _compiled.shipped_target())
+    return package
+
+
+def rewrite(index, changed_version, changed_target):
+    with index.open("rb") as file:
+        version, (stamp, overloads) = pickle.load(file), pickle.load(file)
+    moved = {(key[0], changed_target(key[1]), key[2]): name for key, name in overloads.items()}
+    text = pickle.dumps(changed_version(version)) + pickle.dumps((stamp, moved))
+    index.write_bytes(text)
+
+
+def made(package):
+    """Kernels that a process has compiled for itself."""
+    found = sorted(path.name.split(".")[0] for path in package.rglob("__pycache__/*.nbc"))
+    shutil.rmtree(package / "__pycache__", ignore_errors=True)
+    return found
+
+
+def test_a_shipped_kernel_is_used(shipped, run, tmp_path):
+    """Wherever the user keeps others."""
+    assert run(shipped) == (11, 1, [])
+    assert made(shipped) == []
+    assert run(shipped, NUMBA_CACHE_DIR=tmp_path / "cache") == (11, 1, [])
+    assert not list((tmp_path / "cache").rglob("*.nbc"))
+
+
+def test_a_shipped_kernel_of_other_code_is_not_used(shipped, run):
+    (shipped / "inner.py").write_text(INNER.format(factor=3))
+    assert run(shipped) == (16, 0, [])
+    assert made(shipped) == ["inner", "outer"]
+
+
+@pytest.mark.parametrize("place", range(3))
+def test_a_shipped_kernel_of_other_versions_is_not_used(place, shipped, run):
+    """Of numba, llvmlite and numpy."""
+
+    def other(version):
+        words = version.split()
+        words[place] += "1"
+        return " ".join(words)
+
+    for index in (shipped / "_kernels").glob("outer*.nbi"):
+        rewrite(index, other, lambda target: target)
+    assert run(shipped) == (11, 0, [])
+    assert made(shipped) == ["outer"]
+
+
+def test_a_shipped_kernel_is_not_used_where_checks_are_asked_for(shipped, run):
+    assert run(shipped, NUMBA_BOUNDSCHECK=1) == (11, 0, [])
+    assert made(shipped) == ["inner", "outer"]
+
+
+def test_shipped_kernels_run_on_processors_that_have_all_they_need():
+    triple, name, features = _compiled.shipped_target()
+    assert _compiled._runs_shipped((triple, "znver4", f"+64bit,{features},+avx512f,-amx-tile"))
+    assert not _compiled._runs_shipped((triple, name, features.replace("+avx2", "-avx2")))
+    assert not _compiled._runs_shipped((triple, name, features.replace("+fma,", "")))
+    assert not _compiled._runs_shipped(("x86_64-apple-darwin", name, features))
+    assert not _compiled._runs_shipped((triple, "generic", ""))
 
 
 # -- directories that cannot be written ------------------------------------------------------------

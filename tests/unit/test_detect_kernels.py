@@ -13,7 +13,14 @@ from impactsig.detect.search.event_kernels import _leading, explained, near_cres
 from impactsig.detect.search.judging_kernels import with_neighbors
 from impactsig.detect.signal.grid import Grid
 from impactsig.detect.signal.ladder import HALF_SINE_GAIN, MATCH, ladder
-from impactsig.detect.signal.order_kernels import median_of, quantile, select
+from impactsig.detect.signal.order_kernels import (
+    centre_of,
+    median_of,
+    put_in_order,
+    quantile,
+    select,
+    value_at,
+)
 from tests.naive_force import leading
 
 KINDS = {
@@ -39,6 +46,29 @@ def test_selection_is_what_sorting_tells(kind):
         assert median_of(values.copy(), n) == ordered[n // 2]
         for share in (0.0, 0.5, 0.9, 0.97, 1.0):
             assert quantile(values, share) == pytest.approx(np.quantile(values, share), rel=1e-14)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_order_and_centre_are_those_of_numpy(kind):
+    """To the last bit, and equal values in the order in which they come."""
+    rng = np.random.default_rng(2)
+    for n in (1, 2, 3, 4, 7, 64, 301):
+        values = KINDS[kind](rng, n)
+        order, room = np.empty(n, np.int64), np.empty(n, np.int64)
+        put_in_order(values, order, room)
+        np.testing.assert_array_equal(order, np.argsort(values, kind="stable"))
+        assert centre_of(values.copy(), n) == np.median(values)
+
+
+def test_values_between_points_are_those_of_numpy():
+    rng = np.random.default_rng(3)
+    for n in (1, 2, 5, 30):
+        places, values = np.cumsum(rng.uniform(0.1, 1.0, n)), rng.standard_normal(n)
+        values[n // 2 :] = values[n // 2]
+        for x in (*rng.uniform(-1.0, places[-1] + 1.0, 50), *places):
+            # numpy's own may add and multiply in one step.
+            expected = np.interp(x, places, values)
+            assert value_at(x, places, values) == pytest.approx(expected, rel=1e-14, abs=1e-15)
 
 
 def test_the_next_marked_sample_wherever_it_lies():

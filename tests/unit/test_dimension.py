@@ -293,6 +293,17 @@ def test_kernel_sums_are_those_of_the_slow_twin():
     assert found.pairs.sum(axis=(0, 1)) == pytest.approx(118 * 117 / 2 - 4 * 118 + 10)
 
 
+def test_kernel_sums_hold_where_scales_are_far_below_the_leaves():
+    """Neighbours 1e-8 apart are told by double precision, what is far by single."""
+    rng = np.random.default_rng(4)
+    x = rng.uniform(size=200)
+    x = np.concatenate([x, x + 1e-8 * rng.standard_normal(200)])
+    found = kernel_sum(x, 1, 1, 4, np.zeros((1, 1)), given=(3e-9, 0.01))
+    gaps = np.concatenate([x[k:] - x[:-k] for k in range(5, len(x))])
+    expected = [np.mean(np.exp(-((gaps / h) ** 2) / 4)) for h in found.scales]
+    np.testing.assert_allclose(found.sums, expected, rtol=5e-7)
+
+
 @pytest.mark.parametrize("covariance", [np.zeros((2, 2)), Noise(0.01, 0.0, "").covariance(2, 1)])
 def test_kernel_sums_are_told_apart_by_the_blocks_of_both_vectors(covariance):
     """Of many leaves, each with points of many blocks, and of scales that few of them reach."""

@@ -85,17 +85,46 @@ FILES = {
     ),
     "mSec": "load floor mSec\n" + rows(F, A, 1e3 * T, delimiter=" "),
     "elapsed_us": "elapsed_us,load,floor\n" + rows(1e6 * T, F, A),
+    "DS1052E": ",load,floor\nTime,Volt,Volt\n" + rows(T, F, A),
+    "Infiniium": "Type:,Raw\nXInc:,2.0E-05\nXOrg:,-2.0E-03\n\nXData:,load:,floor:\n"
+    + rows(T, F, A),
+    "WaveJet": "Trigger Address,100\nDelta(second),2.0e-05\nch1 V,ch2 V\n" + rows(F, A),
+    "UNI-T": "CH1,CH2\nSample Interval(s):,2.0E-05\n" + rows(F, A),
+    "units alone": "Title: x\n\ns\tN\tm/s²\n" + rows(T, F, A, delimiter="\t"),
+    "Audacity": "Sample Rate: 50000 Hz. Sample values on linear scale. 2 channels (stereo).\n\n"
+    "load\tfloor\n" + rows(F, A, delimiter="\t"),
+    "DIN 1313": "Zeit/s;load/N;floor/N\n" + rows(T, F, A, delimiter=";").replace(".", ","),
+    "Biopac": "msec,load,floor,\n,40,40,\n" + rows(1e3 * T, F, A).replace("\n", ",\n"),
+    "Axon": '"YTop=10,10"\n"Time (ms)"\t"load (mV)"\t"floor (pA)"\n'
+    + rows(1e3 * T, F, A, delimiter="\t"),
+    "LabChart, remarks": "Interval=\t2e-05 s\nChannelTitle=\tload\tfloor\n"
+    + rows(T, F, A, delimiter="\t").replace("\n", "\t#* knock\n", 9).replace("\t#* knock", "", 8),
+    "quoted": '"Time","load","floor"\n'
+    + "".join(
+        ",".join(f'"{x:.9g}"'.replace(".", ",") for x in row) + "\n"
+        for row in zip(T, F, A, strict=True)
+    ),
 }
 NAMED = {"words", "comment", "spoken", "Abtastrate", "Yokogawa", "LabChart", "catman", "micros"}
 NAMED |= {"RTB2000", "DL850", "LabChart, ranges", "catman, rates", "BenchVue", "Vernier", "PASCO"}
 NAMED |= {"AndroSensor", "mSec", "elapsed_us"}
-TIMED = {"Yokogawa", "words", "comment", "spoken", "Abtastrate"}  # from 0: they give no start
+NAMED |= {"DS1052E", "Infiniium", "Audacity", "DIN 1313", "Biopac", "LabChart, remarks", "quoted"}
+TIMED = {
+    "WaveJet",
+    "UNI-T",
+    "Audacity",
+    "Yokogawa",
+    "words",
+    "comment",
+    "spoken",
+    "Abtastrate",
+}  # from 0: they give no start
 
 
 @pytest.mark.parametrize("name", FILES)
 def test_each_instrument(tmp_path, name):
     path = tmp_path / "a.csv"
-    path.write_text(FILES[name])
+    path.write_text(FILES[name], encoding="utf-8")
     found = io.read(path)
     np.testing.assert_array_equal(found.samples, np.column_stack([F, A]))
     assert found.rate == pytest.approx(RATE, rel=1e-9)
@@ -116,10 +145,33 @@ def test_names_and_units_of_the_header(tmp_path):
         ("DPO4000", ("CH1", "CH2"), ("V", "N")),
         ("RTB2000", ("load", "floor"), ("V", "V")),
         ("catman, rates", ("load", "floor"), ("N", "g")),
+        ("MSO5000", ("CH1", "CH2"), ("V", "V")),
+        ("WaveJet", ("ch1", "ch2"), ("V", "V")),
+        ("UNI-T", ("CH1", "CH2"), ("", "")),
+        ("units alone", ("channel 0", "channel 1"), ("N", "m/s²")),
+        ("DIN 1313", ("load", "floor"), ("N", "N")),
+        ("Axon", ("load", "floor"), ("mV", "pA")),
     ]:
-        path.write_text(FILES[name])
+        path.write_text(FILES[name], encoding="utf-8")
         found = io.read(path)
         assert (found.channels, found.units) == (channels, units), name
+
+
+@pytest.mark.parametrize("order", ["utf-16-le", "utf-16-be"])
+def test_utf_16_without_its_mark(tmp_path, order):
+    path = tmp_path / "a.txt"
+    text = "Time (s)\tload (N)\r\n" + rows(T, F, delimiter="\t").replace("\n", "\r\n")
+    path.write_bytes(text.encode(order))
+    found = io.read(path)
+    np.testing.assert_array_equal(found.samples, F)
+    assert (found.rate, found.channels, found.units) == (RATE, ("load",), ("N",))
+
+
+def test_small_binary_numbers_are_no_text(tmp_path):
+    path = tmp_path / "a.dat"
+    path.write_bytes(np.arange(300, dtype="<i2").tobytes())
+    with pytest.raises(UnreadableFile, match="its content is not"):
+        io.read(path)
 
 
 def test_settings_beside_the_samples(tmp_path):
@@ -191,6 +243,8 @@ def test_a_gap_among_rounded_times_is_found(tmp_path):
         ("{:%Y-%m-%d %H:%M:%S.%f +0200}", True),
         ("{:%d/%m/%Y %H:%M:%S,%f}", False),
         ("{:%m/%d/%Y %H:%M:%S.%f}", False),
+        ("{:%m/%d/%Y %I:%M:%S.%f %p}", False),
+        ("{:%d.%m.%Y %H:%M:%S:%f}", True),
     ],
 )
 def test_dates_as_loggers_print_them(tmp_path, form, date):
@@ -295,3 +349,33 @@ def test_the_finest_of_several_columns_of_times(tmp_path):
         found = io.read(path, resample=100)
     assert found.start == times[0] / 1e3
     assert (found.channels, found.recorded_at.year) == (("x",), 2022)
+
+
+SETTINGS = (
+    "Source:Ch1:\r\nNumberOfAcquisitions:1:\r\nResolution:1e-05:\r\nRecordLength:30:\r\n"
+    "XStart:-0.0001:\r\nXStop:0.0002:\r\nHardwareXStart:-0.002:\r\nSignalResolution:2e-05:\r\n"
+    "SignalHardwareRecordLength:40:\r\n"
+)
+
+
+def test_settings_and_samples_in_two_files(tmp_path):
+    """Rohde & Schwarz: either file is opened with the other."""
+    samples, settings = tmp_path / "run.Wfm.csv", tmp_path / "run.csv"
+    samples.write_text(rows(F))
+    with pytest.raises(InvalidInput, match=r"stands in run\.csv.*put that beside it; give rate="):
+        io.read(samples)
+    settings.write_text(SETTINGS)
+    for path in (samples, settings):
+        found = io.read(path)
+        np.testing.assert_array_equal(found.samples, F)
+        assert (found.rate, found.start, found.channels) == (RATE, START, ("Ch1",))
+    settings.write_text(SETTINGS.replace("Length:40", "Length:39"))
+    with pytest.raises(UnreadableFile, match="time stamps off"):
+        io.read(samples)
+    settings.write_text(SETTINGS.replace("Acquisitions:1", "Acquisitions:4"))
+    with pytest.raises(UnreadableFile, match="4 acquisitions one after the other"):
+        io.read(settings)
+    settings.write_text(SETTINGS)
+    samples.unlink()
+    with pytest.raises(UnreadableFile, match=r"Put run\.Wfm\.csv, which"):
+        io.read(settings)

@@ -102,3 +102,11 @@ def test_complex_observables_are_refused():
     study = sweep(lambda a: a * 1j, {"a": [1, 2]})
     with pytest.raises(InvalidInput, match="real"):
         study.plot()
+
+
+def test_cells_of_an_axis_of_one_value_are_seen():
+    from impactsig.plot.axes import cell_edges
+
+    np.testing.assert_allclose(cell_edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
+    np.testing.assert_allclose(cell_edges(np.array([0.2])), [0.19, 0.21])
+    np.testing.assert_allclose(cell_edges(np.array([0.0])), [-0.5, 0.5])

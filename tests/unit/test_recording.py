@@ -115,6 +115,8 @@ def test_text_and_picture_are_safe_and_short():
     assert "<script>" not in page
     assert "<svg" in page
     assert Recording(np.full(4, np.nan), 1.0)._repr_html_()
+    few = Recording(np.array([0.0, 1.0, np.nan, 0.0, 1.0]), 1.0)._repr_html_()
+    assert 'd="M0.0 60.0L72.0 0.0M216.0 60.0L288.0 0.0"' in few  # a line, broken at the gap
     assert Recording(np.empty(0), 1.0)._repr_html_()
 
 

@@ -19,8 +19,6 @@ RESULTS = {
     **{f"results.{name}": getattr(im.results, name) for name in im.results.__all__},
     **{name: getattr(im, name) for name in ("Experiment", "Impacts", "Recording")},
 }
-for name in ("Blocks", "OscillatorBatch"):  # what is still to be read, and to be moved
-    del RESULTS[f"results.{name}"]
 LONGEST = 420
 
 
@@ -53,6 +51,43 @@ def test_a_period_is_a_line():
 def test_a_result_that_is_drawn_has_a_picture():
     _, page = look(im.interval_histogram([1.0, 1.1, 1.9], bins=2))
     assert '<img alt="Figure of this IntervalHistogram"' in page
+
+
+def test_what_is_still_to_be_moved_says_over_what():
+    batch = im.scenes.karpodinis(np.array([[20.0], [22.5]]), restitution=np.array([0.2, 0.4, 0.6]))
+    _, page = look(batch)
+    assert "<tr><th>shape</th><td>2 x 3</td></tr>" in page
+    assert "<td>20 to 22.5</td>" in page
+
+
+def test_several_motions_are_listed():
+    motions = im.simulate_many([im.scenes.karpodinis(22.1)] * 2, periods=3, transient=3, workers=1)
+    _, page = look(motions)
+    assert page.count("<td>Motion(") == 2
+
+
+def test_a_legend_wider_than_the_axes_is_not_cut():
+    """The picture grows with what is drawn beside the axes."""
+
+    class Wide(Shown):
+        def __init__(self, words):
+            self.words = words
+
+        def plot(self, ax=None):
+            ax.plot([0, 1], label=self.words)
+            ax.figure.legend(loc="outside upper left")
+            ax.set_ylabel(self.words)
+
+    heights = []
+    for words in ("short", "long " * 30):
+        data = re.search(r'base64,([^"]+)"', look(Wide(words))[1])[1]
+        heights.append(int.from_bytes(base64.b64decode(data)[20:24], "big"))
+    assert heights[1] > 2 * heights[0]
+
+
+def test_what_is_still_to_be_read_says_in_how_many_blocks():
+    _, page = look(im.read_blocks(ROOT / "data_samples/loadcell_periodic_22.1Hz.wav", seconds=3.0))
+    assert "<td>4, read when asked for</td>" in page
 
 
 def test_impacts_have_a_picture_and_a_table():

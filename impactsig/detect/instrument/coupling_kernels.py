@@ -92,8 +92,9 @@ def regress(values, integrals, noise, rate, free, residuals):
 @njit(nogil=True)
 def _spread(weights, copy):
     """Give each weight the least of those BESIDE it."""
-    copy[:] = weights
     n = len(weights)
+    for j in range(n):
+        copy[j] = weights[j]
     for step in range(1, BESIDE + 1):
         for j in range(step, n):
             weights[j] = min(weights[j], copy[j - step])

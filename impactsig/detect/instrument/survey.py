@@ -26,16 +26,21 @@ class Survey:
     lowest: float = math.inf
     highest: float = -math.inf
     segments: list[tuple[int, int]] = field(default_factory=list)  # first sample, length
-    strong: list[np.ndarray] = field(default_factory=list)
+    frames: list[tuple[np.ndarray, int]] = field(default_factory=list)  # and its steepest sample
+
+    @property
+    def strong(self) -> list[np.ndarray]:
+        """The steepest parts of the steepest frames."""
+        return [x[max(0, at - AROUND) : at + AROUND] for x, at in self.frames]
 
 
 def survey(stream: Iterable[Frame], copy: bool) -> Survey:
-    """Range, stretches without gaps, and of the steepest frames the steepest parts.
+    """Range, stretches without gaps, and the steepest frames.
 
     `copy` them where the frames do not stay valid.
     """
     record = Survey()
-    strongest: list[tuple[float, int, np.ndarray]] = []
+    strongest: list[tuple[float, int, np.ndarray, int]] = []
     for number, frame in enumerate(stream):
         x = without_dropouts(frame.samples)
         low, high = block_ranges(x)
@@ -47,15 +52,14 @@ def survey(stream: Iterable[Frame], copy: bool) -> Survey:
         extent = float(extents[steepest])
         if len(strongest) < KEPT or extent > strongest[0][0]:
             middle = steepest * BLOCK + BLOCK // 2
-            part = x[max(0, middle - AROUND) : middle + AROUND]
             # Ties are broken by the frame number, never by comparing arrays.
-            heapq.heappush(strongest, (extent, -number, part.copy() if copy else part))
+            heapq.heappush(strongest, (extent, -number, x.copy() if copy else x, middle))
             if len(strongest) > KEPT:
                 heapq.heappop(strongest)
         record.samples += len(x)
         if frame.last:
             record.segments.append((frame.segment, frame.offset + len(x)))
-    record.strong = [item[2] for item in sorted(strongest, key=lambda item: -item[1])]
+    record.frames = [item[2:] for item in sorted(strongest, key=lambda item: -item[1])]
     return record
 
 

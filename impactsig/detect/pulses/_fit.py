@@ -90,7 +90,8 @@ def _descend(pair, seen, p):
             new_misfit, new_cost = _cost(pair, trial, seen, other, there)
             if new_cost < cost:
                 gain = cost - new_cost
-                p[:] = trial
+                for i in range(n):
+                    p[i] = trial[i]
                 here, there = there, here
                 curve, other = other, curve
                 misfit, cost = new_misfit, new_cost

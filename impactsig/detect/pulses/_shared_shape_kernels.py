@@ -149,7 +149,9 @@ def estimate_shape(fits, about):
             information[a, a] += n * weight[a] + APART[a] ** -2.0
             towards[a] = (about[a] - mean[a]) / APART[a] ** 2 + weight[a] * moved
             spread[a] = np.sqrt((own + WEIGHT * SPREAD[a] ** 2) / (shown + WEIGHT))
-        factors[:] = information
+        for a in range(s):
+            for b in range(s):
+                factors[a, b] = information[a, b]
         factor(factors)
         invert(factors, uncertain)
         solve(factors, towards)
@@ -161,8 +163,9 @@ def estimate_shape(fits, about):
         for b in range(s):
             uncertain[a, b] *= weight[a] * weight[b]
     for m in range(SKEW):
-        step = fits.step[m]
-        step[:] = fits.pull[m]
+        step, alone = fits.step[m], fits.pull[m]
+        for i in range(n):
+            step[i] = alone[i]
         for a in range(s):
             along, turned = fits.along[m, a], fits.step[SKEW + a]
             for i in range(n):

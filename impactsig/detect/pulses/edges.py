@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import allocating, inner, kernel
+from ..signal.order_kernels import centre_of
 
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
 ERRORS = 10  # first column of the standard errors of start, contact, peak and impulse
@@ -174,8 +175,11 @@ def remove_baseline(x, a, b, c, d, sigma, height, at_top):
         error = sigma  # rounded to the same step, all of them
     elif scatter > max(2.0 * sigma, 0.05 * height):
         side = np.empty(count)
-        side[:left], side[left:] = x[a : a + left], x[c : c + right]
-        mean, slope, slope_error = np.median(side), 0.0, 0.0
+        for i in range(left):
+            side[i] = x[a + i]
+        for i in range(right):
+            side[left + i] = x[c + i]
+        mean, slope, slope_error = centre_of(side, count), 0.0, 0.0
         error = scatter * math.sqrt(0.5 * math.pi / count)
     for i in range(len(x)):
         x[i] -= mean + slope * (i - centre)

@@ -63,7 +63,8 @@ def measure_pairs(signal, origin, events, again, sigma, level, relative, out):
             row, height, length = out[k + m], p[3 * m], math.exp(p[3 * m + 2])
             row[0], row[1], row[2] = p[3 * m + 1], length, height
             row[3], row[4], row[5] = 2.0 / math.pi * height * length, 0.5 * length, 0.0
-            row[ERRORS : ERRORS + 4] = errors[m]
+            for q in range(4):
+                row[ERRORS + q] = errors[m, q]
             if level > 0.0:
                 share = level if relative else level / height
                 row[1] *= 1.0 - 2.0 / math.pi * math.asin(min(share, 1.0))

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import allocating, inner
+from ..signal.order_kernels import centre_of
 from ._misfit import correct_misfit
 from ._model import FLAT, LENGTH, SKEW, START, WIDER, parts_of
 from ._shared_shape_kernels import BRIEF, SHAPES, estimate_shape, set_free, variance_along
@@ -57,7 +58,10 @@ def share_shape(rows, timed):
     alike = alike[:count]
     if count >= LEAST:
         about = ABOUT.copy()
-        about[LENGTH - SKEW] = np.median(rows[alike, FIT + EDGE])
+        edges = np.empty(count)
+        for i in range(count):
+            edges[i] = rows[alike[i], FIT + EDGE]
+        about[LENGTH - SKEW] = centre_of(edges, count)
         fits = set_free(rows[alike, FIT:])
         shape = estimate_shape(fits, about)
         work = Work(np.empty(WIDER), np.zeros((3, WIDER)), np.empty(SHAPES), np.empty(SHAPES))

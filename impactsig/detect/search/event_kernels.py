@@ -15,7 +15,7 @@ from ..._compiled import allocating, inner, kernel
 from ..pulses.pair_fit import PAIR
 from ..pulses.touching_kernels import NOT_TWO, TWO, crests_between_dips, two_pulses
 from ..signal.ladder import HALF_SINE_GAIN, MATCH
-from ..signal.order_kernels import select
+from ..signal.order_kernels import put_in_order, select, value_at
 from ._response_kernels import CREST, gated, noise_at, parts, parts_inside, running_sums
 
 EVENT = 5  # fields of an event: centre, width [samples], height, height over noise, flank mean
@@ -30,6 +30,13 @@ LINKS = 3  # crests in a row, each of which explains part of the next
 ROOM = 0.2  # of the way to a neighbour: how far a crest may move
 SURE = 4.5  # standard deviations that the samples fall by between two crests, at least
 RESPONSE = 1.03  # noise of the response to one sample over that of a sample
+
+
+@inner
+def _put(event, rows, k):
+    """Make the event row k; a row given as an array takes numba six seconds to compile."""
+    for i in range(EVENT):
+        rows[k, i] = event[i]
 
 
 @inner
@@ -159,18 +166,26 @@ def find_events(here, crests, order, widest, out):
             if event[1] <= widest and event[1] >= 4.0:
                 found += _parted(x, origin, total, event, noise, events[found:])
             else:
-                events[found] = event
+                _put(event, events, found)
                 found += 1
     events = events[:found]
     for k in range(found):
         if events[k, 3] < CLEAR:
             events[k, 3] = min(events[k, 3], _among(x, origin, total, events[k]))
     alone = np.zeros(found, np.bool_)
-    _distinct(events, np.argsort(-events[:, 3], kind="mergesort"), alone)
+    keys = np.empty(found)
+    order, room = np.empty(found, np.int64), np.empty(found, np.int64)
+    for k in range(found):
+        keys[k] = -events[k, 3]
+    put_in_order(keys, order, room)
+    _distinct(events, order, alone)
+    for k in range(found):
+        keys[k] = events[k, 0]
+    put_in_order(keys, order, room)
     count = 0
-    for k in np.argsort(events[:, 0], kind="mergesort"):
+    for k in order:
         if alone[k]:
-            out[count] = events[k]
+            _put(events[k], out, count)
             count += 1
     return count
 
@@ -322,7 +337,7 @@ def _parted(x, origin, total, event, noise, out):
     Two where two half-sines explain the samples and one pulse does not; or one for each crest where
     the samples dip between crests and no single pulse explains that.
     """
-    out[0] = event
+    _put(event, out, 0)
     pair = np.empty(PAIR + 1)
     sigma = noise.sigma[0] / RESPONSE
     kind = two_pulses(x, origin, event[0], event[1], event[2], event[4], sigma, pair)
@@ -338,7 +353,7 @@ def _parted(x, origin, total, event, noise, out):
             least = min(least, out[m, 3])
         if least >= LEAST:
             return 2
-        out[0] = event
+        _put(event, out, 0)
         return 1
     width, base = event[1], event[4]
     mean = max(1, int(0.2 * width))
@@ -362,10 +377,10 @@ def _parted(x, origin, total, event, noise, out):
         narrowest = max(1.0, 0.35 * (right - left))
         centre = lo + crests[k] + 0.5 * (mean - 1)
         if _best(x, origin, total, centre, narrowest, widest, noise, sums, part):
-            out[found] = part
+            _put(part, out, found)
             found += 1
     if found == 0:
-        out[0] = event
+        _put(event, out, 0)
         found = 1
     return found
 
@@ -418,4 +433,4 @@ def place(here, events, white, out):
         if _best(x, origin, total, centre, width, width, noise, sums, event, room):
             events[k, 0], events[k, 4] = event[0], event[4]
         out[k, 0], out[k, 1], out[k, 2] = events[k, 0], events[k, 4], width
-        out[k, 3] = np.interp(width, noise.widths, colours)
+        out[k, 3] = value_at(width, noise.widths, colours)

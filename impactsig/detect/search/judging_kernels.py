@@ -20,6 +20,9 @@ RINGING, NARROWER, WEAKER = 30.0, 0.6, 0.2
 """Widths after an impact in which its sensor may ring; how narrow and weak that is beside it."""
 TOO_LONG = 1.2
 """Times the longest contact: a pulse that is measured as longer is none."""
+WIDER, MUCH_WIDER, NARROW, STANDS = 10.0, 40.0, 0.5, 7.0
+"""Times its response's width that a pulse may be without more ado; at most, and less than which,
+where it is as high as so many times the noise of responses at its own width."""
 LOBES = 32
 """Samples to either side of a very short pulse where its filter rings."""
 
@@ -126,17 +129,32 @@ def too_long(rows, longest, out):
 
 
 @kernel
-def widen(events, rows, wider):
-    """Give events the widths of what was measured, where that is longer; whether it is any.
+def own_width(events, rows, widths, noise, changed):
+    """Give events the widths of what was measured, where another; whether it is any.
 
-    A neighbour in its flanks makes a pulse look narrower than it is. `wider` marks these.
+    A neighbour in its flanks makes a pulse look narrower than it is. Far more do so noise that
+    grows with the width and, the other way round, a tone that wide responses average out: there
+    the pulse must stand out of the `noise` of responses at its own of the `widths`. `changed`
+    marks these.
     """
     count = 0
     for k in range(len(rows)):
-        off = rows[k, 1] / (rows[k, 7] / MATCH)
-        wider[k] = rows[k, 5] == 0 and 1.5 < off < 10.0 and rows[k, 7] > 2.0
-        if wider[k]:
-            events[k, 1] = MATCH * rows[k, 1]
+        contact = max(MATCH * rows[k, 1], 1.0)
+        off = contact / rows[k, 7]
+        changed[k] = rows[k, 5] == 0 and 1.5 < off < MUCH_WIDER and rows[k, 7] > 2.0
+        if off < NARROW:  # one that stands beside is what is narrow
+            left = k > 0 and events[k, 0] - events[k - 1, 0] < rows[k, 7]
+            right = k + 1 < len(rows) and events[k + 1, 0] - events[k, 0] < rows[k, 7]
+            changed[k] = rows[k, 5] == 0 and not left and not right
+        if changed[k] and not 1.5 < off < WIDER:
+            rung = 0
+            while rung < len(widths) - 1 and widths[rung] < contact:
+                rung += 1
+            changed[k] = widths[rung] >= contact and rows[k, 2] > STANDS * noise[rung]
+        if changed[k]:
+            events[k, 1] = contact
+            if off < NARROW:
+                events[k, 0], events[k, 2] = rows[k, 0] + 0.5 * rows[k, 1], rows[k, 2]
             count += 1
     return count > 0
 

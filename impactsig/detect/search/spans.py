@@ -43,6 +43,8 @@ WEAK = 0.1
 """Of the noise: hum that is weaker does not change what is background."""
 ROUNDS = 6
 """Fits of the hum: each shows the background, and so the hum, more clearly."""
+STRONG = 0.1
+"""Of the strongest line: weaker ones wait until the background shows without it."""
 REST = 2e-3
 """Of the hum that is taken off: what may be left."""
 RARE = 3
@@ -220,6 +222,9 @@ class Spans:
             if turn:
                 lines = self._background(span, medians)
             fit = fit_lines(span.sums, span.counts, grid.block, grid.rate, lines)
+            if not turn and (strong := self._strong(lines, fit)) != lines:
+                lines = strong
+                fit = fit_lines(span.sums, span.counts, grid.block, grid.rate, lines)
             take_off(span.clean, grid.block, len(span.sums), np.array(lines) / grid.rate, fit)
             strength = np.abs(fit).sum(axis=1)
             for frequency, amplitude in zip(lines, strength, strict=True):
@@ -228,6 +233,13 @@ class Spans:
                 break  # the background is as it was
             fill(span.clean, span.dropouts, np.nan)
             chunk_medians(span.clean, grid.chunk, medians[1:-1])
+
+    @staticmethod
+    def _strong(lines: tuple[float, ...], fit: np.ndarray) -> tuple[float, ...]:
+        """Lines that impacts hidden in the hum cannot make, which come as regularly as it does."""
+        strength = np.abs(fit[:, 0])
+        least = STRONG * strength.max()
+        return tuple(f for f, s in zip(lines, strength, strict=True) if s >= least)
 
     def _medians(self, k: int) -> np.ndarray:
         """Those of the chunks of span k, of the one before and of the one after."""

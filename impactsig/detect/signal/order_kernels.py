@@ -53,6 +53,66 @@ def median_of(values, count):
     return select(values, 0, count - 1, count // 2)
 
 
+@kernel
+def centre_of(values, count):
+    """Median of the first `count` values, which are put out of order; between the middle two."""
+    upper = select(values, 0, count - 1, count // 2)
+    if count % 2:
+        return upper
+    lower = values[0]
+    for i in range(1, count // 2):
+        lower = max(lower, values[i])
+    return (lower + upper) / 2
+
+
+@kernel
+def put_in_order(keys, order, room):
+    """Numbers of the keys from the least to the greatest into `order`, equal ones as they come.
+
+    By merging; numba takes a second to compile each `argsort`. `room` is as long as `order`.
+    """
+    n = len(keys)
+    for i in range(n):
+        order[i] = i
+    length = 1
+    while length < n:
+        for first in range(0, n, 2 * length):
+            left, right = first, min(first + length, n)
+            middle_place, last = right, min(first + 2 * length, n)
+            for k in range(first, last):
+                from_left = left < middle_place
+                if from_left and right < last:
+                    from_left = not keys[order[right]] < keys[order[left]]
+                if from_left:
+                    room[k] = order[left]
+                    left += 1
+                else:
+                    room[k] = order[right]
+                    right += 1
+        for i in range(n):
+            order[i] = room[i]
+        length *= 2
+
+
+@kernel
+def value_at(x, places, values):
+    """Value at x of the line through points of ascending places, beyond them that of the last.
+
+    As `numpy.interp`, which takes numba two seconds to compile.
+    """
+    last = len(places) - 1
+    if x < places[0]:
+        return values[0]
+    if x >= places[last]:
+        return values[last]
+    k = 0
+    while places[k + 1] <= x:
+        k += 1
+    if places[k] == x or values[k] == values[k + 1]:
+        return values[k]
+    return (values[k + 1] - values[k]) / (places[k + 1] - places[k]) * (x - places[k]) + values[k]
+
+
 @njit(nogil=True)
 def middle(rows, out):
     """Median of each column of a few rows; the upper of two."""

@@ -87,7 +87,8 @@ def hold(power, silent, past, held):
         if j > past and not silent[j - 1]:
             for b in range(power.shape[0]):
                 held[b] = power[b, j - 1 - past : j - 1].mean()
-        power[:, j] = held
+        for b in range(power.shape[0]):
+            power[b, j] = held[b]
 
 
 @njit(nogil=True)

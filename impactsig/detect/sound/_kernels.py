@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import njit
+from ..signal.order_kernels import select
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
@@ -166,8 +167,8 @@ def greatest_but(values, first, last, rank, out):
         count = last[k] - first[k]
         out[k] = 0.0
         if count >= rank[k]:
-            least = count - rank[k]
-            out[k] = np.partition(values[first[k] : last[k]], least)[least]
+            mixed = values[first[k] : last[k]].copy()
+            out[k] = select(mixed, 0, count - 1, count - rank[k])
 
 
 @njit(nogil=True)

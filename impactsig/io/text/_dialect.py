@@ -12,7 +12,8 @@ import re
 from collections import Counter
 from typing import NamedTuple
 
-from .._time_columns import time_factor
+from .._encoding import encoding_of
+from .._time_columns import FACTORS, time_factor
 from .._units import split_heading, unit_cell
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.I)
@@ -20,7 +21,16 @@ _MOMENT = re.compile(
     r"(\d{1,4}[-./](\d\d?|[A-Za-z]{3})[-./]\d{2,4})?[T ]*(\d\d?:\d\d(:\d\d([.,:]\d+)?)?.{0,7})?"
 )
 _COMMENT = re.compile(r"\s*(?:#|%|;|!|//)+\s?")
-_WAYS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (" ", "."), (" ", ","))
+_WAYS = (
+    ("\t", "."),
+    ("\t", ","),
+    (";", "."),
+    (";", ","),
+    (",", "."),
+    (",", ","),
+    (" ", "."),
+    (" ", ","),
+)
 _SAMPLES = (60, 12, 3)  # lines that are looked at, in turn
 _LEAST = 0.3  # share of numbers in a table
 _BETWEEN = 6  # lines between headings and data
@@ -49,18 +59,6 @@ class Dialect(NamedTuple):
     def number(self, text: str) -> str:
         """A cell with a decimal point in place of the file's own sign."""
         return text.replace(",", ".") if self.decimal == "," else text
-
-
-def encoding_of(head: bytes) -> str:
-    """UTF-16 and UTF-8 by their mark, UTF-8 if it decodes, else Latin-1."""
-    if head[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
-        return "utf-16"
-    try:
-        # The last character may be cut in two.
-        codecs.getincrementaldecoder("utf-8")().decode(head)
-    except UnicodeDecodeError:
-        return "latin-1"
-    return "utf-8-sig"
 
 
 def split_line(line: str, delimiter: str) -> list[str]:
@@ -168,7 +166,11 @@ def _with_headings(
             above.append((True, line[mark.end() :]))
             continue
         cells = split_line(line, delimiter)
-        if skipped >= begin and _is_row(cells, columns, decimal):
+        if (
+            skipped >= begin
+            and _is_row(cells, columns, decimal)
+            and not _lacks_its_first(cells, lines[skipped + 1 : skipped + 2], delimiter)
+        ):
             names, units = _headings(above, delimiter, decimal, columns)
             texts = tuple(text for _, text in above)
             return Dialect(
@@ -194,6 +196,11 @@ def _first_row(lines: list[str], delimiter: str, decimal: str, columns: int) -> 
     return 0
 
 
+def _lacks_its_first(cells: list[str], below: list[str], delimiter: str) -> bool:
+    """Whether a row has no first cell, and the one below it has: numbers of samples, say."""
+    return bool(not cells[0] and below and split_line(below[0], delimiter)[0])
+
+
 def _is_row(cells: list[str], columns: int, decimal: str) -> bool:
     filled = [cell for cell in cells if cell]
     numbers = sum(is_number(cell, decimal) for cell in filled)
@@ -207,6 +214,8 @@ def _headings(
     rows: list[list[str]] = []
     for commented, line in reversed(_up_to_headings(above, delimiter, columns)[-2:]):
         cells = _heading_cells(line, delimiter, columns, commented)
+        if cells and _is_setting(cells, decimal):
+            continue
         if cells is None:
             break
         rows.insert(0, cells)
@@ -225,11 +234,24 @@ def _headings(
         and filled
         and sum(unit is not None for unit in filled) * 2 > len(filled)
     ):
-        names = [split_heading(cell) for cell in rows[0]]
+        # ",CH1,CH2" above "Time,Volt,Volt": the first is named in the line of units.
+        titles = [
+            upper or ("" if unit is not None else lower)
+            for upper, lower, unit in zip(rows[0], rows[1], units, strict=True)
+        ]
+        names = [split_heading(cell) for cell in titles]
         paired = zip(names, units, strict=True)
         return tuple(n for n, _ in names), tuple(below or beside for (_, beside), below in paired)
+    if len(units) > 1 and units[0] in FACTORS and None not in units:
+        return ("",) * len(units), tuple(unit or "" for unit in units)
     split = [split_heading(cell) for cell in rows[-1]]
     return tuple(name for name, _ in split), tuple(unit for _, unit in split)
+
+
+def _is_setting(cells: list[str], decimal: str) -> bool:
+    """Whether a line that could be headings is a setting, such as "Sample interval:,2E-5"."""
+    apart = cells[0].endswith((":", "=")) and all(is_number(one, decimal) for one in cells[1:])
+    return apart if len(cells) > 1 else re.search(r"\w: +\d", cells[0]) is not None
 
 
 def _up_to_headings(

@@ -12,6 +12,8 @@ import numpy as np
 from .._timebase import TimeBase, printed_resolution, time_base
 
 _DAY_FIRST = r"(?P<day>\d{1,2})(?P<sign>[-./])(?P<month>\d{1,2}|[A-Za-z]{3})[-./](?P<year>\d{4})"
+_MILLISECONDS = r"(:\d\d:\d\d):(\d+)$"  # behind a colon
+_HALF_DAY = r"(\d\d?)(:\d\d(?::\d\d[.\d]*)?) ?([AaPp])\.?[Mm]\.?$"  # a clock of twelve hours
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 
 
@@ -33,6 +35,11 @@ def read_moments(
     import pandas as pd
 
     texts = pd.Series(cells).str.replace(",", ".", regex=False)
+    if re.search(_MILLISECONDS, str(cells[0])):
+        texts = texts.str.replace(_MILLISECONDS, r"\1.\2", regex=True)
+        last = [re.sub(_MILLISECONDS, r"\1.\2", text) for text in last]
+    if re.search(_HALF_DAY, str(cells[0])):
+        texts = pd.Series([re.sub(_HALF_DAY, _of_day, str(text)) for text in texts], dtype=object)
     iso, certain = _as_iso(texts)
     moments: Any
     try:
@@ -51,6 +58,12 @@ def read_moments(
     digits = [re.search(r":(\d\d(?:[.,]\d+)?)(?!.*:\d\d[.,\d]*)", text) for text in last]
     printed = printed_resolution(match[1].replace(",", ".") for match in digits if match)
     return time_base(seconds, printed), seconds, begin
+
+
+def _of_day(time: re.Match[str]) -> str:
+    """The time of day of a clock of twelve hours."""
+    hour = int(time[1]) % 12 + (12 if time[3] in "pP" else 0)
+    return f"{hour:02d}{time[2]}"
 
 
 def _as_iso(texts: Any) -> tuple[Any, bool]:

@@ -20,7 +20,7 @@ from ._dialect import Dialect, is_number, split_line
 
 # Words without spaces and signs, in lower case. Those after "with a unit" say too little alone.
 _STEP = re.compile(
-    "increment|[tx]incr?(ement)?|dt|delta([tx]|time)|sampl(e|ing)(interval|period|time)"
+    "increment|delta|[tx]incr?(ement)?|dt|delta([tx]|time)|sampl(e|ing)(interval|period|time)"
     "|time(increment|step|interval)|[hx]resolution|abtastintervall"
 )
 _STEP_WITH_A_UNIT = re.compile("interval|step|period|resolution")
@@ -131,7 +131,8 @@ def _quantity(values: list[str], bracketed: str, dialect: Dialect) -> tuple[str,
     found = [_VALUE.fullmatch(value) for value in values]
     if not found or found[0] is None:
         return None
-    number, unit = found[0][1], (found[0][2] or "").strip() or bracketed
+    # "50000 Hz. Sample values on linear scale."
+    number, unit = found[0][1], (found[0][2] or "").partition(". ")[0].strip() or bracketed
     if (
         not unit
         and len(values) > 1
@@ -139,7 +140,10 @@ def _quantity(values: list[str], bracketed: str, dialect: Dialect) -> tuple[str,
         and (is_unit(values[1]) or _RATE_UNIT.fullmatch(values[1]))
     ):
         unit = values[1]
-    others = {float(dialect.number(match[1])) for match in found if match}
+    each = [match[1] for match in found if match]
+    if not all(is_number(one, dialect.decimal) for one in each):  # "10,10" is two
+        return None
+    others = {float(dialect.number(one)) for one in each}
     return (dialect.number(number), unit) if len(others) == 1 else None
 
 

@@ -10,6 +10,7 @@ import io
 import re
 import warnings
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -183,7 +184,7 @@ class Table:
 
 def _spans(path: Path, dialect: Dialect) -> Iterator[tuple[int, int]]:
     """Where the pieces of a file begin and end, at the ends of lines; none if it has no such."""
-    if dialect.encoding == "utf-16":
+    if dialect.encoding.startswith("utf-16"):
         return
     size = path.stat().st_size
     with path.open("rb") as file:
@@ -217,7 +218,7 @@ def _columns_by_arrow(source: Path | io.BytesIO, dialect: Dialect) -> list[np.nd
     What it refuses (comments, text, rows that are too short) is left to pandas, which says more of
     it. What both read, they read alike.
     """
-    if dialect.delimiter == " " or dialect.encoding == "utf-16":
+    if dialect.delimiter == " " or dialect.encoding.startswith("utf-16"):
         return None
     try:
         from pyarrow import ArrowException, csv, float64
@@ -254,26 +255,45 @@ def _columns_by_pandas(source: Path | io.BytesIO, dialect: Dialect) -> list[np.n
         options["float_precision"] = "round_trip"  # later ones are right to the last digit
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", pd.errors.DtypeWarning)
+        read: Any = partial(
+            pd.read_csv,
+            header=None,
+            skiprows=dialect.skipped,
+            decimal=dialect.decimal,
+            comment=dialect.comment or None,
+            encoding=dialect.encoding,
+            encoding_errors="replace",
+            engine="c",
+            low_memory=False,
+            skip_blank_lines=True,
+            **options,
+        )
         try:
-            frame = pd.read_csv(
-                source,
-                header=None,
-                skiprows=dialect.skipped,
-                decimal=dialect.decimal,
-                comment=dialect.comment or None,
-                encoding=dialect.encoding,
-                encoding_errors="replace",
-                engine="c",
-                low_memory=False,
-                skip_blank_lines=True,
-                **options,
-            )
+            frame = read(source)
         except pd.errors.EmptyDataError:
             return []
+        except pd.errors.ParserError:
+            bare = _without_comments(source, dialect)
+            if bare is None:
+                raise
+            frame = read(bare)
     return [
         frame[name].to_numpy(dtype=np.float64 if frame[name].dtype.kind in "biuf" else object)
         for name in frame
     ]
+
+
+def _without_comments(source: Path | io.BytesIO, dialect: Dialect) -> io.BytesIO | None:
+    """The text without the comments that stand in a cell of their own, if there are any.
+
+    What separates them from the row would make one more cell of it than the others have.
+    """
+    if not dialect.comment or not dialect.delimiter.strip(" ") or "utf-16" in dialect.encoding:
+        return None
+    content = source.read_bytes() if isinstance(source, Path) else source.getvalue()
+    mark, cell = re.escape(dialect.comment.encode()), re.escape(dialect.delimiter.encode())
+    bare, count = re.subn(rb"%s[ ]*%s[^\r\n]*" % (cell, mark), b"", content)
+    return io.BytesIO(bare) if count else None
 
 
 def numbers_in(column: np.ndarray, dialect: Dialect) -> tuple[np.ndarray, np.ndarray]:
@@ -301,7 +321,8 @@ def _last_lines(path: Path, dialect: Dialect) -> tuple[list[str], bool]:
         size = file.seek(0, 2)
         # From an even byte, so that no UTF-16 character is cut.
         file.seek(max(0, size - _TAIL) // 2 * 2)
-        wide = dialect.encoding == "utf-16"
+        wide = dialect.encoding.startswith("utf-16")
+        order = order if dialect.encoding == "utf-16" else dialect.encoding
         text = file.read().decode(order if wide else "latin-1", "replace")
     lines = text.splitlines()
     if size > _TAIL:

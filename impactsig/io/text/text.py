@@ -19,6 +19,7 @@ from .._timebase import (
     printed_digits,
     time_base,
 )
+from ._companion import lines_above, samples_of, settings_of
 from ._dialect import Dialect, find_dialect
 from ._moments import read_moments
 from ._preamble import Preamble, read_preamble
@@ -54,9 +55,11 @@ def open_source(path: Path, limits: Limits) -> Source:
     it rises uniformly; ISO dates and times of day count from their first. A column that only
     counts its rows gives no rate: that may stand in the header (see `_preamble`).
     """
-    with path.open("rb") as file:
-        head = file.read(HEAD)
-        whole = not file.read(1)
+    head, whole = _first(path)
+    if (samples := samples_of(path, head)) != path:
+        path = samples
+        head, whole = _first(path)
+    stated, missing = settings_of(path)
     dialect = find_dialect(head, whole)
     if dialect is None:
         remedy = "Expected columns of numbers, with or without headings above them"
@@ -67,6 +70,8 @@ def open_source(path: Path, limits: Limits) -> Source:
             )
         raise UnreadableFile(path, "holds no rows of numbers", remedy)
     table = Table(path, dialect)
+    if stated:
+        dialect = dialect._replace(above=lines_above(path, stated, table.rows))
     settings = _settings_beside(table)
     preamble = read_preamble(dialect, _rows(table, settings))
     # What a header calls the channels goes before the line above the data, which belongs to it.
@@ -99,7 +104,7 @@ def open_source(path: Path, limits: Limits) -> Source:
     if not kept:
         raise UnreadableFile(path, "; ".join(notes) or "holds no column of samples")
     _name(preamble, kept, names, units)
-    if not preamble.names and not dialect.names and len(kept) > 1:
+    if not preamble.names and not any(dialect.names) and len(kept) > 1:
         names = [f"channel {kept.index(i)}" if i in kept else "" for i in range(width)]
     base, doubt = _agreed(clock, preamble, table.columns[counter].begin if counter >= 0 else 0.0)
     signals = tuple(
@@ -110,7 +115,7 @@ def open_source(path: Path, limits: Limits) -> Source:
             table.columns[index].filled,
             base.start,
             recorded_at=clock.recorded_at,
-            no_rate=base.problem,
+            no_rate=missing or base.problem,
         )
         for index in kept
     )
@@ -131,6 +136,12 @@ def open_source(path: Path, limits: Limits) -> Source:
         notes=(*notes, doubt) if doubt else tuple(notes),
         times=clock.uneven,
     )
+
+
+def _first(path: Path) -> tuple[bytes, bool]:
+    """The first bytes of a file, and whether they are all of it."""
+    with path.open("rb") as file:
+        return file.read(HEAD), not file.read(1)
 
 
 def _settings_beside(table: Table) -> range:

@@ -31,7 +31,8 @@ def averaged_density(
     """Draw the density of the energy, the joint density, and its cut along the velocity.
 
     The ridges of the joint density, orbits on which it is greatest, are drawn white; extrema are
-    marked on the cut, which goes through the bottom of the well.
+    marked on the cut, which goes through the bottom of the well. Of several wells, which have no
+    one shape, the cut goes through the lowest and nothing is marked.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def averaged_density(
     """
     grid = panels(figure, 1, 3, (11.0, 3.6))
     energies, plane, cut = grid
-    shape = result.shape
+    shape = result.shape if len(result.wells) == 1 else None
     fine = np.linspace(0, result.greatest, 4000)
     most = float(fine[np.searchsorted(result.cumulative(fine), 1 - ALL_BUT)])
 
@@ -78,7 +79,7 @@ def averaged_density(
     shown = plane.pcolormesh(x, v, joint, shading="gouraud", cmap="viridis", rasterized=True)
     plane.figure.colorbar(shown, ax=plane)
     title(plane, "$p(x, v)$")
-    ridges = shape.energy[shape.maximum & (shape.energy > 0)]
+    ridges = () if shape is None else shape.energy[shape.maximum & (shape.energy > 0)]
     for ridge in ridges:
         place = np.linspace(*result.reach(ridge), 4 * FINENESS)
         speed = np.sqrt(
@@ -92,14 +93,21 @@ def averaged_density(
 
     fine_v = fastest * np.linspace(-1, 1, 8 * FINENESS)
     cut.plot(fine_v, result.joint_density(result.bottom, fine_v), color=BLUE)
-    speeds = np.sqrt(2 * shape.energy / result.oscillator.mass)
-    for kind, look in EXTREMA:
-        marked = shape.maximum == kind
-        at = np.concatenate([-speeds[marked], speeds[marked]])
-        cut.plot(at, np.tile(shape.height[marked], 2), "o", markersize=5, **look)
-    cut.set(xlim=(v[0], v[-1]), ylim=(0, 1.2 * float(shape.height.max())))
-    title(cut, shape.name)
-    frame(cut, "velocity $v$", f"$p(x = {result.bottom:.3g}, v)$", "upper right", ncols=2)
+    height = float(result.joint_density(result.bottom, fine_v).max())
+    if shape is not None:
+        speeds = np.sqrt(2 * shape.energy / result.oscillator.mass)
+        height = float(shape.height.max())
+        for kind, look in EXTREMA:
+            marked = shape.maximum == kind
+            at = np.concatenate([-speeds[marked], speeds[marked]])
+            cut.plot(at, np.tile(shape.height[marked], 2), "o", markersize=5, **look)
+    cut.set(xlim=(v[0], v[-1]), ylim=(0, 1.2 * height))
+    title(cut, f"{len(result.wells)} wells" if shape is None else shape.name)
+    words = "velocity $v$", f"$p(x = {result.bottom:.3g}, v)$"
+    if shape is None:
+        frame(cut, *words)
+    else:
+        frame(cut, *words, "upper right", ncols=2)
     return grid
 
 

@@ -18,6 +18,7 @@ from ..axes import (
     VERMILLION,
     axes,
     called,
+    cell_edges,
     frame,
     legend,
 )
@@ -271,7 +272,7 @@ def _palette(count: int) -> list[str]:
 
 def _cells(ax: Axes, x: np.ndarray, y: np.ndarray, codes: np.ndarray, palette: list[str]) -> None:
     ax.pcolormesh(
-        x, y, codes, shading="nearest", rasterized=True, cmap=ListedColormap(palette),
+        cell_edges(x), cell_edges(y), codes, rasterized=True, cmap=ListedColormap(palette),
         norm=BoundaryNorm(np.arange(len(palette) + 1) - 0.5, len(palette)),
     )  # fmt: skip
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import TwoSlopeNorm
 
 from .._kinds import checked
-from ..axes import axes, called, frame, title
+from ..axes import axes, called, cell_edges, frame, title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +44,7 @@ def match_rate(result: MatchRate, ax: Axes | None = None) -> Axes:
         level = np.clip(np.log10(result.distance), limit - DECADES, None)
     top = max(np.nanmax(level, initial=limit), limit) + 1e-9
     mesh = ax.pcolormesh(
-        result.x, result.y, level, cmap="RdBu_r", shading="nearest", rasterized=True,
+        cell_edges(result.x), cell_edges(result.y), level, cmap="RdBu_r", rasterized=True,
         norm=TwoSlopeNorm(limit, limit - DECADES, top),
     )  # fmt: skip
     bar = ax.figure.colorbar(mesh, ax=ax, label="$\\log_{10}$ of the distance $e_c$")

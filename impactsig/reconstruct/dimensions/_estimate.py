@@ -38,7 +38,7 @@ Where a motion expands distances beyond the scales within the time of a vector, 
 look like noise, and the slope is too high by about as much.
 """
 
-PAIRS_A_VECTOR = 0.15
+PAIRS_A_VECTOR = 0.25
 """Sum of the kernel at the least scale, for each vector.
 
 Errors by the chance of single pairs fall with the number of pairs, those by the states visited with

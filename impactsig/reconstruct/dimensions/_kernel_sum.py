@@ -222,12 +222,14 @@ class _Vectors(NamedTuple):
     def of(cls, vectors: np.ndarray, places: np.ndarray, theiler: int, length: int) -> _Vectors:
         blocks = places * BLOCKS // length
         starts = np.searchsorted(blocks, np.arange(BLOCKS + 1))
-        # What comes after each vector, by block.
-        after = np.searchsorted(places, places + theiler, side="right")
-        pairs = np.zeros((BLOCKS, BLOCKS))
-        for b in range(BLOCKS):
-            mine = after[starts[b] : starts[b + 1], None]
-            pairs[b] = (starts[1:] - np.clip(mine, starts[:-1], starts[1:])).sum(axis=0)
+        # The first that comes after each: pairs with the rest of its block, and with all later.
+        first = np.searchsorted(places, places + theiler, side="right")
+        some = first < len(places)
+        first, block = first[some], blocks[first[some]]
+        both, shape = blocks[some] * BLOCKS + block, (BLOCKS, BLOCKS)
+        count = np.bincount(both, minlength=BLOCKS**2).reshape(shape)
+        rest = np.bincount(both, starts[block + 1] - first, BLOCKS**2).reshape(shape)
+        pairs = rest + (count.cumsum(axis=1) - count) * np.diff(starts)
         return cls(leaves(vectors, places, blocks), pairs)
 
     def sums(self, theiler: int, weights: np.ndarray, workers: int | None) -> np.ndarray:

@@ -266,7 +266,7 @@ def correlation_dimension(
 
     whose mean is exactly that without noise. It grows as H^D2. The slope of ln K against ln H is
     read by least squares from H1 to H2: H1 is the greatest of 1.5 standard deviations of the noise,
-    twice the resolution and the scale whose kernel sums to 60 pairs, or to 0.15 pairs for each
+    twice the resolution and the scale whose kernel sums to 60 pairs, or to 0.25 pairs for each
     vector where that leaves W = 1.6 e-folds; at H2 is K = 0.03 (0.01 where the slope is above 1.5,
     if that leaves W = 1.6), or less where the slope rises there and vectors of unrelated values
     explain it: with m coordinates, K_1(H)^m of the pairs are near by chance. `fit` reads it

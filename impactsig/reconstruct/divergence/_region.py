@@ -84,9 +84,10 @@ def best_line(curve: Curve, least: int, end: int, low: float) -> Line | None:
     """The line, within the steps up to `end` and above the level `low`, that is known best.
 
     Of all that end at step `least` or later, are long and straight enough and rise by a factor e,
-    the one with the least standard error, of sampling and of not being straight together.
+    the one with the least `standard_error`.
     """
     found: Line | None = None
+    least_error = math.inf
     if end < LEAST_POINTS - 1:
         return None
     steps = np.unique(np.linspace(0, end, min(CANDIDATES, end + 1)).astype(int))
@@ -98,8 +99,9 @@ def best_line(curve: Curve, least: int, end: int, low: float) -> Line | None:
             if growth < LEAST_GROWTH:
                 continue
             line = fit(curve, int(first), int(last))
-            if abs(line.bend) <= BEND * line.slope and (found is None or line.error < found.error):
-                found = line
+            error = standard_error(line)
+            if abs(line.bend) <= BEND * line.slope and error < least_error:
+                found, least_error = line, error
     return found
 
 

@@ -187,7 +187,7 @@ def lyapunov_exponent(
     the limit of a bootstrap over these blocks with many draws, without its randomness; with Kantz's
     method it is wider by sqrt(2), since a pair counts from both its ends. Of 100 series of 2000
     values each, the interval held the exponent of Hénon's map, of the logistic map (ln 2) and of
-    Lorenz' x in 92, 100 and 98 (Kantz: 91, 100 and 100).
+    Lorenz' x in all (Kantz: in all, with one of Lorenz' unanswered).
 
     Parameters
     ----------

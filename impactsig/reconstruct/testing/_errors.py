@@ -24,7 +24,8 @@ def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, lin
     order = references[rank]
     columns = np.empty((dimension, count))
     for c in range(dimension):
-        columns[c] = x[order + c * delay]
+        for k in range(count):
+            columns[c, k] = x[order[k] + c * delay]
     first = columns[0]
     least = 1e-3 * (first[count - 1] - first[0])  # equal values need no radius at all
     radius = 100 * least

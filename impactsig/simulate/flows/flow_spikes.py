@@ -148,7 +148,8 @@ def spikes(tab, field, task, s, course, steps):
                 at = t + (share * h + course.clock[ROUNDED])
                 if found == len(times):
                     more = np.empty(min(2 * found, task.wanted))
-                    more[:found] = times
+                    for k in range(found):
+                        more[k] = times[k]
                     times = more
                 # Two crossings within rounding of each other keep their order.
                 times[found] = at if found == 0 else max(at, times[found - 1])

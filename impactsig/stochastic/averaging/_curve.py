@@ -11,6 +11,7 @@ import numpy as np
 
 from ...oscillators import Oscillator
 from ._cycles import Orbits, exchange, orbits
+from ._families import Family, families
 from ._panels import (
     NODES,
     POINTS,
@@ -23,7 +24,7 @@ from ._panels import (
     panels,
     roots,
 )
-from ._well import Conservative, conservative, well
+from ._well import Conservative, conservative
 
 FAR = 50.0  # exponent below its greatest, from where on the density is left out
 
@@ -73,7 +74,12 @@ class Curve:
     @property
     def greatest(self) -> float:
         """Energy beyond which the density counts as 0."""
-        return float(self.ends[-1, 1])
+        return float(self.ends[-1, 1]) if len(self.ends) else -math.inf
+
+    @property
+    def last(self) -> float:
+        """The exponent at the greatest energy of the panels."""
+        return float(self.exponent[-1].sum())
 
     def log_joint(self, energy: np.ndarray) -> np.ndarray:
         """Logarithm of the joint density."""
@@ -102,6 +108,8 @@ class Curve:
 
     def cumulative(self, energy: np.ndarray) -> np.ndarray:
         """Probability of an energy up to that one."""
+        if not len(self.ends):
+            return np.zeros(energy.shape)
         before = self.below + np.concatenate([[0.0], np.cumsum(self.share.sum(axis=1))])
         piece = np.searchsorted(self.ends[:, 0], energy, side="right") - 1
         inside = np.clip(piece, 0, None)
@@ -119,6 +127,10 @@ class Curve:
     def mean(self, what: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> float:
         """Mean of a function of panel and place, over the energies in the panels."""
         return float((self.share * what(self.panel[:, None], _places(self.low, self.high))).sum())
+
+    def exchanged(self, panel: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Share of its energy that a cycle exchanges, where that is below 1."""
+        return np.clip(evaluate(self.turnover, panel, u), 0.0, 1.0)
 
     def shares(self, panel: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Probabilities that go to the points of a quadrature between two places in a panel."""
@@ -140,30 +152,59 @@ class Curve:
         return np.concatenate([[0.0], found])[turns], falls[turns]
 
     @cached_property
-    def even(self) -> np.ndarray:
-        """Energies between which the joint density varies little, even if they are shifted."""
+    def widest(self) -> float:
+        """Distance of energies over which the joint density varies little."""
         ends = self.ends
         high = self.log_joint(ends).max(axis=1)
-        needed = float((ends[:, 1] - ends[:, 0])[high > high.max() - FAR / 2].max()) / 4
+        return float((ends[:, 1] - ends[:, 0])[high > high.max() - FAR / 2].max()) / 4
+
+    @cached_property
+    def even(self) -> np.ndarray:
+        """Energies between which the joint density varies little, even if they are shifted."""
+        needed = self.widest
         start = self.grid.edges[self.grid.edges < needed]
         count = math.ceil((self.greatest - start[-1]) / needed)
         return np.concatenate([[0.0], start[:-1], np.linspace(start[-1], self.greatest, count + 1)])
 
 
 @lru_cache(maxsize=64)
-def _grid(part: Conservative, least: float, greatest: float) -> tuple[Panels, Orbits]:
+def _grid(part: Conservative, which: int, least: float, greatest: float) -> tuple[Panels, Orbits]:
     """Panels, and the orbits at their nodes: the same for any damper, friction, loss and noise."""
-    starts = [side.top for side in well(part).sides if side.stop and side.top > 0]
-    grid = panels(least, greatest, starts)
-    return grid, orbits(part, grid.nodes.ravel())
+    family = families(part).walk()[which]
+    grid = panels(least, greatest, _breaks(part, family), family.foot, family.head)
+    return grid, orbits(part, grid.nodes.ravel(), family=family)
 
 
-def curve(oscillator: Oscillator, least: float, greatest: float, impact: str) -> Curve:
-    """The density of an oscillator over these energies, with a whole of 1."""
+def _breaks(part: Conservative, family: Family) -> dict[float, float]:
+    """Energies from which on a stop is met, or a soft one left, and the scale of what follows."""
+    found: dict[float, float] = {}
+    for k, own in ((0, family.wells[0].sides[0]), (-1, family.wells[-1].sides[1])):
+        inside, ground = family.wells[k], family.grounds[k] - family.ground
+        for piece in own.parts[1:]:
+            pressed = float(inside.pull(own, np.array([piece.start]))[0])
+            at = inside.bottom + own.sign * piece.start
+            base = piece.base + ground
+            scales = [
+                max(touched.scale(pressed), 1e-12 * base)
+                for touched in part.contacts
+                if math.isclose(touched.place, at, rel_tol=1e-9, abs_tol=1e-9 * piece.start)
+            ]
+            found[base] = min([base, found.get(base, base), *scales])
+        if own.stop and own.top + ground > 0:
+            found[own.top + ground] = own.top + ground
+    return found
+
+
+def curve(oscillator: Oscillator, which: int, least: float, greatest: float, impact: str) -> Curve:
+    """The density of an oscillator over these energies of a family, without its whole.
+
+    Its exponent is 0 at the bottom, or at the saddle where the family begins.
+    """
     assert oscillator.noise is not None
     intensity, mass = oscillator.noise.intensity, oscillator.mass
     part = conservative(oscillator)
-    grid, along = _grid(part, least, greatest)
+    family = families(part).walk()[which]
+    grid, along = _grid(part, which, least, greatest)
 
     def over_nodes(values: np.ndarray) -> np.ndarray:
         return values.reshape(len(grid.start), -1)
@@ -172,31 +213,53 @@ def curve(oscillator: Oscillator, least: float, greatest: float, impact: str) ->
     index = np.arange(len(grid.start))[:, None]
     rate = over_nodes(gain / along.area) / intensity
     # At the bottom area and balance are powers of the energy, so their integrals are known.
-    bottom = orbits(part, np.array([least, 2 * least]))
+    bottom = orbits(part, np.array([least, 2 * least]), family=family)
     slopes = exchange(oscillator, bottom, impact).gain / bottom.area / intensity
-    known = slopes[0] * slopes[1] > 0
+    known = slopes[0] * slopes[1] > 0 and not family.children
     growth = max(1 + math.log2(slopes[1] / slopes[0]), 0.25) if known else 1.0
-    rise = float(slopes[0]) * least / growth
-    exponent = integrated(fitted(rate * grid.slope(index, NODES)), rise)
-    balance = fitted(rate)
-    at = roots(balance)
-    tops = evaluate(exponent, np.array([k for k, _ in at], int), np.array([u for _, u in at]))
-    exponent[:, 0] -= max([0.0, rise, *tops])
-    panel, low, high, ends = mesh(grid, lambda k, u: evaluate(exponent, k, u), -FAR)
-    weight = fitted(np.log(over_nodes(along.period / mass)))
-
-    draft = Curve(
-        grid=grid, exponent=exponent, balance=balance, weight=weight,
+    rise = 0.0 if family.children else float(slopes[0]) * least / growth
+    power = 0.0
+    if not family.children:
+        power = float(least * bottom.period[0] / (mass * bottom.area[0])) - 1
+    empty = np.zeros(0)
+    return Curve(
+        grid=grid, exponent=integrated(fitted(rate * grid.slope(index, NODES)), rise),
+        balance=fitted(rate), weight=fitted(np.log(over_nodes(along.period / mass))),
         turnover=fitted(over_nodes(turnover / along.energy)),
-        error=np.array([along.energy, along.error]), below=0.0,
-        power=float(least * bottom.period[0] / (mass * bottom.area[0])) - 1,
-        rise=rise, growth=growth, panel=panel, low=low, high=high, ends=ends, share=np.zeros(0),
+        error=np.array([along.energy, along.error]),
+        below=0.0 if family.children else float(bottom.area[0]), power=power,
+        rise=rise, growth=growth, panel=empty.astype(int), low=empty, high=empty,
+        ends=np.zeros((0, 2)), share=np.zeros((0, 16)),
     )  # fmt: skip
-    share = draft.shares(panel, low, high)
-    below = float(bottom.area[0]) * math.exp(float(draft.log_joint(np.array([least]))[0]))
-    total = float(share.sum()) + below
-    exponent[:, 0] -= math.log(total)
-    return replace(draft, below=below / total, share=share / total)
+
+
+def whole(curves: list[Curve], shifts: list[float]) -> list[Curve]:
+    """The densities with their exponents shifted, with a whole of 1 over all of them."""
+    tops = []
+    for own, shift in zip(curves, shifts, strict=True):
+        at = roots(own.balance)
+        places = np.array([k for k, _ in at], int), np.array([u for _, u in at])
+        # The bottom, the orbits of no balance, and for what begins at a saddle both ends.
+        ends = [0.0, own.rise, *evaluate(own.exponent, *places)]
+        if len(curves) > 1:
+            ends.append(own.last)
+        tops += [end + shift for end in ends]
+    most = max(tops)
+    drafts = []
+    for own, shift in zip(curves, shifts, strict=True):
+        exponent = own.exponent.copy()
+        exponent[:, 0] -= most - shift
+        pieces = mesh(own.grid, lambda k, u, e=exponent: evaluate(e, k, u), -FAR)  # type: ignore[misc]
+        panel, low, high, energy = pieces
+        draft = replace(own, exponent=exponent, panel=panel, low=low, high=high, ends=energy)
+        share = draft.shares(draft.panel, draft.low, draft.high)
+        least = own.grid.edges[:1]
+        below = own.below and own.below * math.exp(float(draft.log_joint(least)[0]))
+        drafts.append(replace(draft, share=share, below=below))
+    total = sum(float(own.share.sum()) + own.below for own in drafts)
+    for own in drafts:
+        own.exponent[:, 0] -= math.log(total)
+    return [replace(own, below=own.below / total, share=own.share / total) for own in drafts]
 
 
 def _places(low: np.ndarray, high: np.ndarray) -> np.ndarray:

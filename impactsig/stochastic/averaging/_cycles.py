@@ -3,7 +3,8 @@
 A quarter of the cycle, from the bottom to where the motion turns, is integrated in
 ``tau = sqrt(turn - distance)``, in which the velocity has no root singularity; where a stop ends it
 before, the turn is the one that the force at the stop foretells. The kinetic energy along it is the
-work from the end inwards and not a difference of potentials, so that no digits cancel.
+work from the end inwards and not a difference of potentials, so that no digits cancel. Where a soft
+stop is touched or left a new piece begins, as its force does, with whatever power of the depth.
 """
 
 from __future__ import annotations
@@ -15,8 +16,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...oscillators import Oscillator
-from ._well import Conservative, Side, Well, on_arrays, well
+from ...oscillators import Oscillator, Rigid
+from ._contacts import Contact
+from ._families import Family, families
+from ._well import Conservative, Part, Side, Well, on_arrays
 
 NODES = (24, 48, 96, 192, 384)
 IMPACTS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
@@ -26,6 +29,8 @@ IMPACTS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 }
 """What an impact takes of the kinetic energy, over the restitution coefficient."""
 
+SHORT_POINTS, SHORT_WEIGHTS = np.polynomial.legendre.leggauss(8)  # from one node to the next
+SHORT_POINTS, SHORT_WEIGHTS = (SHORT_POINTS + 1) / 2, SHORT_WEIGHTS / 2
 AGREED = 1e-11  # relative change of the integrals at which the nodes are not doubled again
 
 
@@ -39,13 +44,14 @@ class Orbits:
         Integral of v dx.
     period : numpy.ndarray, shape (n,)
     work : numpy.ndarray, shape (n,)
-        Work of the law beyond what it does on a mass that stands [J].
+        Work of the law beyond what it does on a mass that stands, and of soft stops beyond their
+        springs' [J].
     gross : numpy.ndarray, shape (n,)
         The sum of the sizes of what it gives and takes [J].
     span : numpy.ndarray, shape (n,)
         From where to where the mass goes.
     spare : numpy.ndarray, shape (2, n)
-        Kinetic energy at the lower and the upper stop [J].
+        Kinetic energy at the lower and the upper rigid stop [J].
     error : numpy.ndarray, shape (n,)
         Greatest relative change of an integral when the nodes were doubled last.
     """
@@ -75,6 +81,8 @@ def exchange(oscillator: Oscillator, along: Orbits, impact: str) -> Exchange:
     lost = np.zeros(along.energy.shape)
     for spare, side in zip(along.spare, ("lower", "upper"), strict=True):
         for stop in oscillator.stops_on(side):
+            if not isinstance(stop.law, Rigid):
+                continue  # its loss is in the work along the orbit
             r = _restitution(stop.law, np.sqrt(2 * spare / oscillator.mass), impact)
             lost += spare * IMPACTS[impact](r)
     return Exchange(along.work - damped - lost, along.gross + damped + lost)
@@ -90,24 +98,31 @@ def _restitution(law: Any, approach: np.ndarray, impact: str) -> np.ndarray:
     return np.where(possible, found, np.nan)
 
 
-def orbits(part: Conservative, energy: np.ndarray, coarse: bool = False) -> Orbits:
+def orbits(
+    part: Conservative, energy: np.ndarray, coarse: bool = False, family: Family | None = None
+) -> Orbits:
     """The integrals, with nodes doubled until they agree; `coarse` takes the fewest."""
-    inside = well(part)
-    ends = [_end(inside, side, energy) for side in inside.sides]
+    family = family or families(part)
+    pieces = [
+        _piece(part, family, ground - family.ground, inside, side, own, energy)
+        for inside, ground in zip(family.wells, family.grounds, strict=True)
+        for side in inside.sides
+        for own in side.parts
+        if side.reach
+    ]
     drag = _drag(part)
-    found = _integrals(part.mass, inside, drag, ends, NODES[0])
+    found = _integrals(part.mass, drag, pieces, NODES[0], len(energy))
     error = np.zeros(energy.shape)
     if not coarse:
         # Near a bottom that is not at 0, forces are known to what rounding leaves of them.
-        nearest = np.min(
-            [end[0] for end, side in zip(ends, inside.sides, strict=True) if side.reach], axis=0
-        )
-        rounding = 16 * np.finfo(float).eps * abs(inside.bottom) / nearest
+        nearest = np.min([piece.distance for piece in pieces if piece.part.start == 0], axis=0)
+        furthest = max(abs(inside.bottom) for inside in family.wells)
+        rounding = 16 * np.finfo(float).eps * furthest / nearest
         enough = np.maximum(AGREED, rounding)
         left = np.arange(len(energy))
         for nodes in NODES[1:]:
-            some = [tuple(values[left] for values in end) for end in ends]
-            finer = _integrals(part.mass, inside, drag, some, nodes)
+            some = [piece.only(left) for piece in pieces]
+            finer = _integrals(part.mass, drag, some, nodes, len(left))
             # Gains and losses may cancel; the sum of their sizes has kinks, and is but an estimate.
             scale = np.abs(finer[[0, 1, 3]])
             with np.errstate(invalid="ignore", divide="ignore"):
@@ -117,53 +132,209 @@ def orbits(part: Conservative, energy: np.ndarray, coarse: bool = False) -> Orbi
             left = left[error[left] > enough[left]]
             if not left.size:
                 break
-    span = ends[0][0] + ends[1][0]
+    for contact in part.contacts:
+        if contact.only_pushes:
+            kept = _not_pulled(part, family, contact, energy)
+            found[2] += kept
+            found[3] -= kept
     area, period, work, gross = found
-    spare = np.array([ends[0][1], ends[1][1]])
-    return Orbits(energy, area, period, work, gross, span, spare, error)
+    low, high = (
+        (inside, side, energy + (family.ground - ground))
+        for inside, side, ground in (
+            (family.wells[0], family.wells[0].sides[0], family.grounds[0]),
+            (family.wells[-1], family.wells[-1].sides[1], family.grounds[-1]),
+        )
+    )
+    reached = [inside.turn(side, own) for inside, side, own in (low, high)]
+    span = reached[0] + reached[1] + (high[0].bottom - low[0].bottom)
+    spare = [
+        np.maximum(own - side.top, 0.0) if side.stop else np.zeros(energy.shape)
+        for _, side, own in (low, high)
+    ]
+    return Orbits(energy, area, period, work, gross, span, np.array(spare), error)
 
 
-def _end(inside: Well, side: Side, energy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """How far a motion gets, what is left of its energy there, and how far it is from its turn."""
-    distance = inside.turn(side, energy) if side.reach else np.zeros(energy.shape)
-    spare = np.maximum(energy - side.top, 0.0) if side.stop else np.zeros(energy.shape)
+class Piece(NamedTuple):
+    """The way through a part of a side, for each energy.
+
+    Attributes
+    ----------
+    well, side, part : Well, Side, Part
+        Where it lies.
+    contacts : tuple
+        The soft stops that are pressed there, with the speed of their last touch for each energy.
+    distance : numpy.ndarray, shape (n,)
+        How far a motion gets in it, 0 where it does not come there.
+    spare : numpy.ndarray, shape (n,)
+        What is left of its kinetic energy at the far end.
+    ahead : numpy.ndarray, shape (n,)
+        How far that is from where it would turn; before a saddle, from the saddle where it turns,
+        and where it passes how far from there its kinetic energy is twice what it is on the top.
+    """
+
+    well: Well
+    side: Side
+    part: Part
+    contacts: tuple[tuple[Contact, np.ndarray], ...]
+    distance: np.ndarray
+    spare: np.ndarray
+    ahead: np.ndarray
+
+    @property
+    def saddle(self) -> bool:
+        """Whether it leads up to a saddle."""
+        return self.side.saddle and self.part is self.side.parts[-1]
+
+    def nodes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distances from the far end inwards, and their derivative by the points from 0 to 1."""
+        distance, ahead = self.distance[:, None], self.ahead[:, None]
+        if not self.saddle:
+            first = np.sqrt(ahead)
+            width = distance / (np.sqrt(distance + ahead) + first)
+            tau = first + width * points
+            return width * points * (2 * first + width * points), 2 * tau * width
+        # The speed is the root of y^2 - ahead^2 or y^2 + ahead^2, y the distance from the saddle.
+        passes = self.spare[:, None] > 0
+        far = np.where(
+            passes, np.arcsinh(distance / ahead), 2 * np.arcsinh(np.sqrt(distance / (2 * ahead)))
+        )
+        u = far * points
+        inwards = np.where(passes, ahead * np.sinh(u), 2 * ahead * np.sinh(u / 2) ** 2)
+        return inwards, far * ahead * np.where(passes, np.cosh(u), np.sinh(u))
+
+    @property
+    def rough(self) -> bool:
+        """Whether a force begins or ends here with a root of the depth."""
+        return any(contact.exponent % 1 != 0 for contact, _ in self.contacts)
+
+    def only(self, which: np.ndarray) -> Piece:
+        """The same for some of the energies."""
+        return self._replace(
+            contacts=tuple((own, approach[which]) for own, approach in self.contacts),
+            distance=self.distance[which],
+            spare=self.spare[which],
+            ahead=self.ahead[which],
+        )
+
+    def work(self, inwards: np.ndarray) -> np.ndarray:
+        """Work from the far end to distances from there, node by node.
+
+        Near a saddle it goes over so many powers of ten that the digits of a sum with signs are
+        not enough.
+        """
+        before = np.concatenate([np.zeros((len(inwards), 1)), inwards[:, :-1]], axis=1)
+        width = inwards - before
+        far = self.part.start + self.distance[:, None, None]
+        at = far - (before[..., None] + width[..., None] * SHORT_POINTS)
+        work = width * (self.well.pull(self.side, at) @ SHORT_WEIGHTS)
+        return np.cumsum(work, axis=1)
+
+
+def _piece(
+    part: Conservative,
+    family: Family,
+    ground: float,
+    inside: Well,
+    side: Side,
+    own: Part,
+    energy: np.ndarray,
+) -> Piece:
+    """The way through a part of a side of a well, for energies of the family."""
+    energy = energy - ground
+    comes = energy > own.base
+    distance = np.where(comes, inside.turn_in(side, own, np.maximum(energy, own.base)), 0.0)
+    last = own is side.parts[-1]
+    passes = side.stop or side.saddle or not last
+    spare = np.maximum(energy - own.top, 0.0) if passes else np.zeros(energy.shape)
     ahead = np.zeros(energy.shape)
     hits = spare > 0
-    if hits.any() and side.reach:
-        slope = float(inside.pull(side, np.array([side.reach]))[0])
+    if last and side.saddle:
+        mirrored = inside.turn_in(side, own, np.maximum(own.top - spare, own.base))
+        ahead = np.maximum(own.distance[-1] - np.where(hits, mirrored, distance), 1e-300)
+    elif hits.any() and own.end > own.start:
+        slope = float(inside.pull(side, np.array([own.end]))[0])
         # Far from turning the path is covered evenly, as it is where the force is none.
         ahead[hits] = np.minimum(spare[hits] / max(slope, 1e-300), 1e3 * side.reach)
-    return distance, spare, ahead
+    pressed = []
+    if part.contacts:
+        middle = own.start + (min(own.end, own.start + 1.0) - own.start) / 2
+        x = inside.bottom + side.sign * middle
+        for contact in part.contacts:
+            if contact.side * (x - contact.place) > 0:
+                touch = float(family.potential(np.array([contact.place]))[0]) - ground
+                speed = np.sqrt(2 * np.maximum(energy - touch, 0.0) / part.mass)
+                pressed.append((contact, speed))
+    return Piece(inside, side, own, tuple(pressed), distance, spare, ahead)
+
+
+def _not_pulled(
+    part: Conservative, family: Family, contact: Contact, energy: np.ndarray
+) -> np.ndarray:
+    """What a stop that only pushes does not take, for each energy."""
+    touch = family.potential(np.array([contact.place]))
+    hits = np.flatnonzero(energy > touch)
+    kept = np.zeros(energy.shape)
+    if contact.damping and hits.size:
+        lowest = min(family.grounds) - family.ground
+        kept[hits] = contact.not_pulled(
+            lambda x: family.potential(x) - touch,
+            part.mass,
+            energy[hits] - touch,
+            energy[hits] - lowest,
+        )
+    return kept
 
 
 def _integrals(
     mass: float,
-    inside: Well,
     drag: Callable[[np.ndarray, np.ndarray], np.ndarray] | None,
-    ends: Sequence[tuple[np.ndarray, ...]],
+    pieces: Sequence[Piece],
     nodes: int,
+    count: int,
 ) -> np.ndarray:
     """Area, period, work of the law, and the sum of the sizes of its parts, of whole cycles."""
-    points, weights, cumulative = rule(nodes)
-    found = np.zeros((4, len(ends[0][0])))
-    for side, (distance, spare, ahead) in zip(inside.sides, ends, strict=True):
-        if not side.reach:
-            continue
-        first = np.sqrt(ahead)[:, None]
-        width = distance[:, None] / (np.sqrt(distance + ahead)[:, None] + first)
-        tau = first + width * points
-        inwards = width * points * (2 * first + width * points)
-        at = np.maximum(distance[:, None] - inwards, 0.0)
-        step = 2 * tau * width
+    found = np.zeros((4, count))
+    for piece in pieces:
+        there = np.flatnonzero(piece.distance > 0)
+        turns = piece.spare[there] == 0
+        # A force that begins with a root does so where its stop is touched or left.
+        parts = (("start", there[turns]), ("both", there[~turns]))
+        for crowded, which in parts if piece.rough else (("", there),):
+            if which.size:
+                part = piece if which.size == count else piece.only(which)
+                found[:, which] += _through(mass, drag, part, rule(nodes, crowded))
+    return found
+
+
+def _through(
+    mass: float,
+    drag: Callable[[np.ndarray, np.ndarray], np.ndarray] | None,
+    piece: Piece,
+    rule: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> np.ndarray:
+    """The same of the way through one part, there and back."""
+    inside, side, own, contacts, distance, spare, _ = piece
+    points, weights, cumulative = rule
+    found = np.zeros((4, len(distance)))
+    inwards, step = piece.nodes(points)
+    at = own.start + np.maximum(distance[:, None] - inwards, 0.0)
+    if piece.saddle:
+        kinetic = spare[:, None] + piece.work(inwards)
+    else:
         kinetic = spare[:, None] + (inside.pull(side, at) * step) @ cumulative.T
-        v = np.sqrt(2 * np.maximum(kinetic, 0.0) / mass)
-        found[0] += 2 * (v * step) @ weights
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found[1] += 2 * (step / v) @ weights
-        if drag is not None:
-            work = drag(inside.bottom + side.sign * at, v) * step
-            found[2] += work @ weights
-            found[3] += np.abs(work) @ weights
+    v = np.sqrt(2 * np.maximum(kinetic, 0.0) / mass)
+    found[0] = 2 * (v * step) @ weights
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found[1] = 2 * (step / v) @ weights
+    x = inside.bottom + side.sign * at
+    if drag is not None:
+        work = drag(x, v) * step
+        found[2] = work @ weights
+        found[3] = np.abs(work) @ weights
+    for contact, approach in contacts:
+        lost = (contact.lost(x, v, approach[:, None]) * step) @ weights
+        found[2] -= lost
+        found[3] += lost
     return found
 
 
@@ -175,9 +346,13 @@ def _drag(part: Conservative) -> Callable[[np.ndarray, np.ndarray], np.ndarray] 
     return lambda x, v: law(0.0, x, v) - law(0.0, x, -v)
 
 
-@lru_cache(maxsize=8)
-def rule(nodes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gauss and Legendre's points and weights on (0, 1), and integrals from 0 to each point."""
+@lru_cache(maxsize=16)
+def rule(nodes: int, crowded: str = "") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Gauss and Legendre's points and weights on (0, 1), and integrals from 0 to each point.
+
+    Points run from the far end inwards. Crowded at the start, which is 1, they are those of
+    2 s - s^2 in place of s, and at both ends of 3 s^2 - 2 s^3, so that roots there are smooth.
+    """
     points, weights = np.polynomial.legendre.leggauss(nodes)
     # Through the values at the points goes sum_k c_k P_k, c_k = (k + 1/2) sum_j w_j P_k(x_j) f_j.
     legendre = np.polynomial.legendre.legvander(points, nodes)
@@ -187,4 +362,11 @@ def rule(nodes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     integral[:, 0] = points + 1
     k = order[1:]
     integral[:, 1:] = (legendre[:, 2:] - legendre[:, : nodes - 1]) / (2 * k + 1)
-    return (points + 1) / 2, weights / 2, integral @ coefficients / 2
+    points, weights, integral = (points + 1) / 2, weights / 2, integral @ coefficients / 2
+    if crowded == "start":
+        slope, points = 2 * (1 - points), points * (2 - points)
+    elif crowded == "both":
+        slope, points = 6 * points * (1 - points), points**2 * (3 - 2 * points)
+    else:
+        return points, weights, integral
+    return points, weights * slope, integral * slope

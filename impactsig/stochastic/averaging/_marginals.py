@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from ._branches import Branches
 from ._curve import Curve
 from ._panels import POINTS, WEIGHTS
 from ._well import Well
+
+CROWD = 4.0 ** -np.arange(12)  # shares of a piece at which it is cut towards a saddle's energy
 
 
 def speeds(density: Curve, mass: float) -> tuple[np.ndarray, np.ndarray]:
@@ -25,6 +30,53 @@ def places(density: Curve, inside: Well) -> tuple[np.ndarray, np.ndarray]:
             parts.append((inside.potential(inside.bottom + side.sign * d), weights))
     potential, weights = (np.concatenate(part) for part in zip(*parts, strict=True))
     return potential, weights
+
+
+def displacement(density: Branches, mass: float, place: np.ndarray) -> np.ndarray:
+    """The marginal p(x) where there are several wells: at a saddle's energy the density bends."""
+    found = np.zeros(place.shape)
+    for k, ground in enumerate(density.potential(place)):
+        if ground < density.greatest:
+            v, weights = _gauss(np.sqrt(2 * _energies(density, float(ground)) / mass))
+            found[k] = 2 * (density.joint(place[k], mass * v**2 / 2) @ weights)
+    return found
+
+
+def velocity(density: Branches, mass: float, speed: np.ndarray) -> np.ndarray:
+    """The marginal p(v) where there are several wells."""
+    found = np.zeros(speed.shape)
+    root = density.root
+    for k, kinetic in enumerate(mass * speed**2 / 2):
+        if kinetic >= density.greatest:
+            continue
+        levels = _energies(density, float(kinetic))
+        for inside, ground in zip(root.wells, root.grounds, strict=True):
+            local = levels[levels > ground] - ground
+            for side in inside.sides:
+                if side.reach:
+                    turns = inside.turn(side, local)
+                    starts = [part.start for part in side.parts]
+                    d, weights = _gauss(np.unique(np.concatenate([starts, turns])))
+                    at = inside.bottom + side.sign * d
+                    found[k] += density.joint(at, np.full(1, kinetic)) @ weights
+    return found
+
+
+def _energies(density: Branches, less: float) -> np.ndarray:
+    """From 0 on, what is left of energies between which the joint density varies little."""
+    finest = [
+        own.grid.edges[own.grid.edges <= own.greatest] + family.ground - less
+        for family, own in zip(density.families, density.curves, strict=True)
+    ]
+    high = density.greatest - less
+    width = min(own.widest for own in density.curves if len(own.ends))
+    even = np.linspace(0, high, max(int(np.ceil(high / width)), 1) + 1)
+    near: list[Any] = [even, *finest]
+    for saddle in density.saddles:
+        near += [[saddle - less], saddle - less - width * CROWD, saddle - less + width * CROWD]
+    near.append(high * CROWD)
+    cuts = np.unique(np.concatenate(near))
+    return cuts[(cuts >= 0) & (cuts <= high)]
 
 
 def _gauss(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ even in the square root of what is left at the stop, in which all is analytic ag
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -26,15 +27,16 @@ HALVINGS = 52  # of a panel
 
 @dataclass(frozen=True)
 class Panels:
-    """Where the panels are: panel k holds ``origin[k] + g(z)``, z from start[k] to end[k].
+    """Where the panels are: panel k holds ``origin[k] + sign[k] g(z)``, z from start[k] to end[k].
 
-    g is exp where `logarithmic`, and the square elsewhere.
+    g is exp where `logarithmic`, and the square elsewhere; the sign is -1 below a saddle.
     """
 
     origin: np.ndarray
     start: np.ndarray
     end: np.ndarray
     logarithmic: np.ndarray
+    sign: np.ndarray
     edges: np.ndarray = field(repr=False)
 
     @property
@@ -52,7 +54,7 @@ class Panels:
     def energy(self, panel: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Energies at u from -1 to 1 of the panels."""
         z = self._z(panel, u)
-        return self.origin[panel] + np.where(
+        return self.origin[panel] + self.sign[panel] * np.where(
             self.logarithmic[panel], np.exp(np.where(self.logarithmic[panel], z, 0)), z * z
         )
 
@@ -60,34 +62,58 @@ class Panels:
         """Derivative of the energy by u."""
         z = self._z(panel, u)
         exponential = np.exp(np.where(self.logarithmic[panel], z, 0))
-        return self._half(panel) * np.where(self.logarithmic[panel], exponential, 2 * z)
+        return (
+            self.sign[panel]
+            * self._half(panel)
+            * np.where(self.logarithmic[panel], exponential, 2 * z)
+        )
 
     def locate(self, energy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Panel of each energy, and where in it from -1 to 1."""
         panel = np.clip(np.searchsorted(self.edges, energy, side="right") - 1, 0, len(self.end) - 1)
-        above = np.maximum(energy - self.origin[panel], 0.0)
+        above = np.maximum(self.sign[panel] * (energy - self.origin[panel]), 0.0)
         logarithmic = self.logarithmic[panel]
         z = np.where(logarithmic, np.log(np.maximum(above, TINY)), np.sqrt(above))
         u = (z - (self.start[panel] + self.end[panel]) / 2) / self._half(panel)
         return panel, np.clip(u, -1.0, 1.0)
 
 
-def panels(least: float, greatest: float, breaks: list[float]) -> Panels:
-    """Panels from the least to the greatest energy, with the energies between that begin anew."""
-    bounds = [*(at for at in sorted(set(breaks)) if least < at < greatest), greatest]
-    count = max(1, int(np.ceil(np.log(bounds[0] / least) / DECADE)))
-    z = np.linspace(np.log(least), np.log(bounds[0]), count + 1)
-    rows = [(0.0, a, b, True) for a, b in pairwise(z)]
+def panels(
+    least: float,
+    greatest: float,
+    breaks: dict[float, float],
+    foot: float = 0.0,
+    head: float = math.inf,
+) -> Panels:
+    """Panels from the least to the greatest energy, with the energies between that begin anew.
+
+    To each of these belongs an energy above it, over which functions change that change fastest.
+    The first panels are even in the logarithm of the energy above the foot, a bottom or a saddle,
+    and where there is a saddle at the head the last in that of the energy below it.
+    """
+    bounds = [*(at for at in sorted(breaks) if least < at < greatest), greatest]
+    if head < math.inf:
+        bounds.insert(-1, (max([least, *bounds[:-1]]) + greatest) / 2)
+    count = max(1, int(np.ceil(np.log((bounds[0] - foot) / (least - foot)) / DECADE)))
+    z = np.linspace(np.log(least - foot), np.log(bounds[0] - foot), count + 1)
+    rows = [(foot, a, b, True, 1) for a, b in pairwise(z)]
     for low, high in pairwise(bounds):
+        if head < math.inf and high == greatest:
+            count = max(1, int(np.ceil(np.log((head - low) / (head - high)) / DECADE)))
+            z = np.linspace(np.log(head - low), np.log(head - high), count + 1)
+            rows += [(head, a, b, True, -1) for a, b in pairwise(z)]
+            continue
         widest = np.sqrt(high - low)
-        first = min(np.sqrt(low) / 2, widest)
+        first = min(np.sqrt(breaks[low]) / 2, widest)
         doublings = int(np.ceil(np.log2(widest / first)))
         z = np.concatenate([[0.0], np.geomspace(first, widest, doublings + 1)])
-        rows += [(low, a, b, False) for a, b in pairwise(z)]
-    origin, start, end, logarithmic = (np.array(column) for column in zip(*rows, strict=True))
-    made = Panels(origin, start, end, logarithmic, np.zeros(0))
+        rows += [(low, a, b, False, 1) for a, b in pairwise(z)]
+    origins, start, end, logarithmic, sign = (
+        np.array(column) for column in zip(*rows, strict=True)
+    )
+    made = Panels(origins, start, end, logarithmic, sign, np.zeros(0))
     edges = np.append(made.energy(np.arange(len(start)), np.array(-1.0)), greatest)
-    return Panels(origin, start, end, logarithmic, edges)
+    return Panels(origins, start, end, logarithmic, sign, edges)
 
 
 def fitted(values: np.ndarray) -> np.ndarray:

@@ -12,7 +12,8 @@ from ..._arguments import choice
 from ...errors import InvalidInput
 from ...oscillators import Oscillator, Rigid
 from ._cycles import IMPACTS, Orbits, exchange, orbits
-from ._well import Conservative, Well, on_arrays, well
+from ._families import Family, families
+from ._well import Conservative, conservative, on_arrays
 
 FAR = 100.0  # exponent below its greatest, from where on energies are left out
 LITTLE = 1e-9  # change of the exponent in an e-fold of the energy, below which it is a power of it
@@ -20,6 +21,7 @@ LEAST = 1e-14  # of the greatest energy, where panels begin at the latest
 SPACING = 0.4  # of the energies looked at first, in their logarithm
 BEFORE = 6  # energies before the first that matters, where panels begin
 HIGHEST = 1e60  # energy looked at where stops hold the mass on both sides
+SADDLE = 1e-12  # of a saddle's energy, as near as which the orbits beside it are followed
 FAR_OUT = 1e6  # displacement beyond which a well has no edge worth telling
 LATER = (0.731, 12.9)  # times at which a law must be what it is at 0
 
@@ -52,12 +54,8 @@ def check(oscillator: Oscillator, impact: str) -> None:
             "Simulate an ensemble, or take it as white where it is short against a cycle",
         )  # fmt: skip
     for stop in oscillator.stops:
-        if not isinstance(stop.law, Rigid):
-            raise InvalidInput(
-                "oscillator", stop, "rigid stops",
-                "KelvinVoigt has an equal Rigid: see stop_restitution",
-            )  # fmt: skip
-        if impact == "logarithmic" and stop.law.restitution == 0:
+        sticky = isinstance(stop.law, Rigid) and stop.law.restitution == 0
+        if impact == "logarithmic" and sticky:
             raise InvalidInput(
                 "oscillator", stop, "a restitution coefficient above 0",
                 'A mass that sticks to its stop has no cycles; or take impact="exact"',
@@ -73,53 +71,89 @@ def check(oscillator: Oscillator, impact: str) -> None:
             )  # fmt: skip
 
 
-def highest(inside: Well) -> float:
-    """Energy that the well holds."""
-    return min((side.top for side in inside.sides if not side.stop), default=math.inf)
-
-
-@lru_cache(maxsize=16)
-def ladder(part: Conservative) -> Orbits:
-    """Orbits of all energies that the well holds, roughly."""
-    inside = well(part)
-    first = max([1e-150, *(side.potential[1] for side in inside.sides if side.reach)])
-    last = min(highest(inside), HIGHEST)
-    count = max(2, math.ceil(math.log(last / first) / SPACING))
-    with np.errstate(all="ignore"):
-        return orbits(part, np.geomspace(first, last, count + 1)[:-1], coarse=True)
-
-
-def span(oscillator: Oscillator, part: Conservative, impact: str) -> tuple[float, float]:
-    """Energies from where the density is that of the bottom to where it is none.
+def check_rest(part: Conservative) -> None:
+    """Refuse a loss that is measured by an approach where there is none.
 
     Raises
     ------
     InvalidInput
-        If it does not fall off at the energies that the well holds.
+        If the mass may rest against such a stop.
+    """
+    for inside in families(part).wells:
+        for own in part.contacts:
+            if own.restitution is not None and own.side * (inside.bottom - own.place) > 0:
+                raise InvalidInput(
+                    "oscillator", f"a mass that rests in the Hertz stop at {own.place:g}",
+                    "a stop that the mass approaches, to have a loss by restitution",
+                    "Give Hertz(damping=) instead: it needs no approach velocity",
+                )  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def ladder(part: Conservative, which: int) -> Orbits:
+    """Orbits of all energies of a family, roughly."""
+    family = families(part).walk()[which]
+    if family.children:
+        first = SADDLE * family.foot
+    else:
+        (inside,) = family.wells
+        first = max([1e-150, *(s.parts[0].potential[1] for s in inside.sides if s.reach)])
+    last = min(family.edge, family.head, HIGHEST) - family.foot
+    count = max(2, math.ceil(math.log(last / first) / SPACING))
+    with np.errstate(all="ignore"):
+        energy = family.foot + np.geomspace(first, last, count + 1)[:-1]
+        return orbits(part, energy, coarse=True, family=family)
+
+
+def rates(oscillator: Oscillator, which: int, impact: str) -> tuple[np.ndarray, ...]:
+    """Energies of a family's ladder, derivatives of the exponent by their logarithm, the exponent.
+
+    The logarithm is that of the energy above the bottom, or above the saddle where it begins.
     """
     assert oscillator.noise is not None
-    rough = ladder(part)
+    part = conservative(oscillator)
+    rough = ladder(part, which)
     energy = rough.energy
+    above = energy - families(part).walk()[which].foot
     with np.errstate(all="ignore"):
         gain = exchange(oscillator, rough, impact).gain
-        rate = energy * gain / (oscillator.noise.intensity * rough.area)
+        rate = above * gain / (oscillator.noise.intensity * rough.area)
     known = np.isfinite(rate)
-    unknown = float(energy[np.argmin(known)]) if not known.all() else math.inf
-    energy, rate = energy[energy < unknown], rate[energy < unknown]
+    count = len(rate) if known.all() else int(np.argmin(known))
+    rate = rate[:count]
+    exponent = (rate[1:] + rate[:-1]) / 2 * np.diff(np.log(above[:count]))
+    return energy, rate, np.concatenate([[0.0], np.cumsum(exponent)])
+
+
+def least_of(energy: np.ndarray, rate: np.ndarray, greatest: float) -> float:
+    """Energy below which the density is that of the bottom of a well."""
+    energy = energy[: len(rate)]
     changes = np.flatnonzero(np.abs(rate) > LITTLE)
-    spacing = np.diff(np.log(energy))
-    exponent = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * spacing)])
-    near = np.flatnonzero(exponent >= exponent.max() - FAR)
-    if not changes.size or near[-1] == len(energy) - 1:
-        _unconfined(oscillator, well(part), unknown)
     # An extremum is an extremum however little the density differs there from that of the bottom.
     turns = np.flatnonzero(np.sign(rate[1:]) != np.sign(rate[:-1]))
-    least = float(energy[max(min([changes[0], *turns[:1]]) - BEFORE, 0)])
-    greatest = float(energy[near[-1] + 1])
-    return max(min(least, LEAST * greatest), float(energy[0])), greatest
+    first = min([*changes[:1], *turns[:1]], default=0)
+    least = float(energy[max(first - BEFORE, 0)])
+    return max(min(least, LEAST * greatest), float(energy[0]))
 
 
-def _unconfined(oscillator: Oscillator, inside: Well, unknown: float) -> NoReturn:
+def greatest_of(
+    oscillator: Oscillator, energy: np.ndarray, rate: np.ndarray, exponent: np.ndarray, most: float
+) -> float:
+    """Energy from where on there is no density, given the exponent's greatest among lower ones.
+
+    Raises
+    ------
+    InvalidInput
+        If it does not fall off at the energies that the wells hold.
+    """
+    near = np.flatnonzero(exponent >= max(float(exponent.max()), most) - FAR)
+    if not np.any(np.abs(rate) > LITTLE) or (near.size and near[-1] == len(rate) - 1):
+        unknown = float(energy[len(rate)]) if len(rate) < len(energy) else math.inf
+        _unconfined(oscillator, families(conservative(oscillator)), unknown)
+    return float(energy[near[-1] + 1] if near.size else energy[1])
+
+
+def _unconfined(oscillator: Oscillator, root: Family, unknown: float) -> NoReturn:
     """Say why no energy holds the density, the last of which nothing is known given."""
     if math.isfinite(unknown) and any(callable(stop.law.restitution) for stop in oscillator.stops):  # type: ignore[union-attr]
         raise InvalidInput(
@@ -127,9 +161,10 @@ def _unconfined(oscillator: Oscillator, inside: Well, unknown: float) -> NoRetur
             "a function whose values are from 0 to 1, and above 0",
             "The density reaches energies at which it gives no such number",
         )  # fmt: skip
-    for side in inside.sides:
-        if not side.stop and side.reach < FAR_OUT:
-            edge = inside.bottom + side.sign * side.reach
+    for inside, side in ((root.wells[0], 0), (root.wells[-1], 1)):
+        end = inside.sides[side]
+        if not end.stop and end.reach < FAR_OUT:
+            edge = inside.bottom + end.sign * end.reach
             raise InvalidInput(
                 "oscillator", f"a well that ends at {edge:.6g}", "a well that holds the motion",
                 "The noise takes it over the edge: no density is stationary",

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import InvalidInput
-from ...oscillators import Oscillator
+from ...oscillators import Oscillator, Rigid
+from ._contacts import Contact, contact
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(16)
 POINTS, WEIGHTS = (POINTS + 1) / 2, WEIGHTS / 2
@@ -31,6 +32,30 @@ class Conservative(NamedTuple):
     law: Callable[[float, float, float], float] | None
     lower: float
     upper: float
+    contacts: tuple[Contact, ...] = ()
+
+
+class Part(NamedTuple):
+    """A piece of a side, from where a soft stop is touched or left, or the bottom, to the next.
+
+    Its potential is tabled at octaves of the distance from its start, from 0 on, where it is 0 and
+    that above the bottom is `base`.
+    """
+
+    start: float
+    base: float
+    distance: np.ndarray
+    potential: np.ndarray
+
+    @property
+    def end(self) -> float:
+        """Distance from the bottom where it ends."""
+        return self.start + float(self.distance[-1])
+
+    @property
+    def top(self) -> float:
+        """Potential above the bottom where it ends."""
+        return self.base + float(self.potential[-1])
 
 
 @dataclass(frozen=True)
@@ -42,23 +67,23 @@ class Side:
     sign : int
         Which way it lies.
     reach : float
-        Distance of the stop, or of the barrier or the end of what could be tabled.
-    stop : bool
-        Whether it ends at a stop.
-    distance, potential : numpy.ndarray, shape (n,)
-        The potential at octaves of the distance, from 0 on.
+        Distance of the rigid stop, or of the barrier or the end of what could be tabled.
+    stop, saddle : bool
+        Whether it ends at a rigid stop, or at a barrier with another well beyond.
+    parts : tuple of Part
+        From the bottom outwards; over each the force is smooth.
     """
 
     sign: int
     reach: float
     stop: bool
-    distance: np.ndarray = field(repr=False)
-    potential: np.ndarray = field(repr=False)
+    saddle: bool
+    parts: tuple[Part, ...] = field(repr=False)
 
     @property
     def top(self) -> float:
         """Potential at the stop, or the greatest at which a motion is known to turn."""
-        return float(self.potential[-1])
+        return self.parts[-1].top
 
 
 @dataclass(frozen=True)
@@ -75,20 +100,29 @@ class Well:
 
     def turn(self, side: Side, energy: np.ndarray) -> np.ndarray:
         """Distance at which a motion of that energy turns; that of the stop where it hits."""
-        cell, start, end = _cell(side.potential, side.distance, energy)
-        base = side.potential[cell]
+        found = self.turn_in(side, side.parts[0], energy)
+        for part in side.parts[1:]:
+            beyond = energy > part.base
+            found[beyond] = part.start + self.turn_in(side, part, energy[beyond])
+        return found
+
+    def turn_in(self, side: Side, part: Part, energy: np.ndarray) -> np.ndarray:
+        """The same from the start of a part, for energies that get there."""
+        above = energy - part.base
+        cell, start, end = _cell(part.potential, part.distance, above)
+        base = part.potential[cell]
         low, high = start.copy(), end.copy()
         # Over an octave a potential is nearly a power of the distance.
-        over = np.clip(side.potential[np.minimum(cell + 1, len(side.potential) - 1)], 1e-300, None)
+        over = np.clip(part.potential[np.minimum(cell + 1, len(part.potential) - 1)], 1e-300, None)
         under = np.clip(base, 1e-300, None)
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.log(np.clip(energy, 1e-300, None) / under) / np.log(over / under)
+            share = np.log(np.clip(above, 1e-300, None) / under) / np.log(over / under)
             where = start * (end / start) ** np.clip(share, 0.0, 1.0)
         where = np.where((start > 0) & np.isfinite(where), where, (start + end) / 2)
         for _ in range(NEWTON):
-            short = base + self._work(side, start, where) - energy
+            short = base + self._work(side, part.start, start, where) - above
             low, high = np.where(short < 0, where, low), np.where(short < 0, high, where)
-            slope = self.pull(side, where)
+            slope = self.pull(side, part.start + where)
             with np.errstate(divide="ignore", invalid="ignore"):
                 new = where - short / slope
             new = np.where((new >= low) & (new <= high), new, (low + high) / 2)
@@ -96,7 +130,7 @@ class Well:
             where = new
             if done:
                 break
-        return np.where(energy >= side.top, side.distance[-1], where)
+        return np.where(above >= part.potential[-1], part.distance[-1], where)
 
     def potential(self, x: np.ndarray) -> np.ndarray:
         """Potential above the bottom [J]; infinite beyond the stops and where none is known."""
@@ -104,19 +138,25 @@ class Well:
         for side in self.sides:
             own = side.sign * (x - self.bottom) > 0
             distance = np.abs(x[own] - self.bottom)
-            within = distance <= side.distance[-1] * (1 + 1e-14)
-            part = np.full(distance.shape, np.inf)
-            if within.any():
-                cell, start, _ = _cell(side.distance, side.potential, distance[within])
-                start = side.distance[cell]
-                part[within] = side.potential[cell] + self._work(side, start, distance[within])
-            found[own] = part
+            within = distance <= side.reach * (1 + 1e-14)
+            known = np.full(distance.shape, np.inf)
+            starts = [part.start for part in side.parts]
+            of = np.searchsorted(starts, distance, side="right") - 1
+            for k, part in enumerate(side.parts):
+                here = within & (of == k)
+                if here.any():
+                    beyond = distance[here] - part.start
+                    cell, start, _ = _cell(part.distance, part.potential, beyond)
+                    start = part.distance[cell]
+                    work = part.potential[cell] + self._work(side, part.start, start, beyond)
+                    known[here] = part.base + work
+            found[own] = known
         return found
 
-    def _work(self, side: Side, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Work against the pull from one distance to another, within an octave."""
+    def _work(self, side: Side, origin: float, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Work against the pull from one distance from an origin to another, within an octave."""
         at = start[:, None] + (end - start)[:, None] * POINTS
-        return (end - start) * (self.pull(side, at) @ WEIGHTS)
+        return (end - start) * (self.pull(side, origin + at) @ WEIGHTS)
 
 
 def _cell(
@@ -128,8 +168,9 @@ def _cell(
 
 
 def conservative(oscillator: Oscillator) -> Conservative:
-    """That part of an oscillator; stops are infinitely far where there is none."""
-    upper, lower = oscillator.stops_on("upper"), oscillator.stops_on("lower")
+    """That part of an oscillator; rigid stops are infinitely far where there is none."""
+    rigid = [stop for stop in oscillator.stops if isinstance(stop.law, Rigid)]
+    walls = {stop.side: stop.position for stop in rigid}
     law = oscillator.law
     try:
         hash(law)
@@ -141,48 +182,83 @@ def conservative(oscillator: Oscillator) -> Conservative:
         oscillator.stiffness,
         oscillator.load,
         law,
-        lower[0].position if lower else -math.inf,
-        upper[0].position if upper else math.inf,
+        walls.get("lower", -math.inf),
+        walls.get("upper", math.inf),
+        tuple(contact(stop) for stop in oscillator.stops if not isinstance(stop.law, Rigid)),
     )
 
 
 @lru_cache(maxsize=16)
-def well(part: Conservative) -> Well:
-    """The one well of an oscillator between its stops.
+def wells(part: Conservative) -> tuple[Well, ...]:
+    """The wells of an oscillator between its stops, from left to right.
 
     Raises
     ------
     InvalidInput
-        If there is none, or more than one.
+        If there is none.
     """
     push = _push(part)
-    low, high = part.lower, part.upper
-    bottom, before, beyond = _equilibrium(push, low, high)
+    stable, barriers = _equilibria(part, push)
+    found = []
+    for bottom in stable:
+        sides = []
+        for sign, wall in ((-1, part.lower), (1, part.upper)):
+            beyond = [at for at in barriers if sign * (at - bottom) > 0]
+            end = sign * min((sign * at for at in beyond), default=math.inf)
+            saddle = any(sign * (other - end) > 0 for other in stable)
+            stop = math.isfinite(wall) and not saddle
+            sides.append(_side(part, push, bottom, sign, wall if stop else end, stop, saddle))
+        found.append(Well(bottom, (sides[0], sides[1]), push))
+    return tuple(found)
+
+
+def _side(
+    part: Conservative,
+    push: Callable[[np.ndarray], np.ndarray],
+    bottom: float,
+    sign: int,
+    end: float,
+    stop: bool,
+    saddle: bool,
+) -> Side:
+    """A side of a well, tabled as far as the potential is known."""
     # Pressed against a stop, the mass feels a force there that no rounding can hide.
-    shortest = 0.0 if bottom in (low, high) else SHORTEST * abs(bottom)
-    sides = []
-    for sign, position, barrier in ((-1, low, before), (1, high, beyond)):
-        stop = math.isfinite(position)
-        distance = _octaves(shortest, abs((position if stop else barrier) - bottom))
-        start = distance[:-1, None]
-        at = start + np.diff(distance)[:, None] * POINTS
+    shortest = 0.0 if bottom in (part.lower, part.upper) else SHORTEST * abs(bottom)
+    reach = abs(end - bottom)
+    touched = (sign * (own.place - bottom) for own in part.contacts)
+    starts = [0.0, *sorted({at for at in touched if 0 < at < reach})]
+    parts: list[Part] = []
+    base, whole = 0.0, True
+    for start, until in pairwise([*starts, reach]):
+        distance = _octaves(shortest if start == 0 else SHORTEST * abs(bottom + start),
+                            until - start)  # fmt: skip
+        first = distance[:-1, None]
+        at = first + np.diff(distance)[:, None] * POINTS
         with np.errstate(all="ignore"):
-            steps = np.diff(distance) * (-sign * push(bottom + sign * at) @ WEIGHTS)
+            steps = np.diff(distance) * (-sign * push(bottom + sign * (start + at)) @ WEIGHTS)
             potential = np.concatenate([[0.0], np.cumsum(steps)])
         known = np.isfinite(potential)
         count = len(known) if known.all() else int(np.argmin(known))
-        reach = float(distance[count - 1])
-        whole = count == len(known)
-        sides.append(Side(sign, reach, stop and whole, distance[:count], potential[:count]))
-    return Well(bottom, (sides[0], sides[1]), push)
+        parts.append(Part(start, base, distance[:count], potential[:count]))
+        base, whole = parts[-1].top, count == len(known)
+        if not whole:
+            break
+    return Side(sign, parts[-1].end, stop and whole, saddle and whole, tuple(parts))
 
 
 def _push(part: Conservative) -> Callable[[np.ndarray], np.ndarray]:
-    """The force of spring, load and law on a mass that stands, over arrays of displacements."""
-    if part.law is None:
-        return lambda x: part.load - part.stiffness * x
-    law = on_arrays(part.law)
-    return lambda x: part.load - part.stiffness * x + law(0.0, x, np.zeros(x.shape))
+    """The force of springs, load and law on a mass that stands, over arrays of displacements."""
+    law = None if part.law is None else on_arrays(part.law)
+
+    def push(x: np.ndarray) -> np.ndarray:
+        force = part.load - part.stiffness * x
+        if law is not None:
+            force = force + law(0.0, x, np.zeros(x.shape))
+        for own in part.contacts:
+            force = force - own.side * own.push(x)
+        return force
+
+    return push
 
 
 def on_arrays(law: Callable[..., Any]) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
@@ -226,17 +302,21 @@ def _octaves(shortest: float, reach: float) -> np.ndarray:
     return np.concatenate([[0.0], found])
 
 
-def _equilibrium(
-    push: Callable[[np.ndarray], np.ndarray], low: float, high: float
-) -> tuple[float, float, float]:
-    """The stable equilibrium, and the barriers on either side of it or infinities.
+def _equilibria(
+    part: Conservative, push: Callable[[np.ndarray], np.ndarray]
+) -> tuple[list[float], list[float]]:
+    """Where the mass can rest, and the barriers.
 
     Raises
     ------
     InvalidInput
-        If there is none, or another.
+        If it can rest nowhere, or the force is no number.
     """
+    low, high = part.lower, part.upper
     x = np.concatenate([-SCAN[::-1], [0.0], SCAN])
+    for own in part.contacts:
+        near = SCAN * max(abs(own.place), 1e-6)
+        x = np.concatenate([x, own.place - near, [own.place], own.place + near])
     for stop, inwards in ((low, 1), (high, -1)):
         if math.isfinite(stop):
             x = np.concatenate([x, [stop], stop + inwards * SCAN * max(abs(stop), 1e-6)])
@@ -245,6 +325,11 @@ def _equilibrium(
     x = np.unique(x[(x >= low) & (x <= high)])
     force = push(x)
     x, force = x[np.isfinite(force)], force[np.isfinite(force)]
+    if not x.size:
+        raise InvalidInput(
+            "oscillator", "a force that is no finite number anywhere",
+            "a law with finite values on a mass at rest",
+        )  # fmt: skip
     sign = np.sign(force)
     held = np.flatnonzero(sign)
     stable, barriers = [], []
@@ -260,18 +345,12 @@ def _equilibrium(
             stable.append(high)
     elif math.isfinite(high - low):
         stable.append((low + high) / 2)
-    if len(stable) != 1:
-        found = "no place" if not stable else "places " + ", ".join(f"{at:.6g}" for at in stable)
+    if not stable:
         raise InvalidInput(
-            "oscillator",
-            f"{found} of stable rest" if stable else "no place of stable rest",
-            "one well between the stops",
-            "Averaging follows one family of orbits about one bottom",
-        )
-    (bottom,) = stable
-    before = max((at for at in barriers if at < bottom), default=-math.inf)
-    beyond = min((at for at in barriers if at > bottom), default=math.inf)
-    return bottom, before, beyond
+            "oscillator", "no place of stable rest", "a well between the stops",
+            "Without one there are no orbits to average over",
+        )  # fmt: skip
+    return stable, barriers
 
 
 def _zero(push: Callable[[np.ndarray], np.ndarray], x: np.ndarray, sign: np.ndarray) -> float:

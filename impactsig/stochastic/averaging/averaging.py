@@ -14,12 +14,11 @@ from ..._arguments import whole
 from ..._showing import Shown
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
-from ._curve import Curve, curve
+from ._branches import Branches, branches
 from ._cycles import Orbits, exchange, orbits
-from ._marginals import places, speeds
-from ._panels import evaluate
-from ._scope import check, highest, span
-from ._well import Well, conservative, well
+from ._marginals import displacement, places, speeds, velocity
+from ._scope import check, check_rest
+from ._well import conservative
 from .shapes import DensityShape
 
 if TYPE_CHECKING:
@@ -33,8 +32,8 @@ MOST_EXCHANGED = {"logarithmic": 0.5, "exact": 0.1, "linearised": 0.1}  # by whi
 class AveragedDensity(Shown):
     """Stationary densities of an oscillator under white noise, by averaging over its orbits.
 
-    Energies are measured from the bottom of the well; every number is in the oscillator's own
-    units.
+    Energies are measured from the bottom of the well, the lowest of several; every number is in the
+    oscillator's own units.
 
     Attributes
     ----------
@@ -54,6 +53,10 @@ class AveragedDensity(Shown):
     accuracy : float
         Relative change of the integrals over a cycle when the nodes were doubled last, the
         greatest of all orbits; where the energy is below the mean, times the share it is of that.
+    wells : numpy.ndarray, shape (n,)
+        Displacements of the bottoms of the wells, rising.
+    within : numpy.ndarray, shape (n,)
+        Probability of each well below the saddles beside it; of the only one it is 1.
 
     See Also
     --------
@@ -77,8 +80,9 @@ class AveragedDensity(Shown):
     greatest: float
     exchange: float
     accuracy: float
-    _well: Well = field(repr=False)
-    _curve: Curve = field(repr=False)
+    wells: np.ndarray = field(repr=False)
+    within: np.ndarray = field(repr=False)
+    _density: Branches = field(repr=False)
 
     @property
     def holds(self) -> bool:
@@ -102,9 +106,16 @@ class AveragedDensity(Shown):
         verdict = (
             "averaging holds" if self.holds else "too much to rely on; simulate an ensemble as well"
         )
+        if len(self.wells) == 1:
+            form = self.shape.name
+        else:
+            shares = (
+                f"{p:.3g} in that at {x:.4g}" for x, p in zip(self.wells, self.within, strict=True)
+            )
+            form = f"{len(self.wells)} wells, {', '.join(shares)}"
         return (
             f"Energy {self.mean:.6g} with standard deviation {self.sd:.6g}; "
-            f"joint density: {self.shape.name}. {share}: {verdict}."
+            f"joint density: {form}. {share}: {verdict}."
         )
 
     @cached_property
@@ -113,18 +124,31 @@ class AveragedDensity(Shown):
 
         They are roots of the energy balance of a cycle without noise, so they do not depend on
         its intensity.
+
+        Raises
+        ------
+        InvalidInput
+            If there are several wells: each has extrema of its own, and orbits over all of them
+            have others.
         """
-        energy, maximum = self._curve.extrema()
-        lower, upper = (s.top if s.stop else math.inf for s in self._well.sides)
-        return DensityShape(energy, maximum, self._curve.joint(energy), lower, upper)
+        if len(self.wells) > 1:
+            raise InvalidInput(
+                "oscillator", f"{len(self.wells)} wells, at {self.wells.tolist()}",
+                "one well, for its density to be of one class",
+                "joint_density and within are there for several",
+            )  # fmt: skip
+        (own,), (inside,) = self._density.curves, self._density.root.wells
+        energy, maximum = own.extrema()
+        lower, upper = (s.top if s.stop else math.inf for s in inside.sides)
+        return DensityShape(energy, maximum, own.joint(energy), lower, upper)
 
     def energy_density(self, energy: Any) -> np.ndarray:
         """p(H); infinite at H = 0 where the well is flatter than a parabola."""
-        return _over(self._curve.density, _reals("energy", energy))
+        return _over(self._density.density, _reals("energy", energy))
 
     def cumulative(self, energy: Any) -> np.ndarray:
         """Probability of an energy up to H."""
-        return _over(self._curve.cumulative, _reals("energy", energy))
+        return _over(self._density.cumulative, _reals("energy", energy))
 
     def moment(self, order: int) -> float:
         """Mean of H**order.
@@ -135,41 +159,44 @@ class AveragedDensity(Shown):
             If the order is not a whole number from 1 on.
         """
         order = whole("order", order, 1)
-        energy = self._curve.grid.energy
-        return self._curve.mean(lambda panel, u: energy(panel, u) ** order)
+        return self._density.mean(lambda energy: energy**order)
 
     def joint_density(self, x: Any, v: Any) -> np.ndarray:
         """p(x, v), the arrays broadcast against each other; 0 beyond the stops."""
         kinetic = self.oscillator.mass * _reals("v", v) ** 2 / 2
-        return self._curve.joint(self.potential(x) + kinetic)
+        return self._density.joint(_reals("x", x), kinetic)
 
     def displacement_density(self, x: Any) -> np.ndarray:
         """The marginal p(x); 0 beyond the stops."""
+        mass, given = self.oscillator.mass, _reals("x", x)
+        if len(self.wells) > 1:
+            return _over(lambda place: displacement(self._density, mass, place), given)
         kinetic, weights = self._speeds
+        (own,) = self._density.curves
         return _over(
             lambda place: np.array(
-                [
-                    2 * (self._curve.joint(u + kinetic) @ weights)
-                    for u in self._well.potential(place)
-                ]
+                [2 * (own.joint(u + kinetic) @ weights) for u in self._density.potential(place)]
             ),
-            _reals("x", x),
+            given,
         )
 
     def velocity_density(self, v: Any) -> np.ndarray:
         """The marginal p(v)."""
+        mass, given = self.oscillator.mass, _reals("v", v)
+        if len(self.wells) > 1:
+            return _over(lambda speed: velocity(self._density, mass, speed), given)
         potential, weights = self._places
-        half = self.oscillator.mass / 2
+        (own,) = self._density.curves
         return _over(
             lambda speed: np.array(
-                [self._curve.joint(half * each**2 + potential) @ weights for each in speed]
+                [own.joint(mass / 2 * each**2 + potential) @ weights for each in speed]
             ),
-            _reals("v", v),
+            given,
         )
 
     def potential(self, x: Any) -> np.ndarray:
-        """Potential above the bottom of the well; infinite beyond the stops."""
-        return _over(self._well.potential, _reals("x", x))
+        """Potential above the bottom of the well, the lowest; infinite beyond the stops."""
+        return _over(self._density.potential, _reals("x", x))
 
     def reach(self, energy: float) -> tuple[float, float]:
         """Between which displacements a motion of that energy stays.
@@ -179,13 +206,19 @@ class AveragedDensity(Shown):
         InvalidInput
             If the energy is not positive, or more than the well holds.
         """
-        given = self._held(energy).ravel()[:1]
-        low, high = (
-            self.bottom + side.sign * float(self._well.turn(side, given)[0]) if side.reach
-            else self.bottom
-            for side in self._well.sides
-        )  # fmt: skip
-        return low, high
+        given = _reals("energy", energy).ravel()[:1]
+        root = self._density.root
+        self._check_held(given, 0.0)
+        ends = []
+        for inside, ground in zip(root.wells, root.grounds, strict=True):
+            above = given - ground
+            if above[0] >= 0:
+                ends += [
+                    inside.bottom + side.sign * float(inside.turn(side, above)[0]) if side.reach
+                    else inside.bottom
+                    for side in inside.sides
+                ]  # fmt: skip
+        return min(ends), max(ends)
 
     def period(self, energy: Any) -> np.ndarray:
         """T(H) of the conservative motion; where it hits one stop, from impact to impact.
@@ -193,8 +226,8 @@ class AveragedDensity(Shown):
         Raises
         ------
         InvalidInput
-            If an energy is not positive, or more than the well holds; `drift` and `diffusion`
-            likewise.
+            If an energy is not positive, or more than the well holds, or, where there are several,
+            below the highest saddle, where each has its own; `drift` and `diffusion` likewise.
         """
         return self._along(energy, lambda along: along.period)
 
@@ -225,21 +258,22 @@ class AveragedDensity(Shown):
 
     def _along(self, energy: Any, what: Callable[[Orbits], np.ndarray]) -> np.ndarray:
         part = conservative(self.oscillator)
-        return _over(lambda each: what(orbits(part, each)), self._held(energy))
-
-    def _held(self, energy: Any) -> np.ndarray:
         given = _reals("energy", energy)
-        if np.any(given <= 0) or np.any(given >= highest(self._well)):
-            raise InvalidInput("energy", energy, "energies above 0 that the well holds")
-        return given
+        self._check_held(given, self._density.root.foot)
+        return _over(lambda each: what(orbits(part, each)), given)
+
+    def _check_held(self, energy: np.ndarray, least: float) -> None:
+        if np.any(energy <= least) or np.any(energy >= self._density.root.edge):
+            what = "energies above 0" if least == 0 else f"energies above the saddle, {least:.6g},"
+            raise InvalidInput("energy", energy, f"{what} that the well holds")
 
     @cached_property
     def _speeds(self) -> tuple[np.ndarray, np.ndarray]:
-        return speeds(self._curve, self.oscillator.mass)
+        return speeds(self._density.curves[0], self.oscillator.mass)
 
     @cached_property
     def _places(self) -> tuple[np.ndarray, np.ndarray]:
-        return places(self._curve, self._well)
+        return places(self._density.curves[0], self._density.root.wells[0])
 
 
 def averaged_density(oscillator: Oscillator, *, impact: Impact = "logarithmic") -> AveragedDensity:
@@ -259,19 +293,22 @@ def averaged_density(oscillator: Oscillator, *, impact: Impact = "logarithmic") 
 
     The potential G holds the spring, the load and ``law(0, x, 0)``; D what the law does beyond that
     and the damper and the friction, which is the kinetic one. A force that is even in v does no
-    work in a cycle, and falls out.
+    work in a cycle, and falls out. Where there are several wells, each has orbits of its own below
+    the saddles beside it, and others go over several wells above the saddles between them; as no
+    probability flows along any of these families, Psi is continuous where they meet.
 
     Parameters
     ----------
     oscillator : Oscillator
-        One mass in one well, with white noise, without forcing, with no, one or two rigid stops
-        anywhere.
+        One mass in one well or several, with white noise, without forcing, with stops anywhere: the
+        springs of soft ones are part of the potential, and what their dampers take is part of D,
+        along the orbit of the conservative motion.
     impact : {"logarithmic", "exact", "linearised"}
-        What an impact takes of the kinetic energy E, as a rate over the cycle before it. The
-        papers' linearised ``2 (1 - r) E`` treats it as a weak force in Zhuravlev's coordinate
-        [Zhuravlev1976]_. What it takes exactly is ``(1 - r^2) E``; but E is the energy before the
-        impact, which is more than the mean over the cycle. ``-2 ln(r) E`` is the rate under which
-        the energy falls to r^2 of itself in a cycle, and thus right to second order.
+        What an impact with a rigid stop takes of the kinetic energy E, as a rate over the cycle
+        before it. The papers' linearised ``2 (1 - r) E`` treats it as a weak force in Zhuravlev's
+        coordinate [Zhuravlev1976]_. What it takes exactly is ``(1 - r^2) E``; but E is the energy
+        before the impact, which is more than the mean over the cycle. ``-2 ln(r) E`` is the rate
+        under which the energy falls to r^2 of itself in a cycle, and thus right to second order.
 
     Returns
     -------
@@ -281,9 +318,9 @@ def averaged_density(oscillator: Oscillator, *, impact: Impact = "logarithmic") 
     Raises
     ------
     InvalidInput
-        If the oscillator is forced, its noise is none or filtered, a stop is soft, its law depends
-        on time, it has no well or several, or no stationary density: it leaves the well, or gains
-        more than it loses at all energies.
+        If the oscillator is forced, its noise is none or filtered, its law depends on time, it has
+        no well, or no stationary density: it leaves the well, or gains more than it
+        loses at all energies.
 
     See Also
     --------
@@ -297,27 +334,24 @@ def averaged_density(oscillator: Oscillator, *, impact: Impact = "logarithmic") 
     (9.8676, 3.1942)
     """
     check(oscillator, impact)
-    part = conservative(oscillator)
-    inside = well(part)
-    density = curve(oscillator, *span(oscillator, part, impact), impact)
-    energy = density.grid.energy
-    mean = density.mean(energy)
-    variance = density.mean(lambda panel, u: (energy(panel, u) - mean) ** 2)
-    exchange = density.mean(
-        lambda panel, u: np.clip(evaluate(density.turnover, panel, u), 0.0, 1.0)
-    )
-    at, error = density.error
+    check_rest(conservative(oscillator))
+    density = branches(oscillator, impact)
+    mean = density.mean(lambda energy: energy)
+    variance = density.mean(lambda energy: (energy - mean) ** 2)
+    leaves = density.leaves
+    grounds = density.root.grounds
     return AveragedDensity(
         oscillator=oscillator,
         impact=impact,
-        bottom=inside.bottom,
+        bottom=density.root.wells[grounds.index(min(grounds))].bottom,
         mean=mean,
         sd=math.sqrt(variance),
         greatest=density.greatest,
-        exchange=exchange,
-        accuracy=float((error * np.minimum(at / mean, 1.0)).max()),
-        _well=inside,
-        _curve=density,
+        exchange=density.exchange,
+        accuracy=density.accuracy(mean),
+        wells=np.array([well.bottom for well in density.root.wells]),
+        within=np.array([own.below + float(own.share.sum()) for _, own in leaves]),
+        _density=density,
     )
 
 

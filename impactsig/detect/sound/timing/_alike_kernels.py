@@ -197,7 +197,9 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
     weighted = np.empty((lengths.parts, shifts.shape[1]))
     for row in range(lengths.parts):
         move = (row - (lengths.parts - 1) // 2) * SHIFTS // lengths.parts
-        weighted[row] = taper * shifts[ROWS // 2 + move]
+        moved = shifts[ROWS // 2 + move]
+        for k in range(len(moved)):
+            weighted[row, k] = taper[k] * moved[k]
     for i in range(len(sounds)):
         y = sounds[i]
         shift, factor, left, own, beyond = np.nan, 0.0, 0.0, 0.0, 0.0

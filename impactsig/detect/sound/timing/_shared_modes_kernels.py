@@ -75,7 +75,7 @@ def crossings(sounds, quiet, begin, end, shares, out):
         for k in range(len(sizes)):
             sizes[k] = abs(product(sounds[i], begin + k // FINE + 1 - NEAR_TAPS, rows[k % FINE]))
             greatest = max(greatest, sizes[k])
-        out[i] = np.nan, np.nan, np.nan
+        out[i, 0] = out[i, 1] = out[i, 2] = np.nan
         level = max(shares[0] * greatest, shares[1] * math.sqrt(noise / quiet))
         level = min(level, shares[2] * greatest)
         if greatest > 0.0:

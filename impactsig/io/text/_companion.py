@@ -1,0 +1,95 @@
+"""Two files of one recording: the samples, and beside them the settings of the instrument.
+
+Oscilloscopes of Rohde & Schwarz write NAME.Wfm.csv, which holds samples and nothing else, and
+NAME.csv, whose lines are ``Key:value:``. Either is opened with its companion, which is found by
+its name alone.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from ...errors import UnreadableFile
+from .._encoding import encoding_of
+
+_SAMPLES = ".wfm.csv"
+_SETTING = re.compile(r"\s*(\w+):(.*?):?\s*")
+_SURE = b"SignalHardwareRecordLength:"  # a word that no other file has
+_LARGEST = 1 << 20  # bytes of settings
+
+
+def samples_of(path: Path, head: bytes) -> Path:
+    """The file of the samples: the one given, or that whose settings it holds.
+
+    Raises
+    ------
+    UnreadableFile
+        If it holds settings and no file of samples is beside it.
+    """
+    if path.name.lower().endswith(_SAMPLES) or _SURE not in head:
+        return path
+    found = _beside(path, f"{path.stem}{_SAMPLES}")
+    if found is None:
+        raise UnreadableFile(
+            path,
+            "holds the settings of an oscilloscope and no samples",
+            f"Put {path.stem}.Wfm.csv, which the oscilloscope wrote with it, into the same folder",
+        )
+    return found
+
+
+def settings_of(path: Path) -> tuple[dict[str, str], str]:
+    """The settings beside a file of samples, by name, and what is missing where there are none."""
+    if not path.name.lower().endswith(_SAMPLES):
+        return {}, ""
+    stem = path.name[: -len(_SAMPLES)]
+    found = _beside(path, f"{stem}.csv")
+    if found is None:
+        return (
+            {},
+            f"Its rate stands in {stem}.csv, written with it: put that beside it",
+        )
+    with found.open("rb") as file:
+        content = file.read(_LARGEST)
+    lines = content.decode(encoding_of(content), "replace").splitlines()
+    return {match[1]: match[2] for line in lines if (match := _SETTING.fullmatch(line))}, ""
+
+
+def lines_above(path: Path, settings: dict[str, str], rows: int) -> tuple[str, ...]:
+    """The settings that say when the samples were taken, as lines of a header.
+
+    Raises
+    ------
+    UnreadableFile
+        If the file of samples holds several acquisitions, between which time passes.
+    """
+    count = settings.get("NumberOfAcquisitions", "1").strip()
+    if count.isdecimal() and int(count) > 1:
+        raise UnreadableFile(
+            path,
+            f"holds {count} acquisitions one after the other, and how long it was between them is "
+            "not known",
+            "Export them one by one",
+        )
+    length = settings.get("SignalHardwareRecordLength", "").strip()
+    # The screen begins at XStart; what was recorded begins earlier.
+    start = "HardwareXStart" if length == str(rows) else "XStart"
+    if length.isdecimal() and rows == int(length) + 1:
+        raise UnreadableFile(
+            path, "has a time stamp before its samples", "Export it with time stamps off"
+        )
+    kept = {"SignalResolution": "dt", start: "t0", "Source": "source", "VerticalUnit": "vunit"}
+    return tuple(
+        "\t".join((word, *settings[key].split(":")))
+        for key, word in kept.items()
+        if key in settings
+    )
+
+
+def _beside(path: Path, name: str) -> Path | None:
+    """The file of that name in the same folder, in upper or lower case."""
+    return next(
+        (one for one in path.parent.iterdir() if one.name.lower() == name.lower() and one != path),
+        None,
+    )

@@ -1,0 +1,98 @@
+"""Soft stops as averaging sees them: a spring in the potential, and what it loses in a cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ...oscillators import Hertz, KelvinVoigt, Stop
+
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(32)
+POINTS, WEIGHTS = (POINTS + 1) / 2, WEIGHTS / 2
+HALVINGS = 52
+
+
+class Contact(NamedTuple):
+    """A soft stop: its force is ``stiffness depth^exponent`` and what depends on the velocity.
+
+    That is ``damping depth'`` of Kelvin and Voigt's, which may end where the force does, and
+    ``stiffness depth^exponent loss depth'`` of Hertz's, the loss given or found from a restitution
+    coefficient and the approach velocity.
+    """
+
+    place: float
+    side: int
+    stiffness: float
+    exponent: float
+    damping: float
+    loss: float
+    restitution: float | None
+    only_pushes: bool
+
+    def push(self, x: np.ndarray) -> np.ndarray:
+        """Force of the spring."""
+        depth = np.maximum(self.side * (x - self.place), 0.0)
+        return self.stiffness * (depth if self.exponent == 1 else depth**self.exponent)
+
+    def lost(self, x: np.ndarray, v: np.ndarray, approach: np.ndarray) -> np.ndarray:
+        """Force against the motion on the way in and on the way out, added, at speeds v."""
+        if self.restitution is None:
+            return 2 * (self.damping + self.push(x) * self.loss) * v
+        with np.errstate(divide="ignore", invalid="ignore"):
+            loss = np.where(approach > 0, 0.75 * (1 - self.restitution**2) / approach, 0.0)
+        return 2 * self.push(x) * loss * v
+
+    def not_pulled(
+        self,
+        potential: Callable[[np.ndarray], np.ndarray],
+        mass: float,
+        energy: np.ndarray,
+        greatest: np.ndarray,
+    ) -> np.ndarray:
+        """What a damper would take by pulling, which a stop that only pushes does not do [J].
+
+        The stop lets go where ``damping v = stiffness depth``, v the speed on the way out.
+
+        Parameters
+        ----------
+        potential : callable
+            Over displacements, above that at the touch.
+        mass : float
+        energy, greatest : numpy.ndarray
+            Kinetic energies at the touch, positive, and at the bottom.
+        """
+
+        def pulling(depth: np.ndarray) -> np.ndarray:
+            place = (self.place + self.side * depth).ravel()
+            left = (energy - potential(place).reshape(depth.shape).T).T
+            v = np.sqrt(2 * np.maximum(left, 0.0) / mass)
+            return self.damping * v - self.stiffness * depth
+
+        low = np.zeros(energy.shape)
+        high = self.damping * np.sqrt(2 * greatest / mass) / self.stiffness
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            pulls = pulling(middle) > 0
+            low, high = np.where(pulls, middle, low), np.where(pulls, high, middle)
+        share = POINTS * (2 - POINTS)  # to the root that the speed has where the motion turns
+        width = 2 * (1 - POINTS) * WEIGHTS
+        return low * (pulling(low[:, None] * share) @ width)
+
+    def scale(self, pressed: float) -> float:
+        """Energy above that of the touch at which its spring is as strong as what pressed on it."""
+        return pressed * (pressed / self.stiffness) ** (1 / self.exponent)
+
+
+def contact(stop: Stop) -> Contact:
+    """A soft stop."""
+    side, law = 1 if stop.side == "upper" else -1, stop.law
+    if isinstance(law, KelvinVoigt):
+        return Contact(
+            stop.position, side, law.stiffness, 1.0, law.damping, 0.0, None, law.ends == "force"
+        )
+    assert isinstance(law, Hertz)
+    return Contact(
+        stop.position, side, law.stiffness, law.exponent, 0.0, law.damping, law.restitution, False
+    )

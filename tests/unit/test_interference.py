@@ -1,0 +1,121 @@
+"""Force records with what is no impact: hum, bursts of noise, a sensor that rings, red noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import signal
+
+import impactsig
+
+RATE = 25_600.0
+
+
+def pulses(times, contact, shape=lambda u: np.sin(np.pi * u), *, duration=5.0, rate=RATE):
+    """A record of equal pulses of unit height."""
+    samples = np.zeros(round(duration * rate))
+    for time in times:
+        u = (np.arange(len(samples)) / rate - time) / contact
+        inside = (u >= 0) & (u <= 1)
+        samples[inside] += shape(u[inside])
+    return samples
+
+
+def times_of(rng, count, gap, duration=5.0):
+    """Instants about `gap` apart."""
+    found = 0.1 + np.cumsum(gap * (1 + 0.1 * rng.standard_normal(count)))
+    return found[found < duration - 0.1]
+
+
+def found_in(samples, rate=RATE, **options):
+    return impactsig.detect_impacts(impactsig.Recording(samples, rate, sensor="force"), **options)
+
+
+def within(found, times, tolerance):
+    """How many of the times have an impact near by, and how many impacts are near none."""
+    off = np.abs(found.time[:, None] - times)
+    return np.count_nonzero(off.min(0) < tolerance), np.count_nonzero(off.min(1) >= tolerance)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("frequency", [50.0, 60.0])
+def test_hum_as_strong_as_the_pulses_does_not_turn_them_round(frequency, sign):
+    rng = np.random.default_rng(7)
+    times = times_of(rng, 60, 0.12)
+    samples = pulses(times, 5.6e-3, lambda u: np.sin(np.pi * u**1.5))
+    samples += np.sin(2 * np.pi * frequency * np.arange(len(samples)) / RATE + 1)
+    samples += 0.15 * rng.standard_normal(len(samples))
+    found = found_in(sign * samples)
+    assert found.settings["polarity"] == ("positive" if sign > 0 else "negative")
+    hit, false = within(found, times, 2.8e-3)
+    assert hit == len(times)
+    assert false <= 1
+
+
+def test_pulses_in_step_with_hum_are_not_taken_for_its_harmonics():
+    rng = np.random.default_rng(8)
+    times = 0.1 + 0.025 * np.arange(192)  # lines at 120, 240, 360 ... Hz as well
+    samples = pulses(times, 2.4e-3, lambda u: np.exp(-4 * u) - np.exp(-40 * u), rate=20e3)
+    samples += 0.65 * np.sin(2 * np.pi * 60.0 * np.arange(len(samples)) / 20e3 + 1)
+    samples += 0.02 * rng.standard_normal(len(samples))
+    found = found_in(samples, 20e3)
+    assert within(found, times, 1e-3) == (len(times), 0)
+    hum = found.settings["hum"]
+    assert hum.pop("60 Hz") == pytest.approx(0.65, rel=0.02)
+    assert all(amplitude < 0.02 for amplitude in hum.values())
+
+
+@pytest.mark.parametrize("damping", [0.05, 0.15, 0.3])
+def test_ringing_of_a_sensor_is_no_impact(damping):
+    rng = np.random.default_rng(9)
+    times = times_of(rng, 60, 0.09)
+    angular = 2 * np.pi * 1500.0
+    second_order = signal.bilinear([angular**2], [1, 2 * damping * angular, angular**2], RATE)
+    samples = signal.lfilter(*second_order, pulses(times, 0.6e-3))
+    samples += 0.02 * rng.standard_normal(len(samples))
+    hit, false = within(found_in(samples), times, 5e-4)
+    assert (hit, false) == (len(times), 0)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_burst_of_noise_is_a_disturbance(seed):
+    rng = np.random.default_rng(seed)
+    times = times_of(rng, 60, 0.09)
+    samples = pulses(times, 0.6e-3) + 0.01 * rng.standard_normal(round(5 * RATE))
+    starts = times[5::10] + 0.04
+    for start in starts:
+        a = round(start * RATE)
+        samples[a : a + 256] += 0.5 * rng.standard_normal(256)
+    found = found_in(samples)
+    hit, false = within(found, times, 3e-4)
+    assert hit == len(times)
+    assert false <= 4 * len(starts)  # of a hundred crests and more
+    bursts = [one for one in found.disturbances if one.kind == "burst"]
+    inside = [np.min(np.abs(one.start - starts)) < 0.02 for one in bursts]
+    assert len(bursts) >= 0.7 * len(starts)
+    assert all(inside)
+    assert all(0 < one.duration < 0.03 for one in bursts)
+    assert any("bursts of noise" in note for note in found.notes)
+
+
+def test_steep_pulses_on_a_random_walk_are_found():
+    rng = np.random.default_rng(10)
+    times = times_of(rng, 16, 0.3)
+    saw = pulses(times, 4e-3, lambda u: np.where(u < 0.15, u / 0.15, (1 - u) / 0.85))
+    walk = np.cumsum(rng.standard_normal(len(saw)))
+    found = found_in(saw + 2.5 * walk / np.ptp(walk) + 0.01 * rng.standard_normal(len(saw)))
+    hit, false = within(found, times, 2e-3)
+    assert hit >= 0.9 * len(times)
+    assert false <= 1
+
+
+@pytest.mark.parametrize(("height", "share"), [(0.05, 0.98), (0.1, 0.9)])
+def test_a_tone_that_wide_responses_average_out_hides_no_pulse(height, share):
+    rng = np.random.default_rng(11)
+    times = times_of(rng, 120, 0.04)
+    samples = pulses(times, 0.17e-3, lambda u: np.minimum(1, 1.6 * np.sin(np.pi * u)), rate=51_200)
+    samples += height * np.sin(2 * np.pi * 8000.0 * np.arange(len(samples)) / 51_200)
+    samples += 0.001 * rng.standard_normal(len(samples))
+    hit, false = within(found_in(samples, 51_200), times, 1e-4)
+    assert hit >= share * len(times)
+    assert false == 0
