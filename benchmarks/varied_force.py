@@ -19,16 +19,16 @@ from scipy import signal
 
 import impactsig
 
-from .recordings import add_pulses, score
+from .recordings import PULSES, add_pulses, score
 
 SHAPES: dict[str, Callable[[Any], Any]] = {
-    "half-sine": lambda u: np.sin(np.pi * u),
+    "half-sine": PULSES["half-sine"],
     "haversine": lambda u: np.sin(np.pi * u) ** 2,
     "Hertz": lambda u: np.sin(np.pi * u) ** 1.5,
     "early": lambda u: np.sin(np.pi * u**0.6),
     "late": lambda u: np.sin(np.pi * u**1.5),
     "saw": lambda u: np.where(u < 0.15, u / 0.15, (1 - u) / 0.85),
-    "flat": lambda u: np.minimum(1.0, 1.6 * np.sin(np.pi * u)),
+    "flat": PULSES["flat-topped"],
     "exponential": lambda u: (np.exp(-4 * u) - np.exp(-40 * u)) / 0.65,
 }
 DISTURBANCES = (

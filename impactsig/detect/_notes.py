@@ -63,25 +63,28 @@ def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, .
             f"No pulse is shorter than {usual:g} s, so longer ones were taken for impacts: give "
             "contact_time if they are none, or to find such in every record of a series."
         )
-    silent = [one.duration for one in found.disturbances if one.kind == "dropout"]
-    if silent:
+    if silent := _durations(found, "dropout"):
         notes.append(
             f"The signal drops out {len(silent)} times, for {sum(silent) / rate:.3g} s in all: "
             'impacts are missed there. Where these samples are NaN, gaps="split" takes no interval '
             "across them."
         )
-    bursts = [one.duration for one in found.disturbances if one.kind == "burst"]
-    if bursts:
+    if bursts := _durations(found, "burst"):
         notes.append(
             f"There are {len(bursts)} bursts of noise, {sum(bursts) / rate:.2g} s in all, whose "
             "crests are taken for no impacts: impacts in them are missed, and some crests may be "
             "left."
         )
-    wide = [one for one in found.disturbances if one.kind == "wide"]
+    wide = _durations(found, "wide")
     if len(wide) > 0.5 * count and len(wide) > 2:
-        typical = np.median([one.duration for one in wide]) / rate
+        typical = np.median(wide) / rate
         notes.append(
             f"{len(wide)} pulses of about {typical:.2g} s are longer than a contact may be "
             f"({found.longest:g} s): if they are impacts, give contact_time=(0, {3 * typical:.2g})."
         )
     return tuple(notes)
+
+
+def _durations(found: ForceImpacts, kind: str) -> list[float]:
+    """Of the disturbances of a kind, in samples."""
+    return [one.duration for one in found.disturbances if one.kind == kind]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 LOOKED_AT = 1_000_000
-"""Samples by which a channel is judged that neither its unit nor its name tells of."""
+"""Samples looked at where neither the unit nor the name of a channel tells what it records."""
 
 FORCE, ACCELERATION, SOUND = "a force", "an acceleration", "a sound"
 FORCING, TIMING, MOTION = "the forcing", "a trigger or tacho", "a motion"

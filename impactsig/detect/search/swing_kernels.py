@@ -99,8 +99,8 @@ def bursts(rows, swung, out):
     """Mark in `out` the measured pulses that are crests of a burst of noise; whether any is.
 
     Of many that follow one another closely, those of a sensor that rings are each lower than the
-    one before; those of noise are as often higher. What a whole structure does after
-    a blow may rise too, but dies away.
+    one before; those of noise are as often higher. What a whole structure does after a blow may
+    rise too, but dies away.
 
     Parameters
     ----------
@@ -123,9 +123,8 @@ def bursts(rows, swung, out):
                 count > 0 and rows[k, 0] - rows[last, 0] - rows[last, 1] > CLOSE * contacts / count
             )
         if end and count >= MANY:
-            found |= _is_burst(
-                rows[first : last + 1], swung[first : last + 1], out[first : last + 1]
-            )
+            part = slice(first, last + 1)
+            found |= _is_burst(rows[part], swung[part], count, out[part])
         if end:
             first, count, contacts = k, 0, 0.0
         if k < len(rows):
@@ -135,27 +134,23 @@ def bursts(rows, swung, out):
 
 
 @inner
-def _is_burst(rows, swung, out):
-    """Whether pulses that follow one another are a burst; if so, mark what it explains."""
-    count = below = rising = 0
-    before = total = 0.0
+def _is_burst(rows, swung, count, out):
+    """Whether `count` pulses that follow one another are a burst; if so, mark what it explains."""
+    seen = below = rising = 0
+    before = total = early = late = 0.0
     for k in range(len(rows)):
-        if int(rows[k, 5]) != NO_PULSE:
-            below += swung[k]
-            rising += swung[k] and rows[k, 2] > before
-            before = rows[k, 2]
-            total += before
-            count += 1
-    early = late = 0.0
-    seen = 0
-    for k in range(len(rows)):
-        if int(rows[k, 5]) != NO_PULSE:
-            seen += 1
-            square = rows[k, 2] ** 2
-            if 2 * seen <= count:
-                early += square
-            else:
-                late += square
+        if int(rows[k, 5]) == NO_PULSE:
+            continue
+        height = rows[k, 2]
+        below += swung[k]
+        rising += swung[k] and height > before
+        before = height
+        total += height
+        seen += 1
+        if 2 * seen <= count:
+            early += height**2
+        else:
+            late += height**2
     if below < SWUNG * count or rising < RISING * below or late < LASTING * early:
         return False
     for k in range(len(rows)):
