@@ -34,7 +34,7 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> floa
         parts = frames[:HUMS]
     vote, lean, clear = _vote(parts, grid, scale, constant)
     if abs(vote) <= UNCLEAR or clear < FEW:
-        vote, lean, clear = _vote(frames, grid, scale, constant)
+        vote, lean, _ = _vote(frames, grid, scale, constant)
     # Close-set pulses have gaps as strong as themselves; the values lean away from their floor.
     return math.copysign(1.0, vote if abs(vote) > UNDECIDED else vote + lean)
 
