@@ -391,6 +391,18 @@ def test_a_dash_is_standard_input(recording, capsys, monkeypatch):
     assert "standard-input" in capsys.readouterr().out
 
 
+def test_notes_of_a_report_call_standard_input_so(capsys, monkeypatch, tmp_path):
+    noise = np.random.default_rng(3).standard_normal((400, 2))
+    rows = "".join(f"{k / 1000:.3f},{a:.4f},{b:.4f}\n" for k, (a, b) in enumerate(noise))
+    monkeypatch.setattr(sys, "stdin", Piped(b"time [s],x,y\n" + rows.encode()))
+    page = tmp_path / "page.html"
+    assert run("report", "-", "-o", page) == 0
+    assert FOLDER not in capsys.readouterr().err
+    text = page.read_text(encoding="utf-8")
+    assert FOLDER not in text
+    assert "standard input: no channel was searched" in text
+
+
 def test_standard_input_is_called_so(recording, capsys, monkeypatch, tmp_path):
     """And not by the file it is kept in, which is gone when the command ends."""
     data, page = recording.read_bytes(), tmp_path / "page.html"
