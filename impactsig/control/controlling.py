@@ -19,10 +19,13 @@ from .controlled import ControlledMotion, under_control
 from .intervals import IntervalFeedback
 from .ogy import OGY
 from .running.delayed import run_delayed
-from .running.flow import ControlledFlowMotion, control_flow
+from .running.flow import ControlledFlowMotion, control_flow, number_of
 from .running.nudged import run_nudged
 from .running.spiked import run_spiked
+from .running.spiked_flow import control_flow_by_intervals
 from .schedule import KINDS, Controller, Phase, schedule
+from .stability.crossing_map import check_flow
+from .stability.impact_map import check_parameter
 
 TOLERANCE = 1e-12  # of delayed feedback, unless told otherwise
 
@@ -36,13 +39,13 @@ class Controlled:
     steps end on the impacts, where the force reaches its limit or comes back from it, and one delay
     after each of these, again and again, so that the order holds throughout. Under `OGY` the motion
     is simulated period by period, and under `IntervalFeedback` impact by impact, exactly where the
-    oscillator is piecewise linear.
+    oscillator is piecewise linear; a flow crossing by crossing.
 
     Parameters
     ----------
     system : Oscillator or Flow
         What moves. An oscillator must be forced, as delays and sections are counted in its forcing
-        periods. A flow is controlled by delayed feedback only.
+        periods. A flow is controlled by feedback, not by OGY.
     controller : DelayedFeedback, IntervalFeedback or OGY, or a sequence of pairs
         What controls it from `start` on; or pairs of a start and one of them or None, each from its
         own start to that of the next, such as ``[(100, one), (300, other), (500, None)]`` to go
@@ -102,17 +105,26 @@ class Controlled:
         phases = schedule(self.controller, self.start, math.inf)
         nudging = [own for _, own in phases if isinstance(own, OGY)]
         spiking = [own for _, own in phases if isinstance(own, IntervalFeedback)]
-        if (nudging or spiking) and isinstance(system, Flow):
-            raise InvalidInput("controller", self.controller, "a DelayedFeedback for a flow")
+        if nudging and isinstance(system, Flow):
+            raise InvalidInput(
+                "controller", self.controller, "a DelayedFeedback or IntervalFeedback for a flow",
+                "IntervalFeedback.fastest does for its crossings of a level what OGY does for an "
+                "oscillator",
+            )  # fmt: skip
         for own in nudging:
             assert isinstance(system, Oscillator)
             own.check(system)
         for feedback in spiking:
-            assert isinstance(system, Oscillator)
-            if feedback.parameter == "amplitude" and not system.forces:
-                raise InvalidInput(
-                    "parameter", "amplitude", '"load", where it is the base that forces'
-                )
+            if isinstance(system, Flow):
+                check_flow(system, feedback.parameter, feedback.level)
+                number_of(system, feedback.signal)
+            else:
+                check_parameter(system, feedback.parameter)
+        if isinstance(system, Flow) and len({(own.signal, own.level) for own in spiking}) > 1:
+            raise InvalidInput(
+                "controller", self.controller, "phases of the same signal and level",
+                "The spikes are those of one crossing",
+            )  # fmt: skip
         if not isinstance(self.controller, KINDS):
             object.__setattr__(self, "controller", phases)
 
@@ -228,4 +240,6 @@ def _flow(
             raise InvalidInput(name, value, f"no {name} for a flow", "Give duration= alone")
     length = number("duration", duration, above=0)
     phases = schedule(controller, start, length)
+    if any(isinstance(own, IntervalFeedback) for _, own in phases):
+        return control_flow_by_intervals(flow, phases, length, initial)
     return control_flow(flow, phases, length, initial)

@@ -1,51 +1,59 @@
-"""Feedback of the intervals between impacts: what a microphone or a load cell gives."""
+"""Feedback of the intervals between spikes: what a microphone or a load cell gives."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import product
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from .._arguments import choice, number, whole
+from ..dynamics.periodic.flow_orbits import FlowOrbit
 from ..dynamics.periodic.orbits import PeriodicOrbit
 from ..errors import InvalidInput
-from ..oscillators import Oscillator
+from ..oscillators.flows import Flow
 from .ogy import moved
-from .stability.impact_map import ImpactMap, impact_map_of
-
-GAINS, MEMORIES = np.linspace(-2.0, 2.0, 17), np.linspace(-0.75, 1.5, 10)  # of the first look
-REFINED = 3  # of its best
+from .stability.crossing_map import crossing_maps_of
+from .stability.fastest import fastest
+from .stability.impact_map import SpikeMap, impact_maps_of
+from .stability.strength import offset_of
 
 
 @dataclass(frozen=True)
 class IntervalFeedback:
-    """Moves a parameter at each impact by what the last intervals between impacts tell.
+    """Moves a parameter at each spike by what the last intervals between spikes tell.
 
-    After the k-th impact the parameter is moved, until the next one, by
+    Spikes are the impacts of an oscillator, or the crossings of a level by a coordinate of a flow.
+    After the k-th the parameter is moved, until the next one, by
 
-        p_k = memory p_(k-1) + gain (I_k - reference),
+        p_k = offset + q_k,   q_k = memory q_(k-1) + gain (I_k - reference),
 
-    I_k being the interval that ends with the impact, in forcing periods; by nothing where that is
-    more than `limit` either way, or where too few intervals have been seen. The reference is the
-    interval on the orbit that is to be held, or the interval `delay` impacts ago. Neither a
-    displacement nor a velocity is used, nor the phase of the forcing.
+    I_k being the interval that ends with the spike, in forcing periods or the flow's unit of time;
+    q_k is nothing where it would be more than `limit` either way, or where too few intervals have
+    been seen. The reference is the interval on the orbit that is to be held, or the interval
+    `delay` spikes ago. Neither a displacement nor a velocity is used, nor the phase of the forcing.
 
     Parameters
     ----------
     gain : float
-        Change of the parameter by an interval that is off by one forcing period.
+        Change of the parameter by an interval that is off by one.
     limit : float
-        Greatest change of the parameter, in the oscillator's unit of force.
+        Greatest change of the parameter besides the offset, in its unit.
     target : float, optional
-        Interval on the orbit [forcing periods]; by default the reference is an earlier interval.
+        Interval on the orbit; by default the reference is an earlier interval.
     delay : int
-        How many impacts ago that interval was.
+        How many spikes ago that interval was.
     memory : float
         Share of the last change that is kept; of any size.
-    parameter : {"amplitude", "load"}
-        Amplitude of the first of the oscillator's forces, or a constant force.
+    parameter : {"amplitude", "load"} or int
+        Amplitude of the first of the oscillator's forces, or a constant force; the place of a
+        parameter in those of a flow.
+    signal : str or int
+        Name or number of the coordinate of a flow whose crossings are its spikes.
+    level : float, optional
+        Level that it crosses upwards; of a flow it must be given.
+    offset : float
+        Change of the parameter that lasts, as of `fastest` for a strength of the impacts.
 
     Raises
     ------
@@ -55,12 +63,14 @@ class IntervalFeedback:
     Notes
     -----
     On an orbit of one impact with an unstable multiplier L < -1 a gain alone suffices, with a
-    target or with a delay, if L is not far below -1. For L > 1 no gain does: an interval does not
-    tell where in the forcing's period the impacts are, so that at a multiplier of 1 the feedback
-    vanishes, and the number of multipliers above 1 stays odd. A memory above 1, an unstable
-    controller, takes this limit away [Pyragas2001]_. `fastest` chooses gain and memory: these two
-    and the last interval take the place of the state that the method of Ott, Grebogi and Yorke
-    has to see.
+    target or with a delay, if L is not far below -1. At an oscillator no gain does for L > 1: an
+    interval does not tell where in the forcing's period the impacts are, so that at a multiplier of
+    1 the feedback vanishes, and the number of multipliers above 1 stays odd. A memory above 1, an
+    unstable controller, takes this limit away [Pyragas2001]_. The intervals of a flow that depends
+    on no time tell where on the section it is, and a target has no such limit there. `fastest`
+    chooses gain and memory: these two and the last interval take the place of the state that the
+    method of Ott, Grebogi and Yorke has to see. With m spikes on the orbit a delay of m, or a
+    multiple, makes the feedback vanish on it.
 
     See Also
     --------
@@ -75,6 +85,15 @@ class IntervalFeedback:
     >>> motion = simulate(Controlled(beam, feedback), periods=500)
     >>> bool(motion.impacts.intervals()[-5:].std() < 1e-9)
     True
+
+    Rössler's flow, of which nothing is seen but when x passes 0 upwards:
+
+    >>> from impactsig import flows
+    >>> orbit = find_periodic_orbit(flows.rossler(), period=5.88)
+    >>> feedback = IntervalFeedback.fastest(orbit, limit=0.3, parameter=2, signal="x", level=0.0)
+    >>> course = simulate(Controlled(orbit.system, feedback), duration=600)
+    >>> bool(course.spikes.intervals()[-5:].std() < 1e-6)
+    True
     """
 
     gain: float
@@ -82,7 +101,10 @@ class IntervalFeedback:
     target: float | None = None
     delay: int = 1
     memory: float = 0.0
-    parameter: Literal["amplitude", "load"] = "amplitude"
+    parameter: Literal["amplitude", "load"] | int = "amplitude"
+    signal: str | int = 0
+    level: float | None = None
+    offset: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gain", number("gain", self.gain))
@@ -91,66 +113,77 @@ class IntervalFeedback:
             object.__setattr__(self, "target", number("target", self.target, above=0))
         object.__setattr__(self, "delay", whole("delay", self.delay, 1))
         object.__setattr__(self, "memory", number("memory", self.memory))
-        choice("parameter", self.parameter, ("amplitude", "load"))
+        object.__setattr__(self, "parameter", _parameter(self.parameter))
+        if not isinstance(self.signal, str):
+            object.__setattr__(self, "signal", whole("signal", self.signal, 0))
+        if self.level is not None:
+            object.__setattr__(self, "level", number("level", self.level))
+        object.__setattr__(self, "offset", number("offset", self.offset))
 
     @classmethod
     def fastest(
         cls,
-        orbit: PeriodicOrbit,
+        orbit: PeriodicOrbit | FlowOrbit,
         limit: float,
         *,
         delay: int | None = None,
-        parameter: Literal["amplitude", "load"] = "amplitude",
+        parameter: Literal["amplitude", "load"] | int = "amplitude",
+        signal: str | int = 0,
+        level: float | None = None,
+        strength: float | None = None,
     ) -> IntervalFeedback:
         """The feedback under which an orbit is come to fastest, as far as it is linear.
 
-        Gain and memory make the greatest multiplier as small as they can.
+        Gain and memory make the greatest multiplier as small as they can. With a strength the
+        parameter is moved to where the orbit's impacts have it, and the orbit there is the one that
+        is held: so the impacts of an oscillator are made as strong as is asked for by nothing but
+        their instants.
 
         Parameters
         ----------
-        orbit : PeriodicOrbit
-            Of one impact, at a rigid stop.
+        orbit : PeriodicOrbit or FlowOrbit
+            The orbit to hold, of one spike unless there is a delay.
         limit : float
             As of `IntervalFeedback`.
         delay : int, optional
-            Reference to an earlier interval; by default to that of the orbit.
-        parameter : {"amplitude", "load"}
+            Reference to an earlier interval, as many spikes ago as the orbit has or a multiple; by
+            default to that of the orbit.
+        parameter, signal, level
             As of `IntervalFeedback`.
+        strength : float, optional
+            Approach velocity that the impacts are to have, in the oscillator's units, of an orbit
+            of one impact; by default that which they have on the orbit.
 
         Raises
         ------
         InvalidInput
-            If the orbit has not one impact at a rigid stop, an argument is out of its range, or
-            the parameter does not move the impacts.
+            If the orbit has not as many spikes as can be told apart, the parameter does not move
+            them, or there is no orbit with impacts of that strength.
         """
-        from scipy.optimize import minimize
+        own = cls(0.0, limit, None, delay or 1, 0.0, parameter, signal, level)
+        if strength is not None:
+            strength = number("strength", strength, above=0)
+            if isinstance(orbit, FlowOrbit):
+                raise InvalidInput("strength", strength, "None for a flow, which has no impacts")
+            orbit, offset = offset_of(orbit, own.nudged, strength)
+            own = replace(own, offset=offset)
+        maps, intervals = own.maps(orbit)
+        if delay is None:
+            own = replace(own, target=float(np.mean(intervals)))
+        own.check(intervals)
+        gain, memory = fastest(maps, lambda gain, memory: own._growth(maps, gain, memory))
+        return replace(own, gain=gain, memory=memory)
 
-        choice("parameter", parameter, ("amplitude", "load"))
-        linear = impact_map_of(orbit, parameter)
-        scale = float(linear.shift[0])
-        if not abs(scale) > 0:
-            raise InvalidInput("parameter", parameter, "one that moves the impacts")
-        target = float(orbit.periods) if delay is None else None
-
-        def made(values: Any) -> IntervalFeedback:
-            return cls(values[0] / scale, limit, target, delay or 1, values[1], parameter)
-
-        def growth(values: Any) -> float:
-            return float(np.abs(np.linalg.eigvals(made(values).closed_loop(linear))).max())
-
-        options = {"xatol": 1e-6, "fatol": 1e-9, "maxiter": 400}
-        found = [
-            minimize(growth, start, method="Nelder-Mead", options=options)
-            for start in sorted(product(GAINS, MEMORIES), key=growth)[:REFINED]
-        ]
-        return made(min(found, key=lambda one: one.fun).x)
-
-    def nudged(self, oscillator: Oscillator, by: float) -> Oscillator:
-        """The oscillator with the parameter moved."""
-        return moved(oscillator, self.parameter, by)
+    def nudged(self, system: Any, by: float) -> Any:
+        """The oscillator or the flow with the parameter moved."""
+        if isinstance(system, Flow):
+            values = list(system.parameters)
+            values[int(self.parameter)] += by
+            return replace(system, parameters=tuple(values))
+        return moved(system, str(self.parameter), by)
 
     def move(self, intervals: list[float], before: float) -> float:
-        """How far to move the parameter after these intervals, the last one last."""
+        """How far to move the parameter besides the offset, the last of these intervals last."""
         needed = 1 if self.target is not None else self.delay + 1
         if len(intervals) < needed:
             return 0.0
@@ -158,23 +191,63 @@ class IntervalFeedback:
         by = self.memory * before + self.gain * (intervals[-1] - reference)
         return by if abs(by) <= self.limit else 0.0
 
-    def closed_loop(self, linear: ImpactMap) -> np.ndarray:
-        """Map of (instant and velocity, earlier instants, last change) from impact to impact."""
-        back = 1 if self.target is not None else self.delay + 1  # earlier instants that count
-        size = 2 + back + 1
-        interval = np.zeros(size)
-        interval[0], interval[2] = 1.0, -1.0
-        if self.target is None:
-            interval[1 + self.delay] -= 1.0 if self.delay > 1 else 0.0
-            interval[2] -= 1.0 if self.delay == 1 else 0.0
-            interval[2 + self.delay] += 1.0
-        change = self.gain * interval
+    def maps(self, orbit: PeriodicOrbit | FlowOrbit) -> tuple[list[SpikeMap], np.ndarray]:
+        """The linearised map of each spike of an orbit, and the interval that it ends with."""
+        if isinstance(orbit, FlowOrbit):
+            return crossing_maps_of(orbit, self.parameter, self.signal, self.level)
+        return impact_maps_of(orbit, self.parameter)
+
+    def check(self, intervals: np.ndarray) -> None:
+        """Refuse an orbit of such intervals on which the feedback does not vanish.
+
+        Raises
+        ------
+        InvalidInput
+            If an interval is not the target, or the spikes do not divide the delay.
+        """
+        many = len(intervals)
+        if self.target is None and self.delay % many:
+            raise InvalidInput(
+                "delay", self.delay, f"a multiple of {many}, the spikes of the orbit",
+                "On others the feedback does not vanish",
+            )  # fmt: skip
+        if self.target is not None and abs(intervals - self.target).max() > 1e-6 * self.target:
+            told = ", ".join(f"{one:.9g}" for one in intervals)
+            raise InvalidInput(
+                "target", self.target, f"the interval of the orbit, which has {told}",
+                f"delay={many} refers each interval to the one before it in its place"
+                if many > 1 else "",
+            )  # fmt: skip
+
+    def lap(self, maps: list[SpikeMap]) -> np.ndarray:
+        """Map of (state, earlier intervals, last change) over a period of the orbit."""
+        whole_lap = self._spike(maps[0])
+        for one in maps[1:]:
+            whole_lap = self._spike(one) @ whole_lap
+        return whole_lap
+
+    def _spike(self, linear: SpikeMap) -> np.ndarray:
+        """The same from a spike to the next."""
+        d, back = len(linear.shift), 1 if self.target is not None else self.delay + 1
+        change = np.zeros(d + back + 1)
+        change[d] += self.gain
         change[-1] = self.memory
-        loop = np.zeros((size, size))
-        loop[:2, :2] = linear.matrix
-        loop[:2] += np.outer(linear.shift, change)
-        loop[2, 0] = 1.0
-        for k in range(3, 2 + back):
-            loop[k, k - 1] = 1.0
+        if self.target is None:
+            change[d + self.delay] -= self.gain
+        loop = np.zeros((len(change), len(change)))
+        loop[:d, :d], loop[d, :d] = linear.matrix, linear.interval
+        loop[:d] += np.outer(linear.shift, change)
+        loop[d] += linear.stretch * change
+        loop[np.arange(d + 1, d + back), np.arange(d, d + back - 1)] = 1.0
         loop[-1] = change
         return loop
+
+    def _growth(self, maps: list[SpikeMap], gain: float, memory: float) -> float:
+        own = replace(self, gain=gain, memory=memory)
+        return float(np.abs(np.linalg.eigvals(own.lap(maps))).max())
+
+
+def _parameter(given: Any) -> Any:
+    if isinstance(given, str):
+        return choice("parameter", given, ("amplitude", "load"))
+    return whole("parameter", given, 0)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
 from ..._arguments import times_within
 from ..._showing import Shown
 from ...errors import InvalidInput
+from ...impacts import Impacts
 from ...oscillators.flows import Flow
 from ...simulate.basis.events import LINE_FULL, PHASE, STATUS, TURN, TURNS
 from ...simulate.basis.tableau import tableau
@@ -28,6 +29,47 @@ if TYPE_CHECKING:
 AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
 
 
+class Kept(Protocol):
+    """What was kept of a controlled flow."""
+
+    def states(self, time: np.ndarray) -> np.ndarray:
+        """States at times, shape (n, d)."""
+
+    def force(self, time: np.ndarray) -> np.ndarray:
+        """What control adds at times, shape (n,)."""
+
+
+class KeptLine(NamedTuple):
+    """Where that is a delay line."""
+
+    line: Line
+    dimension: int
+    status: str
+
+    def states(self, time: np.ndarray) -> np.ndarray:
+        """States at times, shape (n, d)."""
+        from ._flow_run import COORDINATES
+
+        own = [self._course(COORDINATES + k, time) for k in range(self.dimension)]
+        return np.stack(own, axis=-1)
+
+    def force(self, time: np.ndarray) -> np.ndarray:
+        """What is added to the rate of the coordinate that is fed back."""
+        from ...simulate.basis.delay import FORCE
+
+        return self._course(FORCE, time)
+
+    def _course(self, which: int, time: np.ndarray) -> np.ndarray:
+        from ._line import sample
+
+        if len(self.line.laps) == 0:
+            raise InvalidInput("time", time, f"a motion of one step or more ({self.status})")
+        turns = np.floor(time / TURN)
+        out = np.empty(time.size)
+        sample(self.line, len(self.line.laps), turns, time - TURN * turns, which, out)
+        return out
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class ControlledFlowMotion(Shown):
     """What a flow did under control.
@@ -38,13 +80,15 @@ class ControlledFlowMotion(Shown):
         What flows.
     duration : float
         How far it came, from t = 0.
-    schedule : tuple of (float, DelayedFeedback or None)
+    schedule : tuple of (float, DelayedFeedback or IntervalFeedback or None)
         When which control began.
     final : ndarray, shape (d,)
         State at the end.
     status : str
         "complete"; "diverged" where a coordinate became a million times what it was without
         control, as under a gain that blows up; "work limit".
+    spikes : Impacts or None
+        The crossings that an `IntervalFeedback` went by; None under delayed feedback.
 
     See Also
     --------
@@ -62,10 +106,11 @@ class ControlledFlowMotion(Shown):
 
     system: Flow
     duration: float
-    schedule: tuple[tuple[float, DelayedFeedback | None], ...]
+    schedule: tuple[tuple[float, Any], ...]
     final: np.ndarray
     status: str
-    _line: Line = field(repr=False)
+    _kept: Kept = field(repr=False)
+    spikes: Impacts | None = None
 
     start: ClassVar[float] = 0.0
 
@@ -82,37 +127,21 @@ class ControlledFlowMotion(Shown):
         InvalidInput
             If a time is outside the span.
         """
-        from ._flow_run import COORDINATES
-
-        return np.stack(
-            [self._course(COORDINATES + k, time) for k in range(self.system.dimension)], axis=-1
-        )
+        time = times_within(time, 0.0, self.duration)
+        return self._kept.states(time.ravel()).reshape(*time.shape, self.system.dimension)
 
     def force(self, time: Any) -> np.ndarray:
-        """What is added to the rate of the coordinate that is fed back, shape of `time`.
+        """What control adds, shape of `time`.
+
+        To the rate of the coordinate that is fed back, or to the parameter that is moved.
 
         Raises
         ------
         InvalidInput
             If a time is outside the span.
         """
-        from ...simulate.basis.delay import FORCE
-
-        return self._course(FORCE, time)
-
-    def _course(self, which: int, time: Any) -> np.ndarray:
-        from ._line import sample
-
         time = times_within(time, 0.0, self.duration)
-        if len(self._line.laps) == 0:
-            raise InvalidInput("time", time, f"a motion of one step or more ({self.status})")
-        turns = np.floor(time / TURN)
-        out = np.empty(time.size)
-        sample(
-            self._line, len(self._line.laps), turns.ravel(), (time - TURN * turns).ravel(),
-            which, out,
-        )  # fmt: skip
-        return out.reshape(time.shape)
+        return self._kept.force(time.ravel()).reshape(time.shape)
 
     def power_spectrum(self, quantity: str | int | None = None, **options: Any) -> PowerSpectrum:
         """Power spectral density of a coordinate; see `simulate.spectrum.power_spectrum`."""
@@ -235,11 +264,12 @@ class _Going(Running):
         from ._rows import ROWS as NUMBER
 
         number = int(self.count[NUMBER])
+        line = type(self.line)(*(part[:number] for part in self.line))
         return ControlledFlowMotion(
             self.system,
             float(self.clock[TURNS] * TURN + self.clock[PHASE]),
             phases,
             self.course.state[: self.system.dimension].copy(),
             self.status,
-            type(self.line)(*(part[:number] for part in self.line)),
+            KeptLine(line, self.system.dimension, self.status),
         )

@@ -20,6 +20,7 @@ from ...simulate.basis.events import (
 )
 from ...simulate.motion import Motion
 from ...simulate.run import LEGS_AT_LEAST, after
+from .listening import Listener
 from .nudged import Nudged, SpannedRun
 
 SMALL = 4  # rows of an engine that returns after every event
@@ -36,10 +37,9 @@ def run_spiked(
     """The motion of an oscillator whose parameter is moved once at each impact."""
     going = SpannedRun(oscillator, phases, phase=phase, **options)
     clock, buffer, end = going.clock, np.empty((SMALL, COLUMNS)), after(phase, length)
-    longest = max([own.delay for _, own in phases if own is not None], default=1) + 1
-    intervals: list[float] = []
+    listener = Listener(phases)
     last: np.ndarray | None = None
-    engine, by, controller = going.span(None, 0.0, marked=False), 0.0, None
+    engine, by = going.span(None, 0.0, marked=False), 0.0
     # Contacts that are under way take more rows at first.
     ample = np.empty((SMALL + len(oscillator.stops), COLUMNS))
     going.run(engine, ample, after(phase, 0.0), LEGS_AT_LEAST)
@@ -54,13 +54,9 @@ def run_spiked(
         for hit in hits:
             if last is not None:
                 since = hit[TURNS] - last[TURNS] + (hit[PHASE] - last[PHASE]) / TURN
-                intervals.append(float(since))
+                listener.hear(float(since))
             last = hit
-        del intervals[: max(len(intervals) - longest, 0)]
-        own = going.controller(clock[TURNS] + (clock[PHASE] - phase) / TURN)
-        before = by if own is controller else 0.0
-        controller = own
-        next_by = 0.0 if own is None else own.move(intervals, before)
+        own, next_by = listener.moved(clock[TURNS] + (clock[PHASE] - phase) / TURN)
         if next_by == by == 0.0:
             continue
         by = next_by

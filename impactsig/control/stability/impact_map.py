@@ -1,85 +1,130 @@
-"""How an impact depends on the one before it, near an orbit of one impact."""
+"""How an impact depends on the one before it, near an orbit of an oscillator."""
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...dynamics.periodic.orbits import PeriodicOrbit
 from ...errors import InvalidInput
-from ...oscillators import Oscillator, Rigid
-from ...simulate import simulate
-from ...simulate.basis.events import IMPACT, PHASE, ROW_KIND, ROW_V, TURN, TURNS
-from ...simulate.basis.frame import base_motion, pace
+from ...oscillators import Oscillator
+from ...simulate import RungeKutta, simulate
+from ...simulate.basis.events import IMPACT, PHASE, ROW_KIND, ROW_V, TOUCH, TURN, TURNS
+from ...simulate.exact.exact import piecewise_linear
 from ..ogy import moved
 
 STEP = 1e-4  # relative, of difference quotients
+BEFORE = 0.05  # of the interval before an impact: how long before it neighbours start
+FINE = 1e-13  # tolerance of steps, where there are any
 
 
-class ImpactMap(NamedTuple):
-    """Slopes of (instant [forcing periods], velocity after it) of an impact.
+class SpikeMap(NamedTuple):
+    """Slopes of the state at a spike, and of the interval that ends with it.
 
-    By those of the impact before, and by the parameter in between.
+    By the state at the spike before, and by the parameter in between. Of an oscillator the state
+    is the instant [forcing periods] and the velocity of an impact, of a flow the coordinates on
+    the section.
     """
 
-    matrix: np.ndarray
-    shift: np.ndarray
+    matrix: np.ndarray  # (d, d)
+    shift: np.ndarray  # (d,)
+    interval: np.ndarray  # (d,)
+    stretch: float
 
 
-def impact_map_of(orbit: PeriodicOrbit, parameter: str) -> ImpactMap:
-    """The linearised impact map of an orbit, by difference quotients of fourth order.
+def impact_maps_of(orbit: PeriodicOrbit, parameter: Any) -> tuple[list[SpikeMap], np.ndarray]:
+    """The linearised map of each impact of an orbit, and the interval that it ends with.
+
+    By difference quotients of fourth order. Neighbours start a little before an impact, off the
+    stop, so that they meet it as any motion does, whatever the law of contact.
 
     Raises
     ------
     InvalidInput
-        If the orbit was not found, or has not one impact, at a rigid stop.
+        If the orbit was not found or has no impact, or the parameter does not belong to it.
     """
     if not isinstance(orbit, PeriodicOrbit) or not isinstance(orbit.system, Oscillator):
-        raise InvalidInput("orbit", orbit, "a PeriodicOrbit of an Oscillator")
+        raise InvalidInput("orbit", orbit, "a PeriodicOrbit of an Oscillator, or a FlowOrbit")
     if not orbit.found:
         raise InvalidInput("orbit", orbit, "an orbit that was found")
-    machine = orbit.system
-    if orbit.impacts != 1:
+    if not orbit.impacts:
         raise InvalidInput(
-            "orbit", orbit, "an orbit of one impact",
-            "Intervals do not tell which of several impacts was the last",
-        )  # fmt: skip
-    motion = orbit.motion(1)
-    stop = machine.stops[int(motion.impacts.stop_index[0])]
-    at = _first_impact(motion)
-    if not isinstance(stop.law, Rigid):
-        raise InvalidInput("orbit", orbit, "an orbit at a rigid stop")
+            "orbit", orbit, "an orbit with impacts", "Without there are no intervals"
+        )
+    machine = orbit.system
+    check_parameter(machine, parameter)
+    motion = orbit.motion(3, **_method(machine))
+    hits = _hits(motion, 2 * orbit.impacts + 1)
+    maps = [
+        _map(orbit, motion, hits[k : k + 3], parameter)
+        for k in range(orbit.impacts)
+    ]  # fmt: skip
+    return maps, np.diff(hits[1 : orbit.impacts + 2, 0])
+
+
+def check_parameter(machine: Oscillator, parameter: Any) -> None:
+    """Refuse a parameter that the oscillator has not.
+
+    Raises
+    ------
+    InvalidInput
+        If it is the number of one of a flow, or the amplitude where no force is.
+    """
+    if not isinstance(parameter, str):
+        raise InvalidInput("parameter", parameter, '"amplitude" or "load" of an oscillator')
     if parameter == "amplitude" and not machine.forces:
         raise InvalidInput("parameter", "amplitude", '"load", where it is the base that forces')
-    force = max([abs(one.amplitude) for one in machine.forces], default=1.0)
 
-    def image(point: np.ndarray, by: float) -> np.ndarray:
-        own = machine if by == 0.0 else moved(machine, parameter, by)
-        phase = TURN * (point[0] % 1.0)
-        place, _ = base_motion(machine, pace(machine) * phase)
-        hit = simulate(
-            own, periods=orbit.periods + 0.5, initial=(stop.position + float(place), point[1]),
-            phase=phase,
+
+def _method(machine: Oscillator) -> dict[str, Any]:
+    return {} if piecewise_linear(machine) else {"method": RungeKutta(FINE)}
+
+
+def _map(orbit: PeriodicOrbit, motion: Any, hits: np.ndarray, parameter: str) -> SpikeMap:
+    """How the last of three impacts depends on the one in the middle."""
+    machine, period = orbit.system, orbit.system.forcing_period
+    begun = hits[1, 0] - BEFORE * (hits[1, 0] - hits[0, 0])  # [forcing periods from phase 0]
+    x, v = motion.sample((begun - orbit.phase / TURN) * period)
+    start = np.array([float(x), float(v)])
+    largest = max([abs(one.amplitude) for one in machine.forces], default=1.0)
+    scale = np.array([abs(hits[1, 1]) / machine.angular_forcing_frequency, abs(hits[1, 1])])
+
+    def image(by: np.ndarray) -> np.ndarray:
+        """Instant and velocity of two impacts, by (position, velocity, parameter)."""
+        own = machine if by[2] == 0.0 else moved(machine, parameter, by[2])
+        beside = simulate(
+            own, periods=2.5 * (hits[2, 0] - begun), initial=tuple(start + by[:2]),
+            phase=TURN * (begun % 1.0), **_method(machine),
         )  # fmt: skip
-        return _first_impact(hit) + np.array([math.floor(point[0]), 0.0])
+        return _hits(beside, 2).ravel()
 
-    def slope(along: np.ndarray, by: float, h: float) -> np.ndarray:
+    def slope(along: np.ndarray, h: float) -> np.ndarray:
         def quotient(h: float) -> np.ndarray:
-            return (image(at + h * along, h * by) - image(at - h * along, -h * by)) / (2 * h)
+            return (image(h * along) - image(-h * along)) / (2 * h)
 
         return (4 * quotient(h / 2) - quotient(h)) / 3
 
-    none = np.zeros(2)
-    columns = [slope(np.eye(2)[k], 0.0, STEP * scale) for k, scale in enumerate((1.0, abs(at[1])))]
-    return ImpactMap(np.column_stack(columns), slope(none, 1.0, STEP * force))
+    steps = STEP * np.append(scale, largest)
+    slopes = np.column_stack([slope(along, h) for along, h in zip(np.eye(3), steps, strict=True)])
+    first, second = slopes[:2], slopes[2:]
+    matrix = np.linalg.solve(first[:, :2].T, second[:, :2].T).T
+    shift = second[:, 2] - matrix @ first[:, 2]  # the parameter is moved at the first of the two
+    return SpikeMap(matrix, shift, matrix[0] - np.array([1.0, 0.0]), float(shift[0]))
 
 
-def _first_impact(motion: Any) -> np.ndarray:
-    """Instant [forcing periods, from phase 0] and velocity after the first impact."""
+def _hits(motion: Any, count: int) -> np.ndarray:
+    """Instant [forcing periods, from phase 0] and velocity at the first impacts, shape (n, 2).
+
+    The velocity after it at a rigid stop, at the touch of a soft one.
+    """
     rows = motion._segments
-    row = rows[rows[:, ROW_KIND] == IMPACT][:1]
-    _, moving = motion._stops_at(row[:, TURNS], row[:, PHASE])
-    velocity = row[0, ROW_V] * motion._engine.omega + moving[0]
-    return np.array([row[0, TURNS] + row[0, PHASE] / TURN, velocity])
+    rows = rows[(rows[:, ROW_KIND] == IMPACT) | (rows[:, ROW_KIND] == TOUCH)][:count]
+    if len(rows) < count:
+        raise InvalidInput(
+            "orbit", motion, f"an orbit beside which {count} impacts follow each other",
+            f"There are {len(rows)}, as beside grazing and rest",
+        )  # fmt: skip
+    _, moving = motion._stops_at(rows[:, TURNS], rows[:, PHASE])
+    velocity = rows[:, ROW_V] * motion._engine.omega + moving
+    return np.column_stack([rows[:, TURNS] + rows[:, PHASE] / TURN, velocity])

@@ -24,7 +24,6 @@ from ..intervals import IntervalFeedback
 from ._flow_pieces import of_flow
 from ._oscillator_pieces import of_oscillator
 from ._variation import State, Variation
-from .impact_map import impact_map_of
 
 if TYPE_CHECKING:
     from ...studies.study import Study
@@ -123,8 +122,8 @@ def orbit_stability(
     share of it. So differences of opposite sign do not grow alike, there are no multipliers, and
     the limit matters to stability; `growth` is then the mean over many periods.
 
-    Under `IntervalFeedback` the map from impact to impact, of an orbit of one impact at a rigid
-    stop, is linearised, and its multipliers are those of that map with the feedback.
+    Under `IntervalFeedback` the map from spike to spike is linearised, and its multipliers are those
+    of that map with the feedback. An offset is taken for part of the orbit's own system.
 
     Parameters
     ----------
@@ -132,7 +131,7 @@ def orbit_stability(
         Stable or not.
     feedback : DelayedFeedback or IntervalFeedback
         A delay of DelayedFeedback is a multiple of the orbit's period; a target of
-        IntervalFeedback is its period.
+        IntervalFeedback is the interval between its spikes, a delay a multiple of their number.
     laps : int
         Periods of the orbit over which the mean is taken.
 
@@ -267,14 +266,9 @@ def _of_intervals(
     orbit: PeriodicOrbit | FlowOrbit, feedback: IntervalFeedback
 ) -> ControlledStability:
     """The multipliers of an orbit under feedback of intervals."""
-    if isinstance(orbit, FlowOrbit):
-        raise InvalidInput("orbit", orbit, "an orbit of an Oscillator, which has impacts")
-    if feedback.target is not None and abs(feedback.target - orbit.periods) > 1e-9 * orbit.periods:
-        raise InvalidInput(
-            "feedback", feedback, f"a target of {orbit.periods}, the interval of the orbit"
-        )
-    loop = feedback.closed_loop(impact_map_of(orbit, feedback.parameter))
-    multipliers = np.linalg.eigvals(loop).astype(complex)
+    maps, intervals = feedback.maps(orbit)
+    feedback.check(intervals)
+    multipliers = np.linalg.eigvals(feedback.lap(maps)).astype(complex)
     multipliers = multipliers[np.argsort(-np.abs(multipliers))]
     growth = float(np.abs(multipliers[0]))
     return ControlledStability(orbit, feedback, growth, 0.0, multipliers)
