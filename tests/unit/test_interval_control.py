@@ -1,8 +1,9 @@
-"""Control that sees nothing but the intervals between impacts."""
+"""Control that sees nothing but the intervals between spikes."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,8 +11,11 @@ import pytest
 
 from impactsig import (
     Controlled,
+    Hertz,
     IntervalFeedback,
     InvalidInput,
+    KelvinVoigt,
+    Stop,
     find_periodic_orbit,
     flows,
     orbit_period,
@@ -19,9 +23,16 @@ from impactsig import (
     scenes,
     simulate,
 )
-from impactsig.control.stability.impact_map import impact_map_of
+from impactsig.control.stability.crossing_map import crossing_maps_of
+from impactsig.control.stability.impact_map import impact_maps_of
 
 BEAM = scenes.karpodinis(20.3355)
+SOFT = {
+    "linear": replace(BEAM, stops=(Stop(1.0, KelvinVoigt(50.0, 2.0)),)),
+    "hertz": replace(BEAM, stops=(Stop(1.0, Hertz(300.0, restitution=0.5)),)),
+}
+ROSSLER = flows.rossler()
+SEEN = {"signal": "x", "level": 0.0}
 
 
 @pytest.fixture(scope="module")
@@ -29,20 +40,47 @@ def orbits():
     return {n: find_periodic_orbit(BEAM, n, impacts=1) for n in (1, 2)}
 
 
-def decay(orbit, feedback, laps=60):
+@pytest.fixture(scope="module")
+def turns():
+    return {m: find_periodic_orbit(ROSSLER, period=5.88 * m) for m in (1, 2)}
+
+
+def decay(orbit, feedback, laps=60, floor=1e-11):
     """Factor by which a motion beside the orbit comes nearer in a period of it."""
     beside = (orbit.state[0] + 1e-5, orbit.state[1])
-    motion = simulate(Controlled(BEAM, feedback), periods=laps * orbit.periods, initial=beside)
+    motion = simulate(
+        Controlled(orbit.system, feedback), periods=laps * orbit.periods, initial=beside
+    )
     off = np.hypot(*(np.stack(motion.stroboscopic(), axis=1) - orbit.state).T)[:: orbit.periods]
+    return slope(off, floor)
+
+
+def slope(off, floor):
+    """Factor from one entry to the next, from the fifth until they are lost in rounding."""
     laps = np.arange(len(off))
-    clear = (laps > 4) & np.cumprod(off > 1e-11).astype(bool)
+    clear = (laps > 4) & np.cumprod(off > floor).astype(bool)
+    assert clear.sum() > 8
     return math.exp(np.polyfit(laps[clear], np.log(off[clear]), 1)[0])
+
+
+def decay_of_flow(orbit, feedback, many, laps=40):
+    """The same, seen in the intervals between crossings, of which the orbit has so many."""
+    silent = replace(feedback, gain=0.0)
+    alone = simulate(Controlled(ROSSLER, silent), duration=3 * orbit.period, initial=orbit.state)
+    on_it = alone.spikes.intervals()[:many]
+    beside = simulate(
+        Controlled(ROSSLER, feedback), duration=laps * orbit.period, initial=orbit.state + 1e-4
+    )
+    intervals = beside.spikes.intervals()
+    intervals = intervals[: len(intervals) // many * many].reshape(-1, many)
+    return slope(np.linalg.norm(intervals - on_it, axis=1), 1e-10)
 
 
 @pytest.mark.parametrize("parameter", ["amplitude", "load"])
 @pytest.mark.parametrize("periods", [1, 2])
 def test_the_impact_map_has_the_multipliers_of_the_orbit(orbits, periods, parameter):
-    linear = impact_map_of(orbits[periods], parameter)
+    (linear,), intervals = impact_maps_of(orbits[periods], parameter)
+    assert intervals == pytest.approx([periods], abs=1e-9)
     found = np.sort(np.linalg.eigvals(linear.matrix))
     assert found == pytest.approx(np.sort(orbits[periods].multipliers), rel=1e-7)
 
@@ -115,16 +153,158 @@ def test_the_motion_and_force_are_those_of_the_moved_parameter(orbits):
         assert motion.sample(time)[0] == pytest.approx(alone.sample(time - start)[0], abs=1e-9)
 
 
-def test_bad_input_is_named(orbits):
+@pytest.mark.parametrize("stop", SOFT)
+@pytest.mark.parametrize("periods", [1, 2])
+def test_soft_impacts_have_the_multipliers_of_the_orbit(stop, periods):
+    orbit = find_periodic_orbit(SOFT[stop], periods, impacts=1)
+    (linear,), _ = impact_maps_of(orbit, "amplitude")
+    found = np.sort(np.linalg.eigvals(linear.matrix))
+    assert found == pytest.approx(np.sort(orbit.multipliers), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("stop", "periods", "share"),
+    [("linear", 1, 0.88), ("linear", 2, 0.9), ("hertz", 1, 0.7), ("hertz", 2, 0.95)],
+)
+def test_the_decay_at_soft_stops_is_that_predicted(stop, periods, share):
+    """A little off the fastest gain, where one multiplier leads."""
+    orbit = find_periodic_orbit(SOFT[stop], periods, impacts=1)
+    feedback = IntervalFeedback.fastest(orbit, limit=0.1)
+    feedback = replace(feedback, gain=share * feedback.gain)
+    predicted = orbit_stability(orbit, feedback).growth
+    assert 0.3 < predicted < 0.99
+    assert math.log(decay(orbit, feedback, floor=1e-10)) == pytest.approx(
+        math.log(predicted), rel=0.05
+    )
+
+
+@pytest.mark.parametrize(("stop", "periods", "limit"), [("linear", 1, 0.1), ("hertz", 2, 0.05)])
+def test_it_locks_soft_impacts_from_chaos(stop, periods, limit):
+    orbit = find_periodic_orbit(SOFT[stop], periods, impacts=1)
+    feedback = IntervalFeedback.fastest(orbit, limit=limit)
+    motion = simulate(Controlled(SOFT[stop], feedback, start=50), periods=1500)
+    assert str(orbit_period(motion, tolerance=1e-7)) == f"period(1, {periods})"
+    assert motion.effort()[1][-20:].max() < 1e-8
+
+
+def test_the_map_of_crossings_has_the_multipliers_of_the_orbit(turns):
+    for many, orbit in turns.items():
+        maps, intervals = crossing_maps_of(orbit, 2, **SEEN)
+        assert len(maps) == many
+        assert intervals.sum() == pytest.approx(orbit.period, rel=1e-10)
+        lap = np.linalg.multi_dot([np.eye(2), *[one.matrix for one in reversed(maps)]])
+        found = np.linalg.eigvals(lap)
+        assert found[np.argmax(abs(found))] == pytest.approx(orbit.multipliers[0].real, rel=1e-6)
+
+
+@pytest.mark.parametrize(("many", "delay"), [(1, None), (2, 2)])
+def test_the_decay_of_a_flow_is_that_predicted(turns, many, delay):
+    best = IntervalFeedback.fastest(turns[many], limit=0.3, parameter=2, delay=delay, **SEEN)
+    feedback = replace(best, gain=0.9 * best.gain)
+    predicted = orbit_stability(turns[many], feedback).growth
+    assert orbit_stability(turns[many], best).growth < predicted < 1
+    seen = decay_of_flow(turns[many], feedback, many)
+    assert math.log(seen) == pytest.approx(math.log(predicted), rel=0.05)
+
+
+def test_it_goes_between_orbits_of_a_flow(turns):
+    one = IntervalFeedback.fastest(turns[1], limit=0.3, parameter=2, **SEEN)
+    two = IntervalFeedback.fastest(turns[2], limit=0.8, parameter=2, delay=2, **SEEN)
+    course = simulate(Controlled(ROSSLER, [(50, one), (600, two)]), duration=3000)
+    ends, intervals = course.spikes.time[1:], course.spikes.intervals()
+    near = (ends > 560) & (ends < 600)
+    assert intervals[near] == pytest.approx(turns[1].period, abs=1e-7)
+    last = intervals[-6:]
+    assert last[:4] == pytest.approx(last[2:], abs=1e-6)
+    assert abs(last[1] - last[0]) > 0.5
+    assert abs(course.force(np.linspace(2950, 3000, 50))).max() < 1e-5
+
+
+def test_a_target_holds_lorenz_orbit_of_a_positive_multiplier():
+    orbit = find_periodic_orbit(flows.lorenz(), period=1.5586)
+    assert orbit.multipliers[0].real > 4
+    feedback = IntervalFeedback.fastest(orbit, limit=0.5, parameter=1, signal="z", level=27.0)
+    assert orbit_stability(orbit, feedback).growth < 0.3
+    course = simulate(Controlled(orbit.system, feedback), duration=300)
+    assert course.spikes.intervals()[-5:] == pytest.approx(orbit.period / 2, abs=1e-7)
+
+
+def test_a_controlled_flow_is_that_of_the_moved_parameter(turns):
+    feedback = IntervalFeedback(1.0, 0.4, target=5.9, parameter=2, memory=0.2, **SEEN)
+    course = simulate(Controlled(ROSSLER, feedback), duration=60)
+    crossings = course.spikes.time
+    before, seen = 0.0, 0
+    for k in range(2, len(crossings)):
+        by = 0.2 * before + (crossings[k - 1] - crossings[k - 2] - 5.9)
+        before = by if abs(by) <= 0.4 else 0.0
+        seen += before != 0.0
+        time = np.linspace(crossings[k - 1], crossings[k], 7)[1:-1]
+        assert course.force(time) == pytest.approx(before, abs=1e-12)
+        own = flows.rossler(c=5.7 + before)
+        start = tuple(course.sample(crossings[k - 1]))
+        alone = simulate(own, duration=crossings[k] - crossings[k - 1], initial=start)
+        apart = alone.sample(time - crossings[k - 1]) - course.sample(time)
+        assert abs(apart).max() < 1e-9
+    assert seen > 2
+    assert course.sample(crossings)[:, 0] == pytest.approx(0, abs=1e-9)
+    assert course.sample(60.0) == pytest.approx(course.final, abs=1e-9)
+
+
+@pytest.mark.parametrize("strength", [0.28, 0.34, 0.4])
+def test_impacts_are_made_as_strong_as_asked_for(orbits, strength):
+    """From chaos, by nothing but their instants."""
+    feedback = IntervalFeedback.fastest(orbits[1], limit=0.05, strength=strength)
+    motion = simulate(Controlled(BEAM, feedback, start=50), periods=1200)
+    assert motion.impacts.approach_velocity[-20:] == pytest.approx(strength, rel=1e-8)
+    moved = feedback.nudged(BEAM, feedback.offset)
+    orbit = find_periodic_orbit(moved, 1, impacts=1, guess=tuple(motion.final[:2]))
+    assert orbit_stability(orbit, feedback).stable
+    assert not orbit.stable
+
+
+def test_an_orbit_that_chaos_does_not_visit_is_come_to_by_way_of_others():
+    """At this soft stop the motion is periodic and does not come near (1, 2)."""
+    soft = SOFT["linear"]
+    orbit = find_periodic_orbit(soft, 2, impacts=1)
+    direct = IntervalFeedback.fastest(orbit, limit=0.1)
+    missed = simulate(Controlled(soft, direct, start=50), periods=1500)
+    assert str(orbit_period(missed)) == "period(6, 8)"
+    strength = 1.1 * orbit.motion(1.5).impacts.approach_velocity[0]
+    by_way = IntervalFeedback.fastest(orbit, limit=0.1, strength=strength)
+    motion = simulate(Controlled(soft, [(50, by_way), (1300, direct)]), periods=1500)
+    assert str(orbit_period(motion, tolerance=1e-7)) == "period(1, 2)"
+    assert motion.effort()[1][-20:].max() < 1e-8
+
+
+def test_bad_input_is_named(orbits, turns):
     cases = [
         (lambda: IntervalFeedback("a", 1.0), "gain"),
         (lambda: IntervalFeedback(1.0, 0.0), "limit"),
         (lambda: IntervalFeedback(1.0, 1.0, target=-1.0), "target"),
         (lambda: IntervalFeedback(1.0, 1.0, delay=0), "delay"),
         (lambda: IntervalFeedback(1.0, 1.0, parameter="frequency"), "parameter"),
-        (lambda: Controlled(flows.rossler(), IntervalFeedback(1.0, 1.0)), "controller"),
+        (lambda: IntervalFeedback(1.0, 1.0, parameter=-1), "parameter"),
+        (lambda: Controlled(ROSSLER, IntervalFeedback(1.0, 1.0)), "parameter"),
+        (lambda: Controlled(ROSSLER, IntervalFeedback(1.0, 1.0, parameter=3)), "parameter"),
+        (lambda: Controlled(ROSSLER, IntervalFeedback(1.0, 1.0, parameter=1)), "level"),
+        (
+            lambda: Controlled(ROSSLER, IntervalFeedback(1, 1, parameter=1, level=0, signal="w")),
+            "signal",
+        ),
+        (lambda: Controlled(BEAM, IntervalFeedback(1.0, 1.0, parameter=1)), "parameter"),
+        (
+            lambda: IntervalFeedback.fastest(turns[1], 0.1, parameter=2, level=30.0, signal="x"),
+            "level",
+        ),
+        (lambda: IntervalFeedback.fastest(turns[2], 0.1, parameter=2, **SEEN), "target"),
+        (lambda: IntervalFeedback.fastest(turns[2], 0.1, parameter=2, delay=1, **SEEN), "delay"),
+        (
+            lambda: IntervalFeedback.fastest(turns[1], 0.1, parameter=2, strength=1.0, **SEEN),
+            "strength",
+        ),
+        (lambda: IntervalFeedback.fastest(orbits[1], 0.1, strength=1e-5), "strength"),
         (lambda: Controlled(scenes.okolewski(4, 0.8), IntervalFeedback(1.0, 1.0)), "parameter"),
-        (lambda: orbit_stability(orbits[1], IntervalFeedback(1.0, 1.0, target=2.0)), "feedback"),
+        (lambda: orbit_stability(orbits[1], IntervalFeedback(1.0, 1.0, target=2.0)), "target"),
         (lambda: IntervalFeedback.fastest(BEAM, 1.0), "orbit"),
     ]
     for call, argument in cases:

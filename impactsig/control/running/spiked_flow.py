@@ -22,7 +22,7 @@ class Spans:
         self._crossings, self._flow = crossings, flow
         self.begins: list[float] = []
         self._states: list[np.ndarray] = []
-        self._parameters: list[tuple[float, ...]] = []
+        self._parameters: list[Sequence[float]] = []
         self._by: list[float] = []
 
     def begin(self, time: float, state: np.ndarray, own: Any, by: float) -> None:

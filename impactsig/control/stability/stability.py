@@ -122,8 +122,8 @@ def orbit_stability(
     share of it. So differences of opposite sign do not grow alike, there are no multipliers, and
     the limit matters to stability; `growth` is then the mean over many periods.
 
-    Under `IntervalFeedback` the map from spike to spike is linearised, and its multipliers are those
-    of that map with the feedback. An offset is taken for part of the orbit's own system.
+    Under `IntervalFeedback` the map from spike to spike is linearised, and its multipliers are
+    those of that map with the feedback. An offset counts as part of the orbit's system.
 
     Parameters
     ----------

@@ -8,8 +8,8 @@ from typing import Any
 from ...dynamics.periodic.orbits import PeriodicOrbit, find_periodic_orbit
 from ...errors import InvalidInput
 
-MOST = 60  # orbits that are looked for
-STRIDE = 0.05  # of the strength: the most that it is changed from orbit to orbit
+MOST = 120  # orbits that are looked for
+STRIDE = 0.1  # of the strength: the most that it changes from orbit to orbit
 CLOSE = 1e-10  # relative: a strength that was come to
 
 
@@ -48,9 +48,8 @@ def offset_of(
         orbit, offset, seen = further, offset + step, after
         if slope == 0.0:
             break
-        wanted = strength - seen
-        most = STRIDE * strength
-        step = max(min(wanted, most), -most) / slope
+        most = STRIDE * seen
+        step = max(min(strength - seen, most), -most) / slope
     raise InvalidInput(
         "strength", strength, "the approach velocity of an orbit of this kind",
         f"From {begun:.6g} on the orbit was followed to {seen:.6g}, the parameter being moved by "

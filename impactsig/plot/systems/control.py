@@ -55,13 +55,15 @@ def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: f
 
 
 @checked
-def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
+def control_intervals(
+    motion: ControlledMotion | ControlledFlowMotion, ax: Axes | None = None
+) -> Axes:
     """Draw each interspike interval over its end: how control regulates the impacts.
 
     Parameters
     ----------
-    motion : ControlledMotion
-        Of a `Controlled` system.
+    motion : ControlledMotion or ControlledFlowMotion
+        Of a `Controlled` system; of a flow under `IntervalFeedback`.
 
     See Also
     --------
@@ -74,8 +76,10 @@ def control_intervals(motion: ControlledMotion, ax: Axes | None = None) -> Axes:
     >>> motion = simulate(Controlled(scenes.karpodinis(20.3355), feedback, start=20), periods=60)
     >>> ax = plot.control_intervals(motion)
     """
+    from ...control import ControlledFlowMotion
+
     ax = axes(ax)
-    impacts = motion.impacts
+    impacts = motion.spikes if isinstance(motion, ControlledFlowMotion) else motion.impacts
     if impacts is None or len(impacts) < 2:
         return explain(ax, "fewer than two impacts: no interval")
     points(ax, impacts.time[1:], np.diff(impacts.time), markersize=2.5)
