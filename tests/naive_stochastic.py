@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 import numpy as np
@@ -31,10 +32,10 @@ def pair(words):
     return radius * (-c if right & 2 else c), radius * (-s if right & 4 else s)
 
 
-def normals(key, path, block, size=64):
+def normals(key, path, block, size=64, purpose=0):
     """A block of the normal numbers of a path."""
     both = [
-        pair(philox((block * size // 2 + i, 0, path, 0), [int(word) for word in key]))
+        pair(philox((block * size // 2 + i, 0, path, purpose), [int(word) for word in key]))
         for i in range(size // 2)
     ]
     return np.concatenate(np.transpose(both))
@@ -66,14 +67,31 @@ def rub(v, friction, h, deviation, noise, coin):
     return math.copysign(end - least, side)
 
 
-def split(force, deviation, noise, tossed, restitution, friction, x, v, h, key, path):
+def filtered(sigma, tau, frequency, h, key, path, blocks):
+    """A force of deviation sigma at 0, h, 2 h, ...: a complex number that turns and shrinks."""
+    z = complex(*bridge_pair(key, path, 0, 0xFFFFF)) * sigma
+    share = cmath.exp((-1 / tau + 1j * frequency) * h)
+    fresh = sigma * math.sqrt(1 - abs(share) ** 2)
+    out = [z.real]
+    for block in range(blocks):
+        one, other = normals(key, path, block), normals(key, path, block, purpose=3)
+        for k in range(len(one)):
+            z = share * z + fresh * complex(one[k], other[k])
+            out.append(z.real)
+    return np.array(out)
+
+
+def split(
+    force, deviation, noise, tossed, restitution, friction, x, v, h, key, path, times=lambda x: 1.0
+):
     """The splitting of a unit mass above a rigid stop at 0: states at h, 2 h, ...
 
     `force` is a function of t, x and v, `noise` the normal numbers of the steps, `tossed` those for
-    friction.
+    friction, `times` what the noise is multiplied by.
     """
     seen = []
     half = h / 4 * force(0.0, x, v)
+    deviation, size = deviation * times(x), deviation
     kick = deviation / math.sqrt(2) * bridge_pair(key, path, 0, 0xFFFFF)[1]
     if friction:
         one, two = bridge_pair(key, path, 0, 0)
@@ -96,6 +114,7 @@ def split(force, deviation, noise, tossed, restitution, friction, x, v, h, key, 
             after = u + a * (left - h / 2)
         x, v = end, after
 
+        deviation = size * times(x)
         t, kick = (step + 1) * h, deviation * number
         here = force(t, x, v)
         a = (here + force(t, x, v + h * here + kick)) / 2

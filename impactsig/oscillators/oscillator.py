@@ -131,6 +131,11 @@ class Oscillator:
             raise InvalidInput("friction", self.friction, "Friction(...) or None")
         if self.noise is not None and not isinstance(self.noise, Noise):
             raise InvalidInput("noise", self.noise, "Noise(...) or None")
+        if self.noise is not None and self.noise.parametric and self.base is not None:
+            raise InvalidInput(
+                "noise", self.noise, "noise that is a force, where the base moves",
+                "A stiffness that varies would pull at the base as well as at the mass",
+            )  # fmt: skip
         if self.law is not None and not callable(self.law):
             raise InvalidInput("law", self.law, "a function of t, x and v, or None")
         if columns_allowed.get():  # the batch compares its columns with each other
@@ -306,7 +311,13 @@ class Oscillator:
                 for stop in self.stops
             ),
             friction=friction and Friction(friction.kinetic * newton, friction.static * newton),  # type: ignore[operator]
-            noise=noise and Noise(noise.intensity * newton**2 * t, noise.correlation_time * t),
+            noise=noise
+            and replace(
+                noise,
+                intensity=noise.intensity * (newton / x if noise.parametric else newton) ** 2 * t,
+                correlation_time=noise.correlation_time * t,
+                angular_frequency=noise.angular_frequency / t,
+            ),
             name=self.name,
             in_seconds=self.in_seconds,
         )

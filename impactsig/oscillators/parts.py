@@ -338,23 +338,36 @@ class Friction:
 
 @dataclass(frozen=True)
 class Noise:
-    """A random force f on the mass, Gaussian, white or coloured by a first-order filter.
+    """A random force f on the mass, or a random stiffness, Gaussian, white or filtered.
 
     White noise has ``<f(t) f(t + s)> = 2 intensity delta(s)``; through a filter of time constant
     tau, ``<f(t) f(t + s)> = (intensity / tau) exp(-abs(s) / tau)``, which is the same for slow
-    motions (an Ornstein-Uhlenbeck process [UhlenbeckOrnstein1930]_).
+    motions (an Ornstein-Uhlenbeck process [UhlenbeckOrnstein1930]_). Noise in a band about an
+    angular frequency w has ``<f(t) f(t + s)> = (intensity / tau) exp(-abs(s) / tau) cos(w s)``: its
+    two-sided spectral density, twice the intensity where the noise is white, is
+
+        S(u) = intensity (1 / (1 + (u - w)^2 tau^2) + 1 / (1 + (u + w)^2 tau^2)),
+
+    that is two lines of half width 1 / tau. Parametric noise is of the stiffness: the force on the
+    mass is f times its displacement. As white noise it means the same to Ito and to Stratonovich,
+    since a displacement has no white part.
 
     Parameters
     ----------
     intensity : float
-        Half of the two-sided spectral density at zero frequency [N^2 s], at least 0.
+        Half of the two-sided spectral density at zero frequency of noise that does not oscillate
+        [N^2 s], at least 0; of parametric noise [N^2 s / m^2].
     correlation_time : float
         Time constant of the filter [s]; 0 leaves the noise white.
+    angular_frequency : float
+        Of the middle of the band [rad/s]; 0 leaves a low-pass. It needs a correlation time.
+    parametric : bool
+        Whether it is of the stiffness.
 
     Raises
     ------
     InvalidInput
-        If a value is out of its range.
+        If a value is out of its range, or white noise is to have a band.
 
     See Also
     --------
@@ -365,13 +378,22 @@ class Noise:
     >>> from impactsig import Noise, Oscillator, simulate
     >>> shaken = Oscillator(damping=0.2, noise=Noise(0.1, correlation_time=0.5))
     >>> motion = simulate(shaken, duration=10, seed=1)
+    >>> narrow = Noise(0.1, correlation_time=5.0, angular_frequency=1.0)
     """
 
     intensity: float
     correlation_time: float = 0.0
+    angular_frequency: float = 0.0
+    parametric: bool = False
 
     def __post_init__(self) -> None:
-        numbers(self, "intensity", "correlation_time", least=0.0)
+        numbers(self, "intensity", "correlation_time", "angular_frequency", least=0.0)
+        flag("parametric", self.parametric)
+        if self.angular_frequency and not self.correlation_time:
+            raise InvalidInput(
+                "angular_frequency", self.angular_frequency, "0 of white noise",
+                "Its spectrum is flat; correlation_time= tells how wide the band is",
+            )  # fmt: skip
 
 
 def numbers(

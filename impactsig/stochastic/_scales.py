@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..oscillators import Hertz, KelvinVoigt, Oscillator
-from .paths.posing import hertz_rate, potential
+from .paths.posing import filtered_deviation, hertz_rate, potential
 from .paths.running import Group, Mover
 
 FINE = 0.2  # default step by the fastest scale
@@ -80,7 +80,19 @@ def known_rates(oscillator: Oscillator) -> list[tuple[float, str]]:
         rates.append((oscillator.base.angular_frequency, "the motion of the base"))
     if oscillator.noise and oscillator.noise.correlation_time:
         rates.append((1 / oscillator.noise.correlation_time, "the filtered noise"))
+        rates.append((oscillator.noise.angular_frequency, "the filtered noise"))
+    if oscillator.noise and oscillator.noise.parametric:
+        rates.append((_stiffened(oscillator), "the noise of the stiffness"))
     return rates
+
+
+def _stiffened(oscillator: Oscillator) -> float:
+    """Rate of an oscillator whose stiffness is off by three deviations; under white noise, of v."""
+    if deviation := filtered_deviation(oscillator):
+        return math.sqrt(oscillator.stiffness / oscillator.mass + 3 * deviation)
+    assert oscillator.noise is not None
+    # The velocity spreads by sigma x sqrt(t) in a time t, in which x changes by v t.
+    return float((2 * oscillator.noise.intensity / oscillator.mass**2) ** (1 / 3))
 
 
 def survey(

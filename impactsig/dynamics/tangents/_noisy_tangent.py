@@ -24,12 +24,13 @@ from ...simulate.basis.laws import HERTZ, PUSHER, spring_push
 from ...simulate.basis.stops import columns
 
 SMALL = 6e-6  # of the size of a path, to difference a law by: the cube root of rounding
-SMOOTH = "an oscillator under noise without friction, whose stops are soft"
+SMOOTH = "an oscillator under a random force, without friction, whose stops are soft"
 PARTED = (
     "A neighbour that hits later by ds has another velocity by then, off by the root of ds, and no "
     "tangent"
 )
 UNSEEN = "A path keeps no force of its noise, which the jump at an impact goes by"
+UNTOLD = "A path does not keep the stiffness that its noise gave it"
 SLIDING = "Differences shrink with the time that a path spends about rest, and its steps miss that"
 MEASURED = "Its loss goes by the approach velocity; Hertz(stiffness, damping=...) will do"
 
@@ -85,6 +86,8 @@ def _check(oscillator: Oscillator) -> None:
         If there is friction, a rigid stop, or one whose loss goes by the approach velocity.
     """
     why = SLIDING if oscillator.friction else ""
+    if oscillator.noise is not None and oscillator.noise.parametric:
+        why = UNTOLD
     for stop in oscillator.stops:
         if isinstance(stop.law, Rigid):
             white = oscillator.noise is not None and not oscillator.noise.correlation_time

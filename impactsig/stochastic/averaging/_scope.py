@@ -48,10 +48,18 @@ def check(oscillator: Oscillator, impact: str) -> None:
         raise InvalidInput(
             "oscillator", noise, "noise of positive intensity", "Give it noise=Noise(intensity)"
         )
+    if noise.parametric:
+        raise InvalidInput(
+            "oscillator", noise, "noise that is a force",
+            "That of the stiffness feeds in energy in proportion to what there is; simulate an "
+            "ensemble instead",
+        )  # fmt: skip
     if noise.correlation_time > 0:
         raise InvalidInput(
             "oscillator", noise, "white noise, of correlation time 0",
-            "Simulate an ensemble, or take it as white where it is short against a cycle",
+            "Filtered noise feeds in what its band has at the multiples of a cycle's frequency, "
+            "which is not the same at all energies; simulate an ensemble instead, or take it as "
+            "white where its correlation time is short against a cycle",
         )  # fmt: skip
     for stop in oscillator.stops:
         sticky = isinstance(stop.law, Rigid) and stop.law.restitution == 0

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..._compiled import inlined, kernel
 
-FORCE, BRIDGE, RUB = range(3)  # what the numbers are for: a part of the counter
+FORCE, BRIDGE, RUB, ACROSS = range(4)  # what the numbers are for: a part of the counter
 START = 0xFFFFF  # number of the pair that a path starts from
 PI_4 = math.pi / 4
 LN2 = math.log(2)
@@ -217,6 +217,15 @@ def draw_all(r, key, paths, block, out):
     """Fill `out`, shape (steps, lanes), with those of many paths; `r` has room for all of them."""
     half = len(out) // 2
     philox_all(key, np.uint64(block) * np.uint64(half), paths, FORCE, r.radius, r.angle)
+    flat = out.reshape(out.size)
+    normals(r, flat[: len(r.radius)], flat[len(r.radius) :])
+
+
+@kernel
+def draw_across(r, key, paths, block, out):
+    """The same of a second force, which the first is turned into where the noise oscillates."""
+    half = len(out) // 2
+    philox_all(key, np.uint64(block) * np.uint64(half), paths, ACROSS, r.radius, r.angle)
     flat = out.reshape(out.size)
     normals(r, flat[: len(r.radius)], flat[len(r.radius) :])
 

@@ -15,8 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import inlined, kernel
-from ._random import START, Room, draw_all, draw_coins, draw_pair, room
+from ._random import START, Room, draw_across, draw_all, draw_coins, draw_pair, room
 from .equation import (
+    ACROSS,
     BLOCK,
     F,
     Q,
@@ -39,10 +40,11 @@ class Lanes(NamedTuple):
 
     room: Room
     normal: np.ndarray  # shape (BLOCK, lanes), step by step
-    coin: np.ndarray  # the same, for friction; see `draw_coins`
+    coin: np.ndarray  # the same, for friction; see `draw_coins`; or of the force across
     q: np.ndarray  # shape (lanes,), as all below: after the flight
     v: np.ndarray
     force: np.ndarray  # filtered noise
+    kick: np.ndarray  # normal numbers of white noise, times the position where it is parametric
     a: np.ndarray  # acceleration but for damping, friction and noise
     late: np.ndarray  # the same at the end of the kick, where the velocity matters
     before: np.ndarray  # velocity before drag, friction and noise, and after
@@ -54,7 +56,7 @@ class Lanes(NamedTuple):
 def scratch(lanes: int) -> Lanes:
     """Room for the numbers of so many paths."""
     numbers = np.zeros((2, BLOCK, lanes))
-    return Lanes(room(BLOCK * lanes), *numbers, *np.zeros((9, lanes)))
+    return Lanes(room(BLOCK * lanes), *numbers, *np.zeros((10, lanes)))
 
 
 @inlined
@@ -68,10 +70,10 @@ def bounce(p, f, state, count, events, lane, t, end):
     """
     h, middle = p.step, t + 0.5 * p.step
     at, moving = ground_at(p, middle)
-    a = state[F, lane] + accelerate(
-        p, f.law, push_at(p, middle), middle, at, moving, state, lane,
-        p.high if end > p.high else p.low, 0.0,
-    )  # fmt: skip
+    stop = p.high if end > p.high else p.low
+    a = state[F, lane] * (stop if p.parametric else 1.0) + accelerate(
+        p, f.law, push_at(p, middle), middle, at, moving, state, lane, stop, 0.0
+    )
     q, u = state[Q, lane], state[V, lane] - 0.5 * h * a
     left = h
     for _ in range(BOUNCES):
@@ -192,15 +194,17 @@ def begin(p, f, key, path, w, state, count, events):
     pair = w.room.pair
     for lane in range(state.shape[1]):
         q, v = state[Q, lane], state[V, lane]
-        a = accelerate(p, f.law, push, 0.0, at, moving, state, lane, q, v) + state[F, lane]
+        times = q if p.parametric else 1.0
+        a = accelerate(p, f.law, push, 0.0, at, moving, state, lane, q, v) + state[F, lane] * times
         a -= p.damping * v
         draw_pair(w.room, key, path[lane], 0, START, pair)
-        noise = spread * pair[1]
+        noise = spread * times * pair[1]
         if p.kinetic > 0 and spread > 0:
             half = 0.5 * h * a
             draw_pair(w.room, key, path[lane], 0, 0, pair)
             coin = math.copysign(pair[0] * pair[0] + pair[1] * pair[1], pair[0])
-            state[V, lane] = half + rub_shaken(v + half, p.kinetic * h, spread, noise, coin)
+            deviation = spread * abs(times)
+            state[V, lane] = half + rub_shaken(v + half, p.kinetic * h, deviation, noise, coin)
         elif p.kinetic > 0:
             state[V, lane] = rub(v, a, h, p.kinetic, p.static)
         else:
@@ -211,7 +215,7 @@ def begin(p, f, key, path, w, state, count, events):
 def advance(p, f, w, normal, coin, state, count, first, last, every, looks, seen, events):
     """Steps `first` to `last` with given random numbers, a row each; looks so far."""
     h, lanes = p.step, state.shape[1]
-    q, v, force = state[Q], state[V], state[F]
+    q, v, force, across = state[Q], state[V], state[F], state[ACROSS]
     decay, root = math.exp(-p.damping * h), math.exp(-0.5 * p.damping * h)
     shaken, loss = p.sigma * math.sqrt(h), p.kinetic * h
     spread = shaken
@@ -226,13 +230,29 @@ def advance(p, f, w, normal, coin, state, count, first, last, every, looks, seen
         if p.fresh > 0:
             for lane in range(lanes):
                 w.force[lane] = 0.5 * force[lane]
-                force[lane] = p.memory * force[lane] + p.fresh * z[lane]
+            if p.across != 0.0:
+                c, s = p.memory * p.turned, p.memory * p.across
+                for lane in range(lanes):
+                    one, other = force[lane], across[lane]
+                    force[lane] = c * one - s * other + p.fresh * z[lane]
+                    across[lane] = s * one + c * other + p.fresh * tossed[lane]
+            else:
+                for lane in range(lanes):
+                    force[lane] = p.memory * force[lane] + p.fresh * z[lane]
+            for lane in range(lanes):
                 w.force[lane] += 0.5 * force[lane]
+        if p.parametric:
+            for lane in range(lanes):
+                w.force[lane] *= w.q[lane]
+                w.kick[lane] = w.q[lane] * z[lane]
+        else:
+            for lane in range(lanes):
+                w.kick[lane] = z[lane]
         accelerate_all(p, f, push, t, at, moving, state, w, w.v, w.a)
         if p.forced or len(p.soft) > 0:  # Heun's method, where a depends on v
             for lane in range(lanes):
                 push_half = 0.5 * h * w.a[lane]
-                w.after[lane] = decay * (w.v[lane] + push_half) + spread * z[lane] + push_half
+                w.after[lane] = decay * (w.v[lane] + push_half) + spread * w.kick[lane] + push_half
             accelerate_all(p, f, push, t, at, moving, state, w, w.after, w.late)
             for lane in range(lanes):
                 w.a[lane] = 0.5 * (w.a[lane] + w.late[lane])
@@ -246,12 +266,14 @@ def advance(p, f, w, normal, coin, state, count, first, last, every, looks, seen
                 w.before[lane] = w.v[lane] + 0.5 * h * w.a[lane]
             if p.kinetic > 0:
                 for lane in range(lanes):
+                    times = abs(w.q[lane]) if p.parametric else 1.0
                     w.after[lane] = root * rub_shaken(
-                        root * w.before[lane], loss, shaken, shaken * z[lane], tossed[lane]
-                    )
+                        root * w.before[lane], loss, shaken * times, shaken * w.kick[lane],
+                        tossed[lane],
+                    )  # fmt: skip
             else:
                 for lane in range(lanes):
-                    w.after[lane] = decay * w.before[lane] + spread * z[lane]
+                    w.after[lane] = decay * w.before[lane] + spread * w.kick[lane]
             for lane in range(lanes):
                 v[lane] = w.after[lane] + 0.5 * h * w.a[lane]
         for lane in range(lanes):
@@ -291,6 +313,8 @@ def move(p, f, key, path, w, state, count, first, last, every, seen, events):
         draw_all(w.room, key, path, block, w.normal)
         if p.kinetic > 0 and p.sigma > 0:
             draw_coins(w.room, key, path, block, w.coin)
+        elif p.across != 0.0:
+            draw_across(w.room, key, path, block, w.coin)
         looks = advance(
             p, f, w, w.normal[shift:], w.coin[shift:], state, count, first, end, every, looks, seen,
             events,

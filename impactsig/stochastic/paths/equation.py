@@ -28,9 +28,9 @@ from ...simulate.basis.laws import (
 
 # Columns of `Problem.soft`: those of `simulate.basis.laws`, and the number of the stop.
 STOP = LAW_COLUMNS
-# Rows of the state: position, velocity, the filtered force, then for each soft stop the approach
-# velocity of its last contact.
-Q, V, F, APPROACH = range(4)
+# Rows of the state: position, velocity, the filtered force and what it is turned into where it
+# oscillates, then for each soft stop the approach velocity of its last contact.
+Q, V, F, ACROSS, APPROACH = range(5)
 # Columns of the events that a path is asked for: instant, stop, approach velocity.
 INSTANT, WHICH, SPEED, COLUMNS = range(4)
 hertz_push = inlined(laws.hertz_push)
@@ -58,7 +58,10 @@ class Problem(NamedTuple):
     static: float  # what holds: under white noise, which overcomes any force, no more than kinetic
     sigma: float  # of white noise: <noise noise> = sigma^2 delta; 0 where it is filtered
     memory: float  # share of the filtered force that is left after a step
+    turned: float  # cosine and sine of the angle that it turns by in a step
+    across: float
     fresh: float  # deviation of what the step adds to it
+    parametric: bool  # whether the noise is of the stiffness: times the position, it is the force
     forced: bool  # whether there is a `law` of the user's
     mass: float
     fold: float  # Zhuravlev's coordinate: 1 or -1 where position is a stop's plus fold * abs(y)

@@ -40,6 +40,15 @@ def check_method(oscillator: Oscillator, method: Method) -> None:
     rigid = [stop for stop in oscillator.stops if isinstance(stop.law, Rigid)]
     filtered = oscillator.noise is not None and oscillator.noise.correlation_time > 0
     remedy = 'Use method="splitting"'
+    noise = oscillator.noise
+    if (
+        method != "splitting"
+        and noise is not None
+        and (noise.parametric or noise.angular_frequency)
+    ):
+        kind = "parametric" if noise.parametric else "that oscillates"
+        required = f"noise that is a force, of angular frequency 0 (here: {kind})"
+        raise InvalidInput("method", method, required, remedy)
     if method == "gaussian":
         hindered = {
             "a law": oscillator.law is not None,
@@ -91,7 +100,7 @@ class Mover:
     def start(self, q: np.ndarray, v: np.ndarray, paths: np.ndarray) -> Group:
         """A group of paths at t = 0, at these positions and velocities relative to the stops."""
         from ._random import START, draw_pair, room
-        from .equation import APPROACH, F, Q, V
+        from .equation import ACROSS, APPROACH, F, Q, V
 
         state = np.zeros((APPROACH + len(self.problem.soft), len(paths)))
         state[Q], state[V] = q, v
@@ -99,7 +108,7 @@ class Mover:
             pair = np.empty(2)
             for lane, path in enumerate(paths):
                 draw_pair(room(2), self.key, path, 0, START, pair)
-                state[F, lane] = self._deviation * pair[0]
+                state[F, lane], state[ACROSS, lane] = self._deviation * pair
         group = Group(self, state, np.asarray(paths, np.uint32))
         self._kernels().begin(
             self.problem, self.functions, self.key, group.paths, group.scratch, state,
