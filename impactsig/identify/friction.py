@@ -17,6 +17,7 @@ from ._swings import Machine, decrement, extrema, swings
 from .resonance import CLEAN, MISFIT, _greatest, _samples, _unevenness
 
 FEWEST = 4  # extrema
+SHARES = (1.0, 0.8, 0.9, 1.1, 1.2)  # of the friction that the extrema tell, to start from
 SMALL = 2.0  # times the friction: swings that are left out, as a greater static friction ends them
 
 
@@ -168,7 +169,8 @@ def identify_friction(recording: Recording, *, level: float = 0.95) -> FrictionD
             "Record for longer, or from a greater displacement",
         )  # fmt: skip
     by_extrema = decrement(levels)
-    found = _fitted(samples, _guess(samples, times, levels, by_extrema, rate), rate)
+    guess = _guess(samples, times, levels, by_extrema, rate)
+    found = _best(samples, guess, rate, levels)
     fitted = _judged(recording, samples, found, level, by_extrema[:2], times, levels)
     machine = found[0]
     clear = np.abs(levels - machine.centre) > SMALL * abs(machine.friction)
@@ -228,6 +230,26 @@ def _fitted(
     found = least_squares(residual, found.x, jac="3-point", max_nfev=12, **options)
     machine = Machine(*(float(value) for value in found.x * scale))
     return machine, found.jac * size / scale, found.fun * size
+
+
+def _best(
+    samples: np.ndarray, guess: Machine, rate: float, levels: np.ndarray
+) -> tuple[Machine, np.ndarray, np.ndarray]:
+    """The least of the least squares.
+
+    How often the mass swings until it rests is a whole number, so the sum of squares has a minimum
+    for each. Its neighbours are come to from other shares of the loss that is friction's, each with
+    the damping that the extrema have beside it.
+    """
+    way = np.where(levels[:-1] > levels[1:], 1.0, -1.0)
+    found = []
+    for share in SHARES:
+        friction = share * guess.friction
+        here, there = (one - guess.centre - way * friction for one in (levels[:-1], levels[1:]))
+        loss = -math.log(min(max(-float(here @ there) / float(here @ here), 1e-3), 1.0)) / math.pi
+        start = guess._replace(friction=friction, ratio=loss / math.hypot(1.0, loss))
+        found.append(_fitted(samples, start, rate))
+    return min(found, key=lambda one: float(one[2] @ one[2]))
 
 
 def _judged(
