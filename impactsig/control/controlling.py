@@ -100,6 +100,7 @@ class Controlled:
         if isinstance(system, Oscillator) and system.noise is not None:
             raise InvalidInput(
                 "system", repr(system.noise), "an oscillator without noise",
+                "Its paths are moved in steps that keep nothing to feed back; "
                 "replace(oscillator, noise=None) can be controlled",
             )  # fmt: skip
         phases = schedule(self.controller, self.start, math.inf)
@@ -120,6 +121,10 @@ class Controlled:
                 number_of(system, feedback.signal)
             else:
                 check_parameter(system, feedback.parameter)
+                if feedback.level is not None:
+                    raise InvalidInput(
+                        "level", feedback.level, "None of an oscillator, whose spikes are impacts"
+                    )
         if isinstance(system, Flow) and len({(own.signal, own.level) for own in spiking}) > 1:
             raise InvalidInput(
                 "controller", self.controller, "phases of the same signal and level",
@@ -163,7 +168,11 @@ class Controlled:
     @property
     def moving_on_orbits(self) -> Any:
         """What moves on its periodic orbits: where feedback is silent, what it controls alone."""
-        return self.system if self.dimension is None else self
+        if self.dimension is not None:
+            return self
+        if isinstance(self.controller, IntervalFeedback) and self.controller.offset:
+            return self.controller.nudged(self.system, self.controller.offset)
+        return self.system
 
 
 def move(

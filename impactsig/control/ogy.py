@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from .._arguments import choice, number
+from ..dynamics.periodic.flow_orbits import FlowOrbit
 from ..dynamics.periodic.orbits import PeriodicOrbit
 from ..dynamics.tangents.tangent import tangent_map
 from ..errors import InvalidInput
@@ -82,6 +83,11 @@ class OGY:
 
     def __post_init__(self) -> None:
         orbit = self.orbit
+        if isinstance(orbit, FlowOrbit):
+            raise InvalidInput(
+                "orbit", orbit, "an orbit of an Oscillator, whose state is seen once in a period",
+                "IntervalFeedback.fastest holds orbits of flows by their crossings of a level",
+            )  # fmt: skip
         if not isinstance(orbit, PeriodicOrbit):
             raise InvalidInput("orbit", orbit, "a PeriodicOrbit, as find_periodic_orbit finds")
         if not isinstance(orbit.system, Oscillator):
@@ -95,7 +101,8 @@ class OGY:
         if np.iscomplex(orbit.multipliers).any() or not abs(large) > 1 > abs(small):
             raise InvalidInput(
                 "orbit", orbit, "a saddle: multipliers on either side of the unit circle",
-                "A stable orbit needs no control" if orbit.stable else "",
+                "A stable orbit needs no control" if orbit.stable
+                else "One parameter, moved once in a period, tames one unstable direction",
             )  # fmt: skip
         object.__setattr__(self, "limit", number("limit", self.limit, above=0))
         choice("parameter", self.parameter, ("amplitude", "load"))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from impactsig import (
+    OGY,
     Controlled,
     Hertz,
     IntervalFeedback,
@@ -262,6 +263,19 @@ def test_impacts_are_made_as_strong_as_asked_for(orbits, strength):
     assert not orbit.stable
 
 
+def test_orbits_of_what_is_regulated_are_those_that_are_held(orbits):
+    feedback = IntervalFeedback.fastest(orbits[1], limit=0.05, strength=0.34)
+    own = Controlled(BEAM, feedback)
+    found = find_periodic_orbit(own, 1, impacts=1)
+    assert found.found
+    assert found.stable
+    assert found.motion(1.5).impacts.approach_velocity[0] == pytest.approx(0.34, rel=1e-8)
+    alone = feedback.nudged(BEAM, feedback.offset)
+    unstable = find_periodic_orbit(alone, 1, impacts=1)
+    predicted = orbit_stability(unstable, feedback).growth
+    assert abs(found.multipliers).max() == pytest.approx(predicted, rel=1e-2)
+
+
 def test_an_orbit_that_chaos_does_not_visit_is_come_to_by_way_of_others():
     """At this soft stop the motion is periodic and does not come near (1, 2)."""
     soft = SOFT["linear"]
@@ -303,6 +317,14 @@ def test_bad_input_is_named(orbits, turns):
             "strength",
         ),
         (lambda: IntervalFeedback.fastest(orbits[1], 0.1, strength=1e-5), "strength"),
+        (lambda: Controlled(BEAM, IntervalFeedback(1.0, 1.0, level=0.5)), "level"),
+        (
+            lambda: find_periodic_orbit(
+                Controlled(ROSSLER, IntervalFeedback(1.0, 1.0, parameter=2, **SEEN)), period=5.88
+            ),
+            "system",
+        ),
+        (lambda: OGY(turns[1], 0.1), "orbit"),
         (lambda: Controlled(scenes.okolewski(4, 0.8), IntervalFeedback(1.0, 1.0)), "parameter"),
         (lambda: orbit_stability(orbits[1], IntervalFeedback(1.0, 1.0, target=2.0)), "target"),
         (lambda: IntervalFeedback.fastest(BEAM, 1.0), "orbit"),

@@ -117,7 +117,7 @@ def test_a_branch_under_feedback_is_that_of_the_machine_with_other_multipliers()
     [
         (im.DelayedFeedback(0.1, 1, signal="displacement"), 2, "periods", "delay of 1"),
         (im.DelayedFeedback(0.1, 1), 1, "system", "linear"),
-        (im.IntervalFeedback(0.1, 0.02, target=2.0), 1, "feedback", "a target of 1"),
+        (im.IntervalFeedback(0.1, 0.02, target=2.0), 1, "target", "which has 1"),
         ([(0, im.IntervalFeedback(0.1, 0.02)), (9, None)], 1, "system", "for good"),
     ],
 )

@@ -141,7 +141,7 @@ class SilentShooting(OscillatorShooting):
     def __init__(
         self, controlled: Controlled, periods: int, phase: float, method: Any, tolerance: float
     ) -> None:
-        super().__init__(controlled.system, periods, phase, method, tolerance)
+        super().__init__(controlled.moving_on_orbits, periods, phase, method, tolerance)
         self.system = controlled
         self.feedback: Any = controlled.controller
         if isinstance(self.feedback, DelayedFeedback):

@@ -234,7 +234,7 @@ def find_periodic_orbit(  # type: ignore[misc]
         raise InvalidInput(
             "system", system, "an Oscillator, a Cantilever, a Flow or a Controlled oscillator"
         )
-    if period is not None:
+    if period is not None and not isinstance(getattr(system, "system", None), Flow):
         raise InvalidInput(
             "period", period, f"no period for {what_it_is(system)}", "Count its orbits by periods="
         )
