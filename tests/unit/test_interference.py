@@ -52,6 +52,36 @@ def test_hum_as_strong_as_the_pulses_does_not_turn_them_round(frequency, sign):
     assert false <= 1
 
 
+@pytest.mark.parametrize("seed", [8, 12, 14])
+def test_spikes_in_the_steepest_stretches_do_not_turn_pulses_round(seed):
+    """Ten single samples up to sixty times as high: all of the steepest stretches hold one."""
+    rng = np.random.default_rng(seed)
+    times = times_of(rng, 30, 0.33, 10.0)
+    samples = pulses(times, 7e-5, lambda u: np.sin(np.pi * u**1.5), duration=10.0, rate=60e3)
+    samples += 0.08 * rng.standard_normal(len(samples))
+    at = rng.integers(0, len(samples), 10)
+    samples[at] += rng.uniform(5, 60, 10) * rng.choice([-1, 1], 10)
+    found = found_in(samples, 60e3)
+    assert found.settings["polarity"] == "positive"
+    hit, false = within(found, times, 1e-3)
+    assert hit == len(times)
+    assert false <= 6
+
+
+@pytest.mark.parametrize("seed", [4, 5, 10])
+def test_bursts_in_every_frame_do_not_turn_pulses_round(seed):
+    rng = np.random.default_rng(seed)
+    times = times_of(rng, 45, 0.12)
+    samples = pulses(times, 0.7e-3)
+    for start in (0.5, 1.7, 3.1, 4.4):
+        part = samples[round(start * RATE) : round((start + 0.01) * RATE)]
+        part += 0.7 * rng.standard_normal(len(part))
+    samples += 1e-3 * rng.standard_normal(len(samples))
+    found = found_in(samples)
+    assert found.settings["polarity"] == "positive"
+    assert within(found, times, 1e-3)[0] >= len(times) - 1  # one may lie in a burst
+
+
 def test_pulses_in_step_with_hum_are_not_taken_for_its_harmonics():
     rng = np.random.default_rng(8)
     times = 0.1 + 0.025 * np.arange(192)  # lines at 120, 240, 360 ... Hz as well
