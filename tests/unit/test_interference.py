@@ -149,3 +149,20 @@ def test_a_tone_that_wide_responses_average_out_hides_no_pulse(height, share):
     hit, false = within(found_in(samples, 51_200), times, 1e-4)
     assert hit >= share * len(times)
     assert false == 0
+
+
+@pytest.mark.parametrize("step", [0.0, 0.2])
+def test_a_tail_is_no_second_pulse(step):
+    """Pulses that decay by a factor of 50, far from any shape that pulses are fitted with."""
+    rng = np.random.default_rng(14)
+    times = times_of(rng, 150, 0.025)
+    samples = pulses(times, 2.7e-3, lambda u: (np.exp(-4 * u) - np.exp(-40 * u)) / 0.65)
+    samples += 1e-3 * rng.standard_normal(len(samples))
+    if step:
+        samples = np.round(samples / step) * step
+    found = found_in(samples)
+    assert within(found, times, 5e-4) == (len(times), 0)
+    # A pulse that begins in one second and has its tail in the next may still be two.
+    assert len(found) - len(times) <= np.count_nonzero(np.mod(times, 1.0) > 0.995)
+    if not step:
+        assert np.median(found.contact_time) == pytest.approx(2.7e-3, rel=0.05)
