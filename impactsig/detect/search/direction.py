@@ -17,6 +17,8 @@ HUMS = 2
 """Frames that are looked at for hum, and that show the direction where there is some."""
 CELL = 1 << 12
 """Samples whose events have one vote, so that a burst or a spike outweighs no train of pulses."""
+USUAL = 0.75
+"""Share of these that have less energy than what counts no more, however loud."""
 UNCLEAR = 0.5
 """Lead, as a share of the squares of the heights of events, that longer stretches may turn."""
 FEW = 5
@@ -44,7 +46,8 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> floa
     if found.doubtful:
         # Single samples that stand high hide what is lower, unless impacts are such themselves.
         again = _vote([_median_of_three(x) for x in frames], grid, scale, constant)
-        if abs(again.lead) > abs(found.lead) and abs(again.lead) > CHANCE / math.sqrt(again.votes):
+        clear = abs(again.lead) > UNCLEAR and again.clear >= FEW
+        if clear or abs(again.lead) > CHANCE / math.sqrt(again.votes):
             found = again
     # Close-set pulses have gaps as strong as themselves; the values lean away from their floor.
     return math.copysign(
@@ -91,7 +94,8 @@ def _vote(parts: list[np.ndarray], grid: Grid, scale: float, constant: float) ->
     if not telling.any():
         return _Vote(0.0, lean / len(found), 1.0, 0, 0.0)
     certain = _by_cell(clear, first // CELL) > 0
-    weight = np.minimum(energy, np.median(energy[certain if certain.any() else telling]))[telling]
+    usual = np.quantile(energy[certain if certain.any() else telling], USUAL, method="higher")
+    weight = np.minimum(energy, usual)[telling]
     whole = weight.sum()
     lead = weight @ ((up - down)[telling] / energy[telling]) / whole
     # Glitches point either way, and among the steepest stretches they are many.
@@ -101,7 +105,7 @@ def _vote(parts: list[np.ndarray], grid: Grid, scale: float, constant: float) ->
         lead,
         lean / len(found),
         whole**2 / (weight @ weight),
-        len(clear) - np.count_nonzero(single),
+        int(len(clear) - np.count_nonzero(single)),
         weight[glitches].sum() / whole,
     )
 
