@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -166,3 +168,21 @@ def test_a_tail_is_no_second_pulse(step):
     assert len(found) - len(times) <= np.count_nonzero(np.mod(times, 1.0) > 0.995)
     if not step:
         assert np.median(found.contact_time) == pytest.approx(2.7e-3, rel=0.05)
+
+
+def test_a_sensor_that_rings_on_top_of_its_pulses_is_named():
+    """No trough tells the second crest from an impact; that all are alike does."""
+    rng = np.random.default_rng(15)
+    times = times_of(rng, 60, 0.09)
+    angular = 2 * np.pi * 450.0
+    second_order = signal.bilinear([angular**2], [1, 0.15 * angular, angular**2], RATE)
+    samples = np.zeros(round(5.0 * RATE))
+    for time, height in zip(times, np.exp(0.3 * rng.standard_normal(len(times))), strict=True):
+        samples += height * pulses([time], 5e-3, lambda u: np.sin(np.pi * u**0.6))
+    samples = signal.lfilter(*second_order, samples) + 0.01 * rng.standard_normal(len(samples))
+    found = found_in(samples)
+    (note,) = (one for one in found.notes if "a sensor that rings does so" in one)
+    advised = float(re.search(r"merge_within=([0-9.e-]+)", note)[1])
+    again = found_in(samples, merge_within=advised)
+    assert within(again, times, 1e-3) == (len(times), 0)
+    assert not any("rings" in one for one in again.notes)
