@@ -100,18 +100,23 @@ def ringing_note(columns: Columns) -> tuple[str, ...]:
     share = count / max(len(time) - count, 1)
     if share < OFTEN or count < FEWEST:
         return ()
-    middle = []
-    for values in (delays[close], np.abs(peak[1:] / peak[:-1])[close]):
-        low, median, high = np.quantile(values, (0.16, 0.5, 0.84))
-        if high - low > 2 * ALIKE * median:
-            return ()
-        middle.append(float(median))
-    delay, ratio = middle
+    heights = np.abs(peak)
+    delay, late = _spread(delays[close])
+    ratio, uneven = _spread((heights[1:] / heights[:-1])[close])
+    # Where all are equally high, alike pairs tell nothing.
+    if max(late, uneven) > min(ALIKE, _spread(heights[:-1][close])[1]):
+        return ()
     return (
         f"{share:.0%} of the impacts are followed after {delay:.2g} s, while they last or hardly "
         f"later, by one of {ratio:.2g} of their height, all much alike: a sensor that rings does "
         f"so. merge_within={CLOSE * delay:.2g} takes them for one.",
     )
+
+
+def _spread(values: np.ndarray) -> tuple[float, float]:
+    """Median, and standard deviation over it, which outliers leave alone."""
+    low, median, high = np.quantile(values, (0.16, 0.5, 0.84))
+    return float(median), float(0.5 * (high - low) / median)
 
 
 def _durations(found: ForceImpacts, kind: str) -> list[float]:
