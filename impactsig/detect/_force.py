@@ -39,6 +39,7 @@ from .search.judging_kernels import (
     with_neighbors,
     worst,
 )
+from .search.shoulder_kernels import Noise, tails
 from .search.span import Span
 from .search.spans import BESIDE, LEAST, Spans
 from .search.swing_kernels import bursts, swings_back
@@ -186,7 +187,7 @@ class _Search:
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
             samples, origin = self._measure(k, events, group, again, rows)
-            marks, ends, swung = np.empty((3, len(rows)), np.bool_)
+            marks, ends, swung, trailing = np.empty((4, len(rows)), np.bool_)
             if own_width(events, rows, grid.rungs.width, span.noise, marks):
                 self._measure(k, events, group, with_neighbors(marks), rows)
             if too_long(rows, judge.longest, marks):
@@ -198,6 +199,8 @@ class _Search:
                     return self._report(k, segment)
                 rows[marks, 5] = NO_PULSE  # faint ones, which nothing was judged by
             swings_back(samples, origin, dropouts, rows, swung)
+            noise = Noise(grid.rungs.width, span.noise, span.step)
+            tails(samples, origin, noise, rows, events, trailing)
             if whole and bursts(rows, swung, marks):
                 self.found.disturbances += _stretches(rows, marks, segment)
                 if self._took_out(span, events[marks]):
@@ -209,7 +212,7 @@ class _Search:
                 for i in np.flatnonzero(kept & ends):
                     kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])
             kept &= ~measured_ringing(rows, group)
-            kept &= ~swung
+            kept &= ~(swung | trailing)
             if leave_alone(rows, kept):
                 break
             whole = False
