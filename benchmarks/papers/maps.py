@@ -19,6 +19,7 @@ from impactsig import (
     bifurcation_diagram,
     find_periodic_orbit,
     lyapunov_spectrum,
+    match_rate,
     orbit_period,
     orbit_stability,
     scenes,
@@ -39,6 +40,8 @@ TITLES = {
     "right_corner": "4/3, 4/2, 2/1 at A = 2",
     "left_corner": "1/3, 1/2 at A = 2",
 }
+BELOW = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)  # thresholds of e_c
+OMEGA, AMPLITUDE = np.linspace(0.5, 4.0, 50), np.linspace(0.1, 2.0, 50)
 PAGES = Path(__file__).parents[2] / "docs" / "papers"
 
 
@@ -108,6 +111,20 @@ def of_gap(gap: float, zeta: float) -> dict[str, float]:
     return there
 
 
+def shares_of(gap: float) -> dict[str, float]:
+    """Share of the plane that matches, by the threshold of e_c."""
+    distance = plane(gap).distance
+    return {f"below_{1000 * below:.0f}": float((distance < below).mean()) for below in BELOW}
+
+
+def plane(gap: float):
+    return match_rate(
+        lambda omega, amplitude: scenes.tian(omega, amplitude, "hard", gap=gap),
+        lambda omega, amplitude: scenes.tian(omega, amplitude, "soft", gap=gap),
+        OMEGA, AMPLITUDE, workers=1,
+    )  # fmt: skip
+
+
 def cells(axes: list[Axes], study: object, x: np.ndarray, y: np.ndarray, names: list[str]) -> None:
     for ax, name in zip(axes, names, strict=False):
         ax.pcolormesh(x, y, np.asarray(study[name], float).T, vmin=0, vmax=1, cmap="Blues")
@@ -137,10 +154,31 @@ def over_gap() -> None:
     gap, zeta = np.linspace(0.2, 1.2, 11), np.array([0.01, 0.02, 0.03, 0.04, 0.05])
     study = sweep(of_gap, {"gap": gap, "zeta": zeta}, progress=False)
     names = list(of_gap(1.0, 0.03))
-    figure, axes = pyplot.subplots(1, 2, figsize=(8, 3), layout="constrained", sharey=True)
-    cells(list(axes), study, gap, zeta, names)
-    figure.supxlabel("gap (blue: the claim is met)")
-    axes[0].set_ylabel("zeta")
+    figure, (above, under) = pyplot.subplots(2, 2, figsize=(8, 6), layout="constrained")
+    cells(list(above), study, gap, zeta, names)
+    for ax in above:
+        ax.set(xlabel="gap", ylabel="zeta")
+    rates = sweep(shares_of, {"gap": gap}, progress=False)
+    shares = np.array([rates[f"below_{1000 * below:.0f}"] for below in BELOW])
+    shown = {"vmin": 0.7, "vmax": 1.0, "cmap": "Blues"}
+    under[0].pcolormesh(gap, np.arange(len(BELOW)), shares, **shown)
+    under[0].set(
+        xlabel="gap", ylabel="threshold of e_c", yticks=range(len(BELOW)), yticklabels=BELOW
+    )
+    # A box from the least omega and A to others is a part of the plane.
+    alike = plane(1.0).distance < 0.1
+    size = np.outer(np.arange(1, len(OMEGA) + 1), np.arange(1, len(AMPLITUDE) + 1))
+    boxes = alike.cumsum(axis=0).cumsum(axis=1) / size
+    drawn = under[1].pcolormesh(OMEGA[10:], AMPLITUDE[10:], boxes[10:, 10:].T, **shown)
+    under[1].set(xlabel="greatest omega of the box", ylabel="greatest A of the box")
+    for ax, values, x, y in (
+        (under[0], shares, gap, np.arange(len(BELOW))),
+        (under[1], boxes[10:, 10:].T, OMEGA[10:], AMPLITUDE[10:]),
+    ):
+        ax.contour(x, y, values, levels=[0.919], colors="k", linewidths=0.8)
+        ax.set_title("Fig. 1c: share that matches, line: 91.9 %", fontsize="small")
+    figure.colorbar(drawn, ax=list(under))
+    figure.suptitle("above, blue: the claim is met", fontsize="small")
     save(figure, "tian")
 
 
