@@ -28,7 +28,7 @@ PAPER = Paper(
     "The text lacks the gap, the damping ratio, the ranges of omega and A in the figure and in the "
     "samples, and the definition of e_c; `scenes.tian` takes gap 1, zeta 0.03, and e_c is the mean "
     "distance of the sorted stroboscopic sets. A motion p/q is read as period p with q impacts.",
-    "Claims over the gap and zeta: where each is met",
+    "Claims over gap, zeta, threshold and box: where each is met",
 )
 claims = PAPER.claims
 PRINTED = KelvinVoigt(1e4, 10.3288336)
