@@ -203,7 +203,7 @@ class _Search:
             swings_back(samples, origin, dropouts, rows, swung)
             noise = Noise(grid.rungs.width, span.noise, span.step)
             tails(samples, origin, noise, rows, events, trailing)
-            if whole and bursts(rows, swung, marks):
+            if whole and bursts(samples, origin, span.sigma, rows, swung, marks):
                 span.bursts += _stretches(rows, marks)
                 if self._took_out(span, events[marks]):
                     return self._report(k, segment)
@@ -283,7 +283,7 @@ def _stretches(rows: np.ndarray, marks: np.ndarray) -> list[tuple[float, float, 
     """Start, end and height of the bursts that consist of the rows that are marked."""
     crests = rows[marks]
     gaps = np.diff(crests[:, 0])
-    apart = np.flatnonzero(gaps > APART * gaps.mean()) + 1 if len(gaps) else []
+    apart = np.flatnonzero(gaps > APART * gaps.mean()) + 1 if len(gaps) else np.empty(0, np.intp)
     return [
         (one[0, 0], float((one[:, 0] + one[:, 1]).max()), float(one[:, 2].max()))
         for one in np.split(crests, apart)

@@ -47,11 +47,7 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> floa
         # Single samples that stand high hide what is lower, unless impacts are such themselves.
         again = _vote([_median_of_three(x) for x in frames], grid, scale, constant)
         clear = abs(again.lead) > UNCLEAR and again.clear >= FEW
-        if (
-            clear
-            or abs(again.lead) > CHANCE / math.sqrt(again.votes)
-            or abs(again.lead) > abs(found.lead)
-        ):
+        if clear or abs(again.lead) > min(CHANCE / math.sqrt(again.votes), abs(found.lead)):
             found = again
     # Close-set pulses have gaps as strong as themselves; the values lean away from their floor.
     return math.copysign(
