@@ -130,6 +130,28 @@ def test_a_burst_of_noise_is_a_disturbance(seed):
     assert any("bursts of noise" in note for note in found.notes)
 
 
+def test_a_burst_that_hides_most_of_its_crests_is_one():
+    """Its noise raises the level, so its crests lie far apart; they are no impacts all the same."""
+    rng = np.random.default_rng(16)
+    times = times_of(rng, 40, 0.2, 10.0)
+    samples = pulses(times, 0.5e-3, duration=10.0, rate=51_200)
+    starts = np.array([0.71, 2.93, 5.47, 8.12])
+    for start in starts:
+        part = samples[round(start * 51_200) : round((start + 0.01) * 51_200)]
+        part += 0.7 * rng.standard_normal(len(part))
+    samples += 1e-3 * rng.standard_normal(len(samples))
+    found = found_in(samples, 51_200)
+    hit, false = within(found, times, 1e-3)
+    assert hit >= len(times) - 1  # one begins as a burst ends
+    assert false <= 2 * len(starts)
+    begins = np.array([one.start for one in found.disturbances if one.kind == "burst"])
+    lasts = [one.duration for one in found.disturbances if one.kind == "burst"]
+    off = begins[:, None] - starts
+    assert ((off > -1e-3) & (off < 0.01)).any(0).all()  # each is named
+    assert ((off > -1e-3) & (off < 0.01)).any(1).all()
+    assert max(lasts) < 0.011
+
+
 def test_steep_pulses_on_a_random_walk_are_found():
     rng = np.random.default_rng(10)
     times = times_of(rng, 16, 0.3)

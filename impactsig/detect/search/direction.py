@@ -17,8 +17,8 @@ HUMS = 2
 """Frames that are looked at for hum, and that show the direction where there is some."""
 CELL = 1 << 12
 """Samples whose events have one vote, so that a burst or a spike outweighs no train of pulses."""
-USUAL = 0.75
-"""Share of these that have less energy than what counts no more, however loud."""
+USUAL, FURTHER = 0.5, 2.0
+"""Share and number of these that have less energy than what counts no more, however loud."""
 UNCLEAR = 0.5
 """Lead, as a share of the squares of the heights of events, that longer stretches may turn."""
 FEW = 5
@@ -47,7 +47,7 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> floa
         # Single samples that stand high hide what is lower, unless impacts are such themselves.
         again = _vote([_median_of_three(x) for x in frames], grid, scale, constant)
         clear = abs(again.lead) > UNCLEAR and again.clear >= FEW
-        if clear or abs(again.lead) > CHANCE / math.sqrt(again.votes):
+        if clear or abs(again.lead) > min(CHANCE / math.sqrt(again.votes), abs(found.lead)):
             found = again
     # Close-set pulses have gaps as strong as themselves; the values lean away from their floor.
     return math.copysign(
@@ -94,7 +94,8 @@ def _vote(parts: list[np.ndarray], grid: Grid, scale: float, constant: float) ->
     if not telling.any():
         return _Vote(0.0, lean / len(found), 1.0, 0, 0.0)
     certain = _by_cell(clear, first // CELL) > 0
-    usual = np.quantile(energy[certain if certain.any() else telling], USUAL, method="higher")
+    loud = energy[certain if certain.any() else telling]
+    usual = np.quantile(loud, min(USUAL + FURTHER / len(loud), 1.0), method="higher")
     weight = np.minimum(energy, usual)[telling]
     whole = weight.sum()
     lead = weight @ ((up - down)[telling] / energy[telling]) / whole
@@ -112,7 +113,8 @@ def _vote(parts: list[np.ndarray], grid: Grid, scale: float, constant: float) ->
 
 def _by_cell(events: np.ndarray, count: int) -> np.ndarray:
     """Sums of squares of heights: what rings swings back as often, but each time less."""
-    return np.bincount((events[:, 0] / CELL).astype(np.int64), events[:, 2] ** 2, count)
+    cells = np.minimum((events[:, 0] / CELL).astype(np.int64), count - 1)  # some end the last
+    return np.bincount(cells, events[:, 2] ** 2, count)
 
 
 def _median_of_three(x: np.ndarray) -> np.ndarray:
