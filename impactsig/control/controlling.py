@@ -24,8 +24,6 @@ from .running.nudged import run_nudged
 from .running.spiked import run_spiked
 from .schedule import KINDS, Controller, Phase, schedule
 
-TOLERANCE = 1e-12  # of delayed feedback, unless told otherwise
-
 
 @dataclass(frozen=True)
 class Controlled:
@@ -192,7 +190,6 @@ def move(
         options["phase"] = math.fmod(begin, TURN) % TURN
         motion, engines = run_spiked(system, phases, length, **options)
         return under_control(motion, phases, engines)
-    options["method"] = method or RungeKutta(TOLERANCE)
     options["phase"] = math.fmod(begin, TURN) % TURN
     motion, line = run_delayed(system, phases, length, **options)
     return under_control(motion, phases, line)

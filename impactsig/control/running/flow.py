@@ -17,7 +17,7 @@ from ...simulate.basis.events import LINE_FULL, PHASE, STATUS, TURN, TURNS
 from ...simulate.basis.tableau import tableau
 from ...simulate.flows.course import STEPS, Running, coordinate_of
 from ..feedback import DelayedFeedback
-from .delayed import ROWS, laps_of, new_line, new_room
+from .delayed import ARRAYS, ROWS, first_rows, laps_of, new_line, new_room
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -223,7 +223,7 @@ class _Going(Running):
             if found == LINE_FULL:
                 number, old = int(count[NUMBER]), self.line
                 self.line = new_line(2 * number, self.system.dimension)
-                for own, new in zip(old, self.line, strict=True):
+                for own, new in zip(old[:ARRAYS], self.line[:ARRAYS], strict=True):
                     new[:number] = own[:number]
             elif status != "work limit":
                 self.status = status
@@ -241,5 +241,5 @@ class _Going(Running):
             phases,
             self.course.state[: self.system.dimension].copy(),
             self.status,
-            type(self.line)(*(part[:number] for part in self.line)),
+            first_rows(self.line, number),
         )
