@@ -21,8 +21,6 @@ from ...simulate.basis.delay import (
     FORCE,
     SIGNAL,
     VELOCITY,
-    horner,
-    read,
 )
 from ...simulate.basis.events import LENGTH
 from ...simulate.basis.roots import first_root
@@ -31,6 +29,7 @@ from ._rows import REACHED
 from .series import FIT, ORDER, REACH
 
 SMOOTH = 4e-15  # last coefficients of a fit, relative to the greatest value: no more than rounding
+NEAR = 1e-12  # share of a step whose powers do not underflow
 NONE = 2.0  # a share of a step at which nothing happens
 
 
@@ -38,10 +37,11 @@ class SeriesRoom(NamedTuple):
     """Room for a step."""
 
     nodes: np.ndarray  # (FIT + 1,) shares of a step
-    fit: np.ndarray  # (FIT + 1, same) from values at the nodes to Chebyshev coefficients
-    shifted: np.ndarray  # (FIT + 1, same) from these to powers of the share
+    fit: np.ndarray  # (FIT + 1, same) from values at the nodes, a row each, to Chebyshev coefficients
+    shifted: np.ndarray  # (FIT + 1, same) from these, a row each, to powers of the share
     inverse: np.ndarray  # (ORDER + 1,) 1 / (n + 1)
-    bernstein: np.ndarray  # (ORDER + 1, same, same) of each degree, from powers to Bernstein form
+    binomial: np.ndarray  # (ORDER + 1, same)
+    bernstein: np.ndarray  # (ORDER + 1, same, same) of each degree, from powers, a row each, to Bernstein form
     values: np.ndarray  # (2, FIT + 1)
     late: np.ndarray  # (ORDER + 1,) what is fed back from one delay before
     gap: np.ndarray  # (ORDER + 1,) of the control force to its limit
@@ -72,7 +72,7 @@ def delayed_series(feedback, line, past, room, h, whole):
         if within or (2 * rest >= h and not whole):
             h = h if within else rest
             row = line.course[j, SIGNAL if j >= past.first else feedback.signal]
-            part(row, offset / line.when[j, LENGTH], h / line.when[j, LENGTH], late)
+            part(room, row, offset / line.when[j, LENGTH], h / line.when[j, LENGTH], late)
             return h
         if fitted(feedback, line, past, room, h) or whole:
             return h
@@ -80,10 +80,22 @@ def delayed_series(feedback, line, past, room, h, whole):
 
 
 @inner
-def part(c, start, length, out):
+def part(room, c, start, length, out):
     """The polynomial on a part of its step, as one of the share of that part."""
     for n in range(ORDER + 1):
         out[n] = c[n]
+    if start > NEAR:
+        # By binomials rather than by Horner's scheme, whose steps wait for each other.
+        scale(out, start)
+        for n in range(ORDER + 1):
+            room.c[n] = 0.0
+        for m in range(ORDER + 1):
+            for n in range(m + 1):
+                room.c[n] += room.binomial[m, n] * out[m]
+        for n in range(ORDER + 1):
+            out[n] = room.c[n]
+        scale(out, length / start)
+        return
     if start > 0.0:
         for i in range(ORDER):
             for n in range(ORDER - 1, i - 1, -1):
@@ -105,19 +117,32 @@ def scale(c, share):
 def fitted(feedback, line, past, room, h):
     """Fit `room.late` through what is fed back within h; whether that is as good as rounding."""
     values, terms, late = room.values[0], room.values[1], room.late
+    # All nodes within a row at once.
+    j, begun, first = past.step, -past.offset, 0
+    while first <= FIT:
+        length = line.when[j, LENGTH]
+        last = first
+        while last <= FIT and (j >= past.last or room.nodes[last] * h - begun <= length):
+            terms[last] = (room.nodes[last] * h - begun) / length
+            values[last] = 0.0
+            last += 1
+        c = line.course[j, SIGNAL if j >= past.first else feedback.signal]
+        for i in range(ORDER, -1, -1):
+            for n in range(first, last):
+                values[n] = values[n] * terms[n] + c[i]
+        j, begun, first = j + 1, begun + length, last
     greatest = 0.0
     for n in range(FIT + 1):
-        values[n] = read(feedback, line, past, room.nodes[n] * h)
         greatest = max(greatest, abs(values[n]))
-    for n in range(FIT + 1):
         terms[n] = 0.0
-        for m in range(FIT + 1):
-            terms[n] += room.fit[n, m] * values[m]
+    for m in range(FIT + 1):
+        for n in range(FIT + 1):
+            terms[n] += room.fit[m, n] * values[m]
     for n in range(ORDER + 1):
         late[n] = 0.0
-    for n in range(FIT + 1):
-        for m in range(n, FIT + 1):
-            late[n] += room.shifted[n, m] * terms[m]
+    for m in range(FIT + 1):
+        for n in range(m + 1):
+            late[n] += room.shifted[m, n] * terms[m]
     return abs(terms[FIT]) + abs(terms[FIT - 1]) <= SMOOTH * greatest
 
 
@@ -161,14 +186,12 @@ def expand(leg, waves, feedback, room, region, h, y, v):
             size *= -pace * room.inverse[n + 1]
         u[ORDER] += size * cosine
     # So far the force; each of its terms gives way to the velocity's.
-    push = u[0]
-    u[0], q[0] = v, y
     for n in range(ORDER):
-        share = h * room.inverse[n]
-        new = share * (push - stiffness * q[n] - damping * u[n])
-        q[n + 1] = share * u[n]
-        push = u[n + 1]
-        u[n + 1] = new
+        push, share = u[n], h * room.inverse[n]
+        q[n], u[n] = y, v
+        later = (share * push - share * stiffness * y) - share * damping * v
+        y, v = share * v, later
+    q[ORDER], u[ORDER] = y, v
 
 
 @inner
@@ -193,22 +216,33 @@ def write_series(feedback, line, room, region, row, place):
         push[0] = region * feedback.limit
 
 
+@inlined
+def lower_bound(c, zeros):
+    """Of the polynomial from the power `zeros` on: that of its parabola, and of all further terms."""
+    slope, bend = c[zeros + 1], c[zeros + 2]
+    least = min(0.0, slope + bend)
+    if bend > 0 and -2 * bend < slope < 0:
+        least = -slope * slope / (4 * bend)
+    least += c[zeros]
+    for n in range(zeros + 3, ORDER + 1):
+        least += min(c[n], 0.0)
+    return least
+
+
 @inner
 def root_of(room, zeros):
     """First root in (0, 1] of the polynomial in `room.c`, past so many at 0; or `NONE`."""
     c = room.c
     degree = ORDER - zeros
-    least = c[zeros]
-    for n in range(1, degree + 1):
-        least += min(c[zeros + n], 0.0)
-    if least > 0:
+    if lower_bound(c, zeros) > 0:
         return NONE
     top = room.stack[0]
     table = room.bernstein[degree]
     for n in range(degree + 1):
         top[n] = 0.0
-        for m in range(n + 1):
-            top[n] += table[n, m] * c[zeros + m]
+    for m in range(degree + 1):
+        for n in range(m, degree + 1):
+            top[n] += table[m, n] * c[zeros + m]
     at = first_root(room.stack, degree)
     if at > 1.0 or at == 0.0:
         return at

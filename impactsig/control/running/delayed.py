@@ -38,7 +38,8 @@ if TYPE_CHECKING:
     from ...simulate.basis.delay import Feedback, Line
     from ._force import Room
 
-ROWS, SERIES_ROWS = 4096, 1024  # of the delay line, to begin with
+ROWS = 4096  # of the delay line, to begin with
+PER_PERIOD, MOST_ROWS = 16, 65_536  # of a long run: what is not written to takes no memory
 ARRAYS = 3  # of a line
 TOLERANCE = 1e-12  # of the method, unless told otherwise
 ORDER = 8  # of the method: what is smoother than that it takes no notice of
@@ -53,6 +54,8 @@ class DelayedRun:
         As for `simulate`; without a method a piecewise linear oscillator moves by power series.
     feedbacks : sequence of DelayedFeedback or None
         All that will be on: what happens before one is on is fed back as well.
+    rows : int
+        Of the delay line, to begin with.
     """
 
     def __init__(
@@ -63,6 +66,7 @@ class DelayedRun:
         phase: float,
         method: RungeKutta | None,
         chatter: float,
+        rows: int = ROWS,
     ) -> None:
         from ._rows import COUNTS
 
@@ -77,7 +81,7 @@ class DelayedRun:
         self.clock = np.array([0.0, phase, 0.0])
         self._laps = np.max([self._laps_of(own) for own in feedbacks], axis=0)
         self.first = row_of(START, self.clock, self.state, count)
-        self.line = self._new_line(SERIES_ROWS if self._by_series else ROWS)
+        self.line = self._new_line(rows)
         self._room: Any = series_room() if self._by_series else new_room()
         self.rows: list[np.ndarray] = []
         self.status = "complete"
@@ -196,7 +200,8 @@ def run_delayed(
     for _, own in phases:
         if isinstance(own, DelayedFeedback):
             check_signal(own)
-    going = DelayedRun(oscillator, [own for _, own in phases], **options)
+    rows = max(ROWS, int(min(PER_PERIOD * length, MOST_ROWS)))
+    going = DelayedRun(oscillator, [own for _, own in phases], **options, rows=rows)
     ends = [start for start, _ in phases[1:]] + [length]
     if phases[0][0] > 0:
         going.to(phases[0][0], None)

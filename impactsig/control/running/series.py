@@ -49,12 +49,13 @@ def series_room() -> SeriesRoom:
     """Room for a step."""
     from ._series import SeriesRoom
 
-    nodes, fit, shifted, inverse, bernstein = _tables()
+    nodes, fit, shifted, inverse, binomial, bernstein = _tables()
     return SeriesRoom(
         nodes=nodes,
         fit=fit,
         shifted=shifted,
         inverse=inverse,
+        binomial=binomial,
         bernstein=bernstein,
         values=np.zeros((2, FIT + 1)),
         late=np.zeros(ORDER + 1),
@@ -81,7 +82,9 @@ def _tables() -> tuple[np.ndarray, ...]:
     for degree in range(1, ORDER + 1):
         for i in range(degree + 1):
             for j in range(i + 1):
-                bernstein[degree, i, j] = math.comb(i, j) / math.comb(degree, j)
+                bernstein[degree, j, i] = math.comb(i, j) / math.comb(degree, j)
     bernstein[0, 0, 0] = 1.0
+    binomial = np.array([[math.comb(m, n) for n in range(ORDER + 1)] for m in range(ORDER + 1)], float)
     inverse = 1.0 / (1.0 + np.arange(ORDER + 1))
-    return nodes, np.ascontiguousarray(fit), shifted, inverse, bernstein
+    by_row = np.ascontiguousarray
+    return nodes, by_row(fit.T), by_row(shifted.T), inverse, binomial, bernstein

@@ -78,11 +78,13 @@ def bernstein(c, share):
 
 @inner
 def horner(c, share):
-    """Polynomial in powers at a share of its step."""
-    value = 0.0
-    for i in range(len(c) - 1, -1, -1):
-        value = value * share + c[i]
-    return value
+    """Polynomial of an even degree in powers, at a share of its step."""
+    square = share * share  # even and odd powers apart, as two sums do not wait for each other
+    even, odd = c[len(c) - 1], 0.0
+    for i in range(len(c) - 2, 0, -2):
+        odd = odd * square + c[i]
+        even = even * square + c[i - 1]
+    return even + odd * share
 
 
 @inlined
