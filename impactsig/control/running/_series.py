@@ -37,11 +37,15 @@ class SeriesRoom(NamedTuple):
     """Room for a step."""
 
     nodes: np.ndarray  # (FIT + 1,) shares of a step
-    fit: np.ndarray  # (FIT + 1, same) from values at the nodes, a row each, to Chebyshev coefficients
+    fit: (
+        np.ndarray
+    )  # (FIT + 1, same) from values at the nodes, a row each, to Chebyshev coefficients
     shifted: np.ndarray  # (FIT + 1, same) from these, a row each, to powers of the share
     inverse: np.ndarray  # (ORDER + 1,) 1 / (n + 1)
     binomial: np.ndarray  # (ORDER + 1, same)
-    bernstein: np.ndarray  # (ORDER + 1, same, same) of each degree, from powers, a row each, to Bernstein form
+    bernstein: (
+        np.ndarray
+    )  # (ORDER + 1, same, same) of each degree, from powers, a row each, to Bernstein form
     values: np.ndarray  # (2, FIT + 1)
     late: np.ndarray  # (ORDER + 1,) what is fed back from one delay before
     gap: np.ndarray  # (ORDER + 1,) of the control force to its limit
@@ -51,7 +55,7 @@ class SeriesRoom(NamedTuple):
     stack: np.ndarray  # (64, ORDER + 3) for `first_root`
 
 
-@inner
+@inlined
 def delayed_series(feedback, line, past, room, h, whole):
     """Write what is fed back from one delay before to `room.late`; the step, which may be shorter.
 
@@ -79,7 +83,7 @@ def delayed_series(feedback, line, past, room, h, whole):
         h /= 2
 
 
-@inner
+@inlined
 def part(room, c, start, length, out):
     """The polynomial on a part of its step, as one of the share of that part."""
     for n in range(ORDER + 1):
@@ -113,7 +117,7 @@ def scale(c, share):
         c[n] *= power
 
 
-@inner
+@inlined
 def fitted(feedback, line, past, room, h):
     """Fit `room.late` through what is fed back within h; whether that is as good as rounding."""
     values, terms, late = room.values[0], room.values[1], room.late
@@ -146,7 +150,7 @@ def fitted(feedback, line, past, room, h):
     return abs(terms[FIT]) + abs(terms[FIT - 1]) <= SMOOTH * greatest
 
 
-@inner
+@inlined
 def longest_step(leg, feedback, fastest):
     """A step for which the series ends within its terms."""
     stiffness, damping = leg.kappa, leg.damping
@@ -158,7 +162,7 @@ def longest_step(leg, feedback, fastest):
     return REACH / max(damping / 2 + math.sqrt(damping * damping / 4 + stiffness), fastest)
 
 
-@inner
+@inlined
 def expand(leg, waves, feedback, room, region, h, y, v):
     """The series of position and velocity over a step of h."""
     q, u = room.q, room.v
@@ -194,7 +198,7 @@ def expand(leg, waves, feedback, room, region, h, y, v):
     q[ORDER], u[ORDER] = y, v
 
 
-@inner
+@inlined
 def write_series(feedback, line, room, region, row, place):
     """Write the courses of a row; positions count from `place`."""
     course = line.course[row]
@@ -218,7 +222,7 @@ def write_series(feedback, line, room, region, row, place):
 
 @inlined
 def lower_bound(c, zeros):
-    """Of the polynomial from the power `zeros` on: that of its parabola, and of all further terms."""
+    """Of a polynomial from the power `zeros` on: of its parabola, and of all further terms."""
     slope, bend = c[zeros + 1], c[zeros + 2]
     least = min(0.0, slope + bend)
     if bend > 0 and -2 * bend < slope < 0:
@@ -230,20 +234,18 @@ def lower_bound(c, zeros):
 
 
 @inner
-def root_of(room, zeros):
-    """First root in (0, 1] of the polynomial in `room.c`, past so many at 0; or `NONE`."""
-    c = room.c
+def root_of(c, stack, bernstein, zeros):
+    """First root in (0, 1] of a polynomial, past so many at 0; or `NONE`."""
     degree = ORDER - zeros
     if lower_bound(c, zeros) > 0:
         return NONE
-    top = room.stack[0]
-    table = room.bernstein[degree]
+    top, table = stack[0], bernstein[degree]
     for n in range(degree + 1):
         top[n] = 0.0
     for m in range(degree + 1):
         for n in range(m, degree + 1):
             top[n] += table[m, n] * c[zeros + m]
-    at = first_root(room.stack, degree)
+    at = first_root(stack, degree)
     if at > 1.0 or at == 0.0:
         return at
     for _ in range(4):  # by the powers themselves, which have lost nothing
@@ -263,7 +265,7 @@ def root_of(room, zeros):
     return at
 
 
-@inner
+@inlined
 def series_event(room, row):
     """First root of an event function over the step, past those where it starts."""
     zeros = int(row[ZEROS])
@@ -273,10 +275,10 @@ def series_event(room, row):
     c[0] = row[VALUE]
     for n in range(1, ORDER + 1):
         c[n] = row[BY_Q] * room.q[n] + row[BY_V] * room.v[n]
-    return root_of(room, zeros)
+    return root_of(c, room.stack, room.bernstein, zeros)
 
 
-@inner
+@inlined
 def series_bound(feedback, room, region, edge):
     """As `_force.bound`: where the force reaches its limit, or comes back from it; and which."""
     at, which, wrong = NONE, 0, False
@@ -294,7 +296,7 @@ def series_bound(feedback, room, region, edge):
         if not c[zeros] > 0:
             wrong = wrong or edge == side
             continue
-        share = root_of(room, zeros)
+        share = root_of(c, room.stack, room.bernstein, zeros)
         if share < at:
             at, which = share, side
     return at, which, wrong

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from ..._compiled import inlined, inner, kernel
-from ...simulate.basis.delay import DISPLACEMENT, VELOCITY, Control
+from ...simulate.basis.delay import Control
 from ...simulate.basis.events import (
     APPROACH,
     BROKEN,
@@ -91,9 +91,7 @@ def rest_series(feedback, line, past, room, region, count, clock, h, x):
 
 
 @kernel
-def run(
-    p, f, s, fb, line, room, laps, clock, state, count, events, end_turns, end_phase, most
-):
+def run(p, f, s, fb, line, room, laps, clock, state, count, events, end_turns, end_phase, most):
     """Move to the end phase, writing events and the delay line; to be called again when full.
 
     `laps` are the delays for which an event, and the reaching of the limit, is a place where what

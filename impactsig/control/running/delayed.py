@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 
 ROWS = 4096  # of the delay line, to begin with
 PER_PERIOD, MOST_ROWS = 16, 65_536  # of a long run: what is not written to takes no memory
-ARRAYS = 3  # of a line
 TOLERANCE = 1e-12  # of the method, unless told otherwise
 ORDER = 8  # of the method: what is smoother than that it takes no notice of
 
@@ -164,10 +163,9 @@ class DelayedRun:
 
     def _more_line(self) -> None:
         """Make room for twice as many rows."""
-        number, old = self.number, self.line
-        self.line = self._new_line(2 * number)
-        for rows, new in zip(old[:ARRAYS], self.line[:ARRAYS], strict=True):
-            new[:number] = rows[:number]
+        longer = self._new_line(2 * self.number)
+        keep_rows(self.line, longer, self.number)
+        self.line = longer
 
     def motion(self) -> tuple[Motion, DelayLine]:
         """The motion from t = 0 to here, and the line it was taken from."""
@@ -239,7 +237,16 @@ def new_line(rows: int, coordinates: int, degree: int | None = None) -> Line:
 
 def first_rows(line: Line, number: int) -> Line:
     """So many rows of the line."""
-    return type(line)(*(part[:number] for part in line[:ARRAYS]), line.powers)
+    return line._replace(
+        when=line.when[:number], course=line.course[:number], laps=line.laps[:number]
+    )
+
+
+def keep_rows(line: Line, longer: Line, number: int) -> None:
+    """Copy so many rows to a line with more room."""
+    longer.when[:number] = line.when[:number]
+    longer.course[:number] = line.course[:number]
+    longer.laps[:number] = line.laps[:number]
 
 
 def new_room() -> Room:

@@ -17,7 +17,7 @@ from ...simulate.basis.events import LINE_FULL, PHASE, STATUS, TURN, TURNS
 from ...simulate.basis.tableau import tableau
 from ...simulate.flows.course import STEPS, Running, coordinate_of
 from ..feedback import DelayedFeedback
-from .delayed import ARRAYS, ROWS, first_rows, laps_of, new_line, new_room
+from .delayed import ROWS, first_rows, keep_rows, laps_of, new_line, new_room
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -221,10 +221,10 @@ class _Going(Running):
             )  # fmt: skip
             status = "" if found == LINE_FULL else STATUS[found]
             if found == LINE_FULL:
-                number, old = int(count[NUMBER]), self.line
-                self.line = new_line(2 * number, self.system.dimension)
-                for own, new in zip(old[:ARRAYS], self.line[:ARRAYS], strict=True):
-                    new[:number] = own[:number]
+                number = int(count[NUMBER])
+                longer = new_line(2 * number, self.system.dimension)
+                keep_rows(self.line, longer, number)
+                self.line = longer
             elif status != "work limit":
                 self.status = status
                 return

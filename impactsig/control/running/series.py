@@ -73,7 +73,9 @@ def _tables() -> tuple[np.ndarray, ...]:
     n = np.arange(FIT + 1)
     nodes = (1 - np.cos(np.pi * n / FIT)) / 2
     fit = np.linalg.inv(chebyshev.chebvander(2 * nodes - 1, FIT))
-    shifted = np.zeros((FIT + 1, FIT + 1))  # whole numbers: T_n(2 s - 1) = 2 (2 s - 1) T_n-1 - T_n-2
+    shifted = np.zeros(
+        (FIT + 1, FIT + 1)
+    )  # whole numbers: T_n(2 s - 1) = 2 (2 s - 1) T_n-1 - T_n-2
     shifted[0, 0], shifted[0, 1], shifted[1, 1] = 1.0, -1.0, 2.0
     for k in range(2, FIT + 1):
         shifted[:, k] = -2 * shifted[:, k - 1] - shifted[:, k - 2]
@@ -84,7 +86,9 @@ def _tables() -> tuple[np.ndarray, ...]:
             for j in range(i + 1):
                 bernstein[degree, j, i] = math.comb(i, j) / math.comb(degree, j)
     bernstein[0, 0, 0] = 1.0
-    binomial = np.array([[math.comb(m, n) for n in range(ORDER + 1)] for m in range(ORDER + 1)], float)
+    binomial = np.array(
+        [[math.comb(m, n) for n in range(ORDER + 1)] for m in range(ORDER + 1)], float
+    )
     inverse = 1.0 / (1.0 + np.arange(ORDER + 1))
     by_row = np.ascontiguousarray
     return nodes, by_row(fit.T), by_row(shifted.T), inverse, binomial, bernstein
