@@ -2,12 +2,12 @@
 
 The beam at 20.3355 Hz under K = 0.15, F0 = 0.1, switched on after 2 forcing periods: `control` by
 power series and at several tolerances, and the thesis' way, the classical Runge-Kutta method with
-steps of one length that are halved to land on an impact and a history that is interpolated, compiled
-as well. Errors are the greatest of displacement and velocity over 8 periods, against Taylor series in 25 digits
-(tests/naive_control.py). Then Rössler's flow, beside jitcdde where that is installed; errors are
-those at the end, against the classical method with 32 768 steps a delay. Times are processor times
-of one thread, the best of five, compilation excluded. Last, what OGY and the linearised motion
-cost. Writes results/control.json and control.md; a minute or two.
+steps of one length that are halved to land on an impact and a history that is interpolated,
+compiled as well. Errors are the greatest of displacement and velocity over 8 periods, against
+Taylor series in 25 digits (tests/naive_control.py). Then Rössler's flow, beside jitcdde where that
+is installed; errors are those at the end, against the classical method with 32 768 steps a delay.
+Times are processor times of one thread, the best of five, compilation excluded. Last, what OGY and
+the linearised motion cost. Writes results/control.json and control.md; a minute or two.
 
     python -m benchmarks.control
 """

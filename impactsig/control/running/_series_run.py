@@ -47,10 +47,9 @@ from ._series import (
     expand,
     longest_step,
     scale,
-    series_bound,
-    series_event,
     write_series,
 )
+from ._series_roots import series_bound, series_event
 
 ROOM = 4  # rows that one pass may write
 
