@@ -144,10 +144,12 @@ def test_a_burst_that_hides_most_of_its_crests_is_one():
     hit, false = within(found, times, 1e-3)
     assert hit >= len(times) - 1  # one begins as a burst ends
     assert false <= 2 * len(starts)
-    bursts = [one for one in found.disturbances if one.kind == "burst"]
-    assert len(bursts) == len(starts)
-    np.testing.assert_allclose([one.start for one in bursts], starts, atol=5e-3)
-    assert all(one.duration < 0.015 for one in bursts)
+    begins = np.array([one.start for one in found.disturbances if one.kind == "burst"])
+    lasts = [one.duration for one in found.disturbances if one.kind == "burst"]
+    off = begins[:, None] - starts
+    assert ((off > -1e-3) & (off < 0.01)).any(0).all()  # each is named
+    assert ((off > -1e-3) & (off < 0.01)).any(1).all()
+    assert max(lasts) < 0.011
 
 
 def test_steep_pulses_on_a_random_walk_are_found():

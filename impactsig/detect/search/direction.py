@@ -113,7 +113,8 @@ def _vote(parts: list[np.ndarray], grid: Grid, scale: float, constant: float) ->
 
 def _by_cell(events: np.ndarray, count: int) -> np.ndarray:
     """Sums of squares of heights: what rings swings back as often, but each time less."""
-    return np.bincount((events[:, 0] / CELL).astype(np.int64), events[:, 2] ** 2, count)
+    cells = np.minimum((events[:, 0] / CELL).astype(np.int64), count - 1)  # some end the last
+    return np.bincount(cells, events[:, 2] ** 2, count)
 
 
 def _median_of_three(x: np.ndarray) -> np.ndarray:
