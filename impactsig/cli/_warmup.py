@@ -130,9 +130,11 @@ def _maps(_: Path) -> None:
 def _control(_: Path) -> None:
     from ..control import Controlled, DelayedFeedback
     from ..oscillators import scenes
-    from ..simulate import simulate
+    from ..simulate import RungeKutta, simulate
 
-    simulate(Controlled(scenes.karpodinis_control(), DelayedFeedback(0.1)), periods=10)
+    locked = Controlled(scenes.karpodinis_control(), DelayedFeedback(0.1))
+    for method in (None, RungeKutta()):  # by power series, and by steps as Hertz stops are
+        simulate(locked, periods=10, method=method)
 
 
 TASKS: dict[str, Callable[[Path], None]] = {

@@ -89,6 +89,57 @@ def test_motion_force_and_impacts_are_those_of_the_method_of_steps(kind):
     assert np.abs(exact[:, 2]).max() > 0.02  # there was something to follow
 
 
+@pytest.mark.parametrize("method", [None, RungeKutta(1e-14)])
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"gain": 0.15, "limit": LIMIT},
+        {"gain": 0.15, "signal": "displacement", "limit": 0.03},
+        {"gain": 0.15, "limit": LIMIT, "memory": 0.5},
+        {"gain": 1.2, "limit": 0.4},
+        {"gain": -0.1},
+    ],
+)
+def test_power_series_lose_nothing_but_rounding(given, method):
+    """Seven periods against 25 digits; steps of Dormand and Prince's method lose more."""
+    machine = scenes.karpodinis(21.3, restitution=0.6)
+    known = {name: mpmath.mpf(own) for name, own in given.items() if name in ("limit", "memory")}
+    with mpmath.workdps(25):
+        omega = mpmath.mpf(machine.angular_forcing_frequency)
+        period = 2 * mpmath.pi / omega
+        numbers = (mpmath.mpf(value) for value in (0.03, omega, 0.25, 0.6, given["gain"]))
+        pieces, hits = naive_control.controlled(
+            *numbers, period, 2 * period, 7 * period, initial=(mpmath.mpf(-0.2), mpmath.mpf(0.25)),
+            velocity=given.get("signal") != "displacement", **known,
+        )  # fmt: skip
+        shares = np.linspace(0.013, 6.987, 61)
+        exact = [[float(c) for c in naive_control.state(pieces, a * period)] for a in shares]
+    motion = simulate(
+        Controlled(machine, DelayedFeedback(**given), start=2), periods=7, initial=(-0.2, 0.25),
+        method=method,
+    )  # fmt: skip
+    assert len(motion.impacts) == len(hits) >= 3
+    time = shares * machine.forcing_period
+    off = np.abs(np.stack([*motion.sample(time), motion.force(time)]) - np.transpose(exact)).max()
+    assert off < (3e-14 if method is None else 1e-12)
+
+
+@pytest.mark.parametrize("signal", ["velocity", "displacement"])
+@pytest.mark.parametrize("law", [KelvinVoigt(50.0, 0.5), KelvinVoigt(5000.0, 2.0, ends="gap")])
+def test_power_series_in_soft_contacts_are_the_steps_of_a_tight_tolerance(law, signal):
+    machine = replace(scenes.karpodinis(21.3), stops=(Stop(1.0, law),))
+    control = Controlled(machine, DelayedFeedback(0.15, 1, signal=signal, limit=0.05), start=4)
+    found, close = (
+        simulate(control, periods=9, method=method) for method in (None, RungeKutta(1e-14))
+    )
+    assert found.impact_count == close.impact_count >= 3
+    time = np.linspace(0.01, 8.99, 300) * machine.forcing_period
+    assert len(found._engine.line.laps) < len(close._engine.line.laps) / 3
+    for mine, own in zip(found.sample(time), close.sample(time), strict=True):
+        np.testing.assert_allclose(mine, own, rtol=0, atol=2e-12)
+    np.testing.assert_allclose(found.force(time), close.force(time), rtol=0, atol=2e-12)
+
+
 def test_the_order_is_that_of_the_method():
     """Steps of one length between the places where the delay is not smooth: error ~ h^8."""
     pieces, _, period = in_many_digits(5, limit=mpmath.mpf(LIMIT))

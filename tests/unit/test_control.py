@@ -175,7 +175,11 @@ def test_effort_is_the_mean_square_of_the_force(locked):
 def test_a_phase_cut_in_two_is_the_whole_and_the_line_may_grow():
     whole = simulate(Controlled(BEAM, [(20, LOCK)]), periods=260)
     pieces = simulate(Controlled(BEAM, [(20, LOCK), (45.3, LOCK), (200, LOCK)]), periods=260)
-    assert len(whole._engine.line.laps) > 4096  # of rows that there was room for
+    narrow = _delayed.DelayedRun(BEAM, [LOCK], (0.0, 0.0), 0.0, None, 1e-6, rows=64)
+    narrow.to(20, None)
+    narrow.to(260, LOCK)
+    assert narrow.number == len(whole._engine.line.laps) > 1000
+    assert tuple(narrow.motion()[0].final) == tuple(whole.final)
     time = np.linspace(0, 50, 400) * BEAM.forcing_period
     for a, b in zip(whole.sample(time), pieces.sample(time), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-9)

@@ -7,7 +7,7 @@ later again, so that no polynomial ever reaches across such a place.
 from __future__ import annotations
 
 from ..._compiled import inner, kernel
-from ...simulate.basis.delay import bernstein
+from ...simulate.basis.delay import course_at
 from ...simulate.basis.events import LENGTH, PHASE, TURN, TURNS
 from ...simulate.basis.tableau import DEGREE
 
@@ -45,4 +45,4 @@ def sample(line, number, turns, phase, which, out):
     for n in range(len(turns)):
         j = locate(line, number, turns[n], phase[n])
         share = since(line, j, turns[n], phase[n]) / line.when[j, LENGTH]
-        out[n] = bernstein(line.course[j, which], min(max(share, 0.0), 1.0))
+        out[n] = course_at(line, j, which, min(max(share, 0.0), 1.0))

@@ -50,6 +50,12 @@ class DelayLine:
 
         return self.course(DISPLACEMENT, turns, phase), self.course(VELOCITY, turns, phase)
 
+    def _basis(self, share: np.ndarray) -> np.ndarray:
+        """What the coefficients of a row count, at shares of it."""
+        if self.line.powers is None:
+            return basis(share)
+        return np.vander(share, self.line.course.shape[2], increasing=True)
+
     def force(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
         """Control force at instants."""
         from ...simulate.basis.delay import FORCE
@@ -63,16 +69,16 @@ class DelayLine:
 
         line = self.line
         number = len(line.laps)
-        nodes, weights = np.polynomial.legendre.leggauss(DEGREE + 1)
+        nodes, weights = np.polynomial.legendre.leggauss(line.course.shape[2])
         nodes, weights = (nodes + 1) / 2, weights / 2
-        values = line.course[:, FORCE] @ basis(nodes).T
+        values = line.course[:, FORCE] @ self._basis(nodes).T
         whole = values**2 @ weights * line.when[:, LENGTH]
 
         def share(j: int, turn: float, angle: float) -> float:
             return min(max(since(line, j, turn, angle) / line.when[j, LENGTH], 0.0), 1.0)
 
         def part(j: int, low: float, high: float) -> float:
-            values = basis(low + nodes * (high - low)) @ line.course[j, FORCE]
+            values = self._basis(low + nodes * (high - low)) @ line.course[j, FORCE]
             return float(values**2 @ weights * line.when[j, LENGTH] * (high - low))
 
         # Window by window, as the difference of long integrals would be noise.
@@ -96,7 +102,7 @@ class DelayLine:
 
         problem = self.engine._problem
         shares = np.linspace(0.0, 1.0, 65)
-        at = basis(shares)
+        at = self._basis(shares)
         ends = np.concatenate([rows[:, :2], [end]])
         out = np.empty(len(first))
         approach = np.zeros(len(problem.stops))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from ...simulate.basis.events import (
     row_of,
 )
 from ...simulate.basis.tableau import DEGREE
+from ...simulate.exact.exact import piecewise_linear
 from ...simulate.exact.starts import first_place
 from ...simulate.motion import Motion, assemble
 from ...simulate.run import CHUNK, after, work
@@ -29,12 +31,16 @@ from ...simulate.stepping.runge_kutta import RungeKutta, SteppingEngine
 from ..feedback import DelayedFeedback, check_signal
 from ..schedule import Phase
 from .delay_line import DelayLine, basis
+from .series import ORDER as SERIES
+from .series import series_laps, series_room
 
 if TYPE_CHECKING:
     from ...simulate.basis.delay import Feedback, Line
     from ._force import Room
 
 ROWS = 4096  # of the delay line, to begin with
+PER_PERIOD, MOST_ROWS = 16, 65_536  # of a long run: what is not written to takes no memory
+TOLERANCE = 1e-12  # of the method, unless told otherwise
 ORDER = 8  # of the method: what is smoother than that it takes no notice of
 
 
@@ -44,9 +50,11 @@ class DelayedRun:
     Parameters
     ----------
     oscillator, initial, phase, method, chatter
-        As for `simulate`.
+        As for `simulate`; without a method a piecewise linear oscillator moves by power series.
     feedbacks : sequence of DelayedFeedback or None
         All that will be on: what happens before one is on is fed back as well.
+    rows : int
+        Of the delay line, to begin with.
     """
 
     def __init__(
@@ -55,23 +63,25 @@ class DelayedRun:
         feedbacks: Sequence[Any],
         initial: Any,
         phase: float,
-        method: RungeKutta,
+        method: RungeKutta | None,
         chatter: float,
+        rows: int = ROWS,
     ) -> None:
         from ._rows import COUNTS
 
         self.oscillator = oscillator
         self.phase = phase
-        self.engine = SteppingEngine(oscillator, method, chatter)
+        self.engine = SteppingEngine(oscillator, method or RungeKutta(TOLERANCE), chatter)
+        self._by_series = method is None and piecewise_linear(oscillator)
         q, v = first_place(oscillator, initial, phase)
         self.state, count = self.engine.begin(q, v, phase)
         self.count = np.zeros(COUNTS, np.int64)
         self.count[: len(count)] = count
         self.clock = np.array([0.0, phase, 0.0])
-        self._laps = np.max([laps_of(own) for own in feedbacks], axis=0)
+        self._laps = np.max([self._laps_of(own) for own in feedbacks], axis=0)
         self.first = row_of(START, self.clock, self.state, count)
-        self.line = new_line(ROWS, 2)
-        self._room = new_room()
+        self.line = self._new_line(rows)
+        self._room: Any = series_room() if self._by_series else new_room()
         self.rows: list[np.ndarray] = []
         self.status = "complete"
         self._buffer = np.empty((CHUNK, COLUMNS))
@@ -81,7 +91,6 @@ class DelayedRun:
         from ._line import locate
         from ._rows import AT, EDGE, FIRST, LAPS
         from ._rows import ROWS as NUMBER
-        from ._run import run
 
         if self.status != "complete":
             return
@@ -94,13 +103,12 @@ class DelayedRun:
         )
         end = after(self.phase, until)
         legs = int(work(end[0] - clock[TURNS]))
-        engine = self.engine
+        run = self._kernel()
 
         def on(left: int) -> int:
             found = run(
-                engine._problem, engine._tableau, engine._functions, engine._scratch, fb,
-                self.line, self._room, laps, clock, self.state, count, self._buffer, *end, left,
-            )  # fmt: skip
+                fb, self.line, self._room, laps, clock, self.state, count, self._buffer, *end, left
+            )
             if found != LINE_FULL:
                 return found
             self._more_line()
@@ -132,17 +140,37 @@ class DelayedRun:
             memory=feedback.memory,
         )
 
+    def _kernel(self) -> Any:
+        """What moves it, given all but the oscillator."""
+        engine = self.engine
+        if self._by_series:
+            from ._series_run import run as by_series
+
+            return partial(by_series, engine._problem, engine._functions, engine._scratch)
+        from ._run import run
+
+        return partial(run, engine._problem, engine._tableau, engine._functions, engine._scratch)
+
+    def _laps_of(self, feedback: DelayedFeedback | None) -> np.ndarray:
+        """`laps_of` for the way it moves."""
+        if not self._by_series or feedback is None:
+            return laps_of(feedback)
+        return series_laps(self.feedback(feedback))
+
+    def _new_line(self, rows: int) -> Line:
+        """Room for the delay line."""
+        return new_line(rows, 2, SERIES if self._by_series else None)
+
     def _more_line(self) -> None:
         """Make room for twice as many rows."""
-        number, old = self.number, self.line
-        self.line = new_line(2 * number, 2)
-        for rows, new in zip(old, self.line, strict=True):
-            new[:number] = rows[:number]
+        longer = self._new_line(2 * self.number)
+        keep_rows(self.line, longer, self.number)
+        self.line = longer
 
     def motion(self) -> tuple[Motion, DelayLine]:
         """The motion from t = 0 to here, and the line it was taken from."""
         number = self.number
-        line: Any = DelayLine(self.engine, type(self.line)(*(part[:number] for part in self.line)))
+        line: Any = DelayLine(self.engine, first_rows(self.line, number))
         rows = np.concatenate([[self.first], *self.rows])
         return assemble(
             self.oscillator, line, self.phase, self.first, rows, self.clock, self.state,
@@ -170,7 +198,8 @@ def run_delayed(
     for _, own in phases:
         if isinstance(own, DelayedFeedback):
             check_signal(own)
-    going = DelayedRun(oscillator, [own for _, own in phases], **options)
+    rows = max(ROWS, int(min(PER_PERIOD * length, MOST_ROWS)))
+    going = DelayedRun(oscillator, [own for _, own in phases], **options, rows=rows)
     ends = [start for start, _ in phases[1:]] + [length]
     if phases[0][0] > 0:
         going.to(phases[0][0], None)
@@ -194,15 +223,30 @@ def laps_of(feedback: DelayedFeedback | None) -> np.ndarray:
     return laps + (math.ceil(math.log(1e-16) / math.log(memory)) if memory > 0 else 0)
 
 
-def new_line(rows: int, coordinates: int) -> Line:
-    """Room for a delay line."""
+def new_line(rows: int, coordinates: int, degree: int | None = None) -> Line:
+    """Room for a delay line, of polynomials in Bernstein form or of that degree in powers."""
     from ...simulate.basis.delay import Line
 
     return Line(
         np.zeros((rows, 3)),
-        np.zeros((rows, 2 + coordinates, DEGREE + 1)),
+        np.empty((rows, 2 + coordinates, (DEGREE if degree is None else degree) + 1)),
         np.zeros(rows, np.int64),
+        None if degree is None else True,
     )
+
+
+def first_rows(line: Line, number: int) -> Line:
+    """So many rows of the line."""
+    return line._replace(
+        when=line.when[:number], course=line.course[:number], laps=line.laps[:number]
+    )
+
+
+def keep_rows(line: Line, longer: Line, number: int) -> None:
+    """Copy so many rows to a line with more room."""
+    longer.when[:number] = line.when[:number]
+    longer.course[:number] = line.course[:number]
+    longer.laps[:number] = line.laps[:number]
 
 
 def new_room() -> Room:

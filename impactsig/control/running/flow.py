@@ -18,7 +18,7 @@ from ...simulate.basis.events import LINE_FULL, PHASE, STATUS, TURN, TURNS
 from ...simulate.basis.tableau import tableau
 from ...simulate.flows.course import STEPS, Running, coordinate_of
 from ..feedback import DelayedFeedback
-from .delayed import ROWS, laps_of, new_line, new_room
+from .delayed import ROWS, first_rows, keep_rows, laps_of, new_line, new_room
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -250,10 +250,10 @@ class _Going(Running):
             )  # fmt: skip
             status = "" if found == LINE_FULL else STATUS[found]
             if found == LINE_FULL:
-                number, old = int(count[NUMBER]), self.line
-                self.line = new_line(2 * number, self.system.dimension)
-                for own, new in zip(old, self.line, strict=True):
-                    new[:number] = own[:number]
+                number = int(count[NUMBER])
+                longer = new_line(2 * number, self.system.dimension)
+                keep_rows(self.line, longer, number)
+                self.line = longer
             elif status != "work limit":
                 self.status = status
                 return
@@ -264,12 +264,11 @@ class _Going(Running):
         from ._rows import ROWS as NUMBER
 
         number = int(self.count[NUMBER])
-        line = type(self.line)(*(part[:number] for part in self.line))
         return ControlledFlowMotion(
             self.system,
             float(self.clock[TURNS] * TURN + self.clock[PHASE]),
             phases,
             self.course.state[: self.system.dimension].copy(),
             self.status,
-            KeptLine(line, self.system.dimension, self.status),
+            KeptLine(first_rows(self.line, number), self.system.dimension, self.status),
         )

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,7 +19,8 @@ from ..arguments import parameter_names, parameter_values
 from ..tangents.lyapunov import lyapunov_spectrum
 from ..tangents.tangent import tangent_map
 from ._flow_sections import Section, checked_section
-from ._settling import ground, settle
+from ._settling import ground
+from ._settling_together import Settling, in_blocks, settles
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
 
 if TYPE_CHECKING:
@@ -210,12 +210,8 @@ def bifurcation_diagram(
     if flag("carry", carry):
         cells = list(_carried(scene, chosen, look, options))
     else:
-        with ThreadPoolExecutor(threads) as pool:
-            cells = list(
-                pool.map(
-                    lambda at, own: look.any_cell(scene(float(at)), own, **options), chosen, seeds
-                )
-            )
+        machines = [scene(float(at)) for at in chosen]
+        cells = look.cells(machines, seeds, threads, **options)
 
     def column(name: str) -> np.ndarray:
         return np.array([getattr(cell, name) for cell in cells])
@@ -254,10 +250,20 @@ class _Look(NamedTuple):
     exponents: bool
     section: Section | None
 
-    def any_cell(self, system: Any, seed: Seed, **start: Any) -> _Cell:
-        """What a system does from a start."""
-        if isinstance(system, Oscillator) and system.noise is None:
-            return self.cell(system, **start)[0]
+    def cells(
+        self, machines: list[Any], seeds: Sequence[Seed], threads: int, **start: Any
+    ) -> list[_Cell]:
+        """What systems do from one start: oscillators side by side, any other alone."""
+
+        def some(which: list[int]) -> list[_Cell]:
+            if not settles(machines[which[0]]):
+                return [self.whole_cell(machines[k], seeds[k], **start) for k in which]
+            return [cell for cell, _ in self.settled([machines[k] for k in which], **start)]
+
+        return in_blocks(some, machines, self.transient, threads)
+
+    def whole_cell(self, system: Any, seed: Seed, **start: Any) -> _Cell:
+        """What a system does from a start that is simulated whole."""
         checked_whole(system, self.section, noise=True)
         if self.exponents and (isinstance(system, Oscillator) or system.dimension is None):
             raise InvalidInput(
@@ -292,13 +298,27 @@ class _Look(NamedTuple):
         self, oscillator: Oscillator, **start: Any
     ) -> tuple[_Cell, tuple[float, float, float] | None]:
         """What an oscillator does from a start, and where it ends."""
+        return self.settled([oscillator], **start)[0]
+
+    def settled(
+        self, oscillators: list[Oscillator], **start: Any
+    ) -> list[tuple[_Cell, tuple[float, float, float] | None]]:
+        """What oscillators do from one start, and where they end."""
         if start["initial"] is None:
             start["initial"] = (0.0, 0.0)
-        settled = settle(oscillator, self.transient, tolerance=self.closed, ends=self.skip, **start)
-        settled = settled.closing()
-        n = settled.closed
+        settling = Settling(
+            oscillators, self.transient, tolerance=self.closed, ends=self.skip, **start
+        )
+        settling.close()
+        closed = [one.closed for one in settling.settled]
+        motions = settling.motions([n or self.periods for n in closed])
+        return [self._cell(*own) for own in zip(oscillators, closed, motions, strict=True)]
+
+    def _cell(
+        self, oscillator: Oscillator, n: int, motion: Any
+    ) -> tuple[_Cell, tuple[float, float, float] | None]:
+        """What an oscillator does that moves on for the periods of its orbit, if it has closed."""
         span = n or self.periods
-        motion = settled.motion(span)
         if motion.status != "complete":
             return _Cell(status=motion.status), None
         assert motion.impacts is not None  # all was kept

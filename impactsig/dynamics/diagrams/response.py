@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -12,12 +11,12 @@ import numpy as np
 
 from ..._arguments import function, number, thread_count, whole
 from ..._showing import Shown
-from ...oscillators import Cantilever, Oscillator, Rigid
+from ...oscillators import Cantilever, Rigid
 from ...oscillators.flows import Flow
 from ...simulate.flows.course import coordinate_of
 from ..arguments import parameter_names, parameter_values
 from ._flow_sections import checked_section
-from ._settling import settle
+from ._settling_together import Settling, in_blocks, settles
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
 
 if TYPE_CHECKING:
@@ -156,20 +155,26 @@ def response_spectrum(
             reached = _extremes(motion, start)
         return *reached, found.resting(start), n, motion.status
 
-    def cell(value: float) -> tuple[float, float, float, int, str]:
-        oscillator = scene(value)
-        if not isinstance(oscillator, Oscillator) or oscillator.noise is not None:
-            return whole_cell(checked_whole(oscillator, cut))
-        settled = settle(oscillator, transient, tolerance=closed, initial=at_rest).closing()
-        motion = settled.motion(settled.closed or periods)
+    def cell(motion: Any, n: int) -> tuple[float, float, float, int, str]:
         if motion.status != "complete":
             return math.nan, math.nan, math.nan, 0, motion.status
         assert motion.sticks is not None  # all was kept
         rest = float(np.diff(motion.sticks).sum() / motion.duration)
-        return *_extremes(motion), rest, settled.closed, motion.status
+        return *_extremes(motion), rest, n, motion.status
 
-    with ThreadPoolExecutor(threads) as pool:
-        cells = list(pool.map(cell, chosen.tolist()))
+    systems = [scene(value) for value in chosen.tolist()]
+
+    def some(which: list[int]) -> list[tuple[float, float, float, int, str]]:
+        if not settles(systems[which[0]]):
+            return [whole_cell(checked_whole(systems[k], cut)) for k in which]
+        machines = [systems[k] for k in which]
+        settling = Settling(machines, transient, tolerance=closed, initial=at_rest)
+        settling.close()
+        found = [one.closed for one in settling.settled]
+        motions = settling.motions([n or periods for n in found])
+        return [cell(*own) for own in zip(motions, found, strict=True)]
+
+    cells = in_blocks(some, systems, transient, threads)
     greatest, least, rest, n, status = zip(*cells, strict=True)
     return ResponseSpectrum(
         values=chosen,

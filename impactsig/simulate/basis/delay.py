@@ -1,7 +1,8 @@
 """Kernels: what delayed feedback adds to a force or a rate, as the engines see it within a step.
 
-What a motion did is kept step by step, as polynomials of degree 7 in Bernstein form (what is fed
-back, control force, then displacement and velocity, or the coordinates of a flow). The package
+What a motion did is kept step by step, as polynomials of degree 7 in Bernstein form or of degree 20
+in powers (what is fed back, control force, then displacement and velocity, or the coordinates of a
+flow). The package
 `control` writes these rows, and ends steps where what is fed back is not smooth; so within a step
 the force is, and Dormand and Prince's method keeps its order, and so does its interpolant, from
 which what is fed back comes one delay later (the conditions of [BellenZennaro2003]_, chapter 6, are
@@ -28,6 +29,7 @@ class Line(NamedTuple):
     when: np.ndarray  # (rows, 3): turns, phase, length
     course: np.ndarray  # (rows, 2 + coordinates, DEGREE + 1)
     laps: np.ndarray  # (rows,) of int: delays for which the row's beginning is no smooth place
+    powers: object = None  # not None: courses are in powers of the share, not in Bernstein form
 
 
 class Feedback(NamedTuple):
@@ -75,6 +77,25 @@ def bernstein(c, share):
 
 
 @inner
+def horner(c, share):
+    """Polynomial of an even degree in powers, at a share of its step."""
+    square = share * share  # even and odd powers apart, as two sums do not wait for each other
+    even, odd = c[len(c) - 1], 0.0
+    for i in range(len(c) - 2, 0, -2):
+        odd = odd * square + c[i]
+        even = even * square + c[i - 1]
+    return even + odd * share
+
+
+@inlined
+def course_at(line, j, which, share):
+    """A course of row j at a share of it."""
+    if line.powers is None:
+        return bernstein(line.course[j, which], share)
+    return horner(line.course[j, which], share)
+
+
+@inner
 def read(feedback, line, past, tau):
     """What is fed back, tau after the beginning of the step.
 
@@ -86,7 +107,7 @@ def read(feedback, line, past, tau):
         tau -= line.when[j, LENGTH]
         j += 1
     share = tau / line.when[j, LENGTH]
-    return bernstein(line.course[j, SIGNAL if j >= past.first else feedback.signal], share)
+    return course_at(line, j, SIGNAL if j >= past.first else feedback.signal, share)
 
 
 @inlined

@@ -26,13 +26,17 @@ def value(c, w, n, x):
 
 @kernel
 def first_root(stack, n):
-    """First root in [0, 1] of the polynomial of degree n in stack[0], positive at first; or 2."""
-    stack[0, 8], stack[0, 9] = 0.0, 1.0
+    """First root in [0, 1] of the polynomial of degree n in stack[0], positive at first; or 2.
+
+    The last two columns of the stack keep the ends of the part of [0, 1] that a row is about.
+    """
+    start, stop = stack.shape[1] - 2, stack.shape[1] - 1
+    stack[0, start], stack[0, stop] = 0.0, 1.0
     top = 1
     while top > 0:
         top -= 1
         c = stack[top]
-        low, high = c[8], c[9]
+        low, high = c[start], c[stop]
         changes = 0
         sign = 1
         least = math.inf
@@ -72,7 +76,7 @@ def first_root(stack, n):
                 c[i] = (c[i] + c[i + 1]) / 2
             left_half[m] = c[0]
         middle = (low + high) / 2
-        stack[top, 8], stack[top, 9] = middle, high
-        stack[top + 1, 8], stack[top + 1, 9] = low, middle
+        stack[top, start], stack[top, stop] = middle, high
+        stack[top + 1, start], stack[top + 1, stop] = low, middle
         top += 2
     return 2.0

@@ -71,11 +71,26 @@ class Moving:
         moving._begin(stack, q, v, phase)
         return moving
 
+    @classmethod
+    def going_on(cls, stack: Stack, phase: np.ndarray, where: list[Any]) -> Moving:
+        """Machines from a clock, state and counters each, which are left as they are."""
+        moving = cls.__new__(cls)
+        clocks, states, counts = (np.stack(parts) for parts in zip(*where, strict=True))
+        moving._from(stack, phase, clocks, states, counts)
+        moving.forget()
+        return moving
+
     def _begin(self, stack: Stack, q: np.ndarray, v: np.ndarray, phase: np.ndarray) -> None:
+        clocks = np.zeros((len(phase), 3))
+        clocks[:, PHASE] = phase
+        self._from(stack, phase, clocks, *begun(stack, q, v))
+
+    def _from(
+        self, stack: Stack, phase: np.ndarray, clocks: np.ndarray, states: np.ndarray,
+        counts: np.ndarray,
+    ) -> None:  # fmt: skip
         self.stack, self.phase, n = stack, phase, len(phase)
-        self.states, self.counts = begun(stack, q, v)
-        self.clocks = np.zeros((n, 3))
-        self.clocks[:, PHASE] = phase
+        self.clocks, self.states, self.counts = clocks, states, counts
         self.status = np.full(n, DONE, np.int64)
         self.ends = np.zeros(n, np.int64)
         self.rows: list[np.ndarray] = []  # events of each block

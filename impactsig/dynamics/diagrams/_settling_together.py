@@ -1,0 +1,145 @@
+"""Many runs past their transients, side by side: what diagrams and responses are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...oscillators import Oscillator
+from ...simulate import Motion
+from ...simulate.basis.columns import columns_of, form_of
+from ...simulate.basis.events import DONE, STATUS
+from ...simulate.basis.frame import first_phase, place_of
+from ...simulate.batches.moving import Moving, in_threads
+from ...simulate.exact.exact import piecewise_linear
+from ...simulate.exact.modes import Stack, stacks, subset
+from ...simulate.run import span
+from ._cells import CHATTER, LEGS, Started, strobed
+from ._closing import LONGEST
+from ._settling import Settled, settle
+from ._strobing import CLOSED, STATUS_OF, TAKEN
+
+TOGETHER = 256  # machines that one call of the kernel follows
+STROBES = 100_000  # and how many strobes they may take, which are kept until it is done
+
+
+def settles(system: Any) -> bool:
+    """Whether it is followed by strobes, as oscillators without noise are."""
+    return isinstance(system, Oscillator) and system.noise is None
+
+
+def in_blocks(
+    task: Callable[[list[int]], list[Any]], systems: Sequence[Any], periods: int, threads: int
+) -> list[Any]:
+    """What a task gives for numbers of systems, in order: of oscillators many, of any other one."""
+    some = max(1, min(TOGETHER, STROBES // periods))
+    able = [k for k, one in enumerate(systems) if settles(one)]
+    if threads > 1:
+        some = max(1, min(some, -(-len(able) // (4 * threads))))
+    blocks = [able[at : at + some] for at in range(0, len(able), some)]
+    blocks += [[k] for k, one in enumerate(systems) if not settles(one)]
+    done = in_threads(lambda at: task(blocks[at]), range(len(blocks)), threads)
+    found: dict[int, Any] = {}
+    for block, own in zip(blocks, done, strict=True):
+        found.update(zip(block, own, strict=True))
+    return [found[k] for k in range(len(systems))]
+
+
+class Settling:
+    """Machines on their way, each as `_settling.settle` would follow it alone, to the last bit.
+
+    Those that the exact engine moves go by one call of the kernel for each layout of their tables;
+    any other goes alone.
+
+    Parameters
+    ----------
+    machines : sequence of Oscillator
+        What moves, without noise.
+    periods, tolerance, ends, initial, phase
+        As for `settle`.
+
+    Attributes
+    ----------
+    settled : list of Settled
+        Where each is.
+    """
+
+    def __init__(
+        self,
+        machines: Sequence[Oscillator],
+        periods: int,
+        *,
+        tolerance: float,
+        ends: bool = True,
+        initial: tuple[float, float] = (0.0, 0.0),
+        phase: float = 0.0,
+    ) -> None:
+        start: dict[str, Any] = {"initial": initial, "phase": phase}
+        self._first = first_phase(phase)
+        self._groups: list[tuple[Stack, list[int]]] = []
+        settled: dict[int, Settled] = {}
+        forms: dict[Any, list[int]] = {}
+        for k, machine in enumerate(machines):
+            if piecewise_linear(machine):
+                span(periods, None, 0.0, bool(machine.angular_frequencies))
+                forms.setdefault(form_of(machine), []).append(k)
+            else:
+                settled[k] = settle(machine, periods, tolerance=tolerance, ends=ends, **start)
+        for own in forms.values():
+            for stack in stacks(columns_of(machines[k] for k in own), CHATTER, True):
+                for recurs in np.unique(stack.forcing.recurs).tolist():
+                    mine = np.flatnonzero(stack.forcing.recurs == recurs)
+                    which = [own[k] for k in stack.which[mine].tolist()]
+                    group = subset(stack, mine)
+                    rule = float(tolerance), LONGEST if recurs else 0, ends, LEGS
+                    self._groups.append((group, which))
+                    for k, one in zip(
+                        which, self._followed(group, machines, which, start, periods, rule),
+                        strict=True,
+                    ):  # fmt: skip
+                        settled[k] = one
+        self.settled = [settled[k] for k in range(len(machines))]
+
+    def _followed(
+        self, stack: Stack, machines: Sequence[Oscillator], which: list[int],
+        start: dict[str, Any], periods: int, rule: tuple[float, int, bool, int],
+    ) -> list[Settled]:  # fmt: skip
+        """Machines of one stack until their orbits close."""
+        n = len(which)
+        places = np.broadcast_to(np.array(place_of(start["initial"])), (n, 2))
+        moving = Moving(stack, places, np.full(n, self._first))
+        begun = Started(moving.clocks, moving.states, moving.counts)
+        strobes, ended = strobed(stack, begun, periods, rule)
+        return [
+            Settled(
+                machines[which[k]], start, strobes[k, : ended[k, TAKEN] + 1].copy(),
+                int(ended[k, CLOSED]), STATUS[ended[k, STATUS_OF]],
+                (begun.clocks[k].copy(), begun.states[k].copy(), begun.counts[k].copy()),
+            )
+            for k in range(n)
+        ]  # fmt: skip
+
+    def close(self) -> None:
+        """Look for the orbits beside those that have not closed (`Settled.closing`)."""
+        self.settled = [one.closing() for one in self.settled]
+
+    def motions(self, periods: Sequence[int]) -> list[Motion]:
+        """The next so many periods of each, as `Settled.motion` gives them."""
+        found: dict[int, Motion] = {}
+        for stack, which in self._groups:
+            able = [j for j, k in enumerate(which) if self.settled[k].status == STATUS[DONE]]
+            if not able:
+                continue
+            own = [self.settled[which[j]] for j in able]
+            mine = subset(stack, np.array(able))
+            moving = Moving.going_on(mine, np.full(len(own), self._first), [k.where for k in own])
+            before = np.array([float(len(one.strobes) - 1) for one in own])
+            spans = np.array([float(periods[which[j]]) for j in able])
+            moving.to(before + spans, True, 1)
+            for k, j in enumerate(able):
+                found[which[j]] = moving.motion(k, own[k].oscillator, True)
+        return [
+            found[k] if k in found else one.motion(periods[k]) for k, one in enumerate(self.settled)
+        ]

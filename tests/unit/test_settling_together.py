@@ -1,0 +1,98 @@
+"""Many runs past their transients side by side: each has the bits of the one followed alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from impactsig import (
+    Hertz,
+    InvalidInput,
+    Oscillator,
+    Stop,
+    bifurcation_diagram,
+    response_spectrum,
+    scenes,
+)
+from impactsig.dynamics.diagrams._settling import settle
+from impactsig.dynamics.diagrams._settling_together import Settling, in_blocks
+from impactsig.oscillators import Force
+
+VALUES = np.linspace(19.5, 24.0, 24)
+
+
+def mixed(value):
+    """Oscillators of several layouts, one that is stepped, and one whose forcing does not recur."""
+    beam = scenes.karpodinis(value)
+    stops = {
+        0: beam.stops,
+        1: (*beam.stops, Stop(-1.2, beam.stops[0].law, side="lower")),
+        2: (Stop(1.0, Hertz(50.0, damping=0.05)),),
+        3: scenes.okolewski(1.1, 0.6, "soft").stops,
+    }[int(value * 1e3) % 4]
+    forces = beam.forces
+    if value > 23.5:
+        other = Force(0.05, 2**0.5 * forces[0].angular_frequency)
+        forces = (*forces, other)
+    return replace(beam, stops=stops, forces=forces)
+
+
+@pytest.mark.parametrize("ends", [True, False])
+def test_each_is_followed_as_alone(ends):
+    machines = [mixed(value) for value in VALUES]
+    assert {one.forcing_recurs for one in machines} == {True, False}
+    rule = {"tolerance": 1e-9, "ends": ends, "initial": (0.2, 0.3), "phase": 0.4}
+    settling = Settling(machines, 60, **rule)
+    alone = [settle(one, 60, **rule) for one in machines]
+    for _ in range(2):
+        for own, one in zip(settling.settled, alone, strict=True):
+            assert (own.closed, own.status) == (one.closed, one.status)
+            assert own.strobes.tobytes() == one.strobes.tobytes()
+            for mine, other in zip(own.where, one.where, strict=True):
+                assert mine.tolist() == other.tolist()
+        periods = [one.closed or 7 for one in alone]
+        motions = settling.motions(periods)
+        for own, one, n in zip(motions, alone, periods, strict=True):
+            single = one.motion(n)
+            assert own.final == single.final
+            assert own.impacts.time.tobytes() == single.impacts.time.tobytes()
+            assert own.energy_lost == single.energy_lost
+            assert (own.start, own.duration) == (single.start, single.duration)
+        settling.close()  # and once more with the orbits found beside
+        alone = [settle(one, 60, **rule).closing() for one in machines]
+    assert sum(one.closed > 0 for one in alone) > 10
+
+
+def test_diagrams_do_not_depend_on_what_is_followed_together():
+    options = {"periods": 20, "transient": 60}
+    whole = bifurcation_diagram(mixed, VALUES, workers=1, **options)
+    threads = bifurcation_diagram(mixed, VALUES, workers=3, **options)
+    swings = response_spectrum(mixed, VALUES, workers=1, **options)
+    for k in (0, 7, 13, 23):
+        one = bifurcation_diagram(mixed, VALUES[k : k + 1], workers=1, **options)
+        for found in (whole, threads):
+            assert found.strobe[k].tobytes() == one.strobe[0].tobytes()
+            assert found.velocity[k].tobytes() == one.velocity[0].tobytes()
+            assert found.energy_per_period[k] == one.energy_per_period[0]
+        response = response_spectrum(mixed, VALUES[k : k + 1], workers=1, **options)
+        assert swings.greatest[k] == response.greatest[0]
+
+
+def test_blocks_keep_the_order_and_leave_other_systems_alone():
+    systems = [scenes.karpodinis(22.0), "other", scenes.karpodinis(23.0), scenes.karpodinis(24.0)]
+    seen = []
+
+    def task(which):
+        seen.append(which)
+        return [10 * k for k in which]
+
+    assert in_blocks(task, systems, 400, 1) == [0, 10, 20, 30]
+    assert seen == [[0, 2, 3], [1]]
+    assert in_blocks(task, systems, 10**9, 2) == [0, 10, 20, 30]
+
+
+def test_one_without_forcing_is_refused():
+    with pytest.raises(InvalidInput):
+        bifurcation_diagram(lambda k: Oscillator(1.0, 0.1, k), [1.0, 2.0])
