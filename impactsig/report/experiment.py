@@ -97,7 +97,7 @@ def _write_tables(experiment: Experiment, directory: Path) -> None:
         temporary.open("w", encoding="utf-8", newline="") as file,
     ):
         writer = csv.writer(file)
-        writer.writerow(("branch", "value", "error", "before", "after", "low", "high"))
+        writer.writerow(("branch", "value", "error", "before", "after", "low", "high", "delay"))
         writer.writerows(experiment.jumps())
 
 
