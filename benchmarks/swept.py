@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -62,7 +63,7 @@ def steady_jumps(beam, branch: str) -> list[tuple[float, str, str]]:
 
 
 def _changes(motions: list[str]) -> list[bool]:
-    return [a != b for a, b in zip(motions[:-1], motions[1:], strict=True)]
+    return [a != b for a, b in pairwise(motions)]
 
 
 def measured(beam, branch: str, rate: float, seed: int) -> tuple[dict, str]:

@@ -11,9 +11,10 @@ so in a sweep of the rate dot f, in which f forcing periods pass in a second,
 
 beyond f* what is off grows from next to nothing, and is only seen long after, the faster the sweep
 and the steadier the machine the later [Baesens]_. The growth before a motion is lost, and the decay
-after the same motion is taken up by a sweep the other way, are parabolas ln|A|(f) with one k and one
-f*. Both are fitted together by weighted least squares. A decay alone, which begins near f*, tells it
-by its curvature; a growth alone is seen far from f* and for a short while, and gives a bound.
+after the same motion is taken up by a sweep the other way, are parabolas ln|A|(f) with one k and
+one f*. Both are fitted together by weighted least squares. A decay alone, which begins near f*,
+tells it by its curvature; a growth alone is seen far from f* and for a short while, and gives a
+bound.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ class Delay(NamedTuple):
 
 
 def transient_of(
-    cycles: np.ndarray, frequency: Callable[[float], np.ndarray], first: int, n: int, step: int
+    cycles: np.ndarray, frequency: Callable[[np.ndarray], np.ndarray], first: int, n: int, step: int
 ) -> list[list[float]]:
     """What is seen of a transient from an impact on: frequency, ln|A| and its standard error.
 
