@@ -3,7 +3,8 @@
     python -m benchmarks.experiments [--step HZ] [--seconds S] [--folder FOLDER]
 
 Prints the share of runs whose period is right, how far jumps are from the simulator's, and the
-error of contact times, in words; and the same of one recording in which the frequency was swept.
+error of contact times, in words. For recordings in which the frequency was swept see
+`benchmarks/swept.py`.
 """
 
 from __future__ import annotations

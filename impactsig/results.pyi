@@ -23,7 +23,9 @@ from .dynamics.sections.sections import Section as Section
 from .dynamics.tangents.lyapunov import LyapunovSpectrum as LyapunovSpectrum
 from .dynamics.tangents.spectra import LyapunovSpectra as LyapunovSpectra
 from .dynamics.tangents.tangent import TangentMap as TangentMap
+from .fitting import Band as Band
 from .fitting import OscillatorFit as OscillatorFit
+from .fitting import Prediction as Prediction
 from .identify import FrictionDecay as FrictionDecay
 from .identify import Resonance as Resonance
 from .intervals import IntervalHistogram as IntervalHistogram

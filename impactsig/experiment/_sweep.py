@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,7 +12,8 @@ import numpy as np
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..intervals.forcing import forcing_cycles
-from ..intervals.track import track_period
+from ..intervals.track import track
+from ._delays import continues, transient_of
 from ._motions import NO_IMPACTS, motion_of
 from .rig import Rig
 
@@ -39,7 +40,8 @@ def swept(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> dict[str, 
 
     The times of the impacts are counted in forcing periods, so that the period of a steady motion
     does not change with the frequency; `track_period` follows the motion. Frequencies are those at
-    the time: what the motion lags behind is not taken off.
+    the time: what the motion lags behind is taken off when the branches are put together
+    (`_transitions.jumps_in_sweeps`), of whose transients each change holds what is seen.
 
     Raises
     ------
@@ -56,8 +58,11 @@ def swept(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> dict[str, 
     # Seconds at the mean frequency, in which the forcing is steady.
     steady = cycles / mean
     gaps = course.cycles(impacts.gaps.ravel()).reshape(-1, 2) / mean
-    found = track_period(
-        Impacts(steady, gaps=gaps), 1 / mean, window=rig.sweep.get("window", WINDOW)
+    found = track(
+        Impacts(steady, gaps=gaps),
+        1 / mean,
+        window=rig.sweep.get("window", WINDOW),
+        steady=False,
     )
 
     def real(at: float) -> float:
@@ -82,8 +87,7 @@ def swept(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> dict[str, 
         windows.insert(0, _silence(course, begin, first))
         changes.append((first, first - 1 / course.frequency(first), first))
     for one in found.changes:
-        at = int(np.searchsorted(steady, one))
-        after = min(max(at, 1), len(impacts) - 1)
+        after = _first_after(steady, one)
         changes.append(
             (real(float(one)), float(impacts.time[after - 1]), float(impacts.time[after]))
         )
@@ -92,6 +96,11 @@ def swept(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> dict[str, 
         changes.append((last, last, last + 1 / course.frequency(last)))
     motions = [_usual(windows, low, high) for low, high in pairwise(_borders(windows, changes))]
     spans = [[course.frequency(one) for one in change] for change in changes]
+    pace = np.array([course.frequency(float(one)) for one in impacts.time])
+
+    def at_cycles(count: np.ndarray) -> np.ndarray:
+        return np.interp(count, cycles, pace)
+
     return {
         "rate": ends[1] - ends[0],
         "windows": windows,
@@ -103,11 +112,48 @@ def swept(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> dict[str, 
                 "high": high,
                 "before": before,
                 "after": after,
+                "rate": _rate(course, change[0]),
+                **_transients(cycles, at_cycles, impacts.time, change[0], before, after),
             }
-            for (value, low, high), (before, after) in zip(spans, pairwise(motions), strict=True)
+            for change, (value, low, high), (before, after) in zip(
+                changes, spans, pairwise(motions), strict=True
+            )
             if _motion(before) != _motion(after)
         ],
     }
+
+
+def _first_after(times: np.ndarray, change: float) -> int:
+    """The first impact after a change."""
+    return min(max(int(np.searchsorted(times, change)), 1), len(times) - 1)
+
+
+def _rate(course: Course, at: float) -> float:
+    """By how much the frequency changes in a second about a change [Hz/s]."""
+    beside = 30 / course.frequency(at)
+    return (course.frequency(at + beside) - course.frequency(at - beside)) / (2 * beside)
+
+
+def _transients(
+    cycles: np.ndarray,
+    frequency: Callable[[np.ndarray], np.ndarray],
+    time: np.ndarray,
+    change: float,
+    before: Mapping[str, Any],
+    after: Mapping[str, Any],
+) -> dict[str, Any]:
+    """What a motion does before it is lost and after it is taken up: see `_delays.py`."""
+    seen: dict[str, Any] = {"growth": [], "decay": [], "through": False}
+    if before["kind"] == NO_IMPACTS or after["kind"] == NO_IMPACTS:
+        return seen
+    first = _first_after(time, change)
+    if before["n"]:
+        seen["growth"] = transient_of(cycles, frequency, first - 1, before["n"], -1)
+    if after["n"]:
+        seen["decay"] = transient_of(cycles, frequency, first, after["n"], 1)
+        born = not before["n"] or before["n"] > after["n"]
+        seen["through"] = born and continues(cycles, first, after["n"], -1)
+    return seen
 
 
 def _course(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> Course:

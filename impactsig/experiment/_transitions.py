@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._delays import delay_of
 from ._motions import motion_of
 from .points import Point
 
@@ -33,6 +34,9 @@ class Jump(NamedTuple):
         The motions, in the direction in which the parameter goes.
     low, high : float
         The last value with the motion before, and the first with the one after.
+    delay : float
+        Of a sweep, by how much the change comes late: it is seen at ``value + delay``. The error
+        holds that of the delay.
     """
 
     branch: str
@@ -42,12 +46,15 @@ class Jump(NamedTuple):
     after: str
     low: float
     high: float
+    delay: float = 0.0
 
     def describe(self, unit: str = "") -> str:
         """The change in words."""
         where = f"{self.value:.6g} ± {self.error:.2g} {unit}".rstrip()
         branch = f"{self.branch}: " if self.branch else ""
-        return f"{branch}{self.before} to {self.after} at {where}"
+        late = f", {abs(self.delay):.2g} {unit}".rstrip() + " before it is seen"
+        late = late if self.delay else ""
+        return f"{branch}{self.before} to {self.after} at {where}{late}"
 
 
 class Hysteresis(NamedTuple):
@@ -84,16 +91,47 @@ def jumps_of(points: Sequence[Point]) -> tuple[Jump, ...]:
     return tuple(jumps)
 
 
-def changes_of(row: Mapping[str, Any], branch: str) -> list[Jump]:
-    """The changes of a sweep, in the order in which they are met."""
-    changes = sorted(row["changes"], key=lambda one: one["value"], reverse=branch == "down")
-    return [
-        Jump(
-            branch, one["value"], one["error"], motion_of(one["before"])[0],
-            motion_of(one["after"])[0], one["low"], one["high"],
-        )
-        for one in changes
-    ]  # fmt: skip
+def jumps_in_sweeps(sweeps: Sequence[tuple[Mapping[str, Any], str]]) -> list[Jump]:
+    """The changes of sweeps, each a row and its branch, with the delay of each taken off.
+
+    A motion that is lost is told of by its transients: what grows before, and what decays where
+    another sweep, the other way, takes it up. Where nothing grows before, but the motion that comes
+    is already there in outline, the change is a birth at which that motion's transients tell.
+    """
+    everywhere = [change for row, _ in sweeps for change in row["changes"]]
+    jumps = []
+    for row, branch in sweeps:
+        changes = sorted(row["changes"], key=lambda one: one["value"], reverse=branch == "down")
+        for one in changes:
+            delay = delay_of(one["value"], one["rate"], _transients_of(one, everywhere))
+            jumps.append(
+                Jump(
+                    branch, one["value"] - delay.value, math.hypot(one["error"], delay.error),
+                    motion_of(one["before"])[0], motion_of(one["after"])[0], one["low"],
+                    one["high"], delay.value,
+                )
+            )  # fmt: skip
+    return jumps
+
+
+def _transients_of(
+    change: Mapping[str, Any], everywhere: Sequence[Mapping[str, Any]]
+) -> list[tuple[float, Any]]:
+    """The transients of the motion that a change hangs on, with the rates of their sweeps."""
+    if change["through"]:
+        own, other, side, opposite = "decay", "growth", "after", "before"
+    else:
+        own, other, side, opposite = "growth", "decay", "before", "after"
+    motion = motion_of(change[side])[0]
+    back = [
+        one
+        for one in everywhere
+        if one["rate"] * change["rate"] < 0 and one[other] and motion_of(one[opposite])[0] == motion
+    ]
+    nearest = sorted(back, key=lambda one: abs(one["value"] - change["value"]))[:1]
+    if not change[own]:
+        return []
+    return [(change["rate"], change[own]), *((one["rate"], one[other]) for one in nearest)]
 
 
 def _jump(points: Sequence[Point], k: int) -> Jump:

@@ -19,7 +19,7 @@ from ..errors import ImpactsigError, InvalidInput
 from ..impacts import Impacts
 from ._kept import Kept
 from ._reading import KEPT, read_runs
-from ._transitions import Hysteresis, Jump, changes_of, hysteresis_of, jumps_of
+from ._transitions import Hysteresis, Jump, hysteresis_of, jumps_in_sweeps, jumps_of
 from .points import QUANTITIES, Point, branch_of, cloud_of, points_of
 from .rig import RIG, Rig
 
@@ -276,16 +276,20 @@ class Experiment(Shown):
     def jumps(self) -> tuple[Jump, ...]:
         """Where the motion changes to another period, or gains or loses one, along each branch.
 
-        In a sweep at the frequency at that time, which the motion lags behind.
+        In a sweep a motion is lost later than in a steady experiment. The delay is taken off, and
+        stated, where a transient about the change tells it: beyond the frequency at which a motion
+        becomes unstable, what is off it grows at first unseen, and where it becomes stable, decays
+        ever faster. With sweeps both ways the frequency between growth and decay is found; with one
+        alone it is extrapolated. Where no transient is seen the error allows for the sweep of 20
+        forcing periods.
         """
         steady = [one for one in self.points() if math.isinf(one.stop)]
-        in_sweeps = [
-            jump
+        sweeps = [
+            (row, branch_of(row, branch))
             for row, branch in zip(self._rows(), self.branches, strict=True)
             if "changes" in row
-            for jump in changes_of(row, branch_of(row, branch))
         ]
-        return (*jumps_of(steady), *in_sweeps)
+        return (*jumps_of(steady), *jumps_in_sweeps(sweeps))
 
     def hysteresis(self) -> tuple[Hysteresis, ...]:
         """Changes that happen at one value of the parameter upwards and at another downwards."""

@@ -29,6 +29,7 @@ from ._narrow import Estimate, narrow
 from ._problem import Problem
 from ._refine import refine
 from ._search import begin, descend
+from .prediction import Posterior
 from .result import MISFIT, OscillatorFit
 
 FEWEST = 200
@@ -237,7 +238,12 @@ def _fit(
         simulated,
         problem.evaluations,
         warnings,
-    )
+        Posterior(
+            estimate.psi, estimate.covariance, problem.box, problem.names,
+            {"strength_noise": 0.0, "strength_floor": problem.floor} | problem.known, frequency,
+            problem.periods, problem.share * len(problem.train.x), problem.beginnings,
+        ),
+    )  # fmt: skip
 
 
 def _estimate(problem: Problem) -> Estimate | None:

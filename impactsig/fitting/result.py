@@ -10,15 +10,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arguments import Seed, streams, whole
 from .._showing import Shown
 from ..comparison import Comparison, compare
+from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..oscillators import Oscillator
+from .prediction import Posterior, Prediction, predicted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+LEAST_TRAINS = 40
+"""Of a prediction: with fewer no p-value is below 1/41, nor does a band hold 95 % of them."""
 MISFIT = 0.1
 """Of the p-value. A soft stop is hidden in part by the parameters of the rigid one that is fitted,
 so that its p-value is often 2/41 or 3/41; a lower level would leave these fits unmarked."""
@@ -111,6 +116,7 @@ class OscillatorFit(Shown):
     simulated: Impacts = field(repr=False)
     evaluations: int
     warnings: tuple[str, ...]
+    _posterior: Posterior | None = field(default=None, repr=False)
 
     @cached_property
     def comparison(self) -> Comparison:
@@ -121,6 +127,39 @@ class OscillatorFit(Shown):
             forcing_period=self.forcing_period,
             names=("measured", "simulated"),
         )
+
+    def predict(self, trains: int = 200, *, seed: Seed = None) -> Prediction:
+        """Put the measured train among trains drawn from what the fit leaves open.
+
+        Each is simulated at parameters of its own, normally distributed about the optimum with
+        their covariance, and measured by a chain whose jitter, missed and spurious impacts and
+        noise of the strengths are drawn with them.
+
+        Parameters
+        ----------
+        trains : int
+            How many, 40 or more.
+        seed : int, SeedSequence or Generator, optional
+            The same seed gives the same result.
+
+        Returns
+        -------
+        Prediction
+            Bands of the intervals and of the return map, and what the oscillator does not explain.
+
+        Raises
+        ------
+        InvalidInput
+            If the impacts do not tell the parameters, so that there is nothing to draw from, or
+            hardly any train has enough impacts to compare.
+        """
+        count = whole("trains", trains, LEAST_TRAINS)
+        if self._posterior is None or not np.isfinite(list(self.intervals.values())).all():
+            raise InvalidInput(
+                "fit", "one that does not tell its parameters", "one with finite intervals",
+                "Strengths, more impacts, or fewer free parameters tell them",
+            )  # fmt: skip
+        return predicted(self._posterior, self.measured, count, streams(seed, 1)[0])
 
     @property
     def misfit(self) -> bool:

@@ -150,6 +150,24 @@ def track_period(
     >>> found.stretches[0].period.name, found.stretches[-1].period.name
     ('period(1,1)', 'period(2,2)')
     """
+    return track(impacts, forcing_period, forcing, window, max_periods, resolution)
+
+
+def track(
+    impacts: Impacts,
+    forcing_period: float | None = None,
+    forcing: Forcing | None = None,
+    window: int = 60,
+    max_periods: int = 8,
+    resolution: float = 1e-3,
+    *,
+    steady: bool = True,
+) -> PeriodTrack:
+    """As `track_period`; where the machine is not steady, a stretch has the motion of its windows.
+
+    In a sweep the phases of a periodic motion drift with the frequency, by more over a stretch than
+    over a window, so that the stretch as a whole does not recur.
+    """
     window = whole("window", window, 20)
     if not isinstance(impacts, Impacts):
         raise InvalidInput("impacts", type(impacts).__name__, "Impacts")
@@ -188,7 +206,9 @@ def track_period(
     edges.append(len(impacts))
     parts = [asked(*both) for both in itertools.pairwise(edges)]
     # what shows a period in windows, as chaos near one does, may show none in the whole
-    while alike := [k for k in range(1, len(parts)) if _orbit(parts[k]) == _orbit(parts[k - 1])]:
+    while steady and (
+        alike := [k for k in range(1, len(parts)) if _orbit(parts[k]) == _orbit(parts[k - 1])]
+    ):
         del edges[alike[0]]
         parts[alike[0] - 1 : alike[0] + 1] = [asked(*edges[alike[0] - 1 : alike[0] + 1])]
     time = impacts.time

@@ -8,7 +8,7 @@ function for them.
 
 from .comparison import comparison
 from .experiments import experiment
-from .fitting import oscillator_fit
+from .fitting import oscillator_fit, prediction
 from .geometry.correlation import correlation_sum
 from .geometry.dimension import dimension
 from .geometry.embedding import averaged_false_neighbors, delay_choice, false_neighbors
@@ -86,6 +86,7 @@ __all__ = [
     "periodicity_chart",
     "phase_portrait",
     "power_spectrum",
+    "prediction",
     "prediction_error",
     "pulse",
     "recurrence_plot",

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from matplotlib.markers import TICKLEFT, TICKRIGHT
 
 from ..errors import InvalidInput
 from ._kinds import checked, refuse_others
@@ -45,9 +46,16 @@ OF_IMPACTS = ("interval", "peak", "contact_time", "impulse", "phase")
 SIMULATED = ("peak", "impacts_per_period", "period")
 """What a bifurcation diagram has a counterpart of."""
 BRANCH_COLOURS = {"up": BLUE, "down": VERMILLION}
+BRANCH_MARKS = {"up": TICKLEFT, "down": TICKRIGHT}
+"""Of every impact a stroke to one side of its value, so that no branch hides another."""
+STROKE = 0.4
+"""Length of such a stroke, of the distance between neighbouring values."""
+SHORTEST, LONGEST = 1.5, 6.0  # [pt]
 APERIODIC, SILENT, UNKNOWN = "#303030", "#E4E4E4", "#FFFFFF"
 MOST_NAMED = 10
 """Motions with an entry in the legend."""
+MANY_COLUMNS = 3.2
+"""Width of the axes from which on four columns of motions stand above them [in]."""
 
 Observed = Literal[
     "interval", "peak", "contact_time", "impulse", "phase", "impacts_per_period",
@@ -70,7 +78,8 @@ def experiment(
     result : Experiment
         From `impactsig.Experiment.read`.
     observe : str
-        Of every impact: "interval" before the next, "peak", "contact_time", "impulse" or "phase".
+        Of every impact: "interval" before the next, "peak", "contact_time", "impulse" or "phase";
+        a stroke to the left of its value on the way up, to the right on the way down.
         Of every run: "impacts_per_period", "time_in_contact", "dimension" with its confidence
         interval, or "period", a bar whose colour is the period(m, n).
     simulated : BifurcationDiagram or sequence of it
@@ -127,16 +136,19 @@ def _clouds(
         raise InvalidInput("observe", observe, "a quantity that was measured")
     if diagrams:
         _scaled_velocities(ax, clouds, diagrams)
+    stroke = _stroke(ax, len({point.value for point, _ in clouds}))
     for branch in dict.fromkeys(point.branch for point, _ in clouds):
         own = [(point, cloud) for point, cloud in clouds if point.branch == branch]
         x = np.concatenate([np.full(len(cloud), point.value) for point, cloud in own])
         y = np.concatenate([cloud for _, cloud in own])
+        marks: dict[str, Any] = {"marker": "o", "markersize": 2.2, "markeredgewidth": 0}
+        if branch in BRANCH_MARKS:
+            marks = {"marker": BRANCH_MARKS[branch], "markersize": stroke, "markeredgewidth": 0.9}
         ax.plot(
-            x, y, linestyle="none", marker="o", markersize=2.2, markeredgewidth=0,
-            color=_colour(branch), alpha=0.35, label=branch or None,
-            rasterized=len(x) > RASTER_ABOVE,
+            x, y, linestyle="none", color=_colour(branch), alpha=0.5, label=branch or None,
+            rasterized=len(x) > RASTER_ABOVE, **marks,
         )  # fmt: skip
-    _branches(ax)
+    _branches(ax, 2)
     if observe in ("interval", "contact_time"):
         seconds(ax.yaxis, LABELS[observe], np.concatenate([cloud for _, cloud in clouds]))
         return
@@ -145,6 +157,16 @@ def _clouds(
     ax.set_ylabel(
         with_unit(LABELS[observe], units[observe]) if observe in units else LABELS["phase"]
     )
+
+
+def _stroke(ax: Axes, values: int) -> float:
+    """Length of the stroke of an impact [pt], where there are so many values."""
+    return float(np.clip(STROKE * 72 * _inches(ax) / max(values, 1), SHORTEST, LONGEST))
+
+
+def _inches(ax: Axes) -> float:
+    """Width of the axes."""
+    return float(ax.bbox.transformed(ax.figure.dpi_scale_trans.inverted()).width)
 
 
 def _scaled_velocities(
@@ -188,22 +210,22 @@ def _lines(
             label="simulated" if one is diagrams[0] else None,
         )  # fmt: skip
     branches = np.array(result.branches, object)
-    for branch in dict.fromkeys(result.branches):
+    for k, branch in enumerate(dict.fromkeys(result.branches)):
         own = branches == branch
         ax.plot(
-            result.values[own], values[own], color=_colour(branch), marker="o", markersize=2.5,
-            linewidth=0.8, label=branch or None,
+            result.values[own], values[own], color=_colour(branch), marker="o",
+            markersize=2.5 if k else 5.5, linewidth=0.8 if k else 2.4, label=branch or None,
         )  # fmt: skip
         if observe == "dimension":
             low, high = (table[f"dimension_{end}"].to_numpy(float)[own] for end in ("low", "high"))
             ax.vlines(result.values[own], low, high, color=_colour(branch), linewidth=0.8)
-    _branches(ax)
+    _branches(ax, 1)
     ax.set_ylabel(LABELS[observe])
 
 
-def _branches(ax: Axes) -> None:
+def _branches(ax: Axes, scale: float) -> None:
     if ax.get_legend_handles_labels()[1]:
-        found = legend(ax, "above", ncols=3, markerscale=2)
+        found = legend(ax, "above", ncols=3, markerscale=scale)
         for handle in found.legend_handles:
             if handle is not None:
                 handle.set_alpha(1)
@@ -247,8 +269,9 @@ def _bars(result: Experiment, ax: Axes, diagrams: Sequence[BifurcationDiagram]) 
         for one in [*often[:MOST_NAMED]]
     ]
     ax.legend(
-        handles=handles, loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False,
-        borderaxespad=0.2, fontsize="small", handlelength=1.2, columnspacing=1.2,
+        handles=handles, loc="lower left", bbox_to_anchor=(0, 1), frameon=False,
+        ncols=4 if _inches(ax) > MANY_COLUMNS else 3, borderaxespad=0.2, fontsize="small",
+        handlelength=1.2, columnspacing=1.2,
     )  # fmt: skip
     ax.set(yticks=range(len(bars)), yticklabels=[name for name, _ in bars])
     ax.invert_yaxis()

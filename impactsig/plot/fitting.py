@@ -7,14 +7,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._kinds import checked
-from .axes import BLUE, GREY, VERMILLION, delay_plane, explain, frame, panels, points, span_of
+from .axes import (
+    BLUE,
+    GREY,
+    SKY,
+    VERMILLION,
+    delay_plane,
+    explain,
+    frame,
+    legend,
+    panels,
+    points,
+    span_of,
+)
 from .comparison import densities
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure, SubFigure
 
-    from ..fitting import OscillatorFit
+    from ..fitting import Band, OscillatorFit, Prediction
 
 WITHIN = 5.991  # of a chi squared of two degrees of freedom: 95 %
 
@@ -110,3 +123,77 @@ def _region(ax: Axes, result: OscillatorFit) -> None:
         for value in (low, high):
             draw(value, color=GREY, linewidth=0.8, linestyle=":")
     frame(ax, *labels)
+
+
+@checked
+def prediction(result: Prediction, figure: Figure | SubFigure | None = None) -> np.ndarray:
+    """Draw measured intervals among those of trains drawn from a fit.
+
+    To the left the share of the measured intervals in each bin, over the band of 95 % of the
+    simulated trains. To the right the return map in cells, darker where more pairs are measured; a
+    mark says where there are more, or fewer, than in 95 % of the simulated trains. Bins hold equal
+    shares of all trains, so clusters of intervals are drawn wide and what lies between them narrow.
+
+    Parameters
+    ----------
+    result : Prediction
+        From `results.OscillatorFit.predict`.
+
+    Returns
+    -------
+    ndarray of matplotlib Axes, shape (2,)
+
+    See Also
+    --------
+    impactsig.plot.oscillator_fit, impactsig.fit_oscillator
+
+    Examples
+    --------
+    >>> from impactsig import fit_oscillator, measure, plot, scenes, simulate
+    >>> beam = scenes.karpodinis(20.1)
+    >>> motion = simulate(beam, periods=400, transient=300)
+    >>> train = measure(motion.impacts, jitter=2e-4, seed=1).impacts
+    >>> fit = fit_oscillator(train, 1 / 20.1, ["amplitude"], scene=beam)
+    >>> axes = plot.prediction(fit.predict(60, seed=2))
+    """
+    grid = panels(figure, 1, 2, (8.4, 3.6))
+    _shares_in_band(grid[0], result.interval)
+    _cells_in_band(grid[1], result.return_map)
+    return grid
+
+
+def _shares_in_band(ax: Axes, band: Band) -> None:
+    place = np.arange(len(band.edges))
+    low, high, measured = (100 * one for one in (band.low, band.high, band.measured))
+    ax.stairs(
+        high, place, baseline=low, fill=True, color=VERMILLION, alpha=0.3, label="simulated, 95 %"
+    )
+    ax.stairs(measured, place, baseline=None, color=BLUE, label="measured")
+    ax.set_ylim(bottom=0)
+    _edges(ax.xaxis, band.edges, max((len(place) - 1) // 6, 1))
+    title = f"p = {band.p_value:.2g}"
+    frame(ax, "interval [ms], in bins of equal share", "share [%]")
+    legend(ax, "above", fontsize="small", title=title)
+
+
+def _cells_in_band(ax: Axes, band: Band) -> None:
+    place = np.arange(len(band.edges))
+    ax.pcolormesh(place, place, 100 * band.measured.T, cmap="Greys", vmin=0)
+    outside = band.outside
+    for sign, mark, colour in ((1, "^", VERMILLION), (-1, "v", SKY)):
+        where = np.argwhere(sign * outside > 0) + 0.5
+        ax.plot(
+            *where.T, linestyle="none", marker=mark, color=colour, markeredgecolor="white",
+            label="more than simulated" if sign > 0 else "less",
+        )  # fmt: skip
+    for axis in (ax.xaxis, ax.yaxis):
+        _edges(axis, band.edges, 2)
+    ax.set(aspect="equal")
+    frame(ax, "interval $I_k$ [ms]", "interval $I_{k+1}$ [ms]")
+    legend(ax, "above", fontsize="small", title=f"p = {band.p_value:.2g}")
+
+
+def _edges(axis: Axis, edges: np.ndarray, every: int) -> None:
+    """Places in equal steps, named by their intervals."""
+    place = np.arange(0, len(edges), every)
+    axis.set_ticks(place, [f"{1e3 * edges[k]:.4g}" for k in place], fontsize="small")

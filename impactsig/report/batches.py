@@ -259,7 +259,7 @@ def _index(entries: tuple[Entry, ...]) -> str:
     from jinja2 import Environment, StrictUndefined
 
     from .. import __version__
-    from .contents import printable
+    from .contents import breakable, printable
 
     parts = resources.files("impactsig.report")
     template = Environment(
@@ -272,7 +272,7 @@ def _index(entries: tuple[Entry, ...]) -> str:
         heads=heads,
         rows=[
             {
-                "name": printable(entry.path.name),
+                "name": breakable(entry.path.name),
                 "link": quote(entry.page.name) if entry.page else None,
                 "summary": printable(re.sub(r"\s+", " ", entry.summary)),
                 "cells": [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+import re
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
@@ -18,6 +19,8 @@ from .analysis import Analysis
 from .dynamics import SEED
 
 if TYPE_CHECKING:
+    from markupsafe import Markup
+
     from ..impacts import Impacts
 
 SAID_ELSEWHERE = {
@@ -32,6 +35,14 @@ LIBRARIES = ("numpy", "scipy", "numba", "pandas", "soundfile", "npTDMS", "matplo
 def printable(text: str) -> str:
     """Text that UTF-8 can hold; a file name may contain bytes that it cannot."""
     return _standard_input.in_words(text).encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def breakable(name: str) -> Markup:
+    """A file name for a page, which a narrow column may break after a sign between its words."""
+    from markupsafe import Markup, escape
+
+    parts = re.split(r"(?<=[_\-])(?=[^_\-])", printable(name))
+    return Markup("<wbr>").join(escape(part) for part in parts)
 
 
 def notes(analysis: Analysis) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,7 @@ from .. import __version__, plot
 from .._atomic import atomic_path
 from ..errors import InvalidInput, UnwritableFile
 from .batches import INDEX, Entry, write_each_report
-from .contents import printable
+from .contents import breakable, printable
 from .figures import Picture, draw
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 RUNS, JUMPS, RECORDINGS = "runs.csv", "jumps.csv", "recordings"
 SHOWN = 2000
 """Runs that the page lists; the table of all is beside it."""
+UNCUT = 60
+"""Runs up to which their table is shown whole, rather than in a window that is scrolled."""
 _HEADS = (
     ("branch", "", 1.0), ("period", "", 1.0), ("confidence", "", 1.0), ("impacts", "", 1.0),
     ("impacts_per_period", "", 1.0), ("interval", "ms", 1e3), ("contact_time", "µs", 1e6),
@@ -33,7 +35,8 @@ _HEADS = (
 )  # fmt: skip
 _CAPTIONS = {
     "period": "The motion of every run: period(m, n) is m impacts in n forcing periods.",
-    "interval": "Intervals between impacts.",
+    "interval": "Intervals between impacts: strokes to the left of their value are of the way up, "
+    "to the right of the way down, here and below.",
     "peak": "Peaks of the impacts.",
     "contact_time": "Contact times.",
     "phase": "Phases of the impacts in the forcing period: from the zero of the forcing where it "
@@ -82,7 +85,7 @@ def _options(experiment: Experiment, run: int) -> dict[str, Any]:
     if frequency == "parameter":
         frequency = float(experiment.values[run])
     if frequency is not None and not rig.sweep:
-        options["forcing_frequency"] = frequency
+        options["forcing_period"] = 1 / frequency
     return options
 
 
@@ -94,7 +97,7 @@ def _write_tables(experiment: Experiment, directory: Path) -> None:
         temporary.open("w", encoding="utf-8", newline="") as file,
     ):
         writer = csv.writer(file)
-        writer.writerow(("branch", "value", "error", "before", "after", "low", "high"))
+        writer.writerow(("branch", "value", "error", "before", "after", "low", "high", "delay"))
         writer.writerows(experiment.jumps())
 
 
@@ -118,18 +121,24 @@ def _page(
         title=f"{len(experiment)} recordings over the {experiment.parameter}",
         summary=_summary(experiment),
         pictures=list(_pictures(experiment, simulated)),
-        jumps=[one.describe(unit) for one in experiment.jumps()],
+        jumps=[_unbroken(one.describe(unit)) for one in experiment.jumps()],
         widths=[
-            f"between {one.below} and {one.above}: {one.width:.4g} ± {one.error:.2g} {unit}".strip()
+            _unbroken(
+                f"between {one.below} and {one.above}: {one.width:.4g} ± {one.error:.2g} {unit}"
+            )
             for one in experiment.hysteresis()
         ],
         heads=heads,
         rows=rows,
         left=max(0, len(experiment) - SHOWN),
-        errors=[
-            (printable(path.name), printable(re.sub(r"\s+", " ", str(error))))
+        tall=len(rows) <= UNCUT,
+        errors=_reasons(
+            (path.name, str(error).removeprefix(f"{path}: "))
             for path, error in experiment.errors.items()
-        ],
+        ),
+        reportless=_reasons(
+            (entry.path.name, entry.summary) for entry in entries.values() if entry.page is None
+        ),
         runs=RUNS,
         table_of_jumps=JUMPS,
         version=__version__,
@@ -162,13 +171,14 @@ def _pictures(experiment: Experiment, simulated: Any) -> Iterator[Picture]:
         beside = simulated if observe in plot.experiments.SIMULATED else ()
         wide = observe in _WIDE
         height = 2.4 if observe == "period" else 3.4
+        reduced = 2.8 if observe == "period" else 3.0
 
         def paint(ax: Any, observe: Any = observe, beside: Any = beside) -> None:
             plot.experiment(experiment, observe, ax, simulated=beside)
 
         try:
             source = draw(paint, 9.6 if wide else 4.9, height)
-            narrow = draw(paint, 4.9, height) if wide else ""
+            narrow = draw(paint, 3.9, reduced)
         except InvalidInput:
             continue  # it was not measured
         yield Picture(source, caption, caption, "wide" if wide else "half", narrow=narrow)
@@ -179,6 +189,10 @@ def _rows(
 ) -> tuple[list[str], list[dict[str, Any]]]:
     """Heads and cells of the table of runs; a column that holds nothing is left out."""
     table = experiment.to_frame().head(SHOWN)
+    for point in experiment.points():
+        if point.run < len(table):
+            motion = point.motion if np.isinf(point.stop) else "swept"
+            table.loc[point.run, "period"] = motion
     unit = f" [{experiment.unit}]" if experiment.unit else ""
     shown = [
         one for one in _HEADS if not table[one[0]].isna().all() and (table[one[0]] != "").any()
@@ -192,7 +206,7 @@ def _rows(
         linked = entry is not None and entry.page is not None
         rows.append(
             {
-                "name": printable(path.name),
+                "name": breakable(path.name),
                 "link": f"{RECORDINGS}/{quote(entry.page.name)}" if entry and entry.page else None,
                 "missing": entry is not None and not linked,
                 "cells": [
@@ -202,6 +216,18 @@ def _rows(
             }
         )
     return heads, rows
+
+
+def _reasons(failed: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Names of recordings with what went wrong, each on one line."""
+    return [(breakable(name), printable(re.sub(r"\s+", " ", reason))) for name, reason in failed]
+
+
+def _unbroken(text: str) -> str:
+    """A line that is not broken within its last number, between it, its error and its unit."""
+    words, _, number = text.strip().partition(" ± ")
+    head, _, value = words.rpartition(" ")
+    return f"{head} {value}\u00a0±\u00a0{number.replace(' ', chr(0xA0))}"
 
 
 def _cell(value: Any, factor: float) -> str:

@@ -12,6 +12,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from impactsig import Experiment, InvalidInput, bifurcation_diagram, cli, plot, scenes
+from impactsig.report import analyse
 from impactsig.report import experiment as page
 
 from .test_experiment import RIG, record
@@ -87,12 +88,18 @@ def test_the_page_names_jumps_runs_and_failures(experiment, tmp_path, monkeypatc
     monkeypatch.setattr(page, "_pictures", lambda *_: [])  # drawing takes seconds
     written = experiment.write_report(tmp_path / "out", reports=False)
     text = written.read_text(encoding="utf-8")
-    assert "up: period(2,1) to period(1,1) at 20.5 ± 0.29 Hz" in text
+    assert "up: period(2,1) to period(1,1) at 20.5 ± 0.29 Hz" in text.replace("\xa0", " ")
     assert text.count('<th scope="row"') == 4
     assert "23.0Hz.wav" in text
     assert "<b>" not in text
     assert (tmp_path / "out" / "jumps.csv").read_text(encoding="utf-8").count("\n") == 2
     assert (tmp_path / "out" / "runs.csv").read_text(encoding="utf-8").count("\n") == 5
+
+
+def test_the_report_of_a_run_has_the_forcing_of_its_value(experiment):
+    found = analyse(experiment.files[0], **page._options(experiment, 0))
+    assert found.forcing_period == 1 / 20.0
+    assert found.periodicity.name == "period(2,1)"
 
 
 @pytest.mark.slow
@@ -108,8 +115,8 @@ def test_the_command_writes_a_page_that_links_the_reports(tmp_path, capsys):
     assert "Experiment(1 run; frequency 20 to 20 Hz)" in capsys.readouterr().out
     text = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
     assert 'href="./recordings/20.0Hz.wav.html"' in text
-    # Wide figures are there a second time, for narrow screens.
-    assert text.count('<figure class="wide">') == text.count('<source media="screen') > 0
+    # Figures are there a second time, for narrow screens.
+    assert text.count("<figure") == text.count('<source media="screen') > 0
     assert text.count("<img") == 7
     report = tmp_path / "out" / "recordings" / "20.0Hz.wav.html"
     assert "period(1,1)" in report.read_text(encoding="utf-8")

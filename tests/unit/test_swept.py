@@ -7,7 +7,7 @@ import pytest
 
 from impactsig import Impacts, Rig
 from impactsig.experiment._sweep import swept
-from impactsig.experiment._transitions import changes_of
+from impactsig.experiment._transitions import jumps_in_sweeps
 
 pytestmark = pytest.mark.slow  # periods are identified in many windows
 START, RATE, SECONDS = 20.0, 0.1, 25.0
@@ -49,7 +49,7 @@ def test_changes_are_found_at_their_frequency(train, origin):
     if origin == "channel":
         stated, instants = {}, instants_of(np.arange(0.0, 531.0))
     row = swept(train, rig_of(**{"from": origin, **stated}), instants)
-    jumps = changes_of(row, "up")
+    jumps = jumps_in_sweeps([(row, "up")])
     assert [(one.before, one.after) for one in jumps] == [
         ("period(1,1)", "period(1,2)"),
         ("period(1,2)", "no impacts"),
