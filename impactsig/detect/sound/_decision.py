@@ -49,6 +49,7 @@ import numpy as np
 from ._kernels import BLOCK, GROUP, Scale, greatest_between, greatest_but
 from ._survey import SAMPLED, Passage
 from ._tails import beyond_tails
+from ._tones import BEFORE, FAINTEST, SPREAD, tone_odds
 
 APART = 25e-3  # [s], crests of B
 LEAST_BANDS = 0.33  # rise in the mean over narrow bands [neper of power]
@@ -88,6 +89,7 @@ class Candidates(NamedTuple):
 
     frame: np.ndarray  # of the octaves
     coarse: np.ndarray  # bool: from narrow bands alone, and so only known to some 10 ms
+    spread: np.ndarray  # standard deviation of the instant as far as the frame tells it [s]
     probability: np.ndarray
 
 
@@ -145,10 +147,43 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     often = RAREST + others / (len(b) * GROUP * seconds + UNHEARD)
     odds = log_odds(by_octaves, by_bands, often)
     odds[: len(place)] = np.maximum(odds[: len(place)], among)
-    likely = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
-    order = np.argsort(frame, kind="stable")
     coarse = np.arange(len(frame)) >= len(place)
-    return Candidates(frame[order], coarse[order], likely[order])
+    order = np.argsort(frame, kind="stable")
+    found = Candidates(frame[order], coarse[order], np.zeros(len(frame)), odds[order])
+    found = with_tones(found, passage, b, seconds)
+    likely = 1.0 / (1.0 + np.exp(-np.clip(found.probability, -50.0, 50.0)))
+    return found._replace(probability=likely)
+
+
+def with_tones(found: Candidates, passage: Passage, b: np.ndarray, seconds: float) -> Candidates:
+    """Candidates and low tones, where none of the former is as likely; all of them with log-odds.
+
+    A low tone stands for all less likely candidates beside it.
+    """
+    per = GROUP * seconds
+    g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
+    crest = separate_crests(g, round(APART / per))
+    crest = crest[g[crest] > FAINTEST]
+    if not len(crest):
+        return found
+    tones = tone_odds(crest, g, greatest_within(b, 2), round(RATTLE_WITHIN / per))
+    frame, odds = found.frame, found.probability.copy()
+    middle = GROUP * crest
+    first, last = np.searchsorted(frame, (middle - SOONER / seconds, middle + LATER / seconds))
+    best = np.empty(len(crest), np.int64)
+    greatest_between(odds, first, last, best)
+    beside = np.where(best >= 0, odds[best], -np.inf) if len(odds) else np.full(len(crest), -np.inf)
+    heard = np.flatnonzero((tones > beside) & (beside < 0.0))
+    for k in heard:
+        odds[first[k] : last[k]] = -np.inf
+    place = np.maximum(middle[heard] - round(BEFORE / seconds), 0)
+    at = np.searchsorted(frame, place)
+    return Candidates(
+        np.insert(frame, at, place),
+        np.insert(found.coarse, at, False),
+        np.insert(found.spread, at, SPREAD),
+        np.insert(odds, at, tones[heard]),
+    )
 
 
 def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:

@@ -85,6 +85,7 @@ class Chosen(NamedTuple):
 
     frame: np.ndarray
     coarse: np.ndarray
+    spread: np.ndarray
     probability: np.ndarray
 
 
@@ -133,7 +134,7 @@ def detect_sound(
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, modes.last)
-    found, chances = [np.empty((0, 5))], [np.empty(0)]
+    found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
     more = math.ceil(BESIDE * rate / scale.hop)
     for window in windows(pieces() if chosen else [], CORE * scale.hop):
         if window.segment not in chosen:
@@ -153,6 +154,7 @@ def detect_sound(
         out[:, 0] += window.segment + window.first - more * scale.hop
         found.append(out)
         chances.append(passage.probability[here])
+        spreads.append(passage.spread[here])
     columns = np.concatenate(found)
     likely = np.concatenate(chances)
     (by_wave, wave_error), by_modes = overlay.timing(), modes.timing()
@@ -163,7 +165,8 @@ def detect_sound(
     alike = np.isfinite(by_wave) & (within | (apart <= beside))
     instant = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
     error = np.where(alike, wave_error, by_modes.error)
-    error = np.where(instant == columns[:, 0], attack_errors(columns), error)
+    by_attack = np.hypot(attack_errors(columns), rate * np.concatenate(spreads))
+    error = np.where(instant == columns[:, 0], by_attack, error)
     # What may be no impact may as well begin anywhere within reach of where it was found.
     error = np.hypot(error, (1.0 - likely) ** 1.5 * scale.reach / math.sqrt(3.0))
     reason = ""
