@@ -49,7 +49,7 @@ import numpy as np
 from ._kernels import BLOCK, GROUP, Scale, greatest_between, greatest_but
 from ._survey import SAMPLED, Passage
 from ._tails import beyond_tails
-from ._tones import BEFORE, FAINTEST, SPREAD, tone_odds
+from ._tones import BEFORE, SPREAD, tone_odds
 
 APART = 25e-3  # [s], crests of B
 LEAST_BANDS = 0.33  # rise in the mean over narrow bands [neper of power]
@@ -150,12 +150,19 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     coarse = np.arange(len(frame)) >= len(place)
     order = np.argsort(frame, kind="stable")
     found = Candidates(frame[order], coarse[order], np.zeros(len(frame)), odds[order])
-    found = with_tones(found, passage, b, seconds)
+    found = with_tones(found, crests, passage, b, audible, seconds)
     likely = 1.0 / (1.0 + np.exp(-np.clip(found.probability, -50.0, 50.0)))
     return found._replace(probability=likely)
 
 
-def with_tones(found: Candidates, passage: Passage, b: np.ndarray, seconds: float) -> Candidates:
+def with_tones(
+    found: Candidates,
+    crests: Crests,
+    passage: Passage,
+    b: np.ndarray,
+    audible: float,
+    seconds: float,
+) -> Candidates:
     """Candidates and low tones, where none of the former is as likely; all of them with log-odds.
 
     A low tone stands for all less likely candidates beside it.
@@ -163,25 +170,33 @@ def with_tones(found: Candidates, passage: Passage, b: np.ndarray, seconds: floa
     per = GROUP * seconds
     g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
     crest = separate_crests(g, round(APART / per))
-    crest = crest[g[crest] > FAINTEST]
-    if not len(crest):
-        return found
-    tones = tone_odds(crest, g, greatest_within(b, 2), round(RATTLE_WITHIN / per))
+    crest, tones = tone_odds(crest, g, greatest_within(b, 2), round(RATTLE_WITHIN / per))
     frame, odds = found.frame, found.probability.copy()
     middle = GROUP * crest
     first, last = np.searchsorted(frame, (middle - SOONER / seconds, middle + LATER / seconds))
     best = np.empty(len(crest), np.int64)
     greatest_between(odds, first, last, best)
-    beside = np.where(best >= 0, odds[best], -np.inf) if len(odds) else np.full(len(crest), -np.inf)
+    beside = np.full(len(crest), -np.inf)
+    beside[best >= 0] = odds[best[best >= 0]]
     heard = np.flatnonzero((tones > beside) & (beside < 0.0))
+    near = middle[heard] - BEFORE / seconds
+    first_near, last_near = np.searchsorted(
+        crests.place, (near - 3.0 * SPREAD / seconds, near + 3.0 * SPREAD / seconds)
+    )
+    onset = np.empty(len(heard), np.int64)
+    greatest_between(crests.height, first_near, last_near, onset)
+    clear = onset >= 0
+    clear[clear] = crests.height[onset[clear]] >= LEAST_OCTAVES * audible
     for k in heard:
         odds[first[k] : last[k]] = -np.inf
-    place = np.maximum(middle[heard] - round(BEFORE / seconds), 0)
+    place = np.maximum(near, 0).astype(np.int64)
+    place[clear] = crests.place[onset[clear]]
+    spread = np.where(clear, 0.0, SPREAD)
     at = np.searchsorted(frame, place)
     return Candidates(
         np.insert(frame, at, place),
         np.insert(found.coarse, at, False),
-        np.insert(found.spread, at, SPREAD),
+        np.insert(found.spread, at, spread),
         np.insert(odds, at, tones[heard]),
     )
 

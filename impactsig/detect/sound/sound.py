@@ -44,9 +44,11 @@ from ...errors import InvalidInput
 from ...impacts import CLIPPED
 from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
+from ._clicks import BESIDE as CLICK
+from ._clicks import are_clicks, lone_samples
 from ._decision import LATER, SOONER, candidates
-from ._kernels import BLOCK, EDGE, GROUP, Scale, measure, octave_powers
-from ._survey import Survey
+from ._kernels import BLOCK, GROUP, Scale, measure
+from ._survey import Survey, white_gains
 from ._windows import windows
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
@@ -135,6 +137,7 @@ def detect_sound(
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, modes.last)
     found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
+    single = [np.empty(0, np.bool_)]
     more = math.ceil(BESIDE * rate / scale.hop)
     for window in windows(pieces() if chosen else [], CORE * scale.hop):
         if window.segment not in chosen:
@@ -149,6 +152,8 @@ def detect_sound(
             places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
         out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
+        single.append(np.empty(len(places), np.bool_))
+        lone_samples(x, out[:, 0], valid, round(CLICK * rate), single[-1])
         modes.add(x, valid, out[:, 0])
         overlay.add(sounds, np.sqrt(out[:, 3]))
         out[:, 0] += window.segment + window.first - more * scale.hop
@@ -169,23 +174,25 @@ def detect_sound(
     error = np.where(instant == columns[:, 0], by_attack, error)
     # What may be no impact may as well begin anywhere within reach of where it was found.
     error = np.hypot(error, (1.0 - likely) ** 1.5 * scale.reach / math.sqrt(3.0))
+    clicks = are_clicks(np.concatenate(single))
     reason = ""
     if not len(columns):
         reason = (
             "the power rises nowhere as it does at an impact: the likeliest one has a "
             f"probability of {likeliest:.2g}"
         )
+    kept = ~clicks
     return SoundImpacts(
-        instant / rate,
-        columns[:, 1],
-        likely,
-        (CLIPPED * columns[:, 2]).astype(np.uint8),
+        instant[kept] / rate,
+        columns[kept, 1],
+        likely[kept],
+        (CLIPPED * columns[kept, 2]).astype(np.uint8),
         math.sqrt(2.0) * noise,
         noise,
-        float(alike.mean()) if len(alike) else 0.0,
+        float(alike[kept].mean()) if kept.any() else 0.0,
         reason,
-        gate_notes(survey, samples),
-        error / rate,
+        (*converter_notes(survey), *gate_notes(survey, samples), *click_notes(clicks)),
+        error[kept] / rate,
     )
 
 
@@ -271,8 +278,31 @@ def greatest_rise(
     return split - split % scale.hop
 
 
+def converter_notes(survey: Survey) -> tuple[str, ...]:
+    """A sentence where the converter does not resolve the noise."""
+    if survey.below_step <= 0.5 * len(survey.noise):
+        return ()
+    return (
+        "The noise is weaker than a step of the converter, so sounds of less than a step are "
+        "lost, and fade-outs click: record with a higher gain or more bits.",
+    )
+
+
+def click_notes(clicks: np.ndarray) -> tuple[str, ...]:
+    """A sentence where single samples were left out."""
+    count = np.count_nonzero(clicks)
+    if not count:
+        return ()
+    return (
+        f"{count} sudden rises are of single samples, as a loose cable or a lost word leaves them, "
+        "and not counted as impacts.",
+    )
+
+
 def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     """A sentence where a good part of the record is digital silence, time and again."""
+    if survey.below_step > 0.5 * len(survey.noise):
+        return ()
     silent = [np.concatenate(passage.silent) for passage in survey.passages]
     share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples
     stretches = sum(int(np.sum(part[1:] & ~part[:-1])) for part in silent)
@@ -290,18 +320,3 @@ def noise_rms(power: np.ndarray, scale: Scale) -> float:
     return math.sqrt(
         float(np.sum(power / (white_gains(scale) * 2.0 ** (1 + np.arange(len(power))))))
     )
-
-
-def white_gains(scale: Scale) -> np.ndarray:
-    """Power of each octave's details for white noise of power 1."""
-    half = EDGE * scale.hop
-    impulse = np.zeros(2 * half)
-    gains = np.zeros(scale.octaves)
-    even, odd, high = np.empty(half), np.empty(half), np.empty(half)
-    power = np.empty((scale.octaves, 1))
-    for shift in range(scale.hop):
-        impulse[:] = 0.0
-        impulse[half + shift] = 1.0
-        octave_powers(impulse, scale.octaves, even, odd, high, power)
-        gains += power[:, 0] * 2 * half / scale.hop
-    return gains
