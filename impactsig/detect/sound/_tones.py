@@ -3,7 +3,7 @@
 G is the likelihood of a rise in one narrow band, B the mean rise over all (`sound.py`). A crest of
 G that none within 25 ms exceeds has the log-odds
 
-    0.7 ln G + 1.7 ln B - 5.4 ln(G_1/2 + 5) - 1.5 ln(max(B_max, 0.15)) + 13.1,
+    0.7 ln G + 1.7 ln B - 5.4 ln(G_1/2 + 5) - 1.5 ln(max(B_max, 0.15)) + 12.1,
 
 but no more than G - 24 - 2 min(n, 5), for noise reaches a G of 20 about once an hour, and where it
 swells, making n crests of 10 to 20 a second, more than 20 as well. B is the greatest within
@@ -11,8 +11,8 @@ two frames, G_1/2 the median of G and B_max the greatest B within a second: wher
 and goes, a band rises now and then. An impact lies 2.3 ms before its crest of G, give or take 2 ms,
 for that is where its sound fills the window.
 
-Fitted by logistic regression to records of `benchmarks.varied_sound` and drums, as far as the
-octaves do not tell of an impact there.
+Fitted by logistic regression to records of `benchmarks.varied_sound` and drums, less 1, where the
+octaves do not tell of an impact.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 SLOPES = 0.7, 1.7, 5.4, 1.5  # of ln G, ln B, ln(G_1/2 + 5), ln B_max
-OFFSET = 13.1
+OFFSET = 12.1
 LEAST_MEDIAN, LEAST_LOUD = 5.0, 0.15
 NOISE = 24.0  # G that noise reaches once in a hundred hours
 FAINTEST = 20.0  # G, below which the odds are hopeless
