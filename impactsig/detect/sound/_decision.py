@@ -36,6 +36,10 @@ reach within a second and a quarter of one, at least a / 20 each. These odds are
 times the logarithm of the least of C / (0.35 a), C over a tenth of the greatest within 40 ms, C
 again no more than beyond tails, G / 7 and B over what it needs.
 
+Where none of these is above 0, a crest of G may tell of a low tone (`_tones.py`). It stands for all
+crests from 12 ms before it until 20 ms after it, and lies at the greatest crest of C within 6 ms of
+where it should, if that is 0.35 a or more.
+
 The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
 the third to synthetic sound and drums, also in rooms and noise, by logistic regression.
 """

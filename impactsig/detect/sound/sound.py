@@ -19,8 +19,10 @@ likelihood ratio of a rise is
     G = max_b n_b/2 (x_b - 1 - ln x_b),    x_b > 1.
 
 C tells impacts apart that follow within milliseconds. B detects them where other sound goes on, for
-ringing does not raise it and a rattle does only a little. `_decision.py` holds how the two
-decide, and how likely each impact is one.
+ringing does not raise it and a rattle does only a little. G detects low tones, which octaves do not
+hear (`_tones.py`). `_decision.py` holds how they decide, and how likely each impact is one. What a
+converter of that step leaves of a constant sound is no rise: L_b is at least that of white noise
+of a quarter of its square. Rises of single samples are clicks (`_clicks.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms give the
