@@ -36,6 +36,10 @@ reach within a second and a quarter of one, at least a / 20 each. These odds are
 times the logarithm of the least of C / (0.35 a), C over a tenth of the greatest within 40 ms, C
 again no more than beyond tails, G / 7 and B over what it needs.
 
+Where none of these is above 0, a crest of G may tell of a low tone (`_tones.py`). It stands for all
+crests from 12 ms before it until 20 ms after it, and lies at the greatest crest of C within 6 ms of
+where it should, if that is 0.35 a or more.
+
 The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
 the third to synthetic sound and drums, also in rooms and noise, by logistic regression.
 """
@@ -49,6 +53,7 @@ import numpy as np
 from ._kernels import BLOCK, GROUP, Scale, greatest_between, greatest_but
 from ._survey import SAMPLED, Passage
 from ._tails import beyond_tails
+from ._tones import BEFORE, SPREAD, tone_odds
 
 APART = 25e-3  # [s], crests of B
 LEAST_BANDS = 0.33  # rise in the mean over narrow bands [neper of power]
@@ -88,6 +93,7 @@ class Candidates(NamedTuple):
 
     frame: np.ndarray  # of the octaves
     coarse: np.ndarray  # bool: from narrow bands alone, and so only known to some 10 ms
+    spread: np.ndarray  # standard deviation of the instant as far as the frame tells it [s]
     probability: np.ndarray
 
 
@@ -145,10 +151,58 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     often = RAREST + others / (len(b) * GROUP * seconds + UNHEARD)
     odds = log_odds(by_octaves, by_bands, often)
     odds[: len(place)] = np.maximum(odds[: len(place)], among)
-    likely = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
-    order = np.argsort(frame, kind="stable")
     coarse = np.arange(len(frame)) >= len(place)
-    return Candidates(frame[order], coarse[order], likely[order])
+    order = np.argsort(frame, kind="stable")
+    found = Candidates(frame[order], coarse[order], np.zeros(len(frame)), odds[order])
+    found = with_tones(found, crests, passage, b, audible, seconds)
+    likely = 1.0 / (1.0 + np.exp(-np.clip(found.probability, -50.0, 50.0)))
+    return found._replace(probability=likely)
+
+
+def with_tones(
+    found: Candidates,
+    crests: Crests,
+    passage: Passage,
+    b: np.ndarray,
+    audible: float,
+    seconds: float,
+) -> Candidates:
+    """Candidates and low tones, where none of the former is as likely; all of them with log-odds.
+
+    A low tone stands for all less likely candidates beside it.
+    """
+    per = GROUP * seconds
+    g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
+    crest = separate_crests(g, round(APART / per))
+    crest, tones = tone_odds(crest, g, greatest_within(b, 2), round(RATTLE_WITHIN / per))
+    frame, odds = found.frame, found.probability.copy()
+    middle = GROUP * crest
+    first, last = np.searchsorted(frame, (middle - SOONER / seconds, middle + LATER / seconds))
+    best = np.empty(len(crest), np.int64)
+    greatest_between(odds, first, last, best)
+    beside = np.full(len(crest), -np.inf)
+    beside[best >= 0] = odds[best[best >= 0]]
+    heard = np.flatnonzero((tones > beside) & (beside < 0.0))
+    near = middle[heard] - BEFORE / seconds
+    first_near, last_near = np.searchsorted(
+        crests.place, (near - 3.0 * SPREAD / seconds, near + 3.0 * SPREAD / seconds)
+    )
+    onset = np.empty(len(heard), np.int64)
+    greatest_between(crests.height, first_near, last_near, onset)
+    clear = onset >= 0
+    clear[clear] = crests.height[onset[clear]] >= LEAST_OCTAVES * audible
+    for k in heard:
+        odds[first[k] : last[k]] = -np.inf
+    place = np.maximum(near, 0).astype(np.int64)
+    place[clear] = crests.place[onset[clear]]
+    spread = np.where(clear, 0.0, SPREAD)
+    at = np.searchsorted(frame, place)
+    return Candidates(
+        np.insert(frame, at, place),
+        np.insert(found.coarse, at, False),
+        np.insert(found.spread, at, spread),
+        np.insert(odds, at, tones[heard]),
+    )
 
 
 def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:

@@ -22,6 +22,7 @@ GROUP = 16  # frames that share one power that the background is read from
 ALIKE_SAMPLES = 1.2  # innovations over a lag of 1 that count as one, for what is not known
 MOST_TOGETHER, JUMP = 0.5, 3.0  # power of other lags, at most, and jump [neper] that halves it
 CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
+CHANGES = 50  # of a sample to the next, that show the step of a converter
 EDGE = 4  # frames beside a stretch that its octave powers depend on
 
 
@@ -127,6 +128,18 @@ def loudness(after, background, weights, frames, out):
             if after[b, j] > level > 0.0:
                 total += weights[b] * np.log(after[b, j] / level)
         out[k] = total
+
+
+@njit(nogil=True)
+def least_step(x):
+    """The least difference, but for 0, of two samples in a row; infinite if hardly any differ."""
+    least, changes = np.inf, 0
+    for i in range(1, len(x)):
+        step = abs(x[i] - x[i - 1])
+        if step > 0.0:
+            changes += 1
+            least = min(least, step)
+    return least if changes >= CHANGES else np.inf
 
 
 @njit(nogil=True)

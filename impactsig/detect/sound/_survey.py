@@ -23,6 +23,7 @@ from ._kernels import (
     Scale,
     both_sides,
     crests,
+    least_step,
     loudness,
     octave_powers,
     octave_rise,
@@ -34,6 +35,7 @@ PART = 8  # frames of the octaves that share one power that the background is re
 SAMPLED = 16  # frames of the octaves, one of which is kept
 LAG = 10e-3  # [s], over which narrow bands rise
 LOW = 200.0  # [Hz], below which a rise in one narrow band tells nothing
+TOGGLING = 0.25  # greatest variance, in squared steps, of a sample that is one of two codes
 LEAST = 0.5  # crests kept, in standard deviations of the rise in noise
 
 
@@ -74,6 +76,7 @@ class Slab:
     silent: np.ndarray  # (GROUPs,)
     greatest: float  # magnitude of a sample
     resolution: float  # of the numbers that hold the samples
+    step: float  # least difference of two samples in a row; infinite if there is none
 
     @property
     def blocks(self) -> int:
@@ -97,6 +100,8 @@ class Survey:
     noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each window
     slabs: list[Slab] = field(default_factory=list)
     done: int = 0  # of the slabs
+    below_step: int = 0  # slabs whose noise the converter does not resolve
+    gains: np.ndarray = field(init=False)  # power of octaves for white noise of power 1
     tail: np.ndarray = field(default_factory=lambda: np.empty(0))  # rise not yet searched
     tail_loud: np.ndarray = field(default_factory=lambda: np.empty(0))  # the loudness there
     carried: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))  # last band powers
@@ -107,6 +112,7 @@ class Survey:
         self.bands = bands_at(self.rate, hop)
         self.gate = Gate(scale, self.rate, self.bands)
         self.weights = octave_weights(scale)
+        self.gains = white_gains(scale)
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
         self.spread = math.sqrt(scale.octaves) / float(np.sqrt(count).sum())
         self.lag = max(round(LAG * self.rate / hop), 1)
@@ -199,6 +205,7 @@ class Survey:
             silent[inner],
             greatest,
             resolution,
+            least_step(core),
         )
 
     def _settle(self) -> None:
@@ -257,12 +264,16 @@ class Survey:
         octaves = np.concatenate([slab.levels for slab in beside], axis=1)
         noise = noise_power(parts[:, near], sound[near], self.part_bias)
         self.noise.append(noise)
+        step = min(slab.step for slab in beside)
+        toggling = TOGGLING * step**2 if math.isfinite(step) else 0.0
+        self.below_step += bool(np.median(noise) < toggling * np.median(self.gains) / 3.0)
+        noise = np.maximum(noise, toggling * self.gains)
         rounding = np.full(len(noise), max(slab.resolution for slab in beside) * greatest) ** 2
         found.append((np.maximum(noise, rounding), octaves))
         bands = np.concatenate([slab.means for slab in beside], axis=1)
         sound = np.concatenate([slab.means_sound for slab in beside])
         noise = noise_power(bands[:, begin:end], sound[begin:end], self.mean_bias)
-        rounding = (ROUNDING * greatest) ** 2 * self.bands.gain
+        rounding = np.maximum((ROUNDING * greatest) ** 2, toggling) * self.bands.gain
         found.append((np.maximum(noise, rounding), bands))
         out = []
         for noise, means in found:
@@ -309,3 +320,18 @@ def whole_blocks(values: np.ndarray, per: int) -> np.ndarray:
     if not missing:
         return values
     return np.concatenate((values, np.zeros((len(values), missing), values.dtype)), axis=1)
+
+
+def white_gains(scale: Scale) -> np.ndarray:
+    """Power of each octave's details for white noise of power 1."""
+    half = EDGE * scale.hop
+    impulse = np.zeros(2 * half)
+    gains = np.zeros(scale.octaves)
+    even, odd, high = np.empty(half), np.empty(half), np.empty(half)
+    power = np.empty((scale.octaves, 1))
+    for shift in range(scale.hop):
+        impulse[:] = 0.0
+        impulse[half + shift] = 1.0
+        octave_powers(impulse, scale.octaves, even, odd, high, power)
+        gains += power[:, 0] * 2 * half / scale.hop
+    return gains

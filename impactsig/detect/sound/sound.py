@@ -19,8 +19,10 @@ likelihood ratio of a rise is
     G = max_b n_b/2 (x_b - 1 - ln x_b),    x_b > 1.
 
 C tells impacts apart that follow within milliseconds. B detects them where other sound goes on, for
-ringing does not raise it and a rattle does only a little. `_decision.py` holds how the two
-decide, and how likely each impact is one.
+ringing does not raise it and a rattle does only a little. G detects low tones, which octaves do not
+hear (`_tones.py`). `_decision.py` holds how they decide, and how likely each impact is one. What a
+converter of that step leaves of a constant sound is no rise: L_b is at least that of white noise
+of a quarter of its square. Rises of single samples are clicks (`_clicks.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms give the
@@ -44,9 +46,11 @@ from ...errors import InvalidInput
 from ...impacts import CLIPPED
 from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
+from ._clicks import BESIDE as CLICK
+from ._clicks import are_clicks, lone_samples
 from ._decision import LATER, SOONER, candidates
-from ._kernels import BLOCK, EDGE, GROUP, Scale, measure, octave_powers
-from ._survey import Survey
+from ._kernels import BLOCK, GROUP, Scale, measure
+from ._survey import Survey, white_gains
 from ._windows import windows
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
@@ -85,6 +89,7 @@ class Chosen(NamedTuple):
 
     frame: np.ndarray
     coarse: np.ndarray
+    spread: np.ndarray
     probability: np.ndarray
 
 
@@ -133,7 +138,8 @@ def detect_sound(
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, modes.last)
-    found, chances = [np.empty((0, 5))], [np.empty(0)]
+    found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
+    single = [np.empty(0, np.bool_)]
     more = math.ceil(BESIDE * rate / scale.hop)
     for window in windows(pieces() if chosen else [], CORE * scale.hop):
         if window.segment not in chosen:
@@ -148,11 +154,14 @@ def detect_sound(
             places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
         out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
+        single.append(np.empty(len(places), np.bool_))
+        lone_samples(x, out[:, 0], valid, round(CLICK * rate), single[-1])
         modes.add(x, valid, out[:, 0])
         overlay.add(sounds, np.sqrt(out[:, 3]))
         out[:, 0] += window.segment + window.first - more * scale.hop
         found.append(out)
         chances.append(passage.probability[here])
+        spreads.append(passage.spread[here])
     columns = np.concatenate(found)
     likely = np.concatenate(chances)
     (by_wave, wave_error), by_modes = overlay.timing(), modes.timing()
@@ -163,26 +172,29 @@ def detect_sound(
     alike = np.isfinite(by_wave) & (within | (apart <= beside))
     instant = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
     error = np.where(alike, wave_error, by_modes.error)
-    error = np.where(instant == columns[:, 0], attack_errors(columns), error)
+    by_attack = np.hypot(attack_errors(columns), rate * np.concatenate(spreads))
+    error = np.where(instant == columns[:, 0], by_attack, error)
     # What may be no impact may as well begin anywhere within reach of where it was found.
     error = np.hypot(error, (1.0 - likely) ** 1.5 * scale.reach / math.sqrt(3.0))
+    clicks = are_clicks(np.concatenate(single))
     reason = ""
     if not len(columns):
         reason = (
             "the power rises nowhere as it does at an impact: the likeliest one has a "
             f"probability of {likeliest:.2g}"
         )
+    kept = ~clicks
     return SoundImpacts(
-        instant / rate,
-        columns[:, 1],
-        likely,
-        (CLIPPED * columns[:, 2]).astype(np.uint8),
+        instant[kept] / rate,
+        columns[kept, 1],
+        likely[kept],
+        (CLIPPED * columns[kept, 2]).astype(np.uint8),
         math.sqrt(2.0) * noise,
         noise,
-        float(alike.mean()) if len(alike) else 0.0,
+        float(alike[kept].mean()) if kept.any() else 0.0,
         reason,
-        gate_notes(survey, samples),
-        error / rate,
+        (*converter_notes(survey), *gate_notes(survey, samples), *click_notes(clicks)),
+        error[kept] / rate,
     )
 
 
@@ -268,8 +280,31 @@ def greatest_rise(
     return split - split % scale.hop
 
 
+def converter_notes(survey: Survey) -> tuple[str, ...]:
+    """A sentence where the converter does not resolve the noise."""
+    if survey.below_step <= 0.5 * len(survey.noise):
+        return ()
+    return (
+        "The noise is weaker than a step of the converter, so sounds of less than a step are "
+        "lost, and fade-outs click: record with a higher gain or more bits.",
+    )
+
+
+def click_notes(clicks: np.ndarray) -> tuple[str, ...]:
+    """A sentence where single samples were left out."""
+    count = np.count_nonzero(clicks)
+    if not count:
+        return ()
+    return (
+        f"{count} sudden rises are of single samples, as a loose cable or a lost word leaves them, "
+        "and not counted as impacts.",
+    )
+
+
 def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     """A sentence where a good part of the record is digital silence, time and again."""
+    if survey.below_step > 0.5 * len(survey.noise):
+        return ()
     silent = [np.concatenate(passage.silent) for passage in survey.passages]
     share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples
     stretches = sum(int(np.sum(part[1:] & ~part[:-1])) for part in silent)
@@ -287,18 +322,3 @@ def noise_rms(power: np.ndarray, scale: Scale) -> float:
     return math.sqrt(
         float(np.sum(power / (white_gains(scale) * 2.0 ** (1 + np.arange(len(power))))))
     )
-
-
-def white_gains(scale: Scale) -> np.ndarray:
-    """Power of each octave's details for white noise of power 1."""
-    half = EDGE * scale.hop
-    impulse = np.zeros(2 * half)
-    gains = np.zeros(scale.octaves)
-    even, odd, high = np.empty(half), np.empty(half), np.empty(half)
-    power = np.empty((scale.octaves, 1))
-    for shift in range(scale.hop):
-        impulse[:] = 0.0
-        impulse[half + shift] = 1.0
-        octave_powers(impulse, scale.octaves, even, odd, high, power)
-        gains += power[:, 0] * 2 * half / scale.hop
-    return gains
