@@ -24,7 +24,7 @@ MOST_STEPS = 512
 STILL_CLOSE = 0.6
 """Share of the pairs that must not be that far apart, in the scaling region."""
 
-SATURATED = 1.5
+SATURATED, SATURATED_FREED = 1.5, 1.2
 """A pair is as far apart as any two from a factor exp(-1.5) of their median gap on."""
 
 
@@ -96,7 +96,7 @@ def _follow(given: Setting, steps: int) -> Followed:
         beyond, ended, freed = close < STILL_CLOSE, close.min() < 0.5, None
     else:
         freed = _widened(freed_curve(log, one, given.noise), mutual)
-        limit = unrelated_width(given.values, given.theiler, given.noise) - SATURATED
+        limit = unrelated_width(given.values, given.theiler, given.noise) - SATURATED_FREED
         beyond = freed.stretch > limit
         ended = bool(beyond.any())
     end = int(np.argmax(beyond)) - 1 if beyond.any() else steps
