@@ -30,7 +30,7 @@ class Stated(NamedTuple):
 
 
 def stated_errors(x: Any, timing: float | None, value: float | None) -> Stated | None:
-    """The errors as given, or else by the `time_error` of impacts; None where they are not known."""
+    """The errors as given, or else by the `time_error` of impacts; None where not known."""
     if timing is not None:
         timing = number("timing_error", timing, least=0)
     if value is not None:
@@ -40,5 +40,7 @@ def stated_errors(x: Any, timing: float | None, value: float | None) -> Stated |
     if isinstance(x, Impacts) and x.time_error is not None:
         errors = x.time_error[np.isfinite(x.time_error)]
         if len(errors):
-            return Stated(float(np.sqrt(np.mean(errors**2))), 0.0, "by the time_error of the impacts")
+            return Stated(
+                float(np.sqrt(np.mean(errors**2))), 0.0, "by the time_error of the impacts"
+            )
     return None

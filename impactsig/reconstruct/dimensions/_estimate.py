@@ -32,7 +32,7 @@ STEEP, LARGEST_STEEP = 1.5, 0.01
 """Above that slope the extent of the attractor shows from this K on."""
 
 LARGEST_SHARE = 0.08
-"""Share of the extent up to which slopes D are read where less than 1.6 e-folds are below `LARGEST`.
+"""Share of the extent up to which slopes D of less than 1.6 e-folds below `LARGEST` are read.
 
 There K is about 0.08^D: more than 0.03 where D is below 1.4, as a scale is a lesser share of an
 attractor of a lower dimension at the same K. The extent lessens the last local slopes by 10 %.

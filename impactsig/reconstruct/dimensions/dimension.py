@@ -271,8 +271,8 @@ def correlation_dimension(
     twice the resolution and the scale whose kernel sums to 60 pairs, or to 0.25 pairs for each
     vector where that leaves W = 1.6 e-folds; at H2 is K = 0.03 (0.01 where the slope is above 1.5,
     if that leaves W = 1.6), or less where the slope rises there and vectors of unrelated values
-    explain it: with m coordinates, K_1(H)^m of the pairs are near by chance. `fit` reads it
-    otherwise.
+    explain it: with m coordinates, K_1(H)^m of the pairs are near by chance. Where this leaves less
+    than 1.6 e-folds and the slope D is below 1.4, at H2 is K = 0.08^D. `fit` reads it otherwise.
 
     The slope is the primary result. Its interval is for the noise-free slope between the same two
     scales; it covers chance (the scatter over 32 blocks of time) and, where they are, the doubt

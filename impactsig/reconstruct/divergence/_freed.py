@@ -1,6 +1,7 @@
 r"""The stretch of gaps freed of measurement noise, by a Gaussian kernel.
 
-With d the observed gap of a pair after k steps and s the standard deviation of the noise on a value,
+With d the gap of a pair after k steps as observed, and s the standard deviation of the noise on a
+value,
 
 .. math:: A_k(H) = \frac{H}{\sqrt{H^2 - s^2}}
     \Big\langle \exp\Big(-\frac{d^2}{4 (H^2 - s^2)}\Big) \Big\rangle
@@ -35,7 +36,7 @@ DIFFERENCE = 1e-2
 
 
 def freed_curve(log: np.ndarray, time: np.ndarray, noise: float) -> Curve:
-    """ln H_k with its scatter over blocks of time; `LOWEST` where H_k is below the noise.
+    """The stretch ln H_k with its scatter over blocks of time; `LOWEST` where H_k is below the noise.
 
     Parameters
     ----------
@@ -53,9 +54,7 @@ def freed_curve(log: np.ndarray, time: np.ndarray, noise: float) -> Curve:
         stretch[k] = width(gaps, noise)
         if stretch[k] == LOWEST:
             continue
-        up, down = (
-            _excess(gaps, noise, stretch[k] + sign * DIFFERENCE).mean() for sign in (1, -1)
-        )
+        up, down = (_excess(gaps, noise, stretch[k] + sign * DIFFERENCE).mean() for sign in (1, -1))
         sums = np.bincount(block, _excess(gaps, noise, stretch[k]), BLOCKS)
         # As if all blocks were as large as the mean one.
         blocks[:, k] = -sums * BLOCKS / len(time) * 2 * DIFFERENCE / (up - down)
@@ -63,7 +62,7 @@ def freed_curve(log: np.ndarray, time: np.ndarray, noise: float) -> Curve:
 
 
 def width(gaps: np.ndarray, noise: float) -> float:
-    """ln H at which the kernel over gaps, given by their logarithms, is `LEVEL` on the mean."""
+    """The ln H at which the kernel over gaps, given as logarithms, is `LEVEL` on the mean."""
     low = math.log(LEAST_WIDTH * noise) if noise else float(np.quantile(gaps, 0.1)) - 3.0
     high = float(gaps.max()) + 1.0
     if not LOWEST / 2 < low < high or _excess(gaps, noise, low).mean() >= 0:
@@ -73,7 +72,7 @@ def width(gaps: np.ndarray, noise: float) -> float:
 
 
 def unrelated_width(values: np.ndarray, theiler: int, noise: float) -> float:
-    """ln H of the gaps of any two values, at which the stretch ends."""
+    """The ln H of the gaps of any two values, at which the stretch ends."""
     i, j = np.random.default_rng(0).integers(len(values), size=(2, PAIRS))
     gaps = np.abs(values[i] - values[j])[np.abs(i - j) > theiler]
     gaps = gaps[np.isfinite(gaps)]
