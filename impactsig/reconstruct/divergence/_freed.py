@@ -36,7 +36,7 @@ DIFFERENCE = 1e-2
 
 
 def freed_curve(log: np.ndarray, time: np.ndarray, noise: float) -> Curve:
-    """The stretch ln H_k with its scatter over blocks of time; `LOWEST` where H_k is below the noise.
+    """The stretch ln H_k with its scatter over blocks; `LOWEST` where H_k is below the noise.
 
     Parameters
     ----------
