@@ -49,6 +49,8 @@ DISTURBANCES = (
 )
 SEEN = 8.0
 """Height over the noise of a matched filter, from which on an impact counts."""
+CODES = 2.0
+"""Height in steps of the converter, from which on it does."""
 
 
 def disturbed(x, rate, contact, height, kind, rng):
@@ -100,7 +102,7 @@ def disturbed(x, rate, contact, height, kind, rng):
 
 
 def record(seed: int, kind: str):
-    """Samples, rate, instants, contact times, heights and noise of one record."""
+    """Samples, rate, instants and contact times of one record, and which impacts can be seen."""
     rng = np.random.default_rng(seed)
     rate = float(rng.choice([10e3, 20e3, 25.6e3, 50e3, 51.2e3, 60e3, 100e3]))
     contact = min(rng.choice([5, 8, 15, 30, 60, 150]) * rng.uniform(0.8, 1.25) / rate, 8e-3)
@@ -137,17 +139,20 @@ def record(seed: int, kind: str):
     usual = float(np.median(height))
     noise = usual * 10 ** (-float(rng.choice([15, 20, 30, 40, 60])) / 20)
     x = disturbed(x, rate, contact, usual, kind, rng) + noise * rng.standard_normal(len(x))
+    # The energy of a pulse of height 1 in samples is what a matched filter gathers.
+    energy = contact * rate * np.mean(SHAPES[shape](np.linspace(0, 1, 1000)) ** 2)
+    seen = height * np.sqrt(energy) > SEEN * noise
     if kind == "converter":
         step = usual / rng.choice([5, 20, 300])
         x = np.round(x / step) * step
-    return x, rate, time, contacts, height, noise
+        seen &= height > CODES * step
+    return x, rate, time, contacts, seen
 
 
 def result(seed: int, kind: str) -> tuple[float, int, int, int, bool]:
     """F1, missed, false, impacts in the record, and whether there was a note."""
-    x, rate, time, contacts, height, noise = record(seed, kind)
+    x, rate, time, contacts, seen = record(seed, kind)
     found = impactsig.detect_impacts(impactsig.Recording(x, rate, sensor="force"))
-    seen = height * np.sqrt(contacts * rate / 2) / noise > SEEN
     tolerance = max(1e-3, 0.5 * float(np.median(contacts)))
     _, _, pairs = score(found.time, time, tolerance)
     hit = np.zeros(len(time), bool)

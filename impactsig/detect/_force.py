@@ -39,6 +39,7 @@ from .search.judging_kernels import (
     with_neighbors,
     worst,
 )
+from .search.shoulder_kernels import Noise, tails
 from .search.span import Span
 from .search.spans import BESIDE, LEAST, Spans
 from .search.swing_kernels import bursts, swings_back
@@ -48,6 +49,8 @@ from .signal.stream import FRAME, Frame, Piece, frames
 LONGEST, LONGER = (0.03, 64.0), (1.0, 1024.0)
 """Longest contact unless the user says otherwise, and where no pulse is as short as that: so many
 seconds or samples, whichever is more."""
+APART = 4.0
+"""Times the mean distance of the crests of bursts: two bursts are so far apart."""
 MOST_SAMPLES = 1e6
 """Longest contact that may be asked for."""
 
@@ -186,7 +189,7 @@ class _Search:
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
             samples, origin = self._measure(k, events, group, again, rows)
-            marks, ends, swung = np.empty((3, len(rows)), np.bool_)
+            marks, ends, swung, trailing = np.empty((4, len(rows)), np.bool_)
             if own_width(events, rows, grid.rungs.width, span.noise, marks):
                 self._measure(k, events, group, with_neighbors(marks), rows)
             if too_long(rows, judge.longest, marks):
@@ -198,18 +201,23 @@ class _Search:
                     return self._report(k, segment)
                 rows[marks, 5] = NO_PULSE  # faint ones, which nothing was judged by
             swings_back(samples, origin, dropouts, rows, swung)
-            if whole and bursts(rows, swung, marks):
-                self.found.disturbances += _stretches(rows, marks, segment)
+            noise = Noise(grid.rungs.width, span.noise, span.step)
+            tails(samples, origin, noise, rows, events, trailing)
+            if whole and bursts(samples, origin, span.sigma, rows, swung, marks):
+                span.bursts += _stretches(rows, marks)
                 if self._took_out(span, events[marks]):
                     return self._report(k, segment)
                 swung |= marks
+            for one in beside:
+                for start, end, height in one.bursts:
+                    swung |= (rows[:, 0] >= start) & (rows[:, 0] < end) & (rows[:, 2] < height)
             kept = marks
             consistent(rows, self.total, judge.shortest, kept, ends)
             if ends.any():
                 for i in np.flatnonzero(kept & ends):
                     kept[i] = rows[i, 9] > LEAST * one_sided_noise(span, rows[i, 7])
             kept &= ~measured_ringing(rows, group)
-            kept &= ~swung
+            kept &= ~(swung | trailing)
             if leave_alone(rows, kept):
                 break
             whole = False
@@ -220,6 +228,10 @@ class _Search:
         self.found.disturbances += [
             one._replace(start=one.start + segment)
             for one in disturbances(spans, k, span.events[judge.too_wide[own]])
+        ]
+        self.found.disturbances += [
+            Disturbance("burst", start + segment, end - start, height)
+            for start, end, height in span.bursts
         ]
         share_shape(rows, self.wanted.contact_level == 0)
         if len(dropouts):
@@ -267,12 +279,12 @@ class _Search:
         return samples, origin
 
 
-def _stretches(rows: np.ndarray, marks: np.ndarray, segment: int) -> list[Disturbance]:
-    """The bursts that consist of the rows that are marked."""
-    found = []
-    place = np.flatnonzero(marks)
-    for group in np.split(place, np.flatnonzero(np.diff(place) > 1) + 1):
-        start, end = rows[group, 0].min(), (rows[group, 0] + rows[group, 1]).max()
-        height = float(rows[group, 2].max())
-        found.append(Disturbance("burst", start + segment, end - start, height))
-    return found
+def _stretches(rows: np.ndarray, marks: np.ndarray) -> list[tuple[float, float, float]]:
+    """Start, end and height of the bursts that consist of the rows that are marked."""
+    crests = rows[marks]
+    gaps = np.diff(crests[:, 0])
+    apart = np.flatnonzero(gaps > APART * gaps.mean()) + 1 if len(gaps) else np.empty(0, np.intp)
+    return [
+        (one[0, 0], float((one[:, 0] + one[:, 1]).max()), float(one[:, 2].max()))
+        for one in np.split(crests, apart)
+    ]

@@ -7,6 +7,7 @@ import numpy as np
 from ..impacts import UNRESOLVED
 from ._force import LONGEST
 from ._force_impacts import ForceImpacts
+from ._merge import Columns
 
 FAINT = 1.4
 """Times the threshold: below it, as many impacts are missed as are found."""
@@ -14,6 +15,11 @@ SHORT = 0.5
 """Of the usual contact: a time constant below it takes most of the pulse."""
 MANY = 0.1
 """Share of the impacts that a note is worth."""
+CLOSE = 1.5
+"""Contacts after the start of one impact, within which another may be the same, ringing."""
+OFTEN, ALIKE, FEWEST = 0.4, 0.12, 5
+"""Share of impacts that are followed so, relative spread of heights and delays, and how many there
+are, from which on (up to which) the sensor is suspected."""
 
 
 def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, ...]:
@@ -83,6 +89,34 @@ def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, .
             f"({found.longest:g} s): if they are impacts, give contact_time=(0, {3 * typical:.2g})."
         )
     return tuple(notes)
+
+
+def ringing_note(columns: Columns) -> tuple[str, ...]:
+    """A sentence where most impacts are closely followed by another, all alike; or none."""
+    time, contact, peak = (columns[name] for name in ("time", "contact_time", "peak"))
+    delays = np.diff(time)
+    close = delays < CLOSE * contact[:-1]
+    count = int(np.count_nonzero(close))
+    share = count / max(len(time) - count, 1)
+    if share < OFTEN or count < FEWEST:
+        return ()
+    heights = np.abs(peak)
+    delay, late = _spread(delays[close])
+    ratio, uneven = _spread((heights[1:] / heights[:-1])[close])
+    # Where all are equally high, alike pairs tell nothing.
+    if max(late, uneven) > min(ALIKE, _spread(heights[:-1][close])[1]):
+        return ()
+    return (
+        f"{share:.0%} of the impacts are followed after {delay:.2g} s, while they last or hardly "
+        f"later, by one of {ratio:.2g} of their height, all much alike: a sensor that rings does "
+        f"so. merge_within={CLOSE * delay:.2g} takes them for one.",
+    )
+
+
+def _spread(values: np.ndarray) -> tuple[float, float]:
+    """Median, and standard deviation over it, which outliers leave alone."""
+    low, median, high = np.quantile(values, (0.16, 0.5, 0.84))
+    return float(median), float(0.5 * (high - low) / median)
 
 
 def _durations(found: ForceImpacts, kind: str) -> list[float]:

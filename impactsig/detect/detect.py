@@ -24,7 +24,7 @@ from ._asked import (
 from ._channels import detect_channels
 from ._force import MOST_SAMPLES, Wanted, detect_force
 from ._merge import Columns, keep_first, merge
-from ._notes import force_notes
+from ._notes import force_notes, ringing_note
 from .signal.source import Gaps, Source, open_source
 
 Polarity = Literal["auto", "positive", "negative"]
@@ -288,6 +288,8 @@ def detect_channel(
         columns = keep_first(columns, dead_time)
     if merge_within > 0:
         columns = merge(columns, merge_within)
+    if kind == "force":
+        run["notes"] = (*run.get("notes", ()), *ringing_note(columns))
     head = opened.head
     known: dict[str, Any] = {**columns, **run}
     settings |= known.pop("settings")

@@ -21,6 +21,7 @@ from .._correction_files import beside, sha256
 from .._impact_tables import read_npz, write_npz
 from ..errors import ImpactsigError, InvalidInput, UnreadableFile, UnwritableFile
 from ..impacts import Impacts
+from ..io.companions import settings_beside
 from ..studies.fingerprint import digest
 from ._run import Run
 
@@ -32,15 +33,16 @@ SETTLED = 2.0
 
 
 def content_of(path: Path) -> str:
-    """Digest of a recording and of the corrections beside it.
+    """Digest of a recording and of the settings and corrections beside it.
 
     Raises
     ------
     UnreadableFile
         If it cannot be read.
     """
-    corrections = beside(path)
-    return digest(f"{sha256(path)} {sha256(corrections) if corrections.is_file() else ''}")
+    settings, corrections = settings_beside(path), beside(path)
+    told = sha256(path) if settings is None else f"{sha256(path)} {sha256(settings)}"
+    return digest(f"{told} {sha256(corrections) if corrections.is_file() else ''}")
 
 
 def key_of(content: str, settings: str, frequency: float | None) -> str:
@@ -137,12 +139,16 @@ class Kept:
 
 
 def _stamp(path: Path) -> list[int] | None:
-    """Sizes and times of a recording and its corrections."""
-    try:
-        own = path.stat()
-    except OSError:
-        return None
-    corrections = beside(path)
-    other = corrections.stat() if corrections.is_file() else None
-    edited = (0, 0) if other is None else (other.st_size, other.st_mtime_ns)
-    return [own.st_size, own.st_mtime_ns, *edited]
+    """Sizes and times of a recording, its corrections and its settings."""
+    settings = settings_beside(path)
+    stamp = []
+    for one in (path, beside(path), *(() if settings is None else (settings,))):
+        try:
+            state = one.stat()
+        except OSError:
+            if one == path:
+                return None
+            stamp += [0, 0]
+        else:
+            stamp += [state.st_size, state.st_mtime_ns]
+    return stamp

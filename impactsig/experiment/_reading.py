@@ -12,6 +12,7 @@ import numpy as np
 
 from .._arguments import thread_count
 from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput
+from ..io.companions import without_settings
 from ..io.formats import FORMATS
 from ..studies.fingerprint import digest, own_code
 from ..studies.sweeping import sweep
@@ -46,9 +47,9 @@ def recordings_of(folder: Path, rig: Rig) -> list[Path]:
         raise InvalidInput("folder", folder, "a folder of recordings")
     endings = {ending for one in FORMATS for ending in one.extensions}
     table = rig.parameter.get("table")
-    found = sorted(
+    found = without_settings(
         path
-        for path in folder.glob(rig.files or "**/*")
+        for path in sorted(folder.glob(rig.files or "**/*"))
         if path.is_file()
         and (rig.files or path.suffix.lower() in endings)
         and not any(part.startswith(".") for part in path.relative_to(folder).parts)

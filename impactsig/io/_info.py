@@ -40,7 +40,7 @@ class FileInfo:
     Parameters
     ----------
     path : str
-        The file.
+        The file; that of the samples, where settings stand in another.
     format : str
         Name of its format.
     bytes : int
@@ -114,10 +114,11 @@ def info(
     source = open_file(path, limits, raw)
     source.close()
     channels = tuple(ChannelInfo(s.name, s.unit, s.rate, s.length) for s in source.signals)
+    holding = source.path or Path(path)
     return FileInfo(
-        str(path),
+        str(holding),
         source.format,
-        Path(path).stat().st_size,
+        holding.stat().st_size,
         channels,
         next((s.recorded_at for s in source.signals if s.recorded_at is not None), None),
         bool(source.truncated),

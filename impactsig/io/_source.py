@@ -75,6 +75,8 @@ class Source:
         ``times()`` returns the time of each row [s], where these are uneven.
     metadata : mapping of str to str
         What the file says of the whole of it beside its channels.
+    path : path-like, optional
+        The file that holds the samples, where it is not the one that was opened.
     """
 
     format: str
@@ -87,6 +89,7 @@ class Source:
     notes: tuple[str, ...] = ()
     times: Callable[[], np.ndarray] | None = None
     metadata: Mapping[str, str] = field(default_factory=dict)
+    path: Path | None = None
 
 
 def memory_reader(columns: list[np.ndarray]) -> Callable[[list[int], int, int], np.ndarray]:

@@ -184,6 +184,25 @@ def test_corrections_beside_a_recording_are_part_of_it(tmp_path, counted):
     assert len(counted) == 2
 
 
+def test_the_settings_beside_a_recording_are_part_of_it(tmp_path, counted):
+    """Samples and settings in two files are one run, and either is looked at for changes."""
+    whole, _ = soundfile.read(record(tmp_path / "20Hz.wav", 20.0))
+    (tmp_path / "20Hz.wav").unlink()
+    samples, settings = tmp_path / "20Hz.Wfm.csv", tmp_path / "20Hz.csv"
+    samples.write_text("".join(f"{one:.6e}\n" for one in whole))
+    words = "SignalResolution:{}:\nXStart:0:\nVerticalUnit:V:\nSignalHardwareRecordLength:{}:\n"
+    rig = Rig(
+        parameter={"name": "frequency", "from": "file name", "pattern": "(?P<value>[0-9]+)Hz"}
+    )
+    for resolution in (1e-4, 2e-4):
+        settings.write_text(words.format(resolution, len(whole)))
+        found = Experiment.read(tmp_path, rig, workers=1)
+        assert not found.errors
+        assert list(found.to_frame()["duration"]) == [pytest.approx(len(whole) * resolution)]
+        Experiment.read(tmp_path, rig, workers=1)
+    assert counted == ["20Hz.Wfm.csv"] * 2
+
+
 def test_the_forcing_channel_tells_frequency_and_phase(tmp_path):
     record(tmp_path / "a.wav", 20.5, drive=True)
     rig = Rig(

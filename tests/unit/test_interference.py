@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -52,6 +54,36 @@ def test_hum_as_strong_as_the_pulses_does_not_turn_them_round(frequency, sign):
     assert false <= 1
 
 
+@pytest.mark.parametrize("seed", [8, 12, 14])
+def test_spikes_in_the_steepest_stretches_do_not_turn_pulses_round(seed):
+    """Ten single samples up to sixty times as high: all of the steepest stretches hold one."""
+    rng = np.random.default_rng(seed)
+    times = times_of(rng, 30, 0.33, 10.0)
+    samples = pulses(times, 7e-5, lambda u: np.sin(np.pi * u**1.5), duration=10.0, rate=60e3)
+    samples += 0.08 * rng.standard_normal(len(samples))
+    at = rng.integers(0, len(samples), 10)
+    samples[at] += rng.uniform(5, 60, 10) * rng.choice([-1, 1], 10)
+    found = found_in(samples, 60e3)
+    assert found.settings["polarity"] == "positive"
+    hit, false = within(found, times, 1e-3)
+    assert hit == len(times)
+    assert false <= 6
+
+
+@pytest.mark.parametrize("seed", [4, 5, 10])
+def test_bursts_in_every_frame_do_not_turn_pulses_round(seed):
+    rng = np.random.default_rng(seed)
+    times = times_of(rng, 45, 0.12)
+    samples = pulses(times, 0.7e-3)
+    for start in (0.5, 1.7, 3.1, 4.4):
+        part = samples[round(start * RATE) : round((start + 0.01) * RATE)]
+        part += 0.7 * rng.standard_normal(len(part))
+    samples += 1e-3 * rng.standard_normal(len(samples))
+    found = found_in(samples)
+    assert found.settings["polarity"] == "positive"
+    assert within(found, times, 1e-3)[0] >= len(times) - 1  # one may lie in a burst
+
+
 def test_pulses_in_step_with_hum_are_not_taken_for_its_harmonics():
     rng = np.random.default_rng(8)
     times = 0.1 + 0.025 * np.arange(192)  # lines at 120, 240, 360 ... Hz as well
@@ -98,6 +130,28 @@ def test_a_burst_of_noise_is_a_disturbance(seed):
     assert any("bursts of noise" in note for note in found.notes)
 
 
+def test_a_burst_that_hides_most_of_its_crests_is_one():
+    """Its noise raises the level, so its crests lie far apart; they are no impacts all the same."""
+    rng = np.random.default_rng(16)
+    times = times_of(rng, 40, 0.2, 10.0)
+    samples = pulses(times, 0.5e-3, duration=10.0, rate=51_200)
+    starts = np.array([0.71, 2.93, 5.47, 8.12])
+    for start in starts:
+        part = samples[round(start * 51_200) : round((start + 0.01) * 51_200)]
+        part += 0.7 * rng.standard_normal(len(part))
+    samples += 1e-3 * rng.standard_normal(len(samples))
+    found = found_in(samples, 51_200)
+    hit, false = within(found, times, 1e-3)
+    assert hit >= len(times) - 1  # one begins as a burst ends
+    assert false <= 2 * len(starts)
+    begins = np.array([one.start for one in found.disturbances if one.kind == "burst"])
+    lasts = [one.duration for one in found.disturbances if one.kind == "burst"]
+    off = begins[:, None] - starts
+    assert ((off > -1e-3) & (off < 0.01)).any(0).all()  # each is named
+    assert ((off > -1e-3) & (off < 0.01)).any(1).all()
+    assert max(lasts) < 0.011
+
+
 def test_steep_pulses_on_a_random_walk_are_found():
     rng = np.random.default_rng(10)
     times = times_of(rng, 16, 0.3)
@@ -119,3 +173,38 @@ def test_a_tone_that_wide_responses_average_out_hides_no_pulse(height, share):
     hit, false = within(found_in(samples, 51_200), times, 1e-4)
     assert hit >= share * len(times)
     assert false == 0
+
+
+@pytest.mark.parametrize("step", [0.0, 0.2])
+def test_a_tail_is_no_second_pulse(step):
+    """Pulses that decay by a factor of 50, far from any shape that pulses are fitted with."""
+    rng = np.random.default_rng(14)
+    times = times_of(rng, 150, 0.025)
+    samples = pulses(times, 2.7e-3, lambda u: (np.exp(-4 * u) - np.exp(-40 * u)) / 0.65)
+    samples += 1e-3 * rng.standard_normal(len(samples))
+    if step:
+        samples = np.round(samples / step) * step
+    found = found_in(samples)
+    assert within(found, times, 5e-4) == (len(times), 0)
+    # A pulse that begins in one second and has its tail in the next may still be two.
+    assert len(found) - len(times) <= np.count_nonzero(np.mod(times, 1.0) > 0.995)
+    if not step:
+        assert np.median(found.contact_time) == pytest.approx(2.7e-3, rel=0.05)
+
+
+def test_a_sensor_that_rings_on_top_of_its_pulses_is_named():
+    """No trough tells the second crest from an impact; that all are alike does."""
+    rng = np.random.default_rng(15)
+    times = times_of(rng, 60, 0.09)
+    angular = 2 * np.pi * 450.0
+    second_order = signal.bilinear([angular**2], [1, 0.15 * angular, angular**2], RATE)
+    samples = np.zeros(round(5.0 * RATE))
+    for time, height in zip(times, np.exp(0.3 * rng.standard_normal(len(times))), strict=True):
+        samples += height * pulses([time], 5e-3, lambda u: np.sin(np.pi * u**0.6))
+    samples = signal.lfilter(*second_order, samples) + 0.01 * rng.standard_normal(len(samples))
+    found = found_in(samples)
+    (note,) = (one for one in found.notes if "a sensor that rings does so" in one)
+    advised = float(re.search(r"merge_within=([0-9.e-]+)", note)[1])
+    again = found_in(samples, merge_within=advised)
+    assert within(again, times, 1e-3) == (len(times), 0)
+    assert not any("rings" in one for one in again.notes)

@@ -369,6 +369,8 @@ def test_settings_and_samples_in_two_files(tmp_path):
         found = io.read(path)
         np.testing.assert_array_equal(found.samples, F)
         assert (found.rate, found.start, found.channels) == (RATE, START, ("Ch1",))
+        told = io.info(path)
+        assert (told.path, told.bytes) == (str(samples), samples.stat().st_size)
     settings.write_text(SETTINGS.replace("Length:40", "Length:39"))
     with pytest.raises(UnreadableFile, match="time stamps off"):
         io.read(samples)

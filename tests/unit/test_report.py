@@ -23,6 +23,7 @@ from impactsig import (
     UnreadableFile,
     UnwritableFile,
     cli,
+    read,
     write_report,
 )
 from impactsig._impact_columns import columns
@@ -296,6 +297,18 @@ def test_every_figure_says_what_it_shows(page):
 def test_the_page_is_small_and_names_its_input(page, recording):
     assert len(page.encode()) < 3_000_000
     assert hashlib.sha256(recording.read_bytes()).hexdigest() in page
+
+
+def test_the_hash_is_of_the_samples_where_settings_stand_in_another_file(recording, tmp_path):
+    signal = read(recording)
+    samples, settings = tmp_path / "run.Wfm.csv", tmp_path / "run.csv"
+    samples.write_text("".join(f"{one:.6e}\n" for one in signal.samples))
+    settings.write_text(
+        f"SignalResolution:{1 / signal.rate}:\nXStart:0:\nVerticalUnit:V:\n"
+        f"SignalHardwareRecordLength:{len(signal.samples)}:\n"
+    )
+    page = write_report(settings, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert hashlib.sha256(samples.read_bytes()).hexdigest() in page
 
 
 def test_the_command_shown_makes_the_same_page_again_but_for_the_time_of_day(page, tmp_path):

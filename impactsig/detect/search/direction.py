@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ..instrument.survey import Survey
 from ..signal.grid import Grid
 from ..signal.ladder import MATCH
-from .event_kernels import EVENT
 from .judging import LEAST_SAMPLES
 from .spans import LEAST, Spans
 
 HUMS = 2
 """Frames that are looked at for hum, and that show the direction where there is some."""
+CELL = 1 << 12
+"""Samples whose events have one vote, so that a burst or a spike outweighs no train of pulses."""
+USUAL, FURTHER = 0.5, 2.0
+"""Share and number of these that have less energy than what counts no more, however loud."""
 UNCLEAR = 0.5
 """Lead, as a share of the squares of the heights of events, that longer stretches may turn."""
 FEW = 5
 """Clear events: fewer may be steps of the baseline, and longer stretches are looked at."""
+SINGLE = 0.25
+"""Share of the votes from which on single samples, perhaps glitches, make the lead doubtful."""
+CHANCE = 3.0
+"""Standard deviations of the lead that chance gives, from which single samples are left out."""
 UNDECIDED = 0.2
 """Lead that does not decide on the direction."""
 
@@ -32,51 +40,87 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> floa
     parts, frames = record.strong, [x for x, _ in record.frames]
     if any(_hums(x, scale, grid) for x in frames[:HUMS]):
         parts = frames[:HUMS]
-    vote, lean, clear = _vote(parts, grid, scale, constant)
-    if abs(vote) <= UNCLEAR or clear < FEW:
-        vote, lean, _ = _vote(frames, grid, scale, constant)
+    found = _vote(parts, grid, scale, constant)
+    if found.doubtful:
+        found = _vote(frames, grid, scale, constant)
+    if found.doubtful:
+        # Single samples that stand high hide what is lower, unless impacts are such themselves.
+        again = _vote([_median_of_three(x) for x in frames], grid, scale, constant)
+        clear = abs(again.lead) > UNCLEAR and again.clear >= FEW
+        if clear or abs(again.lead) > min(CHANCE / math.sqrt(again.votes), abs(found.lead)):
+            found = again
     # Close-set pulses have gaps as strong as themselves; the values lean away from their floor.
-    return math.copysign(1.0, vote if abs(vote) > UNDECIDED else vote + lean)
+    return math.copysign(
+        1.0, found.lead if abs(found.lead) > UNDECIDED else found.lead + found.lean
+    )
 
 
-def _vote(
-    parts: list[np.ndarray], grid: Grid, scale: float, constant: float
-) -> tuple[float, float, int]:
-    """Lead of what points upward among the events of stretches, and of their values.
+class _Vote(NamedTuple):
+    """What the events of stretches say."""
 
-    How many events are clear of the noise comes third.
-    """
-    lean = 0.0
+    lead: float  # of those that point upward, from -1 to 1
+    lean: float  # of the values away from their floor
+    votes: float  # stretches of `CELL` samples, as many as would count alike
+    clear: int  # events clear of the noise that are no single samples
+    single: float  # share of the votes that single samples have
+
+    @property
+    def doubtful(self) -> bool:
+        return abs(self.lead) <= UNCLEAR or self.clear < FEW or self.single > SINGLE
+
+
+def _vote(parts: list[np.ndarray], grid: Grid, scale: float, constant: float) -> _Vote:
+    lean, first = 0.0, 0
     found = []
     for part in parts:
         x = (part.astype(np.float64) - float(part[0])) * scale
         if len(x) < LEAST_SAMPLES:
             continue
-        found.append([_events(x, sign, grid, constant) for sign in (1.0, -1.0)])
+        both = [_events(x, sign, grid, constant) for sign in (1.0, -1.0)]
+        for one in both:
+            one[:, 0] += first
+        found.append(both)
+        first += -(-len(x) // CELL) * CELL
         middle = float(np.median(x[:: max(1, len(x) // 2048)]))
         extent = float(x.max() - x.min())
         lean += (float(x.max()) + float(x.min()) - 2.0 * middle) / extent if extent else 0.0
-    every = (
-        np.concatenate([one for both in found for one in both]) if found else np.empty((0, EVENT))
-    )
-    clear = every[every[:, 3] >= 2 * LEAST, 1]
+    if not found:
+        return _Vote(0.0, 0.0, 1.0, 0, 0.0)
+    ways = [np.concatenate(way) for way in zip(*found, strict=True)]
+    clear = np.concatenate([one[one[:, 3] >= 2 * LEAST] for one in ways])
+    up, down = (_by_cell(one, first // CELL) for one in ways)
+    energy = up + down
+    telling = energy > 0
+    if not telling.any():
+        return _Vote(0.0, lean / len(found), 1.0, 0, 0.0)
+    certain = _by_cell(clear, first // CELL) > 0
+    loud = energy[certain if certain.any() else telling]
+    usual = np.quantile(loud, min(USUAL + FURTHER / len(loud), 1.0), method="higher")
+    weight = np.minimum(energy, usual)[telling]
+    whole = weight.sum()
+    lead = weight @ ((up - down)[telling] / energy[telling]) / whole
     # Glitches point either way, and among the steepest stretches they are many.
-    least = 2.0 if np.count_nonzero(clear >= 2.0) >= np.count_nonzero(clear < 2.0) else 0.0
-    vote = voted = 0.0
-    for both in found:
-        ups, downs = (one[one[:, 1] >= least] for one in both)
-        # What is not clear of the noise counts where nothing is.
-        sums = [_energy(one[one[:, 3] >= 2 * LEAST]) for one in (ups, downs)]
-        up, down = sums if any(sums) else (_energy(ups), _energy(downs))
-        if up + down:
-            vote += (up - down) / (up + down)
-            voted += 1.0
-    return vote / max(voted, 1.0), lean / max(len(found), 1), len(clear)
+    single = clear[:, 1] < 2.0
+    glitches = _by_cell(clear[single], first // CELL)[telling] > 0.5 * energy[telling]
+    return _Vote(
+        lead,
+        lean / len(found),
+        whole**2 / (weight @ weight),
+        int(len(clear) - np.count_nonzero(single)),
+        weight[glitches].sum() / whole,
+    )
 
 
-def _energy(events: np.ndarray) -> float:
-    """Sum of squares of heights: what rings swings back as often, but each time less."""
-    return float((events[:, 2] ** 2).sum())
+def _by_cell(events: np.ndarray, count: int) -> np.ndarray:
+    """Sums of squares of heights: what rings swings back as often, but each time less."""
+    cells = np.minimum((events[:, 0] / CELL).astype(np.int64), count - 1)  # some end the last
+    return np.bincount(cells, events[:, 2] ** 2, count)
+
+
+def _median_of_three(x: np.ndarray) -> np.ndarray:
+    """The middle one of each sample and its two neighbours."""
+    pair = np.minimum(x[:-2], x[1:-1]), np.maximum(x[:-2], x[1:-1])
+    return np.concatenate((x[:1], np.maximum(pair[0], np.minimum(pair[1], x[2:])), x[-1:]))
 
 
 def _hums(x: np.ndarray, scale: float, grid: Grid) -> bool:

@@ -49,5 +49,6 @@ class Span:
     noise: np.ndarray = field(default_factory=_nothing)  # the same, of the seconds around
     codes: np.ndarray = field(default_factory=_nothing)  # least responses, by the converter's step
     crests: np.ndarray = field(default_factory=lambda: NO_CRESTS)
+    bursts: list[tuple[float, float, float]] = field(default_factory=list)  # start, end, height
     events: np.ndarray = field(default_factory=lambda: NO_EVENTS)
     faint: dict[int, Faint] = field(default_factory=dict)  # crests by rung

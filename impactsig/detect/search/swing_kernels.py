@@ -7,9 +7,11 @@ none, but for the ringing of a stronger one.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from ..._compiled import allocating, inner, kernel
+from ..._compiled import allocating, inner
 from ..pulses.edges import NO_PULSE
 from ..signal.order_kernels import median_of
 
@@ -21,10 +23,16 @@ AROUND, SEEN = 8.0, 64
 """Contacts to either side whose median is the level that troughs lie below, and values it is
 taken of: flanks of a response no wider than a crest lie in the troughs beside it."""
 
-CLOSE, MANY = 6.0, 6
-"""Contacts that crests of a burst are apart at most, and how many make one."""
+LOUDER = 4.0
+"""Times what lies beside: what the means of a burst change by, in squares."""
+CLOSE, FAR, MANY = 6.0, 25.0, 6
+"""Contacts that crests of a burst are apart at most, or else where it hides most of its crests; and
+how many make one."""
 SWUNG, RISING = 0.35, 0.25
 """Share of them that a trough comes before, and of these that are higher than the one before."""
+BELOW, CLIMBING, NOISE = 0.4, 0.35, 3.0
+"""Or what lies below the level over what lies above it, in squares of means beyond so many standard
+deviations; and share of all that are higher than the one before."""
 LASTING = 0.25
 """Least squares of heights in its second half, of those in the first: a structure that rings after
 a blow dies away."""
@@ -94,8 +102,8 @@ def swings_back(x, origin, dropouts, rows, out):
                     break
 
 
-@kernel
-def bursts(rows, swung, out):
+@allocating
+def bursts(x, origin, sigma, rows, swung, out):
     """Mark in `out` the measured pulses that are crests of a burst of noise; whether any is.
 
     Of many that follow one another closely, those of a sensor that rings are each lower than the
@@ -104,12 +112,23 @@ def bursts(rows, swung, out):
 
     Parameters
     ----------
+    x : array
+        Samples without hum, from sample `origin` on; `sigma` is their noise.
     rows : array (n, ...)
         Start, contact, peak, ... of each, in the order of time.
     swung : array (n,)
         Those that a trough comes before.
     """
+    values = np.empty(SEEN)
     out[:] = False
+    return _bursts(x, origin, sigma, rows, swung, CLOSE, values, out) or _bursts(
+        x, origin, sigma, rows, swung, FAR, values, out
+    )
+
+
+@inner
+def _bursts(x, origin, sigma, rows, swung, close, values, out):
+    """The same, of crests no further apart than so many times their mean contact."""
     found = False
     first = count = 0
     contacts = 0.0
@@ -120,11 +139,15 @@ def bursts(rows, swung, out):
             if int(rows[k, 5]) == NO_PULSE:
                 continue
             end = (
-                count > 0 and rows[k, 0] - rows[last, 0] - rows[last, 1] > CLOSE * contacts / count
+                count > 0 and rows[k, 0] - rows[last, 0] - rows[last, 1] > close * contacts / count
             )
         if end and count >= MANY:
             part = slice(first, last + 1)
-            found |= _is_burst(rows[part], swung[part], count, out[part])
+            start = int(rows[first, 0]) - origin
+            stop = int(rows[last, 0] + rows[last, 1]) + 1 - origin
+            width = max(1, int(0.5 * contacts / count))
+            either = _lies_either_way(x, start, stop, width, sigma, values)
+            found |= _is_burst(rows[part], swung[part], count, either, out[part])
         if end:
             first, count, contacts = k, 0, 0.0
         if k < len(rows):
@@ -134,9 +157,59 @@ def bursts(rows, swung, out):
 
 
 @inner
-def _is_burst(rows, swung, count, out):
+def _lies_either_way(x, first, last, width, sigma, values):
+    """Whether samples [first, last) move far more than those beside, and as far down as up.
+
+    Means of `width` samples tell, so that noise does not where pulses are lower than it.
+    """
+    length = last - first
+    first, last = max(first, 0), min(last, len(x))
+    before, after = max(first - length, 0), min(last + length, len(x))
+    count = 0
+    for i in range(len(values)):
+        k = before + i * (after - before) // len(values)
+        if k < first or k >= last:
+            values[count] = x[k]
+            count += 1
+    if count < len(values) // 4:
+        return False
+    inside = _moves(x, first, last, width)
+    if inside < LOUDER * max(_moves(x, before, first, width), _moves(x, last, after, width)):
+        return False
+    level = median_of(values, count)
+    above = below = 0.0
+    least = NOISE * sigma / math.sqrt(width)
+    for i in range(first, last - width + 1, width):
+        off = _mean(x, i, width) - level
+        if off > least:
+            above += off**2
+        elif off < -least:
+            below += off**2
+    return below > BELOW * above
+
+
+@inner
+def _moves(x, first, last, width):
+    """Mean square of what the means of `width` samples change by, from one to the next."""
+    total, count = 0.0, 0
+    for i in range(first + width, last - width + 1, width):
+        total += (_mean(x, i, width) - _mean(x, i - width, width)) ** 2
+        count += 1
+    return total / max(count, 1)
+
+
+@inner
+def _mean(x, first, width):
+    total = 0.0
+    for i in range(first, first + width):
+        total += x[i]
+    return total / width
+
+
+@inner
+def _is_burst(rows, swung, count, either, out):
     """Whether `count` pulses that follow one another are a burst; if so, mark what it explains."""
-    seen = below = rising = 0
+    seen = below = rising = climbing = 0
     before = total = early = late = 0.0
     for k in range(len(rows)):
         if int(rows[k, 5]) == NO_PULSE:
@@ -144,6 +217,7 @@ def _is_burst(rows, swung, count, out):
         height = rows[k, 2]
         below += swung[k]
         rising += swung[k] and height > before
+        climbing += height > before
         before = height
         total += height
         seen += 1
@@ -151,7 +225,8 @@ def _is_burst(rows, swung, count, out):
             early += height**2
         else:
             late += height**2
-    if below < SWUNG * count or rising < RISING * below or late < LASTING * early:
+    swings = below >= SWUNG * count and rising >= RISING * below
+    if late < LASTING * early or not (swings or (either and climbing >= CLIMBING * count)):
         return False
     for k in range(len(rows)):
         out[k] = rows[k, 2] * count < HIGHER * total

@@ -19,7 +19,7 @@ from .._timebase import (
     printed_digits,
     time_base,
 )
-from ._companion import lines_above, samples_of, settings_of
+from ..companions import lines_above, samples_of, settings_of
 from ._dialect import Dialect, find_dialect
 from ._moments import read_moments
 from ._preamble import Preamble, read_preamble
@@ -135,6 +135,7 @@ def open_source(path: Path, limits: Limits) -> Source:
         truncated=table.truncated,
         notes=(*notes, doubt) if doubt else tuple(notes),
         times=clock.uneven,
+        path=path,
     )
 
 

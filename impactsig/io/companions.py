@@ -8,10 +8,11 @@ its name alone.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
-from ...errors import UnreadableFile
-from .._encoding import encoding_of
+from ..errors import UnreadableFile
+from ._encoding import encoding_of
 
 _SAMPLES = ".wfm.csv"
 _SETTING = re.compile(r"\s*(\w+):(.*?):?\s*")
@@ -39,17 +40,28 @@ def samples_of(path: Path, head: bytes) -> Path:
     return found
 
 
+def settings_beside(path: Path) -> Path | None:
+    """The file of settings beside a file of samples, if it has one."""
+    if not path.name.lower().endswith(_SAMPLES):
+        return None
+    return _beside(path, f"{path.name[: -len(_SAMPLES)]}.csv")
+
+
+def without_settings(paths: Iterable[Path]) -> list[Path]:
+    """The files without those that hold the settings of another."""
+    paths = list(paths)
+    settings = {settings_beside(path) for path in paths}
+    return [path for path in paths if path not in settings]
+
+
 def settings_of(path: Path) -> tuple[dict[str, str], str]:
     """The settings beside a file of samples, by name, and what is missing where there are none."""
     if not path.name.lower().endswith(_SAMPLES):
         return {}, ""
-    stem = path.name[: -len(_SAMPLES)]
-    found = _beside(path, f"{stem}.csv")
+    found = settings_beside(path)
     if found is None:
-        return (
-            {},
-            f"Its rate stands in {stem}.csv, written with it: put that beside it",
-        )
+        stem = path.name[: -len(_SAMPLES)]
+        return {}, f"Its rate stands in {stem}.csv, written with it: put that beside it"
     with found.open("rb") as file:
         content = file.read(_LARGEST)
     lines = content.decode(encoding_of(content), "replace").splitlines()
@@ -89,6 +101,8 @@ def lines_above(path: Path, settings: dict[str, str], rows: int) -> tuple[str, .
 
 def _beside(path: Path, name: str) -> Path | None:
     """The file of that name in the same folder, in upper or lower case."""
+    if (exact := path.with_name(name)).is_file():
+        return exact
     return next(
         (one for one in path.parent.iterdir() if one.name.lower() == name.lower() and one != path),
         None,
