@@ -41,6 +41,10 @@ series whose scales that reaches count for it. Where the truths of D2 and D1 are
 `benchmarks/coverage.py`. *Answered* is the share of the series for which a dimension is given;
 noise has none. The error of an instant or of a value is given, not estimated.
 
+All rows are of one state of the code. The noise levels of a system share their series: what one of
+them misses, the others miss too. The further beams chose no constant but that at 20.5 Hz, where the
+motion lingers near a cycle for longer than the blocks of time that errors are told by.
+
 ![Local slopes](dimension_coverage.svg)
 
 Local slopes D(H) over an octave, with the band of their 95 % intervals, of 2000 values; dashed, the
