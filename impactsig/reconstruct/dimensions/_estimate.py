@@ -38,6 +38,13 @@ There K is about 0.08^D: more than 0.03 where D is below 1.4, as a scale is a le
 attractor of a lower dimension at the same K. The extent lessens the last local slopes by 10 %.
 """
 
+LEAST_CLEAR = 1.0
+"""W below `LARGEST` from which on a slope beyond it is read as a dimension.
+
+With less, 21 of 200 series of 500 intervals of the beam under 50 microseconds had one, and 15 of
+those intervals held it.
+"""
+
 RISES = 0.15
 """What a further coordinate may add to the slope; of noise it adds nearly one.
 
@@ -146,8 +153,9 @@ def estimate(given: Setting, noise: Noise, embedding: int | None) -> Correlation
         else:
             largest = LARGEST_SHARE ** max(read.slope.value, 1.0)
             if largest > LARGEST:
-                read = _wider(given, noise, read, largest)
-                read = read._replace(clear=read.slope.scales)
+                wider = _wider(given, noise, read, largest)
+                clear = wider.slope.scales if read.span >= LEAST_CLEAR else read.clear
+                read = wider._replace(clear=clear)
     if again >= MOST_REPEATED:
         reason = f"{again:.1%} of the values are a copy of an earlier stretch"
         return CorrelationDimension("no scales", None, None, reason=reason, **common)
