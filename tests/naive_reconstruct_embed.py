@@ -61,6 +61,20 @@ def stretch(x, dimension, delay, theiler, steps):
     return np.median(logs, axis=0), np.mean(logs, axis=0)
 
 
+def kernel_width(gaps, noise, level):
+    """ln H at which the Gaussian kernel over gaps, freed of noise, has the mean `level`."""
+    low, high = np.log(1.2 * noise), np.log(10 * np.max(np.abs(gaps)))
+    for _ in range(60):
+        middle = (low + high) / 2
+        square = np.exp(2 * middle)
+        left = square - noise**2
+        total = 0.0
+        for gap in gaps:
+            total += np.exp(-(gap**2) / 4 / left) * np.sqrt(square / left)
+        low, high = (middle, high) if total / len(gaps) < level else (low, middle)
+    return low
+
+
 def henon(n, start=0.1):
     """x of the Henon map (1.4, 0.3); its largest exponent is 0.4192."""
     x, y, found = start, 0.1, np.empty(n)

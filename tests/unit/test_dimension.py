@@ -518,6 +518,18 @@ def test_the_result_carries_its_evidence(attractor):
     assert "covers chance, the choice of scales and that of the embedding)" in str(attractor)
 
 
+def test_a_short_span_of_a_low_dimension_goes_on_towards_the_extent():
+    """Of the logistic map with 2 % of noise 1.2 e-folds lie below K = 0.03; its D2 is 1."""
+    x = np.empty(2000)
+    x[0] = 0.3
+    for i in range(1999):
+        x[i + 1] = 3.9999 * x[i] * (1 - x[i])
+    found = correlation_dimension(noisy(x, 0.02), value_error=0.02 * x.std())
+    assert found.slope.span > 1.6
+    assert 0.03 < found.sums[-1] < 0.09
+    assert found.interval[0] < 1 < found.interval[1]
+
+
 def test_scales_given_are_the_scales_used():
     found = correlation_dimension(henon(1000), scales=(0.01, 0.1), value_error=0.0)
     assert found.slope.scales == pytest.approx((0.01, 0.1))

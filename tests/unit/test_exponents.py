@@ -6,8 +6,11 @@ import pytest
 from scipy.stats import t as student
 
 from impactsig import Impacts, InvalidInput, lyapunov_exponent
+from impactsig.reconstruct.divergence._following import Setting, follow_on
+from impactsig.reconstruct.divergence._freed import LEVEL, width
+from impactsig.reconstruct.divergence._region import fit
 from tests import naive_reconstruct_embed as naive
-from tests.series import lorenz
+from tests.series import lorenz, noisy
 
 NOISE = np.random.default_rng(5).normal(size=3000)
 HENON, HENON_EXPONENT = naive.henon(20_000), 0.4192
@@ -121,6 +124,69 @@ def test_noise_has_no_exponent(x, dimension, method):
     assert "no exponent" in found.describe()
 
 
+def test_noise_that_is_known_does_not_lessen_the_exponent():
+    # With 2 % the median gap begins at twice that of the noise, and reads 0.36 on the mean.
+    found = []
+    for seed in range(12):
+        x = naive.henon(2000, 0.02 * seed)
+        found.append(
+            lyapunov_exponent(noisy(x, 0.02, seed), dimension=2, value_error=0.02 * x.std())
+        )
+    assert np.mean([one.exponent for one in found]) == pytest.approx(HENON_EXPONENT, rel=0.04)
+    assert np.mean([one.interval[0] < HENON_EXPONENT < one.interval[1] for one in found]) > 0.8
+    assert found[0].noise == pytest.approx(0.02 * naive.henon(2000, 0.0).std())
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_known_noise_on_a_cycle_is_no_growth(noise):
+    x = np.sin(0.1 * np.arange(3000)) + noise * NOISE
+    found = lyapunov_exponent(x, dimension=3, delay=10, value_error=noise)
+    assert found.verdict == "no divergence"
+    assert abs(found.exponent) < 1e-3
+
+
+def test_white_noise_has_no_exponent_though_some_of_it_is_known():
+    found = lyapunov_exponent(NOISE, dimension=2, value_error=0.3)
+    assert (found.verdict, found.exponent) == ("no scaling region", None)
+
+
+def test_the_width_of_the_kernel_is_that_of_the_slow_twin_and_of_the_gaps_without_noise():
+    rng = np.random.default_rng(2)
+    gaps = np.exp(rng.normal(0.0, 1.0, 20_000)) * rng.choice((-1, 1), 20_000)
+    noise = 0.4
+    blurred = gaps + noise * np.sqrt(2) * rng.standard_normal(len(gaps))
+    found = width(np.log(np.abs(blurred)), noise)
+    assert found == pytest.approx(naive.kernel_width(blurred[:2000], noise, LEVEL), abs=0.15)
+    few = width(np.log(np.abs(blurred[:300])), noise)
+    assert few == pytest.approx(naive.kernel_width(blurred[:300], noise, LEVEL), abs=1e-5)
+    assert found == pytest.approx(width(np.log(np.abs(gaps)), 0.0), abs=0.03)
+
+
+def test_pairs_that_are_followed_twice_count_once():
+    slopes, errors = [], []
+    for start in np.linspace(0.0, 0.3, 60):
+        x = naive.henon(500, start)
+        curve = follow_on(Setting(x, 2, 1, 4, "rosenstein", None, 0.0), 8, False).curve
+        line = fit(curve, 0, 6)
+        slopes.append(line.slope)
+        errors.append(line.chance)
+    # Without that the errors are by 1.27 too small.
+    assert np.mean(errors) == pytest.approx(np.std(slopes), rel=0.15)
+
+
+def test_the_errors_of_impacts_are_those_of_their_instants():
+    intervals = 0.05 * (2 + HENON[:1000])
+    time = np.concatenate(([0.0], np.cumsum(intervals)))
+    time += 3e-5 * np.random.default_rng(1).standard_normal(len(time))
+    stated = lyapunov_exponent(np.diff(time), dimension=2, timing_error=3e-5)
+    borne = lyapunov_exponent(Impacts(time, time_error=np.full(len(time), 3e-5)), dimension=2)
+    assert borne.exponent == stated.exponent
+    assert borne.noise == pytest.approx(np.sqrt(2) * 3e-5)
+    plain = lyapunov_exponent(np.diff(time), dimension=2)
+    assert plain.noise is None
+    assert plain.exponent != stated.exponent
+
+
 def test_a_series_that_recurs_exactly_is_periodic():
     found = lyapunov_exponent(np.tile([1.0, 2.0, 3.5], 100), dimension=2)
     assert (found.verdict, found.exponent, found.period) == ("periodic", 0.0, 3)
@@ -219,6 +285,10 @@ def test_what_is_no_series_is_refused(x):
         ({"dimension": 2, "region": 5}, "region"),
         ({"dimension": 2, "radius": 0.1}, "radius"),
         ({"dimension": 2, "method": "kantz", "radius": -0.1}, "radius"),
+        ({"dimension": 2, "timing_error": -1.0}, "timing_error"),
+        ({"dimension": 2, "value_error": np.nan}, "value_error"),
+        ({"dimension": 2, "method": "kantz", "timing_error": 0.1}, "timing_error"),
+        ({"dimension": 2, "method": "kantz", "value_error": 0.1}, "value_error"),
         ({"dimension": 2, "method": "kantz", "radius": 1e-12}, "x"),
     ],
 )

@@ -15,6 +15,7 @@ from ...impacts import Impacts
 from .._arguments import finite_range
 from .._fits import Fit, FitName, fit_of
 from .._series import series, stretches, unbroken
+from .._stated import stated_errors
 from .._theiler import theiler_window
 from .._values import quantum
 from ..recognition.kinds import Kind
@@ -22,6 +23,7 @@ from ..recognition.kinds import Kind
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
+    from .._stated import Stated
     from ._estimate import Setting
     from ._noise import Noise
 
@@ -269,8 +271,8 @@ def correlation_dimension(
     twice the resolution and the scale whose kernel sums to 60 pairs, or to 0.25 pairs for each
     vector where that leaves W = 1.6 e-folds; at H2 is K = 0.03 (0.01 where the slope is above 1.5,
     if that leaves W = 1.6), or less where the slope rises there and vectors of unrelated values
-    explain it: with m coordinates, K_1(H)^m of the pairs are near by chance. `fit` reads it
-    otherwise.
+    explain it: with m coordinates, K_1(H)^m of the pairs are near by chance. Where this leaves less
+    than 1.6 e-folds and the slope D is below 1.4, at H2 is K = 0.08^D. `fit` reads it otherwise.
 
     The slope is the primary result. Its interval is for the noise-free slope between the same two
     scales; it covers chance (the scatter over 32 blocks of time) and, where they are, the doubt
@@ -349,7 +351,7 @@ def correlation_dimension(
     rule = fit_of(fit)
     step = None if resolution is None else number("resolution", resolution, above=0)
     chosen = None if scales is None else _scales(scales)
-    timing_error, value_error = _stated(timing_error, value_error)
+    errors = stated_errors(x, timing_error, value_error)
     missed = number("missed", missed, least=0, most=0.5)
     if spurious is None:
         spurious = _doubtful(x)
@@ -397,11 +399,11 @@ def correlation_dimension(
         workers,
         rule,
     )
-    noise = _noise(impacts, timing_error, value_error, step, setting)
+    noise = _noise(errors, impacts is not None, step, setting)
     found = _dimension.estimate(setting, noise, m)
     if contraction is None:
         return found
-    added, doubt = _kaplan_yorke(x, window, contraction)
+    added, doubt = _kaplan_yorke(x, window, contraction, unit * noise.timing, unit * noise.value)
     warnings = (*found.warnings, doubt) if doubt else found.warnings
     return replace(found, kaplan_yorke=added, warnings=warnings)
 
@@ -427,39 +429,33 @@ def of_kind(kind: Kind, resolution: float = 0.0) -> CorrelationDimension:
     )
 
 
-def _noise(
-    impacts: Impacts | None,
-    timing: float | None,
-    value: float | None,
-    step: float,
-    given: Setting,
-) -> Noise:
-    """The noise, in the range of the series: as stated, of the impacts, or estimated."""
+def _noise(errors: Stated | None, of_impacts: bool, step: float, given: Setting) -> Noise:
+    """The noise, in the range of the series: as known, or estimated."""
     from ._noise import Noise, estimated
 
     rounding = step / math.sqrt(12)
-    if timing is not None or value is not None:
-        level = math.hypot(value or 0.0, rounding)
-        return Noise((timing or 0.0) / given.unit, level / given.unit, "as given")
-    if impacts is not None and impacts.time_error is not None:
-        errors = impacts.time_error[np.isfinite(impacts.time_error)]
-        if len(errors):
-            level = float(np.sqrt(np.mean(errors**2)))
-            return Noise(level / given.unit, 0.0, "by the time_error of the impacts")
+    if errors is not None:
+        stated = errors.source == "as given"
+        level = math.hypot(errors.value, rounding if stated else 0.0)
+        return Noise(errors.timing / given.unit, level / given.unit, errors.source)
     found = estimated(
-        given.values, given.delay, given.theiler, given.floor, impacts is not None, given.workers
+        given.values, given.delay, given.theiler, given.floor, of_impacts, given.workers
     )
     if rounding and not found.of_value:
         return found._replace(value=rounding / given.unit, source="by rounding alone")
     return found._replace(value=math.hypot(found.value, rounding / given.unit))
 
 
-def _kaplan_yorke(x: Any, theiler: int, contraction: float) -> tuple[KaplanYorke | None, str]:
+def _kaplan_yorke(
+    x: Any, theiler: int, contraction: float, timing: float, value: float
+) -> tuple[KaplanYorke | None, str]:
     """D1 by the largest exponent, or why there is none."""
     from ..divergence.exponents import lyapunov_exponent
 
     try:
-        found = lyapunov_exponent(x, dimension=2, theiler=theiler)
+        found = lyapunov_exponent(
+            x, dimension=2, theiler=theiler, timing_error=timing, value_error=value
+        )
     except InvalidInput as error:
         return None, f"no D1: {error}"
     if found.exponent is None or found.interval is None or found.verdict != "divergence":
@@ -470,14 +466,6 @@ def _kaplan_yorke(x: Any, theiler: int, contraction: float) -> tuple[KaplanYorke
 
     low, high = found.interval
     return KaplanYorke(of(found.exponent), (of(low), of(high)), found.exponent, contraction), ""
-
-
-def _stated(timing: float | None, value: float | None) -> tuple[float | None, float | None]:
-    if timing is not None:
-        timing = number("timing_error", timing, least=0)
-    if value is not None:
-        value = number("value_error", value, least=0)
-    return timing, value
 
 
 def _doubtful(x: Any) -> float:

@@ -11,6 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from ...errors import InvalidInput
 from .._neighbors import NOBODY, Tree, nearest, tree, within
 from .._series import stretches, unbroken
+from ._freed import freed_curve, unrelated_width
 from ._region import Curve, median_curve
 from ._stretch import LOWEST, group_gaps, pair_gaps
 
@@ -20,7 +21,10 @@ LEAST = 50
 MOST_STEPS = 512
 """Steps that neighbours are followed for at the most, unless told."""
 
-SATURATED = 1.5
+STILL_CLOSE = 0.6
+"""Share of the pairs that must not be that far apart, in the scaling region."""
+
+SATURATED, SATURATED_FREED = 1.5, 1.2
 """A pair is as far apart as any two from a factor exp(-1.5) of their median gap on."""
 
 
@@ -34,6 +38,7 @@ class Setting(NamedTuple):
     method: str
     radius: float | None
     far: float  # logarithm of the typical gap of two values
+    noise: float | None = None  # standard deviation on a value; None where it is not known
 
     @property
     def span(self) -> int:
@@ -42,12 +47,15 @@ class Setting(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """Neighbours followed for some steps."""
+    """Neighbours followed for some steps; `freed` of noise, where that is known."""
 
     curve: Curve
+    freed: Curve | None
     mean: np.ndarray
     close: np.ndarray
     references: int
+    end: int  # last step at which few enough are far apart
+    ended: bool  # and more are at some later one
 
 
 def follow_on(given: Setting, steps: int, further: bool) -> Followed:
@@ -56,7 +64,7 @@ def follow_on(given: Setting, steps: int, further: bool) -> Followed:
     most = min(MOST_STEPS, (longest - given.span) // 4)
     while True:
         found = _follow(given, steps)
-        if not further or found.close.min() < 0.5 or 2 * steps > most:
+        if not further or found.ended or 2 * steps > most:
             return found
         steps *= 2
 
@@ -71,19 +79,33 @@ def _follow(given: Setting, steps: int) -> Followed:
         other, _ = nearest(found, given.theiler, False)
         one = np.flatnonzero(other != NOBODY)
         _enough(len(one))
+        # Two vectors that are each other's nearest are followed twice, but are one pair.
+        mutual = float(np.mean(other[other[one]] == one))
         log = pair_gaps(newest, one, other[one], steps)
     else:
         one, start, who = _companies(found, given.theiler, given.radius)
         _enough(len(one))
+        # A pair within the radius counts from both its ends, in two blocks of time as a rule.
+        mutual = 1.0
         log = group_gaps(newest, one, start, who, steps)
     close = np.mean(log < given.far - SATURATED, axis=1)
     told = log > LOWEST
     mean = np.where(told, log, 0).sum(axis=1) / np.maximum(told.sum(axis=1), 1)
-    curve = median_curve(log, one)
-    if given.method == "kantz":
-        # A pair within the radius counts from both its ends, in two blocks of time as a rule.
-        curve = curve._replace(blocks=math.sqrt(2) * curve.blocks)
-    return Followed(curve, mean, close, len(one))
+    curve = _widened(median_curve(log, one), mutual)
+    if given.noise is None:
+        beyond, ended, freed = close < STILL_CLOSE, close.min() < 0.5, None
+    else:
+        freed = _widened(freed_curve(log, one, given.noise), mutual)
+        limit = unrelated_width(given.values, given.theiler, given.noise) - SATURATED_FREED
+        beyond = freed.stretch > limit
+        ended = bool(beyond.any())
+    end = int(np.argmax(beyond)) - 1 if beyond.any() else steps
+    return Followed(curve, freed, mean, close, len(one), end, bool(ended))
+
+
+def _widened(curve: Curve, mutual: float) -> Curve:
+    """The curve with the scatter of as many pairs as there are, a share counted from both ends."""
+    return curve._replace(blocks=math.sqrt(1 + mutual) * curve.blocks)
 
 
 def _companies(

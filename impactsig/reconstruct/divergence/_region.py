@@ -18,18 +18,29 @@ LEAST_GROWTH = 1.0
 BEND = 0.35
 """Difference of the slopes of the two halves, over the slope of all, at which it is no line."""
 
-CURVED = 0.17
-"""The stretch curve departs from its line by this much: an attractor is not alike on all scales."""
+CURVED, CURVED_FREED = 0.17, 0.1
+"""The stretch curve departs from its line by this much: an attractor is not alike on all scales.
+
+It departs by more where noise of an unknown level bends it.
+"""
+
+UNSTEADY = 0.06
+"""A line of any length, freed of noise, has a slope that departs from the exponent by this share.
+
+On a lacunar attractor neighbours at some distance are not where all are: 1 to 4 % at five
+frequencies of the beam, at each with little scatter over series.
+"""
 
 CANDIDATES = 48
 """First and last steps tried, at most."""
 
 
 class Curve(NamedTuple):
-    """Median stretch, and what each block of references adds to it."""
+    """A stretch curve, what each block of references adds to it."""
 
     stretch: np.ndarray  # (K + 1,)
     blocks: np.ndarray  # (BLOCKS, K + 1)
+    freed: bool = False  # of noise
 
 
 class Line(NamedTuple):
@@ -38,9 +49,10 @@ class Line(NamedTuple):
     first: int
     last: int
     slope: float
-    error: float  # standard error over blocks, with the bend
     bend: float  # difference of the halves' slopes
-    chance: float  # standard error over blocks alone
+    chance: float  # standard error of the slope over blocks
+    unsure: float  # that of the bend
+    freed: bool  # of noise
 
 
 def median_curve(log: np.ndarray, time: np.ndarray) -> Curve:
@@ -52,7 +64,7 @@ def median_curve(log: np.ndarray, time: np.ndarray) -> Curve:
     stretch = np.median(log, axis=1)
     density = np.mean(np.abs(log - stretch[:, None]) <= 0.25, axis=1) / 0.5
     above = np.where(log > stretch[:, None], 0.5, -0.5)
-    block = np.minimum(time * BLOCKS // (time.max() + 1), BLOCKS - 1)
+    block = blocks_of_time(time)
     blocks = np.zeros((BLOCKS, len(log)))
     for b in range(BLOCKS):
         mine = block == b
@@ -61,6 +73,11 @@ def median_curve(log: np.ndarray, time: np.ndarray) -> Curve:
             weight = mine.sum() * BLOCKS / len(time)
             blocks[b] = weight * above[:, mine].mean(axis=1)
     return Curve(stretch, blocks / np.maximum(density, 1e-9))
+
+
+def blocks_of_time(time: np.ndarray) -> np.ndarray:
+    """The block of each reference."""
+    return np.minimum(time * BLOCKS // (time.max() + 1), BLOCKS - 1)
 
 
 def fit(curve: Curve, first: int, last: int) -> Line:
@@ -72,25 +89,29 @@ def fit(curve: Curve, first: int, last: int) -> Line:
     turn[-half:] += part
     turn[:half] -= part
     piece, blocks = curve.stretch[first : last + 1], curve.blocks[:, first : last + 1]
-    error, unsure = (blocks @ np.stack((whole, turn), axis=1)).std(axis=0, ddof=1)
-    bend = float(turn @ piece)
-    # What the slope is uncertain by for not being one: half of what the halves differ by, and no
-    # less than what that difference is known to.
-    total = math.hypot(error, 0.5 * unsure, 0.5 * bend * math.sqrt(BLOCKS)) / math.sqrt(BLOCKS)
-    return Line(first, last, float(whole @ piece), total, bend, error / math.sqrt(BLOCKS))
+    chance, unsure = (blocks @ np.stack((whole, turn), axis=1)).std(axis=0, ddof=1)
+    return Line(
+        first,
+        last,
+        float(whole @ piece),
+        float(turn @ piece),
+        float(chance) / math.sqrt(BLOCKS),
+        float(unsure) / math.sqrt(BLOCKS),
+        curve.freed,
+    )
 
 
-def best_line(curve: Curve, least: int, end: int, low: float) -> Line | None:
-    """The line, within the steps up to `end` and above the level `low`, that is known best.
+def best_line(curve: Curve, begin: int, least: int, end: int, low: float) -> Line | None:
+    """The line, within the steps `begin` to `end` and above the level `low`, that is known best.
 
     Of all that end at step `least` or later, are long and straight enough and rise by a factor e,
     the one with the least `standard_error`.
     """
     found: Line | None = None
     least_error = math.inf
-    if end < LEAST_POINTS - 1:
+    if end - begin < LEAST_POINTS - 1:
         return None
-    steps = np.unique(np.linspace(0, end, min(CANDIDATES, end + 1)).astype(int))
+    steps = np.unique(np.linspace(begin, end, min(CANDIDATES, end - begin + 1)).astype(int))
     for first in steps:
         if curve.stretch[first] < low:
             continue
@@ -106,12 +127,22 @@ def best_line(curve: Curve, least: int, end: int, low: float) -> Line | None:
 
 
 def standard_error(line: Line) -> float:
-    """Of the slope: by chance, and by its bend or how far stretch curves depart from a line.
+    """Of the slope: by chance, and by how far the curve departs from a line.
 
-    Chance alone held the exponent of the beam at 20.3355 Hz in 38 % of 40 series of 2000 intervals
-    with 10 microseconds of jitter, as its curve bends where the noise ends.
+    Freed of noise, that is half of its bend as far as this is not by chance, and no less than what
+    stretch curves depart by. Under unknown noise the bend counts in full, and no less than it may
+    be by chance: of the beam at 20.3355 Hz with 10 microseconds of jitter chance alone held the
+    exponent in 38 % of 40 series of 2000 intervals, as the median bends where the noise ends.
     """
-    return max(line.error, math.hypot(line.chance, CURVED / (line.last - line.first)))
+    steps = line.last - line.first
+    if line.freed:
+        bend = 0.5 * math.sqrt(max(line.bend**2 - line.unsure**2, 0.0))
+        least = max(CURVED_FREED / steps, UNSTEADY * abs(line.slope))
+        return math.hypot(line.chance, max(bend, least))
+    return max(
+        math.hypot(line.chance, 0.5 * line.unsure, 0.5 * line.bend),
+        math.hypot(line.chance, CURVED / steps),
+    )
 
 
 def interval(line: Line) -> tuple[float, float]:

@@ -14,6 +14,7 @@ from ...errors import InvalidInput
 from ...impacts import Impacts
 from .._arguments import long_enough, varying
 from .._series import known, series
+from .._stated import stated_errors
 from .._theiler import theiler_window
 from .._values import exact_period, resolution, rounding_doubt, typical_gap
 
@@ -27,9 +28,6 @@ LEAST = 100
 
 LEAST_STEPS = 8
 """Steps that neighbours are followed for at the least, unless told."""
-
-STILL_CLOSE = 0.6
-"""Share of the pairs that must not be that far apart, in the scaling region."""
 
 Verdict = Literal["divergence", "no divergence", "periodic", "no scaling region"]
 
@@ -55,6 +53,8 @@ class LyapunovExponent(Shown):
         Time between values [s], where it is known; of impacts, the mean interval.
     stretch : ndarray, shape (K + 1,)
         S(k), k = 0 ... K: median of the logarithm of the gap after k values; -inf where that is 0.
+        Where the errors are known, the logarithm of the width of the kernel freed of them; -inf
+        where that is below the noise.
     mean_stretch : ndarray, shape (K + 1,)
         The mean in its place, as published, over the pairs whose gap is not 0.
     close : ndarray, shape (K + 1,)
@@ -107,6 +107,7 @@ class LyapunovExponent(Shown):
     delay: int = 1
     theiler: int = 0
     period: int | None = None
+    noise: float | None = None
     warnings: tuple[str, ...] = ()
 
     @property
@@ -164,6 +165,8 @@ def lyapunov_exponent(
     steps: int | None = None,
     region: tuple[int, int] | None = None,
     radius: float | None = None,
+    timing_error: float | None = None,
+    value_error: float | None = None,
 ) -> LyapunovExponent:
     """Largest Lyapunov exponent, by the growth of the gap between neighbours.
 
@@ -179,15 +182,27 @@ def lyapunov_exponent(
     The newest coordinate stands for the whole vector, because the others stay close for (m-1) delay
     steps even in noise.
 
+    Where the errors of the values are known, gaps as wide as these hold the median up, and the
+    exponent would come out too low. Then S(k) = ln H_k, with H_k the width at which a Gaussian
+    kernel over the gaps d_k, freed of noise of variance s^2 on a value, has the mean 0.45:
+
+        H_k / sqrt(H_k^2 - s^2) mean_i exp(-d_k^2 / (4 (H_k^2 - s^2))) = 0.45 .
+
+    The mean of the left side is that without noise, as in `correlation_dimension`.
+
     The region is, of all pieces of at least 4 points that end after 3 (m-1) delay steps, over which
     the gap grows by a factor e, in which 60 % of the pairs are closer than exp(-1.5) times the
-    median gap of any two values, and whose halves differ in slope by less than 35 %, the one whose
-    slope has the least standard error, of sampling and bend together. The interval is that error
-    times Student's t. The error of sampling is the scatter over 30 blocks of successive references:
-    the limit of a bootstrap over these blocks with many draws, without its randomness; with Kantz's
-    method it is wider by sqrt(2), since a pair counts from both its ends. Of 100 series of 2000
-    values each, the interval held the exponent of Hénon's map, of the logistic map (ln 2) and of
-    Lorenz' x in all (Kantz: in all, with one of Lorenz' unanswered).
+    median gap of any two values (where the errors are known, H_k is below exp(-1.2) times the width
+    of any two values), and whose halves differ in slope by less than 35 %, the one whose slope has
+    the least standard error, of sampling and bend together. The interval is that error times
+    Student's t. The error of sampling is the scatter over 30 blocks of successive references: the
+    limit of a bootstrap over these blocks with many draws, without its randomness. It is wider by
+    sqrt(1 + q) with q the share of the pairs that count from both their ends: all with Kantz's
+    method. Of 100 series of 2000 values each, the interval held the exponent of Hénon's map, of the
+    logistic map (ln 2) and of Lorenz' x in all (Kantz: in 99 of Lorenz'). Under known noise of 2 %
+    it held Hénon's in 97 % of 60 series of 500 values and in all of 2000, and was 0.6 times as wide
+    as under unknown noise. Where a motion lingers near a cycle (intermittency) for longer than a
+    block, the interval is too narrow.
 
     Parameters
     ----------
@@ -214,6 +229,12 @@ def lyapunov_exponent(
         First and last k of the line, to overrule the rule.
     radius : float, optional
         For Kantz, in the unit of `x`; by default half of the references have a neighbour.
+    timing_error : float, optional
+        Standard deviation of the errors of the instants between which the values are intervals, as
+        for `correlation_dimension`. Unless it or `value_error` is given, that of impacts is the
+        root mean square of their `time_error`, with the method of Rosenstein.
+    value_error : float, optional
+        Standard deviation of independent noise on each value. Only with the method of Rosenstein.
 
     Returns
     -------
@@ -246,6 +267,13 @@ def lyapunov_exponent(
         if method != "kantz":
             raise InvalidInput("radius", radius, required)
         radius = number("radius", radius, required, above=0)
+    noise = stated_errors(x, timing_error, value_error)
+    if method != "rosenstein":
+        if timing_error is not None or value_error is not None:
+            name = "value_error" if timing_error is None else "timing_error"
+            given = value_error if timing_error is None else timing_error
+            raise InvalidInput(name, given, 'None with method "kantz"', 'Use "rosenstein"')
+        noise = None
     values = varying(series(x, gap=1))
     window = theiler_window(theiler, values)
     if step is None and isinstance(x, Impacts):
@@ -271,10 +299,12 @@ def lyapunov_exponent(
     from ._stretch import LOWEST
 
     far = math.log(typical_gap(values))
-    setting = Setting(values, dimension, delay, window, method, radius, far)
+    setting = Setting(
+        values, dimension, delay, window, method, radius, far, noise and noise.of_value
+    )
     followed = follow_on(setting, least_steps, steps is None)
-    curve, close = followed.curve, followed.close
-    end = int(np.argmax(close < STILL_CLOSE)) - 1 if (close < STILL_CLOSE).any() else len(close) - 1
+    curve, close = followed.freed or followed.curve, followed.close
+    end = followed.end
     told = curve.stretch > LOWEST
     verdict: Verdict = "divergence"
     if region is not None:
@@ -282,10 +312,16 @@ def lyapunov_exponent(
     else:
         # By then the vectors have long turned to where they grow, and share no coordinate.
         turned = 3 * (dimension - 1) * delay
-        line = best_line(curve, turned, end, math.log(2 * resolution(values) or 1e-300))
-    if line is None and end == len(close) - 1 and told.all() and np.ptp(curve.stretch[1:]) < 1:
-        verdict = "no divergence"
-        line = fit(curve, len(close) // 8, len(close) - 1)
+        begin = 0 if noise is None else noise.steps
+        if not told[: end + 1].all():
+            begin = max(begin, int(np.flatnonzero(~told[: end + 1])[-1]) + 1)
+        line = best_line(curve, begin, turned, end, math.log(2 * resolution(values) or 1e-300))
+    if line is None and end == len(close) - 1:
+        plain = followed.curve
+        if (plain.stretch > LOWEST).all() and np.ptp(plain.stretch[1:]) < 1:
+            verdict = "no divergence"
+            curve, told = plain, plain.stretch > LOWEST
+            line = fit(curve, len(close) // 8, len(close) - 1)
     if line is None:
         verdict = "no scaling region"
     elif verdict == "divergence" and line.slope < 2 * standard_error(line):
@@ -308,6 +344,7 @@ def lyapunov_exponent(
         dimension=dimension,
         delay=delay,
         theiler=window,
+        noise=None if noise is None else noise.of_value,
         warnings=tuple(warnings),
     )
 

@@ -1,0 +1,46 @@
+"""Errors of a series that are known: stated by the caller, or borne by the impacts."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._arguments import number
+from ..impacts import Impacts
+
+
+class Stated(NamedTuple):
+    """Standard deviations of the errors of instants and of values, and where they are from."""
+
+    timing: float
+    value: float
+    source: str
+
+    @property
+    def of_value(self) -> float:
+        """Standard deviation of the noise on one value; neighbouring intervals share an instant."""
+        return math.hypot(math.sqrt(2) * self.timing, self.value)
+
+    @property
+    def steps(self) -> int:
+        """After how many steps the noise on a value is independent of the noise before."""
+        return 2 if self.timing else int(self.value > 0)
+
+
+def stated_errors(x: Any, timing: float | None, value: float | None) -> Stated | None:
+    """The errors as given, or else by the `time_error` of impacts; None where not known."""
+    if timing is not None:
+        timing = number("timing_error", timing, least=0)
+    if value is not None:
+        value = number("value_error", value, least=0)
+    if timing is not None or value is not None:
+        return Stated(timing or 0.0, value or 0.0, "as given")
+    if isinstance(x, Impacts) and x.time_error is not None:
+        errors = x.time_error[np.isfinite(x.time_error)]
+        if len(errors):
+            return Stated(
+                float(np.sqrt(np.mean(errors**2))), 0.0, "by the time_error of the impacts"
+            )
+    return None
