@@ -44,7 +44,7 @@ class Posterior(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Band:
+class Band(Shown):
     """Shares of the measured intervals, or pairs of them, and of those of simulated trains.
 
     Attributes

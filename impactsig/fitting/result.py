@@ -140,7 +140,7 @@ class OscillatorFit(Shown):
         trains : int
             How many, 40 or more.
         seed : int, SeedSequence or Generator, optional
-            The same seed gives the same result.
+            The same seed gives the same result; a Generator is drawn from and moves on.
 
         Returns
         -------

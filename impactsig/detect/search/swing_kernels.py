@@ -145,8 +145,14 @@ def _bursts(x, origin, sigma, rows, swung, close, values, out):
             part = slice(first, last + 1)
             start = int(rows[first, 0]) - origin
             stop = int(rows[last, 0] + rows[last, 1]) + 1 - origin
-            width = max(1, int(0.5 * contacts / count))
-            either = _lies_either_way(x, start, stop, width, sigma, values)
+            length = height = 0.0
+            for i in range(first, last + 1):
+                if int(rows[i, 5]) != NO_PULSE:
+                    length += math.log(max(rows[i, 1], 1.0))
+                    height += rows[i, 2]
+            width = max(1, int(0.5 * math.exp(length / count)))
+            least = DEEP * height / count
+            either = _lies_either_way(x, start, stop, width, sigma, least, values)
             found |= _is_burst(rows[part], swung[part], count, either, out[part])
         if end:
             first, count, contacts = k, 0, 0.0
@@ -157,10 +163,11 @@ def _bursts(x, origin, sigma, rows, swung, close, values, out):
 
 
 @inner
-def _lies_either_way(x, first, last, width, sigma, values):
+def _lies_either_way(x, first, last, width, sigma, deep, values):
     """Whether samples [first, last) move far more than those beside, and as far down as up.
 
-    Means of `width` samples tell, so that noise does not where pulses are lower than it.
+    Somewhere they lie `deep` below the level, as what drifts does not. Means of `width` samples
+    tell, so that noise does not where pulses are lower than it.
     """
     length = last - first
     first, last = max(first, 0), min(last, len(x))
@@ -177,7 +184,7 @@ def _lies_either_way(x, first, last, width, sigma, values):
     if inside < LOUDER * max(_moves(x, before, first, width), _moves(x, last, after, width)):
         return False
     level = median_of(values, count)
-    above = below = 0.0
+    above = below = deepest = 0.0
     least = NOISE * sigma / math.sqrt(width)
     for i in range(first, last - width + 1, width):
         off = _mean(x, i, width) - level
@@ -185,7 +192,8 @@ def _lies_either_way(x, first, last, width, sigma, values):
             above += off**2
         elif off < -least:
             below += off**2
-    return below > BELOW * above
+            deepest = max(deepest, -off)
+    return below > BELOW * above and deepest > deep
 
 
 @inner
