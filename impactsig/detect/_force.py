@@ -172,9 +172,11 @@ class _Search:
             reach = range(max(k - BESIDE, 0), min(k + BESIDE + 1, spans.count))
             judge.look_again(rung, [spans.faint(i, rung) for i in reach])
         judge.decide()
-        group = near[judge.passing]
         first = sum(len(one.events) for one in beside if one.first < span.first)
         own = slice(first, first + len(span.events))
+        if judge.in_step:
+            self.found.in_step += int(np.count_nonzero(judge.high[own] & judge.fits[own]))
+        group = near[judge.passing]
         events = span.events[judge.passing[own]]
         probability = judge.probability[own][judge.passing[own]]
         if len(judge.faint):

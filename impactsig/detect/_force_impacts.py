@@ -39,6 +39,7 @@ class ForceImpacts(NamedTuple):
     longest: float  # contact that was searched for [s]
     moves: bool  # something slower than that does
     silent: bool  # nothing at all moves between impacts
+    in_step: int  # weak events that came once in each period of the mains, and were left out
 
 
 class Found:
@@ -56,6 +57,7 @@ class Found:
         self.disturbances: list[Disturbance] = []
         self.widths = np.empty(0)
         self.moves = False
+        self.in_step = 0
 
     def add(
         self,
@@ -116,6 +118,7 @@ class Found:
             self.longest,
             self.moves,
             not any(self.sigma),
+            self.in_step,
         )
 
     @staticmethod

@@ -69,6 +69,11 @@ def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, .
             f"No pulse is shorter than {usual:g} s, so longer ones were taken for impacts: give "
             "contact_time if they are none, or to find such in every record of a series."
         )
+    if found.in_step:
+        notes.append(
+            f"{found.in_step} weak pulses that come once in each period of the mains were taken "
+            "for interference, of what switches: if they are impacts, give threshold."
+        )
     if silent := _durations(found, "dropout"):
         notes.append(
             f"The signal drops out {len(silent)} times, for {sum(silent) / rate:.3g} s in all: "

@@ -208,3 +208,28 @@ def test_a_sensor_that_rings_on_top_of_its_pulses_is_named():
     again = found_in(samples, merge_within=advised)
     assert within(again, times, 1e-3) == (len(times), 0)
     assert not any("rings" in one for one in again.notes)
+
+
+@pytest.mark.parametrize("pace", [50 / 3, 20.0, 25.0, 30.0])
+def test_weak_impacts_of_a_machine_driven_at_a_share_of_the_mains_are_found(pace):
+    """Each comes in the same phase of 50 or 60 Hz, but not in every period."""
+    rng = np.random.default_rng(17)
+    times = 0.1 + np.arange(int(4.8 * pace)) / pace
+    samples = pulses(times, 0.4e-3) + 0.25 * rng.standard_normal(round(5.0 * RATE))
+    found = found_in(samples)
+    hit, false = within(found, times, 5e-4)
+    assert hit >= 0.95 * len(times)
+    assert false <= 2
+
+
+def test_weak_pulses_in_every_period_of_the_mains_are_named():
+    rng = np.random.default_rng(18)
+    times = 0.1 + np.arange(235) / 50.0
+    samples = pulses(times, 0.4e-3) + 0.25 * rng.standard_normal(round(5.0 * RATE))
+    found = found_in(samples)
+    assert len(found) == 0
+    (note,) = (one for one in found.notes if "each period of the mains" in one)
+    assert "give threshold" in note
+    hit, false = within(found_in(samples, threshold=0.7), times, 5e-4)
+    assert hit >= 0.95 * len(times)
+    assert false <= 5

@@ -21,6 +21,8 @@ FAINT_FLOOR = 0.02
 """The same for fainter ones than are certain, which a sensor's ringing may be."""
 FAINT, IN_STEP = 12.0, 0.98
 """Standard deviations of what may be interference, and how well it keeps the mains' phase."""
+EACH = 1.5
+"""Periods of the mains that it comes after, at most: a machine may be driven at a third of it."""
 APART, FLANKS = 3.0, 6.5
 """Widths of an impact to either side in which no fainter one is looked for, and in which it lies in
 the flanks of a response, which it draws down."""
@@ -85,8 +87,8 @@ class Judge:
         """Tell which of the events may be impacts, of those that are high enough."""
         self.high, events = high, self.events
         self.near = events[self.fits & high]
-        in_step = in_step_with_mains(self.near, self.grid.rate)
-        self.passing = self.fits & high & (not in_step)
+        self.in_step = not self.level.given and in_step_with_mains(self.near, self.grid.rate)
+        self.passing = self.fits & high & (not self.in_step)
         if self.usual >= 4.0:
             self.passing &= events[:, 1] > 1.0  # one sample among pulses of many: a glitch
         elif self.usual < 3.0:
@@ -219,7 +221,10 @@ def in_step_with_mains(events: np.ndarray, rate: float) -> bool:
     """Whether weak events come with the mains, once a period: what switches, not what hits."""
     if len(events) < SEVERAL or events[:, 3].max() > FAINT:
         return False
+    usual = float(np.median(np.diff(np.sort(events[:, 0])))) / rate
     for mains in BASES:
+        if usual * mains > EACH:
+            continue
         turns = np.exp(2j * np.pi * mains * events[:, 0] / rate)
         if abs(turns.mean()) > IN_STEP:
             return True
