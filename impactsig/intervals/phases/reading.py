@@ -79,7 +79,7 @@ def recurrences(time: np.ndarray) -> list[Recurrence]:
         if len(differences) < LEAST_REPEATS * m:
             break
         period = _mode(differences)
-        if period > 0:
+        if period > np.spacing(np.abs(time).max()):  # else it is rounding
             found.append(Recurrence(m, period, Warps((time - time[0]) / period)))
     return found
 
