@@ -157,8 +157,8 @@ class IntervalFeedback:
         Raises
         ------
         InvalidInput
-            If the orbit has not as many spikes as can be told apart, the parameter does not move
-            them, or there is no orbit with impacts of that strength.
+            If the orbit has more spikes than the feedback can distinguish, the parameter does not
+            move them, or there is no orbit with impacts of that strength.
         """
         own = cls(0.0, limit, None, delay or 1, 0.0, parameter, signal, level)
         if strength is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 from typing import Literal
 
@@ -15,6 +16,7 @@ from ..dynamics.tangents.tangent import tangent_map
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate import simulate
+from ._differences import slope as derivative
 
 NUDGE = 1e-4  # share of the size of a parameter, for the difference quotient
 RETURNS = 1e-6  # relative: an orbit returns to within this
@@ -143,6 +145,10 @@ class OGY:
         )
         return np.array(motion.final[:2])
 
+    def _pushed(self, state: np.ndarray, by: float) -> np.ndarray:
+        """The same under the parameter moved."""
+        return self._image(self.nudged(self.orbit.system, by), state)
+
     def _linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Points, gains and the multipliers that these make."""
         orbit, n = self.orbit, self.orbit.periods
@@ -155,12 +161,7 @@ class OGY:
             here = tangent_map(oscillator, periods=1, initial=start, phase=orbit.phase)
             slopes.append(here.matrix)
             points.append(np.array(here.final[:2]))
-
-            def quotient(h: float, state: np.ndarray = points[k]) -> np.ndarray:
-                up = self._image(self.nudged(oscillator, h), state)
-                return (up - self._image(self.nudged(oscillator, -h), state)) / (2 * h)
-
-            shifts.append((4 * quotient(h / 2) - quotient(h)) / 3)
+            shifts.append(derivative(partial(self._pushed, points[k]), h))
         whole = np.eye(2)
         for slope in slopes:
             whole = slope @ whole

@@ -187,6 +187,7 @@ class _Search:
             events, probability = events[order], probability[order]
         draw_together(events, group)
         dropouts = np.concatenate([one.first + one.dropouts for one in spans.around(k, 1)])
+        noise = Noise(grid.rungs.width, span.noise, span.step)
         whole = True
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
@@ -203,7 +204,6 @@ class _Search:
                     return self._report(k, segment)
                 rows[marks, 5] = NO_PULSE  # faint ones, which nothing was judged by
             swings_back(samples, origin, dropouts, rows, swung)
-            noise = Noise(grid.rungs.width, span.noise, span.step)
             tails(samples, origin, noise, rows, events, trailing)
             if whole and bursts(samples, origin, span.sigma, rows, swung, marks):
                 span.bursts += _stretches(rows, marks)

@@ -9,6 +9,7 @@ import numpy as np
 from ...dynamics.periodic.flow_orbits import FlowOrbit
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
+from .._differences import slopes
 from ..running.crossings import Crossings
 from .impact_map import SpikeMap
 
@@ -16,7 +17,7 @@ STEP = 1e-4  # relative, of difference quotients
 
 
 def check_flow(flow: Flow, parameter: Any, level: float | None) -> None:
-    """Refuse a parameter that the flow has not, and spikes that are not told.
+    """Refuse a parameter that the flow does not have, and spikes whose level is not given.
 
     Raises
     ------
@@ -60,7 +61,7 @@ def crossing_maps_of(
     assert level is not None
     from_orbit = Crossings(flow, signal, level)
     across = from_orbit.across
-    start, crossed = orbit.state, []
+    start = orbit.state
     for _ in range(2):  # the first lap finds the section, the second is on it
         states, times, now = [], [], 0.0
         while now < orbit.period * (1 - 1e-6):
@@ -76,9 +77,9 @@ def crossing_maps_of(
             raise InvalidInput(
                 "level", level, f"between {low[k]:.6g} and {high[k]:.6g}, which the orbit crosses"
             )
-        start, crossed = states[0], list(zip(times, states, strict=True))
+        start = states[0]
     # Times count from a crossing, to which the orbit returns after its period.
-    times, states = [one for one, _ in crossed], [crossed[-1][1], *[one for _, one in crossed]]
+    states = [states[-1], *states]
     size = np.ptp(orbit.sample(np.linspace(0, orbit.period, 200)), axis=0)[across]
     unit = max(abs(flow.parameters[parameter]), 1e-3)
 
@@ -95,17 +96,7 @@ def crossing_maps_of(
                 raise InvalidInput("orbit", orbit, "one whose neighbours cross the level as well")
             return np.append(found[1][across], found[0])
 
-        def slope(along: np.ndarray, h: float) -> np.ndarray:
-            def quotient(h: float) -> np.ndarray:
-                return (image(h * along) - image(-h * along)) / (2 * h)
-
-            return (4 * quotient(h / 2) - quotient(h)) / 3
-
-        steps = STEP * np.append(size, unit)
-        d = len(across)
-        slopes = np.column_stack(
-            [slope(along, h) for along, h in zip(np.eye(d + 1), steps, strict=True)]
-        )
-        return SpikeMap(slopes[:d, :d], slopes[:d, d], slopes[d, :d], float(slopes[d, d]))
+        found, d = slopes(image, STEP * np.append(size, unit)), len(across)
+        return SpikeMap(found[:d, :d], found[:d, d], found[d, :d], float(found[d, d]))
 
     return [map_of(here) for here in states[:-1]], np.diff([0.0, *times])

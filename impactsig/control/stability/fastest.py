@@ -43,8 +43,8 @@ def fastest(maps: list[SpikeMap], growth: Callable[[float, float], float]) -> tu
 def _exact(maps: list[SpikeMap], scale: float) -> list[tuple[float, float]]:
     """What would do away with the unstable direction, were it the only one.
 
-    There s' = L s + b p and I' = t s + c p, and p = -(L / b) s makes s' nothing; the state is told
-    by the last interval and the last change, s = L (I - c p) / t + b p.
+    There s' = L s + b p and I' = t s + c p, so that p = -(L / b) s makes s' zero. The state follows
+    from the last interval and the last change: s = L (I - c p) / t + b p.
     """
     if len(maps) > 1:
         return []

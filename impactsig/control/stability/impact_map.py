@@ -12,6 +12,7 @@ from ...oscillators import Oscillator
 from ...simulate import RungeKutta, simulate
 from ...simulate.basis.events import IMPACT, PHASE, ROW_KIND, ROW_V, TOUCH, TURN, TURNS
 from ...simulate.exact.exact import piecewise_linear
+from .._differences import slopes
 from ..ogy import moved
 
 STEP = 1e-4  # relative, of difference quotients
@@ -77,6 +78,11 @@ def check_parameter(machine: Oscillator, parameter: Any) -> None:
         raise InvalidInput("parameter", "amplitude", '"load", where it is the base that forces')
 
 
+def largest_force(machine: Oscillator) -> float:
+    """Amplitude of the greatest of its forces, the scale of steps of a parameter; 1 without."""
+    return max([abs(one.amplitude) for one in machine.forces], default=1.0)
+
+
 def _method(machine: Oscillator) -> dict[str, Any]:
     return {} if piecewise_linear(machine) else {"method": RungeKutta(FINE)}
 
@@ -87,7 +93,6 @@ def _map(orbit: PeriodicOrbit, motion: Any, hits: np.ndarray, parameter: str) ->
     begun = hits[1, 0] - BEFORE * (hits[1, 0] - hits[0, 0])  # [forcing periods from phase 0]
     x, v = motion.sample((begun - orbit.phase / TURN) * period)
     start = np.array([float(x), float(v)])
-    largest = max([abs(one.amplitude) for one in machine.forces], default=1.0)
     scale = np.array([abs(hits[1, 1]) / machine.angular_forcing_frequency, abs(hits[1, 1])])
 
     def image(by: np.ndarray) -> np.ndarray:
@@ -99,15 +104,8 @@ def _map(orbit: PeriodicOrbit, motion: Any, hits: np.ndarray, parameter: str) ->
         )  # fmt: skip
         return _hits(beside, 2).ravel()
 
-    def slope(along: np.ndarray, h: float) -> np.ndarray:
-        def quotient(h: float) -> np.ndarray:
-            return (image(h * along) - image(-h * along)) / (2 * h)
-
-        return (4 * quotient(h / 2) - quotient(h)) / 3
-
-    steps = STEP * np.append(scale, largest)
-    slopes = np.column_stack([slope(along, h) for along, h in zip(np.eye(3), steps, strict=True)])
-    first, second = slopes[:2], slopes[2:]
+    found = slopes(image, STEP * np.append(scale, largest_force(machine)))
+    first, second = found[:2], found[2:]
     matrix = np.linalg.solve(first[:, :2].T, second[:, :2].T).T
     shift = second[:, 2] - matrix @ first[:, 2]  # the parameter is moved at the first of the two
     return SpikeMap(matrix, shift, matrix[0] - np.array([1.0, 0.0]), float(shift[0]))

@@ -7,6 +7,7 @@ from typing import Any
 
 from ...dynamics.periodic.orbits import PeriodicOrbit, find_periodic_orbit
 from ...errors import InvalidInput
+from .impact_map import largest_force
 
 MOST = 120  # orbits that are looked for
 STRIDE = 0.1  # of the strength: the most that it changes from orbit to orbit
@@ -28,7 +29,7 @@ def offset_of(
     if not isinstance(orbit, PeriodicOrbit) or not orbit.found or orbit.impacts != 1:
         raise InvalidInput("orbit", orbit, "an orbit of one impact that was found")
     machine, offset = orbit.system, 0.0
-    largest = max([abs(one.amplitude) for one in machine.forces], default=1.0)
+    largest = largest_force(machine)
     seen, step = _strength(orbit), 1e-3 * largest
     begun = seen
     for _ in range(MOST):

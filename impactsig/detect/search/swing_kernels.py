@@ -143,17 +143,7 @@ def _bursts(x, origin, sigma, rows, swung, close, values, out):
             )
         if end and count >= MANY:
             part = slice(first, last + 1)
-            start = int(rows[first, 0]) - origin
-            stop = int(rows[last, 0] + rows[last, 1]) + 1 - origin
-            length = height = 0.0
-            for i in range(first, last + 1):
-                if int(rows[i, 5]) != NO_PULSE:
-                    length += math.log(max(rows[i, 1], 1.0))
-                    height += rows[i, 2]
-            width = max(1, int(0.5 * math.exp(length / count)))
-            least = DEEP * height / count
-            either = _lies_either_way(x, start, stop, width, sigma, least, values)
-            found |= _is_burst(rows[part], swung[part], count, either, out[part])
+            found |= _is_burst(x, origin, sigma, rows[part], swung[part], count, values, out[part])
         if end:
             first, count, contacts = k, 0, 0.0
         if k < len(rows):
@@ -215,10 +205,10 @@ def _mean(x, first, width):
 
 
 @inner
-def _is_burst(rows, swung, count, either, out):
+def _is_burst(x, origin, sigma, rows, swung, count, values, out):
     """Whether `count` pulses that follow one another are a burst; if so, mark what it explains."""
     seen = below = rising = climbing = 0
-    before = total = early = late = 0.0
+    before = total = early = late = lengths = 0.0
     for k in range(len(rows)):
         if int(rows[k, 5]) == NO_PULSE:
             continue
@@ -228,14 +218,23 @@ def _is_burst(rows, swung, count, either, out):
         climbing += height > before
         before = height
         total += height
+        lengths += math.log(max(rows[k, 1], 1.0))
         seen += 1
         if 2 * seen <= count:
             early += height**2
         else:
             late += height**2
-    swings = below >= SWUNG * count and rising >= RISING * below
-    if late < LASTING * early or not (swings or (either and climbing >= CLIMBING * count)):
+    if late < LASTING * early:
         return False
+    if below < SWUNG * count or rising < RISING * below:
+        start = int(rows[0, 0]) - origin
+        stop = int(rows[-1, 0] + rows[-1, 1]) + 1 - origin
+        width = max(1, int(0.5 * math.exp(lengths / count)))
+        deep = DEEP * total / count
+        if climbing < CLIMBING * count or not _lies_either_way(
+            x, start, stop, width, sigma, deep, values
+        ):
+            return False
     for k in range(len(rows)):
         out[k] = rows[k, 2] * count < HIGHER * total
     return True

@@ -94,7 +94,13 @@ class Candidates(NamedTuple):
     frame: np.ndarray  # of the octaves
     coarse: np.ndarray  # bool: from narrow bands alone, and so only known to some 10 ms
     spread: np.ndarray  # standard deviation of the instant as far as the frame tells it [s]
-    probability: np.ndarray
+    odds: np.ndarray  # logarithm of those of an impact
+
+    @property
+    def probability(self) -> np.ndarray:
+        """That they are impacts."""
+        likely: np.ndarray = 1.0 / (1.0 + np.exp(-np.clip(self.odds, -50.0, 50.0)))
+        return likely
 
 
 class Crests(NamedTuple):
@@ -154,9 +160,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     coarse = np.arange(len(frame)) >= len(place)
     order = np.argsort(frame, kind="stable")
     found = Candidates(frame[order], coarse[order], np.zeros(len(frame)), odds[order])
-    found = with_tones(found, crests, passage, b, audible, seconds)
-    likely = 1.0 / (1.0 + np.exp(-np.clip(found.probability, -50.0, 50.0)))
-    return found._replace(probability=likely)
+    return with_tones(found, crests, passage, b, audible, seconds)
 
 
 def with_tones(
@@ -167,7 +171,7 @@ def with_tones(
     audible: float,
     seconds: float,
 ) -> Candidates:
-    """Candidates and low tones, where none of the former is as likely; all of them with log-odds.
+    """Candidates, and low tones where none of the former is as likely.
 
     A low tone stands for all less likely candidates beside it.
     """
@@ -175,7 +179,7 @@ def with_tones(
     g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
     crest = separate_crests(g, round(APART / per))
     crest, tones = tone_odds(crest, g, greatest_within(b, 2), round(RATTLE_WITHIN / per))
-    frame, odds = found.frame, found.probability.copy()
+    frame, odds = found.frame, found.odds.copy()
     middle = GROUP * crest
     first, last = np.searchsorted(frame, (middle - SOONER / seconds, middle + LATER / seconds))
     best = np.empty(len(crest), np.int64)

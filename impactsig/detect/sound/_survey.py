@@ -106,6 +106,11 @@ class Survey:
     tail_loud: np.ndarray = field(default_factory=lambda: np.empty(0))  # the loudness there
     carried: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))  # last band powers
 
+    @property
+    def unresolved(self) -> bool:
+        """Whether the noise is weaker than a step of the converter for most of the time."""
+        return self.below_step > 0.5 * len(self.noise)
+
     def __post_init__(self) -> None:
         scale = self.scale
         hop = GROUP * scale.hop

@@ -50,7 +50,7 @@ from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples
 from ._decision import LATER, SOONER, candidates
 from ._kernels import BLOCK, GROUP, Scale, measure
-from ._survey import Survey, white_gains
+from ._survey import Survey
 from ._windows import windows
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
@@ -133,7 +133,7 @@ def detect_sound(
         none = np.empty(0)
         flags = np.empty(0, np.uint8)
         return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none)
-    noise = noise_rms(np.median(survey.noise, axis=0), scale)
+    noise = noise_rms(np.median(survey.noise, axis=0), survey.gains)
     chosen, likeliest = choose(survey, least_probability, rate)
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
@@ -254,10 +254,12 @@ def choose(survey: Survey, least: float, rate: float) -> tuple[dict[int, Chosen]
     chosen, greatest = {}, 0.0
     for passage in survey.passages:
         found = candidates(passage, survey.spread, survey.scale, rate)
-        kept = found.probability >= least
-        greatest = max(greatest, float(found.probability.max(initial=0.0)))
+        likely = found.probability
+        kept = likely >= least
+        greatest = max(greatest, float(likely.max(initial=0.0)))
         if kept.any():
-            chosen[passage.segment] = Chosen(*(column[kept] for column in found))
+            columns = (found.frame, found.coarse, found.spread, likely)
+            chosen[passage.segment] = Chosen(*(column[kept] for column in columns))
     return chosen, greatest
 
 
@@ -282,7 +284,7 @@ def greatest_rise(
 
 def converter_notes(survey: Survey) -> tuple[str, ...]:
     """A sentence where the converter does not resolve the noise."""
-    if survey.below_step <= 0.5 * len(survey.noise):
+    if not survey.unresolved:
         return ()
     return (
         "The noise is weaker than a step of the converter, so sounds of less than a step are "
@@ -303,7 +305,7 @@ def click_notes(clicks: np.ndarray) -> tuple[str, ...]:
 
 def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     """A sentence where a good part of the record is digital silence, time and again."""
-    if survey.below_step > 0.5 * len(survey.noise):
+    if survey.unresolved:
         return ()
     silent = [np.concatenate(passage.silent) for passage in survey.passages]
     share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples
@@ -317,8 +319,6 @@ def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     )
 
 
-def noise_rms(power: np.ndarray, scale: Scale) -> float:
+def noise_rms(power: np.ndarray, gains: np.ndarray) -> float:
     """RMS of the samples in the octaves, from the power of their details."""
-    return math.sqrt(
-        float(np.sum(power / (white_gains(scale) * 2.0 ** (1 + np.arange(len(power))))))
-    )
+    return math.sqrt(float(np.sum(power / (gains * 2.0 ** (1 + np.arange(len(power)))))))
