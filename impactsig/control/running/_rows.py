@@ -103,6 +103,12 @@ def end_row(line, count, share):
 def cross_limit(line, laps, count, share, region, side):
     """End the row where the force reaches a limit, or comes back from it."""
     end_row(line, count, share)
+    mark_limit(laps, count, region, side)
+
+
+@inner
+def mark_limit(laps, count, region, side):
+    """Count that the force is at a limit now: where the next row begins is no smooth place."""
     count[EDGE] = side
     count[REGION] = side if region == 0 else 0
     count[LAPS] = laps[1]

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, inner, kernel
-from ...simulate.basis.delay import DISPLACEMENT, VELOCITY, Control
+from ..._compiled import inner, kernel
+from ...simulate.basis.delay import DISPLACEMENT, VELOCITY
 from ...simulate.basis.events import (
     APPROACH,
     BROKEN,
@@ -39,16 +39,15 @@ from ...simulate.basis.events import (
 from ...simulate.basis.laws import PLACE
 from ...simulate.basis.tableau import DEGREE
 from ...simulate.exact.passing import pass_time, set_clock, time_until
-from ...simulate.stepping.contact import hold, note, settle_event, slide, touched
+from ...simulate.stepping.contact import hold, note, slide, touched
 from ...simulate.stepping.crossing import (
     OF_STOP,
     ZEROS,
+    begin_events,
     event_root,
-    list_events,
     polish,
-    zeros_at_start,
 )
-from ...simulate.stepping.rates import Functions, open_leg, origin, pull
+from ...simulate.stepping.rates import open_leg, origin, pull
 from ...simulate.stepping.rest import departure, holding, rigid_at, unstick
 from ...simulate.stepping.step import interpolate, stride, take
 from ...simulate.stepping.stepping import inside
@@ -67,14 +66,9 @@ from ._rows import (
     side_of_limit,
     turn_back,
 )
+from ._settling import settle, under
 
 ROOM = 4  # rows that one pass may write
-
-
-@inlined
-def under(f, feedback, line, past, region):
-    """What acts, the control force among it."""
-    return Functions(f.law, f.upper, f.lower, Control(feedback, line, past, region))
 
 
 @inner
@@ -182,13 +176,7 @@ def run(
         a = pull(acting, leg, s, 0.0, y, v)
         if not math.isfinite(a):
             return BROKEN if p.forced else DIVERGED
-        number = list_events(p, s, leg, count[MODE], y, v)
-        due = -1
-        for i in range(number):
-            zeros = zeros_at_start(p, acting, leg, s, s.events[i], y, v, a, balanced)
-            s.events[i, ZEROS] = zeros
-            if zeros < 0 and due < 0:
-                due = i
+        number, due = begin_events(p, acting, leg, s, count[MODE], y, v, a, balanced)
         if due < 0:
             step, dq, dv, wish, tries = stride(
                 p, tab, acting, leg, s, state[STEP], ahead, y, v, a, state[SPEED]
@@ -235,13 +223,9 @@ def run(
             if due < 0:
                 inside(p, state, count)
                 continue
-        count[LAPS] = laps[0]
-        past, smooth = recall(fb, line, count, clock)
-        x = state[Q] + leg.origin
-        region, edge = side_of_limit(fb, line, past, count, signal_of(fb, x, 0.0))
-        acting = under(f, fb, line, past, region)
-        calm = min(time_until(clock, end_turns, end_phase), smooth)
-        left = settle_event(p, acting, s, leg, clock, state, count, events, due, calm)
+        left, past, region = settle(
+            p, f, fb, line, laps, leg, s, clock, state, count, events, due, end_turns, end_phase
+        )
         if left < 0:
             return BROKEN
         if left > 0:

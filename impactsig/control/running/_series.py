@@ -34,15 +34,11 @@ class SeriesRoom(NamedTuple):
     """Room for a step."""
 
     nodes: np.ndarray  # (FIT + 1,) shares of a step
-    fit: (
-        np.ndarray
-    )  # (FIT + 1, same) from values at the nodes, a row each, to Chebyshev coefficients
+    fit: np.ndarray  # (FIT + 1, same) from values at nodes, a row each, to Chebyshev coefficients
     shifted: np.ndarray  # (FIT + 1, same) from these, a row each, to powers of the share
     inverse: np.ndarray  # (ORDER + 1,) 1 / (n + 1)
     binomial: np.ndarray  # (ORDER + 1, same)
-    bernstein: (
-        np.ndarray
-    )  # (ORDER + 1, same, same) of each degree, from powers, a row each, to Bernstein form
+    bernstein: np.ndarray  # (ORDER + 1, same, same) of a degree: powers, a row each, to Bernstein
     values: np.ndarray  # (2, FIT + 1)
     late: np.ndarray  # (ORDER + 1,) what is fed back from one delay before
     gap: np.ndarray  # (ORDER + 1,) of the control force to its limit

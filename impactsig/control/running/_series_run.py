@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 
 from ..._compiled import inlined, inner, kernel
-from ...simulate.basis.delay import Control
 from ...simulate.basis.events import (
     APPROACH,
     BROKEN,
@@ -35,13 +34,24 @@ from ...simulate.basis.events import (
 )
 from ...simulate.basis.laws import PLACE
 from ...simulate.exact.passing import pass_time, set_clock, time_until
-from ...simulate.stepping.contact import hold, note, settle_event, slide, touched
-from ...simulate.stepping.crossing import OF_STOP, ZEROS, list_events, zeros_at_start
-from ...simulate.stepping.rates import Functions, open_leg, origin, pull
+from ...simulate.stepping.contact import hold, note, slide, touched
+from ...simulate.stepping.crossing import OF_STOP, begin_events
+from ...simulate.stepping.rates import open_leg, origin, pull
 from ...simulate.stepping.rest import departure, holding, rigid_at, unstick
 from ...simulate.stepping.stepping import inside
 from ._force import signal_of
-from ._rows import EDGE, LAPS, REACHED, REGION, ROWS, begin_row, recall, side_of_limit, turn_back
+from ._rows import (
+    EDGE,
+    LAPS,
+    REACHED,
+    REGION,
+    ROWS,
+    begin_row,
+    mark_limit,
+    recall,
+    side_of_limit,
+    turn_back,
+)
 from ._series import (
     delayed_series,
     expand,
@@ -50,14 +60,9 @@ from ._series import (
     write_series,
 )
 from ._series_roots import series_bound, series_event
+from ._settling import settle, under
 
 ROOM = 4  # rows that one pass may write
-
-
-@inlined
-def under(f, feedback, line, past, region):
-    """What acts, the control force among it."""
-    return Functions(f.law, f.upper, f.lower, Control(feedback, line, past, region))
 
 
 @inlined
@@ -147,9 +152,7 @@ def run(p, f, s, fb, line, room, laps, clock, state, count, events, end_turns, e
                     turned = False
                     if share < 1.0 and side != 0:
                         end_series(line, count, share)
-                        count[EDGE] = side
-                        count[REGION] = side if region == 0 else 0
-                        count[LAPS] = laps[1]
+                        mark_limit(laps, count, region, side)
                         pass_time(clock, share * tau)
                         continue
                     pass_time(clock, tau)
@@ -185,13 +188,7 @@ def run(p, f, s, fb, line, room, laps, clock, state, count, events, end_turns, e
         a = pull(acting, leg, s, 0.0, y, v)
         if not math.isfinite(a):
             return BROKEN if p.forced else DIVERGED
-        number = list_events(p, s, leg, count[MODE], y, v)
-        due = -1
-        for i in range(number):
-            zeros = zeros_at_start(p, acting, leg, s, s.events[i], y, v, a, balanced)
-            s.events[i, ZEROS] = zeros
-            if zeros < 0 and due < 0:
-                due = i
+        number, due = begin_events(p, acting, leg, s, count[MODE], y, v, a, balanced)
         if due < 0:
             step = min(longest_step(leg, fb, p.fastest), ahead)
             step = delayed_series(fb, line, past, room, step, False)
@@ -214,9 +211,7 @@ def run(p, f, s, fb, line, room, laps, clock, state, count, events, end_turns, e
                 h = share * step
                 end_series(line, count, share)
                 if due < 0:
-                    count[EDGE] = side
-                    count[REGION] = side if region == 0 else 0
-                    count[LAPS] = laps[1]
+                    mark_limit(laps, count, region, side)
             at = min(share, 1.0)
             dq, dv = gain_of(room.q, at), gain_of(room.v, at)
             state[Q], state[V] = y + dq, v + dv
@@ -230,13 +225,9 @@ def run(p, f, s, fb, line, room, laps, clock, state, count, events, end_turns, e
             if due < 0:
                 inside(p, state, count)
                 continue
-        count[LAPS] = laps[0]
-        past, smooth = recall(fb, line, count, clock)
-        x = state[Q] + leg.origin
-        region, edge = side_of_limit(fb, line, past, count, signal_of(fb, x, 0.0))
-        acting = under(f, fb, line, past, region)
-        calm = min(time_until(clock, end_turns, end_phase), smooth)
-        left = settle_event(p, acting, s, leg, clock, state, count, events, due, calm)
+        left, past, region = settle(
+            p, f, fb, line, laps, leg, s, clock, state, count, events, due, end_turns, end_phase
+        )
         if left < 0:
             return BROKEN
         if left > 0:

@@ -88,6 +88,22 @@ def starts(p, leg, s, y, a, rate):
     return 0, 0.0
 
 
+@inlined
+def begin_events(p, f, leg, s, mode, y, v, a, balanced):
+    """List the event functions of a step, with their zeros where it starts.
+
+    How many there are, and the first that falls from there, or -1.
+    """
+    number = list_events(p, s, leg, mode, y, v)
+    due = -1
+    for i in range(number):
+        zeros = zeros_at_start(p, f, leg, s, s.events[i], y, v, a, balanced)
+        s.events[i, ZEROS] = zeros
+        if zeros < 0 and due < 0:
+            due = i
+    return number, due
+
+
 @inner
 def zeros_at_start(p, f, leg, s, row, y, v, a, balanced):
     """How many times an event function is zero where the step starts; -1 if it falls from there.

@@ -39,7 +39,7 @@ from .contact import (
     slide,
     touched,
 )
-from .crossing import OF_STOP, ZEROS, earliest, halve, list_events, polish, zeros_at_start
+from .crossing import OF_STOP, begin_events, earliest, halve, polish
 from .rates import PUSHING, open_leg, origin, pull, status
 from .rest import departure, holding, rigid_at, unstick
 from .step import stride
@@ -116,13 +116,7 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
         a = pull(f, leg, s, 0.0, y, v)
         if not math.isfinite(a):
             return BROKEN if p.forced else DIVERGED
-        number = list_events(p, s, leg, count[MODE], y, v)
-        due = -1
-        for i in range(number):
-            zeros = zeros_at_start(p, f, leg, s, s.events[i], y, v, a, balanced)
-            s.events[i, ZEROS] = zeros
-            if zeros < 0 and due < 0:
-                due = i
+        number, due = begin_events(p, f, leg, s, count[MODE], y, v, a, balanced)
         if due < 0:
             step, dq, dv, wish, tries = stride(
                 p, tab, f, leg, s, state[STEP], end, y, v, a, state[SPEED]

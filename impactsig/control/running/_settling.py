@@ -1,0 +1,33 @@
+"""Kernels: what follows an event under delayed feedback, by steps or by series."""
+
+from __future__ import annotations
+
+from ..._compiled import inlined, inner
+from ...simulate.basis.delay import Control
+from ...simulate.basis.events import Q
+from ...simulate.exact.passing import time_until
+from ...simulate.stepping.contact import settle_event
+from ...simulate.stepping.rates import Functions
+from ._force import signal_of
+from ._rows import LAPS, recall, side_of_limit
+
+
+@inlined
+def under(f, feedback, line, past, region):
+    """What acts, the control force among it."""
+    return Functions(f.law, f.upper, f.lower, Control(feedback, line, past, region))
+
+
+@inner
+def settle(p, f, fb, line, laps, leg, s, clock, state, count, events, due, end_turns, end_phase):
+    """What follows the event function `due` of a step, which has ended there.
+
+    Returns what `settle_event` does, where what is fed back is found, and the region of the force.
+    """
+    count[LAPS] = laps[0]
+    past, smooth = recall(fb, line, count, clock)
+    x = state[Q] + leg.origin
+    region, _ = side_of_limit(fb, line, past, count, signal_of(fb, x, 0.0))
+    acting = under(f, fb, line, past, region)
+    calm = min(time_until(clock, end_turns, end_phase), smooth)
+    return settle_event(p, acting, s, leg, clock, state, count, events, due, calm), past, region
