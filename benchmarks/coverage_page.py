@@ -48,8 +48,8 @@ none since. The constants of exponents, and how far short slopes go on, were cho
 of the orbits at 20.1 and 20.3355 Hz that are also counted here: these rows show what was reached,
 not what to expect anew. The further beams at 20.15, 20.25 and 20.45 Hz chose nothing, that at
 20.5 Hz was looked at. There, as at 20.45 Hz, the motion lingers near a cycle for longer than the
-blocks of time that errors are told by. The noise levels of a system share their series: what one
-of them misses, the others miss too.
+blocks of time from which errors are estimated. All noise levels of a system use the same series:
+what is missed at one of them is missed at the others too.
 
 ![Local slopes](dimension_coverage.svg)
 

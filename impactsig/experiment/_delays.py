@@ -47,8 +47,6 @@ FAR = 0.3
 """Of the way from a transient to a frequency extrapolated from it alone: the same."""
 SETTLING = 20.0
 """Forcing periods that a motion is taken to last after it is lost where no transient is seen."""
-
-
 UNSEEN = math.log(1e10)
 """Of the size at which what is off a motion is seen over that with which it may have begun."""
 
