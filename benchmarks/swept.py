@@ -2,10 +2,9 @@
 
     python -m benchmarks.swept [--rate HZ_PER_S] [--restitution R] [--damping D] [--seed N]
 
-The forcing goes from 18 to 26 Hz and back in two recordings, phase-true, its frequency held through
-each period; a load cell hears it at 20 dB. The steady jumps are those of the simulator at steps of
-0.01 Hz, each begun where the last ended. Printed with each jump: as it is seen, and less its delay,
-from both recordings and from its own alone.
+The forcing goes from 18 to 26 Hz and back in two recordings; a load cell hears it at 20 dB. Steady
+jumps are those of the simulator at steps of 0.01 Hz, each begun where the last ended. Printed with
+each jump: as it is seen, and less its delay, from both recordings and from its own alone.
 """
 
 from __future__ import annotations
@@ -23,24 +22,18 @@ from impactsig.experiment._transitions import Jump, jumps_in_sweeps
 from .experiments import BEAM, CONTACT, DECIBELS, RATE, VOLTS_PER_VELOCITY, motion_in
 
 SPAN = (18.0, 26.0)
-STEP, SETTLED = 0.01, 1500
+STEP, SETTLED = 0.01, 1500  # [Hz], and forcing periods before what is looked at
 SHORTEST = 0.1  # [Hz]; what the steady motion does for less, windows of a sweep do not show
 
 
 def train_of(beam, first: float, last: float, rate: float) -> im.Impacts:
-    """The impacts of a sweep, a forcing period at a time."""
-    frequency, begin, times, velocities = first, 0.0, [], []
-    state = im.simulate(beam(first), periods=1, transient=400).final[:2]
-    while (last - frequency) * rate > 0:
-        motion = im.simulate(beam(frequency), periods=1, initial=tuple(state))
-        times.append(begin + motion.impacts.time - motion.start)
-        velocities.append(motion.impacts.approach_velocity)
-        state = motion.final[:2]
-        begin += 1 / frequency
-        frequency += rate / frequency
-    velocity = np.concatenate(velocities)
+    """The impacts of a sweep, begun from the steady motion."""
+    settled = SETTLED / first
+    sweep = im.Swept(beam(first), rate, start=settled)
+    motion = im.simulate(sweep, duration=(last - first) / rate, transient=settled)
+    velocity = motion.impacts.approach_velocity
     return im.Impacts(
-        np.concatenate(times), start=0.0, duration=begin, unit="V",
+        motion.impacts.time - motion.start, start=0.0, duration=motion.duration, unit="V",
         contact_time=CONTACT * velocity**-0.2, peak=VOLTS_PER_VELOCITY * velocity,
     )  # fmt: skip
 

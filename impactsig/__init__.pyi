@@ -74,6 +74,7 @@ from .oscillators import stop_damping as stop_damping
 from .oscillators import stop_restitution as stop_restitution
 from .oscillators import stop_stiffness as stop_stiffness
 from .oscillators.flows import Flow as Flow
+from .oscillators.swept import Swept as Swept
 from .reading_motion import recorded_motion as recorded_motion
 from .reconstruct.delays import autocorrelation_delay as autocorrelation_delay
 from .reconstruct.delays import mutual_information_delay as mutual_information_delay

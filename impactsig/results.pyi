@@ -61,6 +61,7 @@ from .simulate.beam.restitution import ApparentRestitution as ApparentRestitutio
 from .simulate.flows.flow_motion import FlowMotion as FlowMotion
 from .simulate.instruments.measuring import Measured as Measured
 from .simulate.spectrum import PowerSpectrum as PowerSpectrum
+from .simulate.sweeping import SweptMotion as SweptMotion
 from .stochastic.averaging.averaging import AveragedDensity as AveragedDensity
 from .stochastic.averaging.bifurcation import PBifurcation as PBifurcation
 from .stochastic.averaging.shapes import DensityShape as DensityShape

@@ -154,6 +154,7 @@ def valid_calls(t: Things) -> dict[str, tuple[tuple[Any, ...], dict[str, Any]]]:
     call("Rigid", 0.7)
     call("RungeKutta")
     call("Stop", 1.0, im.Rigid(0.7))
+    call("Swept", t.oscillator)
     call("align_impacts", t.irregular, t.irregular)
     call("apparent_restitution", t.beam_motion)
     call("autocorrelation_delay", t.x)

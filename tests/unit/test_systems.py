@@ -50,6 +50,10 @@ def spiked(frequency):
     return im.Controlled(soft(frequency), im.IntervalFeedback(0.01, 0.05))
 
 
+def chirped(frequency):
+    return im.Swept(soft(frequency), frequency_rate=1e-4)
+
+
 SADDLE = (0.954, 0.36)  # near the orbit of Karpodinis' beam that OGY holds
 
 
@@ -67,6 +71,7 @@ COLUMNS = {
     "delayed feedback": (delayed, 0.9, {"periods": 30}),
     "interval feedback": (spiked, 0.9, {"periods": 30}),
     "OGY": (nudged, 20.3355, {"periods": 30}),
+    "swept force": (chirped, 0.9, {"duration": 210.0}),
     "with noise": (noisy, 0.9, {"periods": 30, "every": 2 * math.pi / 0.9 / 64, "seed": 1}),
 }
 
@@ -93,7 +98,9 @@ def states(column):
     own = motion(column)
     found = own.sample(own.stop)
     assert own.status == "complete"
-    assert own.system in (system(column), getattr(system(column), "system", None))
+    assert system(column) in (own.system, getattr(own, "sweep", None)) or (
+        own.system == system(column).system
+    )
     assert own.stop == own.start + own.duration
     end = np.concatenate([np.ravel(part) for part in own.final])[: np.size(found)]
     if column != "cantilever":  # whose final state is that of its modes
@@ -292,6 +299,7 @@ def test_options_of_another_kind_of_system_are_refused_by_name():
         "delayed feedback": ("seed", "keep", "every", "path"),
         "interval feedback": ("seed", "keep", "every", "path"),
         "OGY": ("seed", "keep", "every", "path"),
+        "swept force": ("seed", "every", "path"),
         "with noise": ("keep", "chatter"),
     }
     for column, names in wrong.items():

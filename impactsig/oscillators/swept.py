@@ -1,0 +1,167 @@
+"""An oscillator whose force is swept through frequencies or amplitudes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from .._arguments import number, reals
+from ..errors import InvalidInput
+from .oscillator import Oscillator
+
+
+@dataclass(frozen=True)
+class Swept:
+    """An oscillator under a swept force: a system again, which `simulate` moves.
+
+    With t in seconds since the start of the simulation, s = max(t - start, 0) and the oscillator's
+    force ``A cos(2 pi f t + phase)``, the force is::
+
+        (A + amplitude_rate s) cos(2 pi (f t + frequency_rate s^2 / 2) + phase)
+
+    so its phase is continuous, and its frequency is ``f + frequency_rate s`` at each instant.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        What moves. Its one force is the one that is swept.
+    frequency_rate : float
+        Change of the frequency in a second [Hz/s]; below 0 it is swept downwards.
+    amplitude_rate : float
+        Change of the amplitude in a second [N/s], or in the oscillator's unit of force.
+    start : float
+        When the sweep begins [s]; until then, the force keeps its frequency and its amplitude.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of its range, or the oscillator has not one force and nothing else that
+        moves it.
+
+    See Also
+    --------
+    simulate, Force, Rig
+
+    Notes
+    -----
+    The motion is stepped (`RungeKutta`), as no closed form is left to follow. It has no forcing
+    period, so it takes `duration`, and questions that count in forcing periods refuse it. Of an
+    oscillator without unit of time read 1 / unit for Hz and unit for s.
+
+    Examples
+    --------
+    >>> from impactsig import Swept, scenes, simulate
+    >>> up = Swept(scenes.karpodinis(20.0), frequency_rate=0.5, start=2.0)
+    >>> motion = simulate(up, duration=4.0, transient=2.0)
+    >>> up.frequency(motion.stop)
+    22.0
+    """
+
+    oscillator: Oscillator
+    frequency_rate: float = 0.0
+    amplitude_rate: float = 0.0
+    start: float = 0.0
+
+    moved_by: ClassVar[str] = "impactsig.simulate.sweeping"
+
+    def __post_init__(self) -> None:
+        own = self.oscillator
+        if not isinstance(own, Oscillator):
+            raise InvalidInput("oscillator", own, "an Oscillator, as impactsig.scenes makes")
+        moved_otherwise = own.base is not None or own.law is not None or own.noise is not None
+        if len(own.forces) != 1 or moved_otherwise:
+            raise InvalidInput(
+                "oscillator", own, "an oscillator with one force, and no base, law or noise",
+                "A law(t, x, v) can hold any force that changes with time",
+            )  # fmt: skip
+        for name in ("frequency_rate", "amplitude_rate"):
+            object.__setattr__(self, name, number(name, getattr(self, name)))
+        object.__setattr__(self, "start", number("start", self.start, least=0.0))
+
+    def frequency(self, time: Any) -> Any:
+        """Frequency of the force [Hz] at times [s]; a float or an array, as `time` is.
+
+        Raises
+        ------
+        InvalidInput
+            If a time is no finite number.
+        """
+        return self._at(time, lambda t, s: self._first + self.frequency_rate * s)
+
+    def phase(self, time: Any) -> Any:
+        """Phase of the force [rad] at times [s], counted from 0 at t = 0; as `time` is.
+
+        Raises
+        ------
+        InvalidInput
+            If a time is no finite number.
+        """
+        return self._at(
+            time, lambda t, s: math.tau * (self._first * t + self.frequency_rate * s * s / 2)
+        )
+
+    @property
+    def time_unit(self) -> float:
+        """Seconds in the oscillator's unit of time."""
+        return self.oscillator.time_unit
+
+    @property
+    def in_seconds(self) -> bool:
+        """Whether times are in seconds."""
+        return self.oscillator.in_seconds
+
+    @property
+    def forcing_period(self) -> None:
+        """None: a swept force does not recur."""
+
+    @property
+    def _first(self) -> float:
+        """Frequency before the sweep [Hz]."""
+        return self.oscillator.forces[0].angular_frequency / (math.tau * self.time_unit)
+
+    def _at(self, time: Any, value: Any) -> Any:
+        t = reals("time", time, "times [s]")
+        if not np.isfinite(t).all():
+            raise InvalidInput("time", time, "finite times [s]")
+        found = value(t, np.maximum(t - self.start, 0.0))
+        return float(found) if found.ndim == 0 else found
+
+    def times_of(self, phase: Any) -> np.ndarray:
+        """Times [s] of phases [rad]: the inverse of `phase`, where the frequency is above 0."""
+        turns = np.asarray(phase) / math.tau
+        after = np.maximum(turns - self._first * self.start, 0.0)
+        root = np.sqrt(self._first**2 + 2 * self.frequency_rate * after)
+        return np.where(
+            after > 0, self.start + 2 * after / (self._first + root), turns / self._first
+        )
+
+    def as_law(self, phase: float) -> Oscillator:
+        """The oscillator with the swept force, of that phase at t = 0, for its `law`."""
+        force, unit = self.oscillator.forces[0], self.time_unit
+        law = _law(
+            float(force.amplitude),
+            self.amplitude_rate * unit,
+            float(force.angular_frequency),
+            math.pi * self.frequency_rate * unit**2,
+            float(force.phase) + phase,
+            self.start / unit,
+        )
+        return replace(self.oscillator, forces=(), law=law)
+
+
+@lru_cache(maxsize=256)  # to compile it once
+def _law(
+    amplitude: float, growth: float, omega: float, bend: float, angle: float, start: float
+) -> Callable[[float, float, float], float]:
+    """A swept force, in the oscillator's units."""
+
+    def swept_force(t: float, x: float, v: float) -> float:
+        s = max(t - start, 0.0)
+        return (amplitude + growth * s) * math.cos(omega * t + bend * s * s + angle)
+
+    return swept_force
