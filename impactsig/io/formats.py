@@ -175,6 +175,12 @@ def _recognised(path: Path, head: bytes) -> Format:
         return MATLAB_4
     known = "; ".join(f"{f.name}: {' '.join(f.extensions)}" for f in FORMATS)
     begins = f"it begins with {head[:8]!r}"
+    if named is not None and named.module.startswith("text.") and is_plain(head):
+        raise UnreadableFile(
+            path,
+            f"holds no numbers ({begins})",
+            "Expected columns of numbers, with or without headings above them",
+        )
     if named is not None:
         raise UnreadableFile(
             path,

@@ -99,6 +99,18 @@ FILES = {
     + rows(1e3 * T, F, A, delimiter="\t"),
     "LabChart, remarks": "Interval=\t2e-05 s\nChannelTitle=\tload\tfloor\n"
     + rows(T, F, A, delimiter="\t").replace("\n", "\t#* knock\n", 9).replace("\t#* knock", "", 8),
+    "OWON, measured": "Frequency,50.00Hz\nPeriod,20.00ms\nPK-PK,2.00V\nTime interval,20.00uS\n\n"
+    "index,load(N),floor(g)\n" + rows(COUNT, F, A),
+    "Hantek": "#CHANNEL:CH1\n#CLOCK=20.0uS\n#SIZE=40\n#UNITS:V\n\n" + rows(F, A),
+    "DASYLab": "DASYLab - V 13.00.00\nBlock length: 100\nNumber of channels: 2\n"
+    "Measurement time[s];load [N];floor [g]\n" + rows(T, F, A, delimiter=";"),
+    "any language": "时间(s),load,floor\n" + rows(T, F, A),
+    "PULSE": "HeaderSize:\t6\nX-Axis unit:\ts\nX-Axis delta:\t2e-05\nY-Axis unit:\tN\nData:\n"
+    + rows(COUNT + 1, T, F, A, delimiter="\t"),
+    "prose": "X axis : Time, s\nSampling frequency = 50000 Hz\nNumber of values = 40\n\n"
+    + rows(T, F, A, delimiter="   "),
+    "LabVIEW": "channel names:\nload\tfloor\nstart times:\n04/05/2023 11:22\t04/05/2023 11:22\n"
+    "dt:\n0.000020\t0.000020\ndata:\n" + rows(F, A, delimiter="\t"),
     "quoted": '"Time","load","floor"\n'
     + "".join(
         ",".join(f'"{x:.9g}"'.replace(".", ",") for x in row) + "\n"
@@ -107,11 +119,14 @@ FILES = {
 }
 NAMED = {"words", "comment", "spoken", "Abtastrate", "Yokogawa", "LabChart", "catman", "micros"}
 NAMED |= {"RTB2000", "DL850", "LabChart, ranges", "catman, rates", "BenchVue", "Vernier", "PASCO"}
-NAMED |= {"AndroSensor", "mSec", "elapsed_us"}
+NAMED |= {"AndroSensor", "mSec", "elapsed_us", "OWON, measured", "DASYLab", "any language"}
 NAMED |= {"DS1052E", "Infiniium", "Audacity", "DIN 1313", "Biopac", "LabChart, remarks", "quoted"}
 TIMED = {
     "WaveJet",
     "UNI-T",
+    "OWON, measured",
+    "Hantek",
+    "LabVIEW",
     "Audacity",
     "Yokogawa",
     "words",
@@ -204,7 +219,14 @@ def test_a_header_that_its_times_contradict_is_named(tmp_path):
 
 def test_words_that_are_no_rate_give_none(tmp_path):
     path = tmp_path / "a.csv"
-    for line in ["Forcing frequency: 20 Hz", "rate 5", "Gain: 1000", "Interval: 3", "fs ="]:
+    for line in [
+        "Forcing frequency: 20 Hz",
+        "Frequency: 50 Hz\nPeriod: 20 ms",
+        "rate 5",
+        "Gain: 1000",
+        "Interval: 3",
+        "fs =",
+    ]:
         path.write_text(f"{line}\nx\n" + rows(F))
         with pytest.raises(InvalidInput, match="give rate="):
             io.read(path)
@@ -381,3 +403,11 @@ def test_settings_and_samples_in_two_files(tmp_path):
     samples.unlink()
     with pytest.raises(UnreadableFile, match=r"Put run\.Wfm\.csv, which"):
         io.read(settings)
+
+
+@pytest.mark.parametrize("text", ["time,force\n", "hello\nworld\n"])
+def test_text_without_numbers_is_called_so(tmp_path, text):
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    with pytest.raises(UnreadableFile, match=r"holds no numbers.*Expected columns of numbers"):
+        io.read(path)

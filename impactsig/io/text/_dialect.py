@@ -192,8 +192,15 @@ def _first_row(lines: list[str], delimiter: str, decimal: str, columns: int) -> 
         if not _is_row(cells, columns, decimal) or cells[0].endswith(("=", ":")):
             begin = index + 1
         elif all(is_number(cell, decimal) or is_moment(cell) for cell in cells if cell):
-            return begin
+            if not _is_key(lines[index + 1 : index + 2]):
+                return begin
+            begin = index + 1
     return 0
+
+
+def _is_key(below: list[str]) -> bool:
+    """Whether the line below a row of numbers goes on with settings, such as "data:"."""
+    return bool(below and re.fullmatch(r"[A-Za-z][\w ]*:\s*", below[0]))
 
 
 def _lacks_its_first(cells: list[str], below: list[str], delimiter: str) -> bool:
@@ -250,8 +257,11 @@ def _headings(
 
 def _is_setting(cells: list[str], decimal: str) -> bool:
     """Whether a line that could be headings is a setting, such as "Sample interval:,2E-5"."""
-    apart = cells[0].endswith((":", "=")) and all(is_number(one, decimal) for one in cells[1:])
-    return apart if len(cells) > 1 else re.search(r"\w: +\d", cells[0]) is not None
+    if len(cells) == 1:
+        return re.search(r"\w: +\d", cells[0]) is not None
+    keys = (index for index, cell in enumerate(cells) if cell.endswith((":", "=")))
+    values = cells[next(keys, len(cells)) + 1 :]
+    return bool(values) and is_number(values[0], decimal)
 
 
 def _up_to_headings(

@@ -20,15 +20,16 @@ from ._dialect import Dialect, is_number, split_line
 
 # Words without spaces and signs, in lower case. Those after "with a unit" say too little alone.
 _STEP = re.compile(
-    "increment|delta|[tx]incr?(ement)?|dt|delta([tx]|time)|sampl(e|ing)(interval|period|time)"
-    "|time(increment|step|interval)|[hx]resolution|abtastintervall"
+    "increment|(xaxis)?delta|[tx]incr?(ement)?|dt|delta([tx]|time)"
+    "|sampl(e|ing)(interval|period|time)|time(increment|step|interval)|[hx]resolution|abtastintervall"
 )
-_STEP_WITH_A_UNIT = re.compile("interval|step|period|resolution")
+# Not "period": oscilloscopes write that of the signal, as they measure it.
+_STEP_WITH_A_UNIT = re.compile("interval|step|resolution|clock")
 _RATE = re.compile(
     "(default)?sampl(e|ing)(rate|frequency)|samplespersecond|(scan|data|acquisition)rate|fs"
     "|(abtast|mess)rate"
 )
-_RATE_WITH_A_UNIT = re.compile("rate|sampling|acquisition|sr")
+_RATE_WITH_A_UNIT = re.compile("rate|sampling|acquisition|sr|clock")
 _START = re.compile("start(time)?|t0|tstart|x(start|zero|org|0|at0)|hoffset")
 _NAMES = re.compile("channel(title|names?)|tracename|source|signalname|waveform")
 _UNITS = re.compile("unitname|vunit|verticalunits|channelunits")

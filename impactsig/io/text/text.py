@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import UnreadableFile
 from .._limits import Limits
 from .._source import Signal, Source
-from .._time_columns import epoch_factor, time_factor
+from .._time_columns import FACTORS, epoch_factor, time_factor
 from .._timebase import (
     DOUBTFUL,
     TimeBase,
@@ -87,7 +87,7 @@ def open_source(path: Path, limits: Limits) -> Source:
     names = [*dialect.names[:width]] or [""] * width
     units = [*dialect.units[:width]] or [""] * width
     _refuse_stray_text(path, table, names, settings)
-    clock = _clock(dialect, table, names, units, settings)
+    clock = _clock(dialect, table, names, units, settings, preamble.base and preamble.base.rate)
     counter = -1
     kept = []
     for index, column in enumerate(table.columns):
@@ -217,9 +217,14 @@ def _refuse_stray_text(path: Path, table: Table, names: list[str], settings: ran
 
 
 def _clock(
-    dialect: Dialect, table: Table, names: list[str], units: list[str], settings: range
+    dialect: Dialect,
+    table: Table,
+    names: list[str],
+    units: list[str],
+    settings: range,
+    stated: float | None,
 ) -> _Clock:
-    """Find the column of times, and what follows from it."""
+    """Find the column of times, and what follows from it; `stated` is the rate of the header."""
     columns = table.columns
     numeric = [i for i, c in enumerate(columns) if c.filled and not c.text and i not in settings]
     found: list[_Clock] = []
@@ -244,12 +249,22 @@ def _clock(
         dates = [clock.recorded_at for clock in found if clock.recorded_at is not None]
         return finest._replace(recorded_at=dates[0] if dates else None)
     if dialect.names:
+        first = numeric[0] if numeric else -1
+        if numeric and units[first] and (factor := FACTORS.get(units[first].lower())):
+            # In any language: what rises evenly, in a unit of time, ahead of the samples.
+            clock = _column_clock(dialect, table, first, factor)
+            if clock.base.rate is not None:
+                return clock
         listed = ", ".join(repr(name) for name in names if name)
         return _Clock(TimeBase(None, 0.0, f"{_NO_TIME}: its columns are {listed}"), -1)
     if len(numeric) < 2:
         return _Clock(TimeBase(None, 0.0, f"{_NO_TIME}: it has one column of numbers"), -1)
     first = numeric[0]
     if columns[first].counts and columns[first].begin in (0.0, 1.0):
+        if stated and len(numeric) > 2:
+            clock = _column_clock(dialect, table, numeric[1], 1.0)
+            if abs((clock.base.rate or 0.0) / stated - 1) <= _ROUNDED:
+                return clock
         problem = f"{_NO_TIME}: its first column only counts the rows"
         return _Clock(TimeBase(None, 0.0, problem), first)
     clock = _column_clock(dialect, table, first, 1.0)
