@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
 import warnings
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -79,14 +81,14 @@ def settings_of(rig: Rig) -> str:
 class Work:
     """Works a run out where a worker is, and leaves it in the folder of the runs."""
 
-    tasks: tuple[Task, ...]
+    tasks: bytes  # pickled: of 1e5 objects the digest of this job would take 1.2 GB and a minute
     rig: Rig
     kept: Path
     settings: str
 
     def __call__(self, run: float) -> dict[str, np.ndarray]:
         """Of that number; the name under which it is kept."""
-        task, kept = self.tasks[int(run)], Kept(self.kept)
+        task, kept = _tasks(self.tasks)[int(run)], Kept(self.kept)
         content = content_of(task.path)
         key = key_of(content, self.settings, task.frequency)
         if not kept.is_done(key):
@@ -98,6 +100,12 @@ class Work:
                 kept.write_error(key, error)
         names = np.frombuffer(bytes.fromhex(content + key), np.uint64)
         return {"names": names}
+
+
+@lru_cache(maxsize=1)
+def _tasks(packed: bytes) -> list[Task]:
+    tasks: list[Task] = pickle.loads(packed)
+    return tasks
 
 
 def read_runs(
@@ -133,8 +141,9 @@ def read_runs(
         if k not in failed and not (task.key and kept.is_done(task.key))
     ]
     if left:
-        work = Work(tuple(tasks[k] for k in left), rig, kept.folder.absolute(), settings)
-        found, errors = _swept(work, threads, client, progress)
+        packed = pickle.dumps([tasks[k] for k in left])
+        work = Work(packed, rig, kept.folder.absolute(), settings)
+        found, errors = _swept(work, len(left), threads, client, progress)
         failed |= {left[k]: error for k, error in errors.items()}
         kept.learn({tasks[left[k]].path: content for k, (content, _) in found.items()})
         for k, (_, key) in found.items():
@@ -145,10 +154,9 @@ def read_runs(
 
 
 def _swept(
-    work: Work, threads: int, client: Any, progress: bool | None
+    work: Work, count: int, threads: int, client: Any, progress: bool | None
 ) -> tuple[dict[int, tuple[str, str]], dict[int, ImpactsigError]]:
     """Contents and keys of the runs that were worked out, and what went wrong with the others."""
-    count = len(work.tasks)
     several = min(threads, count) > 1 and client is None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ImpactsigWarning)  # failures are named in the experiment

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -285,3 +287,24 @@ def test_killed_at_any_instant_nothing_is_lost_or_done_twice(tmp_path):
     assert last.to_frame().equals(whole.to_frame())
     assert len(list(kept.glob("*/*.json"))) == 60
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in seen.items())
+
+
+def test_what_is_kept_of_a_recording_that_waits_is_small(monkeypatch):
+    """1e5 recordings are a list of names; the digest of the job took 10 kB of each."""
+
+    def name_only(work, run):
+        return {"names": np.zeros(8, np.uint64)}
+
+    monkeypatch.setattr(_reading.Work, "__call__", name_only)
+    count = 3000
+    places = [_reading.Place(float(k), "") for k in range(count)]
+    tasks = [_reading.Task(Path(f"{k}.wav"), place, None) for k, place in enumerate(places)]
+    work = _reading.Work(pickle.dumps(tasks), RIG, Path("kept"), "")
+    tracemalloc.start()
+    try:
+        found, errors = _reading._swept(work, count, 1, None, False)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert (len(found), errors) == (count, {})
+    assert peak < 3000 * count
