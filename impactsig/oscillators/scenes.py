@@ -332,13 +332,13 @@ def begley_virgin(
     _require(least=0.0, friction=friction, damping_ratio=damping_ratio)
     _require(least=0.0, most=1.0, kinetic_ratio=kinetic_ratio)
     left, right = _both(sigma)
-    rubs = bool(friction.any() if hasattr(friction, "any") else friction)
+    has_friction = bool(friction.any() if hasattr(friction, "any") else friction)
     wall = KelvinVoigt(wall_stiffness)
     return Oscillator(
         damping=2 * damping_ratio,
         base=BaseMotion(1.0, gamma, -math.pi / 2),
         stops=(Stop(left, wall, "lower"), Stop(right, wall, "upper")),
-        friction=Friction(kinetic_ratio * friction, friction) if rubs else None,
+        friction=Friction(kinetic_ratio * friction, friction) if has_friction else None,
         name=_named("Begley and Virgin's walls at gamma = {:g}", gamma),
         in_seconds=False,
     )

@@ -254,8 +254,10 @@ def kinds_of_stops(columns: Columns) -> np.ndarray:
 
 def groups(columns: Columns, forcing: Forcing) -> list[np.ndarray]:
     """Numbers of machines whose tables have the same layout, one array a layout."""
-    rubs = columns.static[None] > 0
-    keys = np.concatenate([forcing.slot, order_of_stops(columns), kinds_of_stops(columns), rubs])
+    has_friction = columns.static[None] > 0
+    keys = np.concatenate(
+        [forcing.slot, order_of_stops(columns), kinds_of_stops(columns), has_friction]
+    )
     if np.all(keys == keys[:, :1]):
         return [np.arange(columns.n)]
     _, group = np.unique(keys, axis=1, return_inverse=True)

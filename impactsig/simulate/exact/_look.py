@@ -134,7 +134,8 @@ def peaks(p, scratch, rows, first, last, ends, springs, dampers, positions, peak
                 b1 = -2 * leg.delta * b - leg.kappa * leg.w
                 b2 = -2 * leg.delta * b1 - leg.kappa * b
                 b3 = -2 * leg.delta * b2 - leg.kappa * b1
-                fourth = bound(leg.kappa, leg.delta, leg.root, leg.sort, b2, b3) + p.reach[i, 4]
+                fourth = bound(leg.kappa, leg.delta, leg.root, leg.damping_kind, b2, b3)
+                fourth += p.reach[i, 4]
             slope = (spring, damper)
             best = max(best, greatest(leg, spring * depth, slope, length, fourth))
         peak[n] = best

@@ -50,7 +50,8 @@ class Stack(NamedTuple):
 
 
 SCALARS = ("speed", "kinetic", "static")  # one number a machine
-SHARED = ("rubs", "chatter", "skip", "pressed", "gaps", "means", "side")  # one for all of a layout
+# One for all machines of a layout.
+SHARED = ("has_friction", "chatter", "skip", "pressed", "gaps", "meanings", "side")
 
 
 @lru_cache(maxsize=64)
@@ -169,7 +170,7 @@ def _problem(
         lag = np.where(spring > 0, damper * omega[:, None] / spring, 0.0)
         rest = np.where(kappa >= 1, constant / kappa, 0.0)
     beta = plan.lag * lag[:, plan.stop] + plan.halt
-    beyond = plan.means[:, :, 2]
+    beyond = plan.meanings[:, :, 2]
     gap = np.empty((*beta.shape, 3))
     gap[..., 0], gap[..., 1], gap[..., 2] = plan.alpha, beta, plan.toward * ways
     stacked: Any = Problem  # of many machines, whose numbers are columns
@@ -177,7 +178,7 @@ def _problem(
         kappa=kappa,
         delta=delta,
         root=root,
-        sort=np.sign(difference),
+        damping_kind=np.sign(difference),
         constant=constant,
         rest=rest,
         drift=np.where(kappa >= 1, 0.0, constant),
@@ -191,9 +192,9 @@ def _problem(
         force_bound=force_bound,
         pressed=plan.pressed,
         gaps=plan.gaps,
-        leans=np.any(beta, axis=2),
+        depends_on_velocity=np.any(beta, axis=2),
         gap=gap,
-        means=plan.means,
+        meanings=plan.meanings,
         land=plan.lands * (origin[:, :, None] - origin[:, beyond]),
         origin=origin,
         side=plan.side,
@@ -201,7 +202,7 @@ def _problem(
         speed=omega,
         kinetic=kinetic,
         static=static,
-        rubs=bool(plan.way.any()),
+        has_friction=bool(plan.way.any()),
         chatter=chatter,
         skip=bool(skip),
     )

@@ -94,14 +94,14 @@ def note(events, count, clock, kind, stop, mode, q, v, approach):
 @inlined
 def heading(p, i, way):
     """The mode for motion that way: with friction there is one for either."""
-    return i - i % 2 + (1 if way < 0 else 0) if p.rubs else i
+    return i - i % 2 + (1 if way < 0 else 0) if p.has_friction else i
 
 
 @inlined
 def touches(p, i, q):
     """Whether a rigid stop is touched."""
     for s in range(p.gaps[i]):
-        if p.means[i, s, 0] == HIT and p.gap[i, s, 0] * q + p.gap[i, s, 2] == 0.0:
+        if p.meanings[i, s, 0] == HIT and p.gap[i, s, 0] * q + p.gap[i, s, 2] == 0.0:
             return True
     return False
 
@@ -119,7 +119,7 @@ def pass_gap(p, clock, state, count, events, s, end, end_turns, end_phase, upper
     """What the closing of a gap means: an impact, another mode, rest."""
     i = count[MODE]
     v = state[V]
-    meaning, stop, beyond = p.means[i, s, 0], p.means[i, s, 1], p.means[i, s, 2]
+    meaning, stop, beyond = p.meanings[i, s, 0], p.meanings[i, s, 1], p.meanings[i, s, 2]
     if meaning == HALT:
         state[V] = 0.0
         return DONE
@@ -216,7 +216,7 @@ def grip(p, i, q):
     """Least and greatest force that a rest at q can hold: friction, and rigid stops it touches."""
     low, high = -p.static, p.static
     for s in range(p.gaps[i]):
-        if p.means[i, s, 0] == HIT and p.gap[i, s, 0] * q + p.gap[i, s, 2] == 0.0:
+        if p.meanings[i, s, 0] == HIT and p.gap[i, s, 0] * q + p.gap[i, s, 2] == 0.0:
             if p.gap[i, s, 0] < 0:
                 high = math.inf
             else:
@@ -228,7 +228,7 @@ def grip(p, i, q):
 def still(p, i, q):
     """Constant part of the force per mass at rest at q, friction left out."""
     f = p.constant[i] - p.kappa[i] * q
-    return f + (p.kinetic if i % 2 == 0 else -p.kinetic) if p.rubs else f
+    return f + (p.kinetic if i % 2 == 0 else -p.kinetic) if p.has_friction else f
 
 
 @inner
