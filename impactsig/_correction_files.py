@@ -134,7 +134,7 @@ def _instant(text: str, name: str, place: int) -> float:
 
 
 def _check_recording(known: set[str], recording: Any) -> None:
-    """Refuse corrections that were made in another recording of this name."""
+    """Refuse corrections that were made for another recording of the same name."""
     if not known:
         return
     digest = sha256(recording)[:DIGITS]
@@ -149,7 +149,7 @@ def _check_recording(known: set[str], recording: Any) -> None:
 
 
 def beside(recording: Any) -> Path:
-    """The file of corrections of a recording."""
+    """Path of the corrections of a recording."""
     return Path(f"{recording}{SUFFIX}")
 
 

@@ -1,4 +1,4 @@
-"""Corrections of a train by hand: impacts put in, moved and taken out, one line for each."""
+"""Corrections of a train by hand: impacts added, moved and rejected, one line for each."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def edited(
 
 
 def corrected(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
-    """The train with one correction made.
+    """Apply one correction.
 
     Raises
     ------
@@ -107,13 +107,13 @@ def corrected(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
 
 
 def listed(impacts: Impacts, lines: Sequence[Mapping[str, Any]]) -> Impacts:
-    """The train with these lines added to the list of its corrections."""
+    """Append lines to the train's list of corrections."""
     every = [*impacts.settings.get("corrections", ()), *lines]
     return replace(impacts, settings={**impacts.settings, "corrections": every})
 
 
 def channel_of(impacts: Impacts) -> str:
-    """The channel that a train was found in; of several their names, joined."""
+    """Name of the channel that a train was detected in; names of several are joined."""
     channel = impacts.settings.get("channel", "")
     return channel if isinstance(channel, str) else " + ".join(channel)
 

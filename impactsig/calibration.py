@@ -1,4 +1,4 @@
-"""A sensor's gain and offset from known loads."""
+"""Gain and offset of a sensor from known loads."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ class Calibration(Shown):
     unit: str = ""
 
     def apply(self, recording: Recording) -> Recording:
-        """The recording in the unit of the load."""
+        """Convert a recording to the unit of the load."""
         return recording.calibrate(self.scale, self.offset, self.unit or None)
 
     def error(self, reading: Any) -> np.ndarray:
-        """Standard error of the load at a reading, from scale and offset together."""
+        """Standard error of the load at a reading, from the errors of scale and offset."""
         at = np.stack([np.asarray(reading, float), np.ones(np.shape(reading))])
         return np.sqrt(np.einsum("i...,ij,j...->...", at, self.covariance, at))
 

@@ -69,7 +69,7 @@ def combine_impacts(
     within: float = 1e-3,
     longest_delay: float | None = None,
 ) -> Combination:
-    """Make one train of those that several sensors of a machine recorded at the same time.
+    """Combine the trains of several sensors of one machine into one train.
 
     How late each sensor is, as sound that travels to a microphone is, is found by `align_impacts`
     without skew. Impacts of two sensors at most `within` apart, once delays are taken off, are
@@ -165,7 +165,7 @@ def combine_impacts(
 
 
 def stops_of_sensors(stops: Any, count: int) -> list[int | None]:
-    """The stop that each of so many sensors belongs to.
+    """Validate the stops that sensors belong to.
 
     Raises
     ------
@@ -188,7 +188,7 @@ def _is_stop(one: Any) -> bool:
 def _delay(
     train: Impacts, reference: Impacts, within: float, longest: float | None
 ) -> tuple[float, float, str]:
-    """How late a train is, to within what, and a note; (0, inf) where that cannot be seen."""
+    """Delay of a train with its tolerance, and a note; (0, inf) if it cannot be estimated."""
     if min(len(train), len(reference)) < 2:
         return 0.0, math.inf, ""
     most, note = longest or LONGEST_DELAY, ""
@@ -212,7 +212,7 @@ def _delay(
 def _join(
     time: np.ndarray, index: np.ndarray, other: np.ndarray, within: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Instants of both, and which impact of each train they are."""
+    """Instants of both trains in one, and the index of each impact in either."""
     from ._assignment_kernels import assign
 
     pairs = assign(other, time, within)
@@ -227,7 +227,7 @@ def _join(
 
 
 def _common_gaps(trains: Sequence[Impacts], delays: Sequence[float]) -> np.ndarray:
-    """Spans that are a gap of every train [s]."""
+    """The spans in which all trains have a gap [s]."""
     edges = sorted(
         (float(at) - late, change)
         for train, late in zip(trains, delays, strict=True)

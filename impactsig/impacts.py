@@ -60,7 +60,7 @@ KINDS = {
 
 
 class Disturbance(NamedTuple):
-    """Something in a record that was kept apart from the impacts."""
+    """Something in a record that is not an impact, such as a glitch or a dropout."""
 
     kind: str
     """"glitch", "wide", "baseline", "dropout" or "burst", see `KINDS`."""
@@ -74,7 +74,7 @@ class Disturbance(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Impacts:
-    """Impacts in the order of time, with what was measured of each and of the run.
+    """A train of impacts in order of time, with what was measured of each impact and of the run.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ class Impacts:
     def from_times(
         cls, time: Any, *, start: float | None = None, duration: float | None = None, **known: Any
     ) -> Impacts:
-        """Impacts of which the instants are known, and perhaps more; unsorted times are sorted.
+        """Make a train from instants in any order, and whatever else is known of the impacts.
 
         Parameters
         ----------
@@ -320,7 +320,7 @@ class Impacts:
         return float(self.contact_time.sum() / valid)
 
     def bursts(self, within: float) -> tuple[np.ndarray, np.ndarray]:
-        """Groups of impacts each at most `within` after the one before (several spikes a period).
+        """Group impacts that follow one another within a given interval.
 
         Parameters
         ----------
@@ -345,13 +345,13 @@ class Impacts:
     # -- choosing --------------------------------------------------------------------------
 
     def __getitem__(self, which: Any) -> Impacts:
-        """The impacts at a slice, a mask or ascending indices, in the same run."""
+        """Select impacts by a slice, a mask or ascending indices; the run stays the same."""
         if isinstance(which, (int, np.integer)):
             which = [which]
         return replace(self, **{name: own[which] for name, own in table.columns(self).items()})
 
     def between(self, start: float | None = None, stop: float | None = None) -> Impacts:
-        """The impacts with start <= time < stop [s]; the run becomes that span."""
+        """Select the impacts with start <= time < stop [s]; the run becomes that span."""
         low = self.start if start is None else max(float(start), self.start)
         high = self.stop if stop is None else min(float(stop), self.stop)
         if not low < high:
@@ -376,7 +376,7 @@ class Impacts:
         by: str = "",
         comment: str = "",
     ) -> Impacts:
-        """The train corrected by hand; ``settings["corrections"]`` says how, by whom and when.
+        """Add, move and reject impacts by hand; ``settings["corrections"]`` lists every change.
 
         Parameters
         ----------
@@ -427,7 +427,7 @@ class Impacts:
         return write(self, recording)
 
     def apply_corrections(self, recording: Any) -> Impacts:
-        """The train with the corrections made that stand beside its recording.
+        """Apply the corrections that are stored beside the recording.
 
         `detect_impacts` does so where it is given the path of a recording, as do the commands and
         reports. Corrections of another channel, and outside the run, do not count.
@@ -455,7 +455,7 @@ class Impacts:
     # -- tables ----------------------------------------------------------------------------
 
     def to_frame(self) -> pd.DataFrame:
-        """A table with a row an impact and a column for each thing measured, in SI units."""
+        """A pandas table: one row for each impact, one column for each measured quantity."""
         import pandas as pd
 
         return pd.DataFrame(table.columns(self))
@@ -524,7 +524,7 @@ class Impacts:
 
 
 def exact(count: int) -> dict[str, Any]:
-    """What is known of simulated impacts: no error, and that they are impacts."""
+    """Columns that hold for every simulated impact: no error of the instant, probability 1."""
     return {"time_error": np.zeros(count), "probability": np.ones(count)}
 
 

@@ -1,4 +1,4 @@
-"""Which impact of one train is which of another: what a detector found, against the truth."""
+"""Pairs of impacts of two trains, and the precision and recall of a detector."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .impacts import Impacts
 
 @dataclass(frozen=True, eq=False)
 class Matching(Shown):
-    """Impacts of two trains, pair by pair.
+    """Pairs of detected and true impacts, with precision, recall and timing errors.
 
     Attributes
     ----------
@@ -55,12 +55,12 @@ class Matching(Shown):
 
     @property
     def precision(self) -> float:
-        """Share of the found impacts that are true; NaN where none were found."""
+        """Share of the detected impacts that are true; NaN if none were detected."""
         return _share(len(self.pairs), len(self.spurious))
 
     @property
     def recall(self) -> float:
-        """Share of the true impacts that were found; NaN where there are none."""
+        """Share of the true impacts that were detected; NaN if there are none."""
         return _share(len(self.pairs), len(self.missed))
 
     @property
@@ -90,7 +90,7 @@ class Matching(Shown):
 def match_impacts(
     found: Impacts, truth: Impacts, within: float = 1e-3, *, delay: float | None = 0.0
 ) -> Matching:
-    """Which true impact each found one is.
+    """Pair detected impacts with true ones.
 
     Of all ways to make pairs at most `within` apart, no impact in two of them, it is the one with
     the greatest sum of ``within - |error|``: the optimal assignment where an impact left alone

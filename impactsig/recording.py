@@ -1,4 +1,4 @@
-"""Recording: what an instrument wrote down, with the rate and the unit it was written in."""
+"""Recording: the samples of an instrument, with their rate and units."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ class Recording:
     # -- choosing --------------------------------------------------------------------------
 
     def channel(self, which: str | int) -> Recording:
-        """One channel, by name or by index, as a Recording with samples of shape (n,)."""
+        """Select one channel, by name or index; its samples have shape (n,)."""
         index = channel_index(self.channels, which)
         return replace(
             self,
@@ -159,7 +159,7 @@ class Recording:
         )
 
     def between(self, start: float | None = None, stop: float | None = None) -> Recording:
-        """The samples with start <= time < stop [s], without copying them.
+        """Select the samples with start <= time < stop [s], without copying them.
 
         Raises
         ------
@@ -174,7 +174,7 @@ class Recording:
     def calibrate(
         self, scale: float = 1.0, offset: float = 0.0, unit: str | None = None
     ) -> Recording:
-        """``scale * samples + offset``, in the new unit.
+        """Convert to another unit: ``scale * samples + offset``.
 
         Raises
         ------
@@ -191,7 +191,7 @@ class Recording:
         return replace(self, samples=samples, units=units)
 
     def resample(self, rate: float) -> Recording:
-        """The same signal at another rate, by a linear-phase polyphase filter.
+        """Resample to another rate by a linear-phase polyphase filter.
 
         A Kaiser window with 80 dB of stop-band attenuation; what lies above half the lower rate
         is removed. The rates must have a ratio of whole numbers up to 10 000.
@@ -222,7 +222,7 @@ class Recording:
     # -- showing ---------------------------------------------------------------------------
 
     def envelope(self, bins: int = 2000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Least and greatest sample in each of `bins` spans: no spike is lost by drawing these.
+        """Least and greatest sample in each of `bins` spans, so that a plot loses no spike.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""The tables of a rig file: their keys, and what each value must be."""
+"""The tables of a rig file: keys and permitted values."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ TABLES: dict[str, Mapping[str, Key]] = {
 
 
 def table(name: str, value: Any, keys: Mapping[str, Key]) -> dict[str, Any]:
-    """A table whose keys are known and whose values are what they must be.
+    """Validate the keys and values of a table.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def table(name: str, value: Any, keys: Mapping[str, Key]) -> dict[str, Any]:
 
 
 def channel_tables(value: Any) -> tuple[dict[str, Any], ...]:
-    """The channels; each is named or numbered, once."""
+    """Validate the channels, each of which is named or numbered once."""
     if isinstance(value, (str, Mapping)) or not isinstance(value, Sequence):
         raise InvalidInput("channel", value, "a list of tables, one a channel", "Write [[channel]]")
     found: list[dict[str, Any]] = []
@@ -197,6 +197,6 @@ def channel_tables(value: Any) -> tuple[dict[str, Any], ...]:
 
 
 def which(channel: Mapping[str, Any]) -> str | int:
-    """How a channel is chosen."""
+    """Name or number of a channel."""
     chosen: str | int = channel["name"] if "name" in channel else channel["number"]
     return chosen

@@ -1,4 +1,4 @@
-"""Where the motion changes along a branch, and by how much the branches differ."""
+"""Changes of the motion along a branch, and hysteresis between branches."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Jump(NamedTuple):
 
 
 class Hysteresis(NamedTuple):
-    """A change that is at another value of the parameter on the way back.
+    """A change that occurs at another value of the parameter on the way back.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Hysteresis(NamedTuple):
 
 
 def jumps_of(points: Sequence[Point]) -> tuple[Jump, ...]:
-    """The changes along each branch, in the order in which they are met."""
+    """The changes along each branch, in the order in which they occur."""
     jumps: list[Jump] = []
     for branch in dict.fromkeys(one.branch for one in points):
         own = [one for one in points if one.branch == branch and math.isfinite(one.value)]
@@ -92,7 +92,7 @@ def jumps_of(points: Sequence[Point]) -> tuple[Jump, ...]:
 
 
 def jumps_in_sweeps(sweeps: Sequence[tuple[Mapping[str, Any], str]]) -> list[Jump]:
-    """The changes of sweeps, each a row and its branch, with the delay of each taken off.
+    """The changes along sweeps, corrected for the delay of each sweep.
 
     A motion that is lost is told of by its transients: what grows before, and what decays where
     another sweep, the other way, takes it up. Where nothing grows before, but the motion that comes
@@ -117,7 +117,7 @@ def jumps_in_sweeps(sweeps: Sequence[tuple[Mapping[str, Any], str]]) -> list[Jum
 def _transients_of(
     change: Mapping[str, Any], everywhere: Sequence[Mapping[str, Any]]
 ) -> list[tuple[float, Any]]:
-    """The transients of the motion that a change hangs on, with the rates of their sweeps."""
+    """Transients of the motion at a change, with the rates of their sweeps."""
     if change["through"]:
         own, other, side, opposite = "decay", "growth", "after", "before"
     else:
@@ -135,7 +135,7 @@ def _transients_of(
 
 
 def _jump(points: Sequence[Point], k: int) -> Jump:
-    """The change after point k, placed by what the points around it say."""
+    """The change after point k, located by the points around it."""
     before, after = points[k], points[k + 1]
     first = k
     while first > max(0, k - REACH) and points[first - 1].motion == before.motion:
@@ -171,7 +171,7 @@ def _log(point: Point, motion: str) -> float:
 
 
 def hysteresis_of(jumps: Sequence[Jump]) -> tuple[Hysteresis, ...]:
-    """Changes of the upward branch with those of the downward one between the same motions.
+    """Pair changes of the upward branch with the reverse changes of the downward branch.
 
     Each is taken with the nearest on the other branch that is not taken yet.
     """

@@ -1,4 +1,4 @@
-"""Rig: how an experiment is recorded, as data that every command reads."""
+"""Rig: channels, detection and parameter of an experiment, as data that every command reads."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ class Rig:
 
     @classmethod
     def beside(cls, recording: Path) -> Rig | None:
-        """The rig whose file lies in the folder of a recording, if there is one."""
+        """The rig in the folder of a recording, or None."""
         place = recording.parent / RIG
         return cls.read(place) if place.is_file() else None
 
@@ -186,7 +186,7 @@ class Rig:
         return others[0] if others else None
 
     def reading_options(self) -> dict[str, Any]:
-        """What `detect_many` and `write_report` take for reading."""
+        """Arguments of `detect_many` and `write_report` for reading."""
         options = dict(self.reading)
         if self.raw:
             from ..io import RawLayout
@@ -206,7 +206,7 @@ class Rig:
         return options
 
     def detecting_options(self) -> dict[str, Any]:
-        """What `detect_impacts` takes."""
+        """Arguments of `detect_impacts`."""
         options, sensors = dict(self.detection), self._sensors()
         if any("stop" in one for one in sensors):
             options["stops"] = [one.get("stop") for one in sensors]

@@ -1,4 +1,4 @@
-"""What motion a train of impacts shows: period(m, n), with drift or a tone, bands, chaos, none."""
+"""`identify_period`: period(m, n), with drift or a tone, bands, chaos, or no structure."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ SLOW_TURNS = 3  # of that tone in the run
 
 
 class _Answered(NamedTuple):
-    """The question that was answered last, which a report, a command and a dimension all ask."""
+    """The last question and its answer, since report, command and dimension ask the same."""
 
     impacts: weakref.ref[Impacts]
     options: tuple[float | None, int, float]
@@ -56,7 +56,7 @@ def identify_period(
     max_periods: int = 8,
     resolution: float = 1e-3,
 ) -> Periodicity:
-    """Identify the motion of a train: m impacts in n forcing periods, drift, a tone, chaos, chance.
+    """Identify the motion of a train: period(m, n), drifting, quasi-periodic, chaotic or irregular.
 
     *Tracking.* The speed of the forcing is followed through the run by the harmonics of the forcing
     period, within 2.6 %, then by the phase of the impacts. Impacts that often come a fixed delay
@@ -140,7 +140,7 @@ def read_period(
     max_periods: int = 8,
     resolution: float = 1e-3,
 ) -> tuple[Periodicity, Reading | None]:
-    """The answer of `identify_period`, and the slots that it rests on."""
+    """The result of `identify_period`, and the slots that it rests on."""
     time, count = impacts.time, len(impacts)
     intervals = impacts.intervals()
     silence = float(intervals.max(initial=0.0))
@@ -207,7 +207,7 @@ def _periodicity(
     steady: bool,
     candidates: tuple[Any, ...],
 ) -> Periodicity:
-    """The answer for a train with slots."""
+    """The result for a train with slots."""
     fit, repeat = best.lock.fit, repeat_period(best)
     kind = verdict.kind
     if kind not in KINDS[:4]:
@@ -254,7 +254,7 @@ def _periodicity(
 
 
 def _speed(best: Reading, start: float) -> SpeedDrift:
-    """The speed that the drift of the phase means."""
+    """Drift of the forcing speed that corresponds to the drift of the phase."""
     drift = best.lock.drift
     rate = 1 - np.diff(drift.phase) / np.diff(drift.at)
     middle = 0.5 * (drift.at[1:] + drift.at[:-1])
@@ -265,7 +265,7 @@ def _speed(best: Reading, start: float) -> SpeedDrift:
 
 
 def _slow_tone(at: np.ndarray, phase: np.ndarray) -> float | None:
-    """The frequency of the single tone that a drift is, per cycle; None if it is none."""
+    """Frequency per cycle of a drift that is a single tone; None if it is not."""
     span = float(at[-1] - at[0])
     since = (at - at[0]) / span
     line = np.polynomial.polynomial.polyvander(since, 2)
@@ -286,7 +286,7 @@ def _slow_tone(at: np.ndarray, phase: np.ndarray) -> float | None:
 def forcing_clock(
     impacts: Impacts, forcing_period: float | None, forcing: Forcing | None
 ) -> Clock | None:
-    """The train in cycles of its forcing, as far as it is known."""
+    """The train in cycles of its forcing, as far as the forcing is known."""
     time, gaps = impacts.time, impacts.gaps
     if forcing is None:
         if forcing_period is None:

@@ -23,7 +23,7 @@ def several_stops(impacts: Impacts) -> bool:
 def by_stop(
     impacts: Impacts, chosen: np.ndarray, only: str = BLUE
 ) -> Iterator[tuple[str, str, np.ndarray]]:
-    """Label, colour and mask, among the chosen impacts, of those of each stop.
+    """Label, colour and mask of the impacts of each stop, among those chosen.
 
     Parameters
     ----------
@@ -52,6 +52,6 @@ def stop_colour(stop: int) -> str:
 
 
 def name_stops(ax: Axes) -> None:
-    """A legend above the axes, where there are stops to tell apart."""
+    """Add a legend above the axes if there are several stops."""
     if ax.get_legend_handles_labels()[0]:
         legend(ax, "above", ncols=4)

@@ -1,4 +1,4 @@
-"""One run of an engine: what it starts from, where it is, and the motions it has made."""
+"""One run of an engine: initial state, present state, and the motions made on the way."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class Run:
 def span(
     periods: float | None, duration: float | None, transient: float, forced: bool
 ) -> tuple[float, float]:
-    """How long to look and how long to wait before, in forcing periods or seconds.
+    """Duration and transient, in forcing periods or seconds.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def span(
 
 
 def without_noise(oscillator: Oscillator, name: str = "oscillator") -> Oscillator:
-    """An oscillator that does not move at random.
+    """Refuse an oscillator with noise.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def without_noise(oscillator: Oscillator, name: str = "oscillator") -> Oscillato
 def engine_of(
     oscillator: Oscillator, method: RungeKutta | FixedStep | None, chatter: float, skip: bool
 ) -> Engine:
-    """The exact engine where it can move the oscillator, unless a method is asked for."""
+    """The exact engine if it applies, unless a Runge-Kutta method is asked for."""
     if method is None:
         if piecewise_linear(oscillator):
             return ExactEngine(oscillator, chatter, skip)
@@ -171,7 +171,7 @@ def _turns(turns: float, phase: float) -> float:
 
 
 def after(phase: Any, turns: Any) -> tuple[Any, Any]:
-    """Turns and phase after so many turns more; whole ones leave the phase as it is."""
+    """Clock after so many turns more; whole turns leave the phase unchanged."""
     whole = np.floor(turns)
     last = phase + TURN * (turns - whole)
     more = last >= TURN
@@ -179,6 +179,6 @@ def after(phase: Any, turns: Any) -> tuple[Any, Any]:
 
 
 def work(turns: Any) -> Any:
-    """Legs that so many turns may take, after which a run is given up."""
+    """Number of legs that a run may take before it is given up."""
     legs = np.minimum(LEGS_PER_PERIOD * np.maximum(turns, 0.0), 2.0**62)
     return LEGS_AT_LEAST + legs.astype(np.int64)

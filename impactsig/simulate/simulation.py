@@ -1,4 +1,4 @@
-"""System -> its motion, whatever the system is."""
+"""`simulate`: from any system to its motion."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def simulate(  # type: ignore[misc]
     every: float | None = None,
     path: int = 0,
 ) -> Any:
-    """The motion of a system, exact up to rounding where it is linear between events.
+    """Simulate a system; exact up to rounding where it is linear between events.
 
     *An oscillator or a cantilever* moves in closed form between events; there is no time step and
     no tolerance, and the first contact cannot be missed. Hertz contacts and a force `law` of the
@@ -162,7 +162,7 @@ def simulate(  # type: ignore[misc]
 
 
 def mover(system: Any, given: dict[str, Any]) -> Callable[..., Any]:
-    """The function that moves a system, once it is known to take what is given.
+    """The function that simulates a system, after a check of the options given.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def what_it_is(system: Any) -> str:
 
 @lru_cache
 def _loaded(home: str) -> tuple[Callable[..., Any], frozenset[str]]:
-    """The function that moves what a module is the home of, and the names of its options."""
+    """The function `move` of a module, and the names of its options."""
     move = import_module(home).move
     return move, frozenset(list(inspect.signature(move).parameters)[1:])
 
@@ -210,7 +210,7 @@ def move(
     keep: Literal["all", "counts"] = "all",
     skip_unreachable: bool = True,
 ) -> Motion:
-    """The motion of an oscillator without noise."""
+    """Simulate an oscillator without noise."""
     choice("keep", keep, ("all", "counts"))
     run = Run(
         oscillator, periods=periods, duration=duration, transient=transient, initial=initial,

@@ -1,4 +1,4 @@
-"""One function of many things, on processes: a sweep of what are no numbers."""
+"""Map a function over objects in parallel processes: a sweep whose cells return objects."""
 
 from __future__ import annotations
 

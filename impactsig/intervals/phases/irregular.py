@@ -1,4 +1,4 @@
-"""Whether a train without slots is irregular, or chaotic: locked to the forcing, or predictable."""
+"""Whether a train without slots is chaotic (locked or predictable) or irregular."""
 
 from __future__ import annotations
 

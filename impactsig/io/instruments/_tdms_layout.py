@@ -1,4 +1,4 @@
-"""Where the samples of a TDMS channel stand in its file, so that a part is read as a part.
+"""Layout of a TDMS channel in its file, so that a part can be read alone.
 
 npTDMS reads a whole chunk to return any part of it, and a defragmented file is one chunk: going
 through it in blocks would read all of it for every block. The positions come from what npTDMS
@@ -31,7 +31,7 @@ class Layout(NamedTuple):
     swapped: np.ndarray
 
     def read(self, file: BinaryIO, first: int, samples: np.ndarray) -> None:
-        """Fill `samples` with those of the channel from number `first` on, scaled."""
+        """Read and scale samples from number `first` on into `samples`."""
         held = np.empty(min(len(samples), _STEP), self.dtype)
         for at in range(0, len(samples), _STEP):
             part = samples[at : at + _STEP]
@@ -65,7 +65,7 @@ class Layout(NamedTuple):
 
 
 def layout(tdms: Any, channel: Any, size: int) -> Layout | None:
-    """Where a channel stands in a file of `size` bytes; None if npTDMS has to read it."""
+    """Layout of a channel in a file of `size` bytes; None if npTDMS has to read it."""
     try:
         found = (_runs(segment, channel.path) for segment in tdms._reader._segments)
         runs = [run for run in found if run is not None]

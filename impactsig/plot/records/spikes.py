@@ -63,7 +63,7 @@ def spike_train(impacts: Impacts, ax: Axes | None = None) -> Axes:
 
 @checked
 def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
-    """Draw the peak of every impact against its instant: drift and wear show here first.
+    """Draw the peak of every impact against time; drift and wear show here first.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
 
 @checked
 def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
-    """Draw the contact time of every impact against the interval that led up to it.
+    """Draw the contact time of every impact against the interval before it.
 
     Impacts after a gap in the samples have no such interval and are left out.
 
@@ -148,7 +148,7 @@ def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
 
 @checked
 def interval_sequence(impacts: Impacts, ax: Axes | None = None) -> Axes:
-    """Draw every interspike interval at the instant it ended.
+    """Draw every interspike interval against the time of its end.
 
     Parameters
     ----------

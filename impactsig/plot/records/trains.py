@@ -89,7 +89,7 @@ def interval_densities(
     label: str = "parameter",
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the density p(I) of the intervals of many trains as an image, a train a column.
+    """Draw the interval densities p(I) of many trains as an image, one column per train.
 
     All have the same bins, as wide as the median of what `impactsig.interval_histogram` chooses for
     each. A column is relative to its own greatest bin, on a logarithmic scale; columns meet halfway

@@ -1,4 +1,4 @@
-"""The signal itself: the whole waveform with its impacts, and one pulse from near."""
+"""Waveforms: a whole recording with its impacts, and one pulse in detail."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def waveform(
 
 
 def polyline(recording: Recording, bins: int = BINS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time, least and greatest sample of each span; the samples themselves where they are few."""
+    """Time, least and greatest sample of each span, or the samples if there are few."""
     if len(recording) <= 2 * bins:
         return recording.time, recording.samples, recording.samples
     return recording.envelope(bins)
@@ -167,7 +167,7 @@ def pulse(
     *,
     margin: float | None = None,
 ) -> Axes:
-    """Draw one impact from near, with its levels and its contact time.
+    """Draw one impact in detail, with its levels and its contact time.
 
     Levels are drawn above the baseline, the median of the samples outside the contact. Threshold
     and release apply to the filtered signal, which is not drawn.

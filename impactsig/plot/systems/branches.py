@@ -85,5 +85,5 @@ def branch(
             places = [point.parameter for point in own]
             ax.plot(places, at, mark, color=colour, label=kind, zorder=3)
     names = {"displacement": "displacement on the section", "multiplier": "|multiplier|"}
-    told = names.get(observe, "least approach velocity")
-    return frame(ax, parameter, told, "best", fontsize="small")
+    label = names.get(observe, "least approach velocity")
+    return frame(ax, parameter, label, "best", fontsize="small")

@@ -245,7 +245,7 @@ def power_spectrum(
 def _sampled_portrait(
     motion: BeamMotion | NoisyMotion, ax: Axes, start: float | None, stop: float | None
 ) -> Axes:
-    """Of a cantilever's tip over the last 50 forcing periods, or of a path as it was looked at."""
+    """Portrait of a cantilever's tip over the last 50 forcing periods, or of a sampled path."""
     from ...oscillators import Cantilever
     from ...stochastic.noisy_motion import NoisyMotion
 
@@ -294,7 +294,7 @@ def _recorded_portrait(
 
 
 def _legend_above(ax: Axes) -> None:
-    """What the marks mean, as dark as they are where many lie on each other."""
+    """A legend with opaque marks, since many overlap in the figure."""
     marks = legend(ax, "above", ncols=4, borderpad=0, handletextpad=0.4, handlelength=1.2)
     for handle in marks.legend_handles:
         if handle is not None and handle.get_label() != "stuck":
@@ -305,7 +305,7 @@ def _legend_above(ax: Axes) -> None:
 
 
 def _in_sight(motion: Motion, x: np.ndarray) -> list[Any]:
-    """The stops that the motion comes to, or near to."""
+    """The stops that the motion reaches or comes near to."""
     low, high = float(np.nanmin(x)), float(np.nanmax(x))
     room = 0.5 * (high - low)
     stops = motion.system.stops
@@ -321,7 +321,7 @@ def _stop_style(stop: Any) -> dict[str, Any]:
 
 
 def _stop_line(ax: Axes, stop: Any) -> None:
-    """A vertical line where a stop stands, with a shade behind it, in view."""
+    """A vertical line at a stop, shaded behind it."""
     low, high = ax.get_xlim()
     low, high = min(low, stop.position), max(high, stop.position)
     room = 0.04 * (high - low)

@@ -1,4 +1,4 @@
-"""The restitution coefficient that a beam as a whole appears to have."""
+"""Apparent restitution coefficient of a beam as a whole."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ApparentRestitution(Shown):
-    """What one mode would have to lose at the stop to come back as the beam's first mode does.
+    """Restitution coefficient with which a one-mode model would rebound as the beam does.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class ApparentRestitution(Shown):
 
 
 def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> ApparentRestitution:
-    """Velocity of the first mode after a contact by that before it.
+    """Ratio of the first mode's velocities after and before each contact of a beam.
 
     One contact of a beam is many impacts of its tip, or a span in which the stop holds it: higher
     modes throw the tip back at once, and take energy that the first mode does not get back. A

@@ -1,4 +1,4 @@
-"""Which modes an oscillator has and what ends them: all that does not depend on its numbers."""
+"""The modes of an oscillator and the events that end them, apart from all parameter values."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Layout:
 
 
 def structure(columns: Columns) -> Structure:
-    """What decides the layout of machines that are of one group (`columns.groups`)."""
+    """What decides the layout of the oscillators of one group (`columns.groups`)."""
     kinds = kinds_of_stops(columns)[:, :1]
     upper: list[tuple[int, int]] = []
     lower: list[tuple[int, int]] = []
@@ -59,7 +59,7 @@ def structure(columns: Columns) -> Structure:
 
 @dataclass
 class _Region:
-    """Soft stops pressed on: `level` of that side reached, those in `lifted` not pressed.
+    """A set of soft stops in contact: up to `level` on one side, without those in `lifted`.
 
     A gap is alpha, sign of the lag, halt, toward, stop, whether it lands at another origin,
     meaning, and the region beyond, None for this one.

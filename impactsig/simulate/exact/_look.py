@@ -1,4 +1,4 @@
-"""What is read from a motion afterwards: its state at any instant, and the peaks of contacts."""
+"""Evaluate a motion after the run: its state at any instant, and the peaks of contacts."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def sample(p, scratch, rows, where, turns, phase, q, v):
 
 @inlined
 def greatest(leg, first, slope, length, fourth):
-    """Greatest value of first + slope[0] d + slope[1] u of a leg, d the way and u the velocity.
+    """Greatest value of first + slope[0] d + slope[1] u over a leg; d displacement, u velocity.
 
     Where it falls, the room below the best so far is a gap. Where it rises, its derivative is one;
     once that is certain to vanish without turning, Newton's method finds the maximum. `fourth`

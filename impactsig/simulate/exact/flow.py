@@ -59,7 +59,7 @@ class Problem(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for one leg: a row a component; Taylor coefficients, and whether all of them; gaps.
+    """Work arrays for one leg: Taylor coefficients of each component, and gaps.
 
     A row is the ratio, cosine and sine of the response, and of the forcing: of the angle passed
     since the start of the leg, which has more digits than the phase.
@@ -71,7 +71,7 @@ class Scratch(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """One leg, as numbers: its mode, its free motion at the start, and what `Scratch` holds.
+    """The motion in one mode: free motion at the start, and what `Scratch` holds.
 
     Numbers rather than `Problem`, because passing arrays to the innermost functions costs more
     than these compute.
@@ -111,7 +111,7 @@ def phase_of(ratio, turns, phase):
 
 @inlined
 def given_way(delta, kappa, root, damping_kind, tau, c, s):
-    """Way that a force of 1 pushes from rest within tau: no difference of large numbers.
+    """Displacement from rest under a unit force within tau, without cancellation.
 
     The free motions that start from 1, 0 and 0, 1 are c + delta s and s after tau.
     """
@@ -134,7 +134,7 @@ def given_way(delta, kappa, root, damping_kind, tau, c, s):
 
 @inlined
 def free(leg, tau):
-    """Free motion and drift (z, z') after tau; no form serves where its parts would cancel."""
+    """Free motion and drift (z, z') after tau, in a form without cancellation."""
     delta, root = leg.delta, leg.root
     # Overdamped: each of the two exponentials keeps its own digits.
     if leg.damping_kind < 0 and 2 * root > delta and 2 * root * tau > 1:
@@ -168,7 +168,7 @@ def free(leg, tau):
 
 @inlined
 def bound(kappa, delta, root, damping_kind, y, y1):
-    """Bound from now on of a free motion that is at y, y1: by its energy, or mode by mode."""
+    """Bound on a free motion from y, y1 on: by its energy, or mode by mode."""
     if kappa == 0.0:
         return abs(y)  # asked of z'' and higher only: one decaying exponential
     most = math.sqrt(y * y + y1 * y1 / kappa)

@@ -1,4 +1,4 @@
-"""Machines in the units of the exact engine: their modes and gaps, as tables of numbers."""
+"""Tables of modes and gaps of oscillators, in the units of the exact engine."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Tables(NamedTuple):
-    """What the exact engine moves; all runs of an oscillator share it."""
+    """The tables of an oscillator, shared by all its runs."""
 
     omega: float  # angular frequency of the reference
     problem: Problem
@@ -39,7 +39,7 @@ class Tables(NamedTuple):
 
 
 class Stack(NamedTuple):
-    """Machines of one layout, and the tables that the exact engine moves them by."""
+    """Oscillators of one layout, and their tables."""
 
     which: np.ndarray  # their numbers among those that were stacked
     columns: Columns
@@ -56,7 +56,7 @@ SHARED = ("has_friction", "chatter", "skip", "pressed", "gaps", "meanings", "sid
 
 @lru_cache(maxsize=64)
 def tables(oscillator: Oscillator, chatter: float, skip: bool) -> Tables:
-    """The tables of an oscillator, kept for the next run of it.
+    """The tables of an oscillator, cached for its next run.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def tables(oscillator: Oscillator, chatter: float, skip: bool) -> Tables:
 
 
 def taken(stack: Stack, k: int) -> Tables:
-    """The tables of one machine of a stack."""
+    """The tables of one oscillator of a stack."""
     alone = subset(stack, slice(k, k + 1))
     many = alone.problem
     arrays = {name: value[0] for name, value in many._asdict().items() if name not in SHARED}
@@ -78,7 +78,7 @@ def taken(stack: Stack, k: int) -> Tables:
 
 
 def subset(stack: Stack, which: Any) -> Stack:
-    """Some of the machines of a stack."""
+    """Select some of the oscillators of a stack."""
     many = stack.problem
     arrays = {name: value[which] for name, value in many._asdict().items() if name not in SHARED}
     return stack._replace(
@@ -90,7 +90,7 @@ def subset(stack: Stack, which: Any) -> Stack:
 
 
 def stacks(columns: Columns, chatter: float, skip: bool) -> list[Stack]:
-    """The tables of machines of one form, one stack a layout.
+    """The tables of oscillators of one form, one stack for each layout.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Spikes made by flows: integrate and fire, and crossings of a threshold."""
+"""Spikes from flows: integrate and fire, and threshold crossings."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def integrate_and_fire(
     transient: float = 0.0,
     initial: Sequence[float] | None = None,
 ) -> Impacts:
-    """Spikes of a neuron that integrates a signal and fires at a threshold [Sauer1994]_.
+    """Spikes of a neuron that integrates a signal up to a threshold [Sauer1994]_.
 
     ``integral of S(y(t)) dt from one spike to the next = threshold``; the integral starts from 0
     at the end of the transient and again at each spike, so that every interval, the one before the
@@ -103,7 +103,7 @@ def threshold_crossings(
     transient: float = 0.0,
     initial: Sequence[float] | None = None,
 ) -> Impacts:
-    """Spikes where a signal crosses a level [CastroSauer1997]_.
+    """Spikes at the crossings of a level by a signal [CastroSauer1997]_.
 
     Accuracy as that of `integrate_and_fire`. The signal is taken for a polynomial of degree 11 over
     a step, in which no crossing is missed, however short the visit beyond the level, and then

@@ -1,4 +1,4 @@
-"""Impacts back to the record that an instrument would have made of them."""
+"""Synthesis of recordings from impacts."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def synthesize(
     full_scale: float | None = None,
     seed: Seed = None,
 ) -> Recording:
-    """The recording that an instrument would have made of these impacts.
+    """Synthesise the recording that an instrument would make of these impacts.
 
     Every impact is placed at its own instant, between samples as well: the waveform is evaluated
     at the sampling instants. No anti-aliasing filter is applied. Waveforms that overlap add.

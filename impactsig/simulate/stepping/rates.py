@@ -68,7 +68,7 @@ class Problem(NamedTuple):
 
 
 class Functions(NamedTuple):
-    """What acts beside the oscillator itself, and how its stops return."""
+    """User's functions: a further force, restitution of stops, and control."""
 
     law: object  # the user's: further force, restitution of the upper and of the lower stop
     upper: object
@@ -77,7 +77,7 @@ class Functions(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for one step."""
+    """Work arrays for one step."""
 
     waves: np.ndarray  # ratio, amplitude and angle at its start of the components of the forcing
     hertz: np.ndarray  # side, place, stiffness, exponent and loss of the Hertz stops in contact
@@ -114,7 +114,7 @@ class Leg(NamedTuple):
 
 @cfunc("float64(float64, float64, float64)")
 def no_law(t, x, v):
-    """Nothing, where a kernel wants a law."""
+    """Zero: placeholder for a law that the oscillator does not have."""
     return 0.0
 
 
@@ -136,7 +136,7 @@ def origin(p, mode):
 
 @inner
 def open_leg(p, s, turns, phase, low, mode, approach, y, v):
-    """The equation of motion in a mode from that instant."""
+    """The equation of motion in a mode, from an instant on."""
     at = origin(p, mode)
     kappa, damping = p.kappa, p.damping
     constant = p.constant - p.kappa * at
@@ -219,7 +219,7 @@ def accelerate(law, control, leg, waves, hertz, tau, y, v):
 
 @inner
 def pull(f, leg, s, tau, y, v):
-    """`accelerate`, where it need not be fast."""
+    """`accelerate`, for callers outside the inner loop."""
     return accelerate(f.law, f.control, leg, s.waves, s.hertz, tau, y, v)
 
 

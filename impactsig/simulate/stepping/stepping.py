@@ -168,7 +168,7 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
 
 @inner
 def inside(p, state, count):
-    """Take back what rounding has put behind a rigid stop."""
+    """Correct positions that rounding has put behind a rigid stop."""
     at = origin(p, count[MODE])
     for k in range(len(p.stops)):
         if (
