@@ -9,13 +9,14 @@ from datetime import datetime
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
 from . import _impact_columns as table
 from . import _impact_tables as files
 from ._arguments import entries, instance, number, text, texts
+from ._disturbances import KINDS, Disturbance, disturbances
 from ._impact_flags import (
     CLIPPED,
     EDITED,
@@ -48,28 +49,6 @@ __all__ = [
     "exact",
     "flag_names",
 ]
-
-KINDS = {
-    "glitch": "single samples that stand alone",
-    "wide": "pulses longer than a contact",
-    "baseline": "moves of the baseline",
-    "dropout": "dropouts of the signal",
-    "burst": "bursts of noise",
-}
-"""Kinds of disturbances, in words."""
-
-
-class Disturbance(NamedTuple):
-    """Something in a record that is not an impact, such as a glitch or a dropout."""
-
-    kind: str
-    """"glitch", "wide", "baseline", "dropout" or "burst", see `KINDS`."""
-    start: float
-    """Where it begins [s]."""
-    duration: float
-    """How long it is [s]."""
-    height: float
-    """How high [unit]; 0 where that was not measured."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -209,7 +188,7 @@ class Impacts:
                 number(name, level)
         if self.recorded_at is not None:
             instance("recorded_at", self.recorded_at, datetime)
-        store["disturbances"] = _disturbances(self.disturbances)
+        store["disturbances"] = disturbances(self.disturbances)
         for name, value in store.items():
             object.__setattr__(self, name, value)
 
@@ -526,17 +505,3 @@ class Impacts:
 def exact(count: int) -> dict[str, Any]:
     """Columns that hold for every simulated impact: no error of the instant, probability 1."""
     return {"time_error": np.zeros(count), "probability": np.ones(count)}
-
-
-def _disturbances(given: Any) -> tuple[Disturbance, ...]:
-    """Disturbances, or tuples with the fields of one."""
-    required = "disturbances, each a kind, a start and a duration [s]"
-    try:
-        found = tuple(Disturbance(*one) for one in entries("disturbances", given, required))
-    except TypeError:
-        raise InvalidInput("disturbances", given, required) from None
-    for one in found:
-        if not isinstance(one.kind, str):
-            raise InvalidInput("disturbances", given, required)
-        number("disturbances", one.start), number("disturbances", one.duration, least=0)
-    return found

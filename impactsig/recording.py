@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ._arguments import choice, flag, instance, number, text, texts
+from ._sparkline import sparkline
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -265,7 +266,7 @@ class Recording:
 
     def _repr_html_(self) -> str:
         text = html.escape(repr(self))
-        return f"<div><code>{text}</code><br>{_sparkline(self)}</div>"
+        return f"<div><code>{text}</code><br>{sparkline(self)}</div>"
 
 
 def chosen_channel(
@@ -346,35 +347,3 @@ def check_calibration(scale: float, offset: float) -> None:
     if number("scale", scale, "a finite number other than 0") == 0:
         raise InvalidInput("scale", scale, "a finite number other than 0")
     number("offset", offset, "a finite number")
-
-
-def _sparkline(rec: Recording, width: int = 360, height: int = 60) -> str:
-    """A small picture of the first channel as inline SVG; no plotting library needed."""
-    samples = rec.samples if rec.samples.ndim == 1 else rec.samples[:, 0]
-    _, low, high = replace(rec, samples=samples, units=(), channels=()).envelope(width)
-    good = np.isfinite(low) & np.isfinite(high)
-    if not good.any():
-        return ""
-    floor, ceiling = float(low[good].min()), float(high[good].max())
-    span = (ceiling - floor) or 1.0
-    x = np.arange(len(low)) * (width / len(low))
-    if len(low) == len(rec):  # a line, as there is but one sample in each span
-        y = height - (low - floor) / span * height
-        begins = good & ~np.concatenate(([False], good[:-1]))
-        path = "".join(
-            f"{'M' if begins[i] else 'L'}{x[i]:.1f} {y[i]:.1f}" for i in np.flatnonzero(good)
-        )
-        return _svg(path, width, height)
-    path = "".join(
-        f"M{x[i]:.1f} {height - (low[i] - floor) / span * height:.1f}"
-        f"V{height - (high[i] - floor) / span * height - 0.5:.1f}"
-        for i in np.flatnonzero(good)
-    )
-    return _svg(path, width, height)
-
-
-def _svg(path: str, width: int, height: int) -> str:
-    return (
-        f'<svg width="{width}" height="{height}" role="img" aria-label="waveform">'
-        f'<path d="{path}" stroke="#1f77b4" fill="none"/></svg>'
-    )
