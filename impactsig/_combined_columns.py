@@ -77,8 +77,8 @@ def _instants(
     time = instants[np.arange(len(index)), earliest]
     if all(train.time_error is None for train in trains):
         return {"time": time}
-    own = [np.full(len(t), np.inf) if t.time_error is None else t.time_error for t in trains]
-    errors = _at(own, index, np.inf)
+    each = [np.full(len(t), np.inf) if t.time_error is None else t.time_error for t in trains]
+    errors = _at(each, index, np.inf)
     # An exact instant has all the weight.
     weight = np.where(index >= 0, 1.0 / np.maximum(errors, 1e-12) ** 2, 0.0)
     total = weight.sum(axis=1)

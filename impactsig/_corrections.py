@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from . import _impact_columns as tables
-from ._arguments import number
+from ._arguments import instance, number, text
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -29,11 +29,8 @@ def edited(
     comment: str,
 ) -> Impacts:
     """As `Impacts.edit`."""
-    for name, text in (("by", by), ("comment", comment)):
-        if not isinstance(text, str):
-            raise InvalidInput(name, text, "text")
-    if not isinstance(move, Mapping):
-        raise InvalidInput("move", move, "a mapping of instants to instants, {1.25: 1.26}")
+    text("by", by), text("comment", comment)
+    instance("move", move, Mapping, "a mapping of instants to instants, {1.25: 1.26}")  # type: ignore[type-abstract]
     wanted: list[tuple[str, float, float | None]] = [
         ("reject", number("reject", one), None) for one in _several("reject", reject)
     ]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._arguments import flag, number
+from ._arguments import flag, instance, number
 from ._showing import Shown
 from .errors import InvalidInput
 from .impacts import Impacts
@@ -149,8 +149,7 @@ def align_impacts(
     (500, 2.5, 5e-05)
     """
     for name, train in (("impacts", impacts), ("reference", reference)):
-        if not isinstance(train, Impacts):
-            raise InvalidInput(name, train, "Impacts", "Of instants make them by from_times")
+        instance(name, train, Impacts, "Impacts", "Of instants make them by from_times")
         if len(train) < FEWEST:
             raise InvalidInput(
                 name, f"{len(train)} impacts", f"{FEWEST} or more", "Fewer fit at any delay"
@@ -265,8 +264,8 @@ def _fit(
     pairs = assign(a, line.at(b), within)
     error = a[pairs[:, 0]] - line.at(b[pairs[:, 1]])
     spread = 1.4826 * float(np.median(np.abs(error - np.median(error)))) if len(error) else 0.0
-    own = np.abs(error - np.median(error)) <= max(TRIM * spread, 1e-12) if len(error) else []
-    pairs = pairs[own]
+    kept = np.abs(error - np.median(error)) <= max(TRIM * spread, 1e-12) if len(error) else []
+    pairs = pairs[kept]
     if len(pairs) < 3:
         raise InvalidInput("impacts", f"{len(pairs)} pairs", "impacts that both trains hold")
     x, y = b[pairs[:, 1]], a[pairs[:, 0]]

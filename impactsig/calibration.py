@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ._arguments import flag, reals
+from ._arguments import flag, reals, text
 from ._showing import Shown
 from ._straight_line import fit_line
 from .errors import InvalidInput
@@ -131,8 +131,7 @@ def fit_calibration(
     )
     if np.ptp(x) == 0 and not (through_zero and x[0]):
         raise InvalidInput("reading", x[0], "readings that differ", "One point makes no line")
-    if not isinstance(unit, str):
-        raise InvalidInput("unit", unit, "text")
+    text("unit", unit)
     known = reading_error is not None or load_error is not None
     if not known:
         of_y = np.ones(len(x))

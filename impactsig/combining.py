@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ._arguments import entries, number
+from ._arguments import entries, instance, number
 from ._combined_columns import combined_columns, measuring_contacts
 from ._showing import Shown
 from .alignment import align_impacts
@@ -116,13 +116,12 @@ def combine_impacts(
     if not isinstance(trains, Sequence) or not trains:
         raise InvalidInput("trains", trains, "a sequence of Impacts, one for each sensor")
     for k, train in enumerate(trains):
-        if not isinstance(train, Impacts):
-            raise InvalidInput(f"trains[{k}]", train, "Impacts")
+        instance(f"trains[{k}]", train, Impacts, "Impacts")
     within = number("within", within, above=0)
     if longest_delay is not None:
         longest_delay = number("longest_delay", longest_delay, above=0)
-    own = stops_of_sensors(stops, len(trains))
-    for k, (one, train) in enumerate(zip(own, trains, strict=True)):
+    stop_of_sensor = stops_of_sensors(stops, len(trains))
+    for k, (one, train) in enumerate(zip(stop_of_sensor, trains, strict=True)):
         if one is not None and train.peak is None:
             raise InvalidInput(
                 "stops", stops, "stops of sensors that measure peaks", f"trains[{k}] has none"
@@ -136,7 +135,7 @@ def combine_impacts(
         delays.append(delay)
         errors.append(error)
         time, index = _join(time, index, train.time - delay, within)
-    known = combined_columns(trains, index, np.array(delays), own)
+    known = combined_columns(trains, index, np.array(delays), stop_of_sensor)
     order = np.argsort(known["time"], kind="stable")
     start = min(train.start - late for train, late in zip(trains, delays, strict=True))
     stop = max(train.stop - late for train, late in zip(trains, delays, strict=True))
@@ -175,10 +174,10 @@ def stops_of_sensors(stops: Any, count: int) -> list[int | None]:
     if stops is None:
         return [None] * count
     required = f"a whole number, 0 or greater, or None, for each sensor ({count})"
-    own = entries("stops", stops, required)
-    if len(own) != count or not all(one is None or _is_stop(one) for one in own):
+    each = entries("stops", stops, required)
+    if len(each) != count or not all(stop is None or _is_stop(stop) for stop in each):
         raise InvalidInput("stops", stops, required)
-    return [None if one is None else int(one) for one in own]
+    return [None if stop is None else int(stop) for stop in each]
 
 
 def _is_stop(one: Any) -> bool:

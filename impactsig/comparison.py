@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._arguments import texts
+from ._arguments import instance, texts
 from ._showing import Shown
 from .errors import InvalidInput
 from .impacts import Impacts
@@ -218,8 +218,7 @@ def compare(
     0.001
     """
     for name, train in (("a", a), ("b", b)):
-        if not isinstance(train, Impacts):
-            raise InvalidInput(name, train, "Impacts", "Of instants make them by from_times")
+        instance(name, train, Impacts, "Impacts", "Of instants make them by from_times")
     called = texts("names", names, 2, "a train")
     first, second = (
         _train(name, train, forcing_period) for name, train in zip(called, (a, b), strict=True)

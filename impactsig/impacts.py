@@ -270,9 +270,9 @@ class Impacts:
         square = self.time_error**2
         # Two intervals in a row share an instant where no gap lies between them.
         shared = np.where(np.diff(first, prepend=-2) == 1, -square[first], 0.0)
-        own = square[first] + square[first + 1]
-        bands = np.stack([np.append(shared[1:], 0.0)[: len(own)], own, shared])
-        return intervals, dia_array((bands, (-1, 0, 1)), shape=(len(own), len(own)))
+        variance = square[first] + square[first + 1]
+        bands = np.stack([np.append(shared[1:], 0.0)[: len(variance)], variance, shared])
+        return intervals, dia_array((bands, (-1, 0, 1)), shape=(len(variance), len(variance)))
 
     def interval_spans_gap(self) -> np.ndarray:
         """Whether the interval after each impact but the last crosses a gap, shape (n - 1,)."""
@@ -327,7 +327,9 @@ class Impacts:
         """Select impacts by a slice, a mask or ascending indices; the run stays the same."""
         if isinstance(which, (int, np.integer)):
             which = [which]
-        return replace(self, **{name: own[which] for name, own in table.columns(self).items()})
+        return replace(
+            self, **{name: column[which] for name, column in table.columns(self).items()}
+        )
 
     def between(self, start: float | None = None, stop: float | None = None) -> Impacts:
         """Select the impacts with start <= time < stop [s]; the run becomes that span."""

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._arguments import number
+from ._arguments import instance, number
 from ._showing import Shown
-from .errors import InvalidInput
 from .impacts import Impacts
 
 
@@ -129,8 +128,7 @@ def match_impacts(
     2 of 3 impacts found, 1 spurious; F1 0.6667 within 1 ms, 100 µs RMS
     """
     for name, train in (("found", found), ("truth", truth)):
-        if not isinstance(train, Impacts):
-            raise InvalidInput(name, train, "Impacts", "Of instants make them by from_times")
+        instance(name, train, Impacts, "Impacts", "Of instants make them by from_times")
     within = number("within", within, above=0)
     late = 0.0 if delay is None else number("delay", delay)
     from ._assignment_kernels import assign

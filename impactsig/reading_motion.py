@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ._arguments import number
+from ._arguments import instance, number
 from ._smoothing import converter_step, gain, half_width, noise_of, smoothed
 from .errors import InvalidInput
 from .recorded import TURN, RecordedMotion
@@ -70,8 +70,7 @@ def recorded_motion(
     >>> motion.x.shape, motion.unit
     ((2000,), 'mm')
     """
-    if not isinstance(recording, Recording):
-        raise InvalidInput("recording", recording, "a Recording", "impactsig.read makes one")
+    instance("recording", recording, Recording, "a Recording", "impactsig.read makes one")
     if forcing is not None and forcing_period is not None:
         raise InvalidInput(
             "forcing, forcing_period", f"{forcing!r}, {forcing_period!r}", "one of the two"

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ._arguments import choice, number
+from ._arguments import choice, instance, number
 from ._showing import Shown
 from ._smoothing import converter_step
 from ._straight_line import fit_line
@@ -187,8 +187,7 @@ class RecordedMotion(Shown):
         InvalidInput
             If no impact has room for both fits beside it.
         """
-        if not isinstance(impacts, Impacts):
-            raise InvalidInput("impacts", impacts, "Impacts", "Of instants make them by from_times")
+        instance("impacts", impacts, Impacts, "Impacts", "Of instants make them by from_times")
         if within is None:
             intervals = impacts.intervals()
             within = min(5e-3, 0.2 * float(np.median(intervals))) if len(intervals) else 5e-3

@@ -66,15 +66,17 @@ def recordings_of(folder: Path, rig: Rig) -> list[Path]:
 def settings_of(rig: Rig) -> str:
     """Digest of all settings, besides the content, that the result of a run depends on."""
     settings = {
-        name: one for name, one in asdict(rig).items() if name not in ("files", "parameter")
+        name: value for name, value in asdict(rig).items() if name not in ("files", "parameter")
     }
     # Of the parameter only what the recording tells is part of a run; the rest is its place.
     if rig.parameter.get("from") in ("channel", "metadata"):
         settings["parameter"] = {
-            name: one for name, one in rig.parameter.items() if name in ("from", "channel", "key")
+            name: value
+            for name, value in rig.parameter.items()
+            if name in ("from", "channel", "key")
         }
     code = own_code(frozenset({f"{__package__}._run"}), frozenset())
-    return digest(f"{code} {sorted((name, repr(one)) for name, one in settings.items())}")
+    return digest(f"{code} {sorted((name, repr(value)) for name, value in settings.items())}")
 
 
 @dataclass(frozen=True)

@@ -176,15 +176,19 @@ def _course(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> Course:
 def _borders(
     windows: list[dict[str, Any]], changes: Sequence[tuple[float, float, float]]
 ) -> list[float]:
-    return [windows[0]["start"], *(one[0] for one in changes), windows[-1]["stop"]]
+    return [windows[0]["start"], *(change[0] for change in changes), windows[-1]["stop"]]
 
 
 def _usual(windows: list[dict[str, Any]], low: float, high: float) -> dict[str, Any]:
     """The window whose motion is the most frequent between two times."""
-    inside = [one for one in windows if low <= 0.5 * (one["start"] + one["stop"]) <= high]
+    inside = [
+        window for window in windows if low <= 0.5 * (window["start"] + window["stop"]) <= high
+    ]
     if not inside:  # a stretch shorter than a window: the one that it lies in
-        inside = [min(windows, key=lambda one: abs(one["start"] + one["stop"] - low - high))]
-    motions = [_motion(one) for one in inside]
+        inside = [
+            min(windows, key=lambda window: abs(window["start"] + window["stop"] - low - high))
+        ]
+    motions = [_motion(window) for window in inside]
     usual = max(dict.fromkeys(motions), key=motions.count)
     return inside[motions.index(usual)]
 

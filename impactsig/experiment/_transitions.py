@@ -81,13 +81,13 @@ class Hysteresis(NamedTuple):
 def jumps_of(points: Sequence[Point]) -> tuple[Jump, ...]:
     """The changes along each branch, in the order in which they occur."""
     jumps: list[Jump] = []
-    for branch in dict.fromkeys(one.branch for one in points):
-        own = [one for one in points if one.branch == branch and math.isfinite(one.value)]
-        own = [one for one in own if one.motion != "unknown"]
-        own.sort(key=lambda one: one.value, reverse=branch == "down")
-        for k, (one, other) in enumerate(pairwise(own)):
-            if one.motion != other.motion:
-                jumps.append(_jump(own, k))
+    for branch in dict.fromkeys(point.branch for point in points):
+        along = [point for point in points if point.branch == branch and math.isfinite(point.value)]
+        along = [point for point in along if point.motion != "unknown"]
+        along.sort(key=lambda point: point.value, reverse=branch == "down")
+        for k, (point, following) in enumerate(pairwise(along)):
+            if point.motion != following.motion:
+                jumps.append(_jump(along, k))
     return tuple(jumps)
 
 
@@ -145,12 +145,12 @@ def _jump(points: Sequence[Point], k: int) -> Jump:
         last += 1
     near = points[first : last + 1]
     # The log-probability of the motions if the change is after the j-th of them.
-    old = np.array([_log(one, before.motion) for one in near])
-    new = np.array([_log(one, after.motion) for one in near])
+    old = np.array([_log(point, before.motion) for point in near])
+    new = np.array([_log(point, after.motion) for point in near])
     fits = np.cumsum(old)[:-1] + (new.sum() - np.cumsum(new))[:-1]
     weight = np.exp(fits - fits.max())
     weight /= weight.sum()
-    values = np.array([one.value for one in near])
+    values = np.array([point.value for point in near])
     middle, width = 0.5 * (values[1:] + values[:-1]), np.diff(values)
     mean = float(weight @ middle)
     spread = float(weight @ ((middle - mean) ** 2 + width**2 / 12))
@@ -175,8 +175,8 @@ def hysteresis_of(jumps: Sequence[Jump]) -> tuple[Hysteresis, ...]:
 
     Each is taken with the nearest on the other branch that is not taken yet.
     """
-    up = [one for one in jumps if one.branch == "up"]
-    down = [one for one in jumps if one.branch == "down"]
+    up = [jump for jump in jumps if jump.branch == "up"]
+    down = [jump for jump in jumps if jump.branch == "down"]
     pairs = sorted(
         (abs(a.value - b.value), i, j)
         for i, a in enumerate(up)
@@ -192,4 +192,4 @@ def hysteresis_of(jumps: Sequence[Jump]) -> tuple[Hysteresis, ...]:
             a, b = up[i], down[j]
             error = math.hypot(a.error, b.error)
             found.append(Hysteresis(a.before, a.after, a, b, a.value - b.value, error))
-    return tuple(sorted(found, key=lambda one: one.up.value))
+    return tuple(sorted(found, key=lambda jump: jump.up.value))

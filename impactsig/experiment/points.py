@@ -54,8 +54,10 @@ def points_of(run: int, row: Mapping[str, Any], value: float, branch: str) -> It
         yield Point(run, value, branch, *motion_of(row))
         return
     direction = branch_of(row, branch)
-    for one in row["windows"]:
-        yield Point(run, one["value"], direction, *motion_of(one), one["start"], one["stop"])
+    for window in row["windows"]:
+        yield Point(
+            run, window["value"], direction, *motion_of(window), window["start"], window["stop"]
+        )
 
 
 def branch_of(row: Mapping[str, Any], branch: str) -> str:

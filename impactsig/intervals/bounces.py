@@ -160,16 +160,16 @@ def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = N
     return _between(spring, others[0]) if others else spring
 
 
-def _between(one: Bounces, other: Bounces) -> Bounces:
+def _between(first: Bounces, second: Bounces) -> Bounces:
     """Mean of the estimates under two contact laws, with an interval that covers both."""
-    apart = abs(one.restitution - other.restitution)
+    apart = abs(first.restitution - second.restitution)
     return replace(
-        one,
-        restitution=0.5 * (one.restitution + other.restitution),
-        error=math.hypot(max(one.error, other.error), apart / math.sqrt(12)),
+        first,
+        restitution=0.5 * (first.restitution + second.restitution),
+        error=math.hypot(max(first.error, second.error), apart / math.sqrt(12)),
         interval=(
-            min(one.interval[0], other.interval[0]),
-            max(one.interval[1], other.interval[1]),
+            min(first.interval[0], second.interval[0]),
+            max(first.interval[1], second.interval[1]),
         ),
     )
 

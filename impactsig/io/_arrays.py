@@ -115,8 +115,8 @@ class Facts:
 
     def unit(self, place: Place) -> str:
         """Unit of an array: given for it, in its name, or in its folder."""
-        own = self._facts.get((place, "unit"), ("", ""))[1] or split_heading(place[-1])[1]
-        return own or self._facts.get((place[:-1], "unit"), ("", ""))[1]
+        unit = self._facts.get((place, "unit"), ("", ""))[1] or split_heading(place[-1])[1]
+        return unit or self._facts.get((place[:-1], "unit"), ("", ""))[1]
 
     def names(self, place: Place, count: int) -> list[str]:
         """Names of the columns of an array, given for it or in its folder; [] if none fit."""

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from .._arguments import choice
+from .._arguments import choice, instance
 from ..errors import InvalidInput, UnreadableFile
 from ._source import Signal, Source, sample_type
 
@@ -73,8 +73,7 @@ class RawLayout:
 
 def open_source(path: Path, raw: RawLayout) -> Source:
     """Map a file of bare numbers; an incomplete last row is reported as missing."""
-    if not isinstance(raw, RawLayout):
-        raise InvalidInput("raw", raw, "a RawLayout", 'Give raw=impactsig.RawLayout("int16")')
+    instance("raw", raw, RawLayout, "a RawLayout", 'Give raw=impactsig.RawLayout("int16")')
     dtype = raw.sample
     row = dtype.itemsize * raw.channels
     size = path.stat().st_size - raw.skip

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from .._arguments import number, whole
+from .._arguments import instance, number, whole
 from ..errors import InvalidInput
 from .parts import BaseMotion, Force, KelvinVoigt, Rigid, Stop, numbers
 
@@ -244,8 +244,7 @@ def _check_stop(stop: Any) -> None:
     """Refuse a stop that the beam's engine does not support."""
     if stop is None:
         return
-    if not isinstance(stop, Stop):
-        raise InvalidInput("stop", stop, "a Stop(...) at the tip, or None")
+    instance("stop", stop, Stop, "a Stop(...) at the tip, or None")
     law = stop.law
     if isinstance(law, Rigid) and not callable(law.restitution):
         return
@@ -260,8 +259,7 @@ def _check_forcing(forcing: Any) -> None:
     """Refuse a forcing that the beam's engine does not support."""
     if forcing is None or isinstance(forcing, Force):
         return
-    if not isinstance(forcing, BaseMotion):
-        raise InvalidInput("forcing", forcing, "Force(...) at the tip, BaseMotion(...) or None")
+    instance("forcing", forcing, BaseMotion, "Force(...) at the tip, BaseMotion(...) or None")
     if not (forcing.spring and forcing.damper):
         raise InvalidInput("forcing", forcing, "a base that both spring and damper hang on")
 

@@ -188,8 +188,8 @@ class Oscillator:
     def stops_on(self, side: str) -> tuple[Stop, ...]:
         """The stops on one side ("upper" or "lower"), in the order they are reached."""
         sign = 1 if side == "upper" else -1
-        own = (stop for stop in self.stops if stop.side == side)
-        return tuple(sorted(own, key=lambda stop: sign * stop.position))
+        stops = (stop for stop in self.stops if stop.side == side)
+        return tuple(sorted(stops, key=lambda stop: sign * stop.position))
 
     @property
     def angular_natural_frequency(self) -> float:

@@ -43,8 +43,8 @@ def refuse_others(argument: str, value: Any, kinds: list[str]) -> None:
     InvalidInput
         If so.
     """
-    own = {one.__name__ for one in type(value).__mro__}
-    if own.isdisjoint(kinds):
+    names = {base.__name__ for base in type(value).__mro__}
+    if names.isdisjoint(kinds):
         drawn = hasattr(value, "plot") and hasattr(type(value), "plot")
         remedy = f"Its own method plot() draws a {type(value).__name__}" if drawn else ""
         article = "an" if kinds[0][0] in "AEIO" else "a"

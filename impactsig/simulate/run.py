@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import flag, number
+from .._arguments import flag, instance, number
 from .._watched import following
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
@@ -54,8 +54,7 @@ class Run:
         chatter: float = 1e-6,
         skip_unreachable: bool = True,
     ) -> None:
-        if not isinstance(oscillator, Oscillator):
-            raise InvalidInput("oscillator", oscillator, "an Oscillator, as impactsig.scenes makes")
+        instance("oscillator", oscillator, Oscillator, "an Oscillator, as impactsig.scenes makes")
         without_noise(oscillator)
         forced = bool(oscillator.angular_frequencies)
         self.length, self.before = span(periods, duration, transient, forced)

@@ -102,11 +102,11 @@ def waveform(
         marks = by_stop(impacts, inside, VERMILLION)
         if not one_channel:  # colours tell channels apart
             marks = iter([("", VERMILLION, np.ones(len(seen), bool))])
-        for name, mark, own in marks:
-            count = int(own.sum())
+        for name, mark, of_stop in marks:
+            count = int(of_stop.sum())
             label = f"{count} impacts" if count != 1 else "1 impact"
             label += f", {name}" if name else ""
-            points(ax, seen.time[own], heights[own], color=mark, label=label, zorder=3)
+            points(ax, seen.time[of_stop], heights[of_stop], color=mark, label=label, zorder=3)
     if ax.get_legend_handles_labels()[0]:
         legend(ax, "upper right", ncols=4, borderaxespad=0)
         ax.margins(y=0.12)

@@ -110,8 +110,8 @@ def span_drawn(
 
 def swing(motion: Motion) -> float:
     """Approximate period of the motion's oscillation [s]."""
-    own = motion.system.angular_natural_frequency
-    natural = 2 * math.pi / own * motion.system.time_unit if own else motion.duration / 10
+    omega = motion.system.angular_natural_frequency
+    natural = 2 * math.pi / omega * motion.system.time_unit if omega else motion.duration / 10
     forced = motion.system.angular_frequencies
     return 2 * math.pi / forced[0] * motion.system.time_unit if forced else natural
 

@@ -116,8 +116,8 @@ def phase_portrait(
     ax.margins(0.06)
     ax.locator_params(axis="x", nbins=6)
     ax.autoscale_view()
-    for one in near:
-        _stop_line(ax, one)
+    for wall in near:
+        _stop_line(ax, wall)
     moving = stops_move(motion)
     if moving:
         return frame(ax, "displacement from the base $x - b$", "velocity $x' - b'$")
@@ -167,13 +167,13 @@ def time_history(
     ax.margins(x=0, y=0.1)
     time = np.linspace(first, last, 2 + int(PER_PERIOD * (last - first) / swing(motion)))
     base = base_at(motion, time)[0]
-    for one in near:
-        ax.plot(time, one.position + base, **_stop_style(one))
+    for wall in near:
+        ax.plot(time, wall.position + base, **_stop_style(wall))
     ax.autoscale_view()
     low, high = ax.get_ylim()
-    for one in near:
-        behind = high if one.side == "upper" else low
-        ax.fill_between(time, one.position + base, behind, color=GREY, alpha=0.12, linewidth=0)
+    for wall in near:
+        behind = high if wall.side == "upper" else low
+        ax.fill_between(time, wall.position + base, behind, color=GREY, alpha=0.12, linewidth=0)
     ax.set_ylim(low, high)
     if ax.get_legend_handles_labels()[0]:
         _legend_above(ax)
@@ -269,9 +269,9 @@ def _sampled_portrait(
     ax.plot(x, v, color=BLUE, linewidth=0.7)
     ax.margins(0.06)
     ax.autoscale_view()
-    for one in stops:
-        if x.min() - np.ptp(x) <= one.position <= x.max() + np.ptp(x):
-            _stop_line(ax, one)
+    for wall in stops:
+        if x.min() - np.ptp(x) <= wall.position <= x.max() + np.ptp(x):
+            _stop_line(ax, wall)
     return frame(ax, "displacement $x$", "velocity $x'$")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..._arguments import number
+from ..._arguments import instance, number
 from ..._showing import Shown
 from ...errors import InvalidInput
 from ..basis.events import BEAM_APPROACH, IMPACT, PART, PHASE, RELEASE, ROW_KIND, STICK, TOUCH
@@ -133,11 +133,13 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
     >>> round(found.value, 3)  # of one mode, that of the stop
     0.6
     """
-    if not isinstance(motion, BeamMotion):
-        raise InvalidInput(
-            "motion", motion, "a BeamMotion",
-            "In one mode the coefficient is that of the stop's law",
-        )  # fmt: skip
+    instance(
+        "motion",
+        motion,
+        BeamMotion,
+        "a BeamMotion",
+        "In one mode the coefficient is that of the stop's law",
+    )
     if within is None:
         within = float(0.25 / motion.frequencies[0])
     within = number("within", within, above=0)

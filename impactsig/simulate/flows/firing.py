@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..._arguments import choice, number
+from ..._arguments import choice, instance, number
 from ...errors import InvalidInput
 from ...impacts import Impacts, exact
 from ...oscillators.flows import Flow
@@ -154,8 +154,7 @@ def threshold_crossings(
     >>> len(returns.intervals())
     100
     """
-    if not isinstance(flow, Flow):
-        raise InvalidInput("flow", flow, "a Flow", "A RecordedMotion has a method crossings()")
+    instance("flow", flow, Flow, "a Flow", "A RecordedMotion has a method crossings()")
     level = number("level", level)
     choice("direction", direction, ("up", "down", "both"))
     return _spikes(

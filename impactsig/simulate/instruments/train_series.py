@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..._arguments import Seed, choice, reals
+from ..._arguments import Seed, choice, instance, reals
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from ...oscillators.flows import Flow
@@ -57,8 +57,7 @@ def noisy_trains(
     >>> len(trains)
     2
     """
-    if not isinstance(motion, Motion):
-        raise InvalidInput("motion", motion, "a Motion, as simulate makes")
+    instance("motion", motion, Motion, "a Motion, as simulate makes")
     levels = _series("noise", noise)
     if seed is None or isinstance(seed, np.random.Generator):
         seed = int(np.random.default_rng(seed).integers(2**63))
