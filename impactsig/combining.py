@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ._arguments import entries, instance, number
+from ._arguments import entries, instance, number, whole
 from ._combined_columns import combined_columns, measuring_contacts
 from ._showing import Shown
 from .alignment import align_impacts
@@ -175,13 +175,9 @@ def stops_of_sensors(stops: Any, count: int) -> list[int | None]:
         return [None] * count
     required = f"a whole number, 0 or greater, or None, for each sensor ({count})"
     each = entries("stops", stops, required)
-    if len(each) != count or not all(stop is None or _is_stop(stop) for stop in each):
+    if len(each) != count:
         raise InvalidInput("stops", stops, required)
-    return [None if stop is None else int(stop) for stop in each]
-
-
-def _is_stop(one: Any) -> bool:
-    return isinstance(one, (int, np.integer)) and not isinstance(one, bool) and int(one) >= 0
+    return [None if stop is None else whole("stops", stop, 0) for stop in each]
 
 
 def _delay(

@@ -313,8 +313,7 @@ class Impacts:
         size : ndarray of int, shape (b,)
             Number of impacts in each.
         """
-        if not (np.isfinite(within) and within > 0):
-            raise InvalidInput("within", within, "a positive time [s]")
+        number("within", within, "a positive time [s]", above=0)
         if not len(self):
             return np.empty(0, np.intp), np.empty(0, np.intp)
         opens = (np.diff(self.time) > within) | self.interval_spans_gap()

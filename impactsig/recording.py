@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ._arguments import choice, flag, instance, number, text, texts
+from ._arguments import choice, flag, instance, number, text, texts, whole
 from ._sparkline import sparkline
 from .errors import InvalidInput
 
@@ -183,9 +183,7 @@ class Recording:
             If scale is zero, or either number is not finite.
         """
         check_calibration(scale, offset)
-        if not isinstance(unit, str | None):
-            raise InvalidInput("unit", unit, "text")
-        units = self.units if unit is None else (unit,) * len(self.units)
+        units = self.units if unit is None else (text("unit", unit),) * len(self.units)
         samples = self.samples
         if scale != 1.0 or offset != 0.0:
             samples = samples * samples.dtype.type(scale) + samples.dtype.type(offset)
@@ -231,8 +229,7 @@ class Recording:
             Start of each span [s].
         low, high : ndarray, shape (m,) or (m, channels)
         """
-        if not isinstance(bins, (int, np.integer)) or bins < 1:
-            raise InvalidInput("bins", bins, "a whole number, at least 1")
+        whole("bins", bins, 1)
         count = len(self.samples)
         edges = np.unique(np.linspace(0, count, min(bins, count) + 1).astype(np.intp)[:-1])
         if count == 0:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from .._arguments import reals
+from .._arguments import reals, whole
 from ..errors import InvalidInput
 from ..impacts import Impacts
 
@@ -23,14 +23,13 @@ def as_intervals(data: Intervals, least: int) -> np.ndarray:
 
 def interval_pairs(data: Intervals, lag: int, least: int) -> tuple[np.ndarray, np.ndarray]:
     """Intervals and those `lag` later, without pairs that span a gap."""
-    if not isinstance(lag, (int, np.integer)) or isinstance(lag, bool) or lag < 1:
-        raise InvalidInput("lag", lag, "a positive whole number of intervals")
+    whole("lag", lag, 1)
     if isinstance(data, Impacts):
-        values, whole = np.diff(data.time), unbroken_pairs(data, lag)
+        values, unbroken = np.diff(data.time), unbroken_pairs(data, lag)
     else:
         values = _array(data)
-        whole = np.ones(max(len(values) - lag, 0), bool)
-    first, later = values[:-lag][whole], values[lag:][whole]
+        unbroken = np.ones(max(len(values) - lag, 0), bool)
+    first, later = values[:-lag][unbroken], values[lag:][unbroken]
     if len(first) < least:
         raise InvalidInput(
             "intervals", f"{len(first)} pairs at lag {lag}", f"{least} or more", "Use a longer run"

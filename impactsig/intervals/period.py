@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import weakref
 from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
+from .._arguments import instance, number, whole
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from .forcing import Forcing, forcing_cycles
@@ -321,26 +321,12 @@ def _unknown(
 def _check(
     impacts: Impacts, forcing_period: float | None, max_periods: int, resolution: float
 ) -> None:
-    if not isinstance(impacts, Impacts):
-        raise InvalidInput(
-            "impacts",
-            type(impacts).__name__,
-            "Impacts",
-            "Impacts.from_times makes them of instants",
-        )
-    if forcing_period is not None and not (_is_number(forcing_period) and forcing_period > 0):
-        raise InvalidInput("forcing_period", forcing_period, "a positive time [s]")
-    if isinstance(max_periods, bool) or not isinstance(max_periods, (int, np.integer)):
-        raise InvalidInput("max_periods", max_periods, "a positive whole number")
-    if max_periods < 1:
-        raise InvalidInput("max_periods", max_periods, "a positive whole number")
-    if not (_is_number(resolution) and 0 < resolution < MOST_RESOLUTION):
-        raise InvalidInput("resolution", resolution, f"a share from 0 to {MOST_RESOLUTION}")
-
-
-def _is_number(value: Any) -> bool:
-    real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    return real and math.isfinite(value)
+    instance("impacts", impacts, Impacts, "Impacts", "Impacts.from_times makes them of instants")
+    if forcing_period is not None:
+        number("forcing_period", forcing_period, "a positive time [s]", above=0)
+    whole("max_periods", max_periods, 1)
+    required = f"a positive share, {MOST_RESOLUTION} or less"
+    number("resolution", resolution, required, above=0, most=MOST_RESOLUTION)
 
 
 def _is_intermittent(intervals: np.ndarray) -> bool:

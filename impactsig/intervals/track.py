@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._arguments import whole
+from .._arguments import instance, whole
 from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
@@ -169,8 +169,7 @@ def track(
     over a window, so that the stretch as a whole does not recur.
     """
     window = whole("window", window, 20)
-    if not isinstance(impacts, Impacts):
-        raise InvalidInput("impacts", type(impacts).__name__, "Impacts")
+    instance("impacts", impacts, Impacts, "Impacts")
     if forcing is None and forcing_period is None:
         raise InvalidInput(
             "forcing_period", None, "the forcing period [s]", "Or give the channel of the forcing"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._arguments import instance, number
+from ..._arguments import number
 from ..._watched import following
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
@@ -148,7 +148,8 @@ def state_of(flow: Flow, initial: Sequence[float] | None) -> np.ndarray:
     InvalidInput
         If it is not a finite number for every coordinate.
     """
-    instance("flow", flow, Flow, "a Flow", "impactsig.flows has some")
+    if not isinstance(flow, Flow):
+        raise InvalidInput("flow", flow, "a Flow", "impactsig.flows has some")
     if initial is None:
         return np.array(flow.initial)
     required = f"{flow.dimension} finite numbers"
