@@ -45,7 +45,7 @@ def number(
     Raises
     ------
     InvalidInput
-        If it is none. Text, truth values and arrays are no numbers.
+        If it is not one, or out of bounds. Text, truth values and arrays are not numbers.
     """
     try:
         array = getattr(value, "ndim", 0) != 0
@@ -114,7 +114,7 @@ def text(name: str, value: Any) -> str:
     Raises
     ------
     InvalidInput
-        If it is none.
+        If it is not one.
     """
     if isinstance(value, str):
         return value
@@ -127,7 +127,7 @@ def whole(name: str, value: Any, least: int, most: int = GREATEST) -> int:
     Raises
     ------
     InvalidInput
-        If it is none.
+        If it is not one.
     """
     integral = isinstance(value, Integral) and not isinstance(value, bool)
     if not integral or not least <= value <= most:
@@ -144,7 +144,7 @@ def choice(name: str, value: Any, choices: Iterable[str]) -> str:
     Raises
     ------
     InvalidInput
-        If it is none of them.
+        If it is not one of them.
     """
     words = tuple(choices)
     if isinstance(value, str) and value in words:
@@ -230,7 +230,7 @@ def path(name: str, value: Any) -> Path:
     Raises
     ------
     InvalidInput
-        If it is none.
+        If it is not one.
     """
     if isinstance(value, (str, os.PathLike)):
         return Path(os.fspath(value))
@@ -243,7 +243,7 @@ def path_list(name: str, value: Any) -> list[Path]:
     Raises
     ------
     InvalidInput
-        If one is none, or it is a single path.
+        If one is not a path, or it is a single path.
     """
     required = "several paths, in a list for example"
     if isinstance(value, os.PathLike):

@@ -106,7 +106,7 @@ class Impacts:
     settings : mapping
         How the impacts were found.
     reason : str
-        Why there are none, where there are none.
+        Why there are no impacts, if there are none.
     notes : tuple of str
         What makes them doubtful, in sentences.
     disturbances : tuple of Disturbance

@@ -21,7 +21,7 @@ class Matching(Shown):
     pairs : numpy.ndarray of int, shape (n, 2)
         Indices of a found impact and of the true one that it is, in the order of time.
     spurious : numpy.ndarray of int
-        Indices of found impacts that are none of the true ones.
+        Indices of detected impacts that match no true one.
     missed : numpy.ndarray of int
         Indices of true impacts that were not found.
     error : numpy.ndarray, shape (n,)

@@ -123,7 +123,7 @@ class RecordedMotion(Shown):
     def crossings(self, level: float, direction: Literal["up", "down", "both"] = "up") -> Impacts:
         """Instants at which the displacement crosses a level, with their standard errors.
 
-        One that noise makes is none: the displacement must have been four standard deviations of
+        Crossings by noise do not count: the displacement must have been four standard deviations of
         the noise beyond the level before it.
         """
         level = number("level", level)

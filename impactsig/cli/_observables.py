@@ -30,7 +30,7 @@ class Observable:
 
     Attributes
     ----------
-    told : str
+    description : str
         What it is, as ``--help`` says.
     of : callable
         From what is `Seen` of a motion to a number, NaN where it has none.

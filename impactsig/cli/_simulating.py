@@ -178,7 +178,7 @@ def _add_parameter(
     group: Any,
     scene: Callable[..., Oscillator],
     parameter: inspect.Parameter,
-    told: str,
+    description: str,
     required: bool,
 ) -> None:
     kind = get_type_hints(scene)[parameter.name]
@@ -187,7 +187,7 @@ def _add_parameter(
     needed = parameter.default is inspect.Parameter.empty
     ending = "required" if needed else f"default: {_brief(parameter.default)}"
     words: dict[str, Any] = {
-        "help": f"{told} ({ending})".replace("%", "%%"),
+        "help": f"{description} ({ending})".replace("%", "%%"),
         "required": needed and required,
     }
     if get_origin(kind) is Literal:

@@ -94,7 +94,7 @@ def jumps_of(points: Sequence[Point]) -> tuple[Jump, ...]:
 def jumps_in_sweeps(sweeps: Sequence[tuple[Mapping[str, Any], str]]) -> list[Jump]:
     """The changes along sweeps, corrected for the delay of each sweep.
 
-    A motion that is lost is told of by its transients: what grows before, and what decays where
+    The transients of a motion that is lost say when: what grows before, and what decays where
     another sweep, the other way, takes it up. Where nothing grows before, but the motion that comes
     is already there in outline, the change is a birth at which that motion's transients tell.
     """

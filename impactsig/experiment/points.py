@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ..impacts import Impacts
 
 QUANTITIES = ("interval", "peak", "contact_time", "impulse", "phase")
-"""What an experiment can tell of every impact."""
+"""Quantities that an experiment has of every impact."""
 
 
 class Point(NamedTuple):

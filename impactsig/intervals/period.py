@@ -76,7 +76,7 @@ def identify_period(
     its own size: then the odds of "periodic" against "banded" are near 1.
 
     *No slots.* Impacts that keep to phases of the forcing, or intervals that their predecessors
-    foretell better than shuffled ones, are chaotic; else they are irregular.
+    predict the next better than shuffled ones, are chaotic; else they are irregular.
 
     Parameters
     ----------

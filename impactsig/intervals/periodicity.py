@@ -71,7 +71,7 @@ class SpeedDrift(Shown):
         Logarithm of the odds that the speed changes, against a steady one.
     tone : float or None
         Where the change is a single slow tone, its frequency per forcing period. Without a forcing
-        channel it cannot be told from a modulation of the impacts.
+        channel it cannot be distinguished from a modulation of the impacts.
 
     See Also
     --------
@@ -109,7 +109,7 @@ class Periodicity(Shown):
         The motion: "periodic"; "drifting" (periodic, while the speed of the forcing changes);
         "quasi-periodic" (a second frequency modulates the phase); "banded" (chaos in narrow bands
         about the phases of a period); "chaotic" (no period, but impacts that keep to phases of the
-        forcing, or intervals that foretell the next); "irregular" (neither); "unlocked" (periodic,
+        forcing, or intervals that predict the next); "irregular" (neither); "unlocked" (periodic,
         but not in multiples of the forcing period given); "too few impacts"; "too short a run" (of
         less than four forcing periods).
     probability : mapping of str to float

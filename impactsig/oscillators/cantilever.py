@@ -62,7 +62,7 @@ class Cantilever:
     Raises
     ------
     InvalidInput
-        If a value is not positive, a part is none that a beam can be followed with, or the beam is
+        If a value is not positive, a part is not supported for a beam, or the beam is
         thicker than a fifth of its length: shear and rotary inertia, which are left out, would
         matter.
 

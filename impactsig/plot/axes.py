@@ -249,7 +249,7 @@ def seconds(axis: Axis, quantity: str, values: Any, in_seconds: bool = True) -> 
     """Label an axis of times; ticks in s, ms or µs, whichever suits `values`.
 
     The data stay in seconds, so that limits are set and further curves added in SI units. Where no
-    seconds are told, as of an oscillator without dimensions, the label is the quantity alone.
+    seconds are known, as of a dimensionless oscillator, the label is the quantity alone.
     """
     if not in_seconds:
         axis.set_label_text(quantity)

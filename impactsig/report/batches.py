@@ -98,7 +98,7 @@ def detect_many(
     Returns
     -------
     Detected
-        A file that cannot be read, or that takes its process down, is told in `errors`; the
+        A file that cannot be read, or that takes its process down, is listed in `errors`; the
         others are done.
 
     Raises

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 LAGS = (1, 2, 3)
 SLIGHT, LARGELY = 0.1, 0.8
 """Shares of the variance: below the first scatter about a period is not called a motion, above the
-second an interval is said to foretell the next."""
+second an interval is said to predict the next."""
 
 
 def verdict(analysis: Analysis) -> str:
@@ -54,7 +54,7 @@ def care(analysis: Analysis) -> list[str]:
     elif repair is not None:
         texts.append(
             "No impact is clearly missed or spurious (impactsig.repair_intervals); in an aperiodic "
-            "train not every one can be told."
+            "train not every one can be recognised."
         )
     elif analysis.forcing_period is None:
         texts.append(
@@ -128,7 +128,7 @@ def _decided(found: ReturnMapDeterminism, count: int) -> str:
         words = "An interval decides no more of the next one than it would in random order"
     else:
         part = "" if found.explained > LARGELY else " in part"
-        words += f": the next impact can{part} be foretold from the last interval"
+        words += f": the next impact can{part} be predicted from the last interval"
     return with_doubts(words + of_first(TESTED, count), found.warnings) + "."
 
 
@@ -154,7 +154,9 @@ def _left_over(analysis: Analysis, jitter: float) -> str:
             "." if analysis.dynamics.asked else "; impactsig report --dynamics looks into it."
         )
     if found.p_value > LEVEL or found.explained < SLIGHT:
-        return "What is left is timing noise: how late an impact is hardly tells of the next."
+        return (
+            "What is left is timing noise: how late an impact is hardly says when the next comes."
+        )
     return (
         with_doubts(
             "What is left is more than timing noise: how late an impact is decides "

@@ -113,9 +113,9 @@ def _separation(found: LyapunovExponent, dynamics: Dynamics) -> str:
     if grows(found):
         return (
             f"Largest Lyapunov exponent {words}. Neighbouring trajectories separate {pace(found)}; "
-            "an impact can be foretold a few times as far ahead, and no further"
+            "an impact can be predicted a few times as far ahead, and no further"
         )
-    return f"Largest Lyapunov exponent {words}, which is not told apart from 0"
+    return f"Largest Lyapunov exponent {words}, which cannot be distinguished from 0"
 
 
 def _false(dynamics: Dynamics) -> Iterator[str]:
@@ -131,7 +131,7 @@ def surrogates(dynamics: Dynamics) -> Finding:
     """Whether the intervals are more than linear noise."""
     test = dynamics.surrogates
     if test is None:
-        return _missing("More than noise?", "Not told", "surrogates", dynamics)
+        return _missing("More than noise?", "Not decided", "surrogates", dynamics)
     return Finding(
         "More than noise?",
         (with_doubts(_noise(test, dynamics), test.warnings) + ".",),

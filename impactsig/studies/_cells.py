@@ -31,7 +31,7 @@ class Outcome(NamedTuple):
     """Results and errors of a task.
 
     Cells whose results have the same names, types and shapes are together, `positions` in the task
-    first; usually there is one such group. Errors are told by cell number.
+    first; usually there is one such group. Errors are listed by cell number.
     """
 
     groups: list[tuple[np.ndarray, dict[str, np.ndarray]]]

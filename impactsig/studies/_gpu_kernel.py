@@ -184,7 +184,7 @@ def _without_fusing() -> Iterator[None]:
     """Disable fused multiply-add, so that results round as on CPUs.
 
     NVVM makes one operation, rounded once, of a product and a sum, which orbits of a chaotic map
-    soon tell. It can be told not to, but numba-cuda passes that on from nowhere (its issue 118).
+    soon show. NVVM has an option against it, which numba-cuda does not pass on (its issue 118).
     """
     from numba.cuda.cudadrv import nvvm
 

@@ -79,7 +79,7 @@ def refuse_other(store: Store, identity: dict[str, Any], tile: int | None) -> No
         other += [
             f"{label}{name} ({_part(before, after)})"
             for name, before, after in _differing(then[kind], now[kind])
-            # What is bound to the function is part of its code, and has been told.
+            # What is bound to the function is part of its code, which the message names already.
             if name != "function" or kind == "bound" or then["bound"] == now["bound"]
         ]
     other += [

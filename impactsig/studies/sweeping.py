@@ -131,7 +131,7 @@ def sweep(
 
     Notes
     -----
-    "Other code" is told by the bytecode and constants of the function and of what it calls, by the
+    "Other code" is recognised by the bytecode and constants of the function and its callees, by the
     modules of this package that it refers to and all that these import, and by the versions of
     Python, NumPy and the packages that it refers to. What those refer to in turn is not followed,
     nor are files that a function reads. Comments and docstrings do not count.
@@ -235,7 +235,7 @@ def _executor(
 def _tile_of_a_second(pool: Executor, grid: Grid) -> tuple[int, Outcome | None]:
     """Cells of a tile that takes about a second, by trials spread over the grid.
 
-    The first call may compile, so it is not counted; what it gave, of the first cell, is told.
+    The first call may compile, so it is not counted; what it gave, of the first cell, is kept.
     Cells that fail are not counted either.
     """
     least = min(pool.least, grid.size)

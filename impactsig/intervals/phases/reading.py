@@ -21,7 +21,7 @@ LEAST_REPEATS = 4
 MOST_FREE = 8  # impacts in a repeat period that is sought without a forcing period
 CLOCK_ERROR = 2e-3  # relative, of the forcing period against the clock of the recording
 UNEVEN = 4.0  # standard errors by which slots at even distances may be off
-SLIPPED = 0.25  # turns of a tone against slots in the run from which on they are told apart
+SLIPPED = 0.25  # turns of a tone against slots in the run from which on they are distinguished
 TOO_FEW = 8  # impacts that are left once satellites are taken out
 
 

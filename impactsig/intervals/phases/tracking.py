@@ -16,7 +16,7 @@ LEAST_WINDOWS = 1.5  # in a run whose rate is followed
 SPARSEST = 100.0  # cycles an impact
 WANDER = 0.0015  # standard deviation by which the rate changes, per square root of a cycle
 BLOCK = 30  # impacts of which one phase is read
-REACH = 0.12  # [cycles] by which the phase of a block may be off the one foretold
+REACH = 0.12  # [cycles] by which the phase of a block may be off the one predicted
 FADING = 0.85  # weight of the template against the block before it
 CARRIED = 0.7  # share of the slope that is carried on
 RATE_ERROR = 0.026  # relative, of the base period given and of its drift through the run
@@ -149,12 +149,12 @@ def _follow(
     before, slope = begin, 0.0
     for k in order:
         apart = centre[k] - centre[before]
-        foretold = phase[before] + slope * apart
-        turned = sums[:, k] * np.exp(-2j * np.pi * HARMONICS * foretold)
+        predicted = phase[before] + slope * apart
+        turned = sums[:, k] * np.exp(-2j * np.pi * HARMONICS * predicted)
         overlap = ((turn * turned) @ template.conj()).real
         best = int(np.argmax(overlap))
         moved = shift[best] + (shift[1] - shift[0]) * vertex(overlap, best)
-        phase[k] = foretold + moved
+        phase[k] = predicted + moved
         template = FADING * template
         template += (1 - FADING) * turned * np.exp(-2j * np.pi * HARMONICS * moved) * WEIGHT
         if apart:

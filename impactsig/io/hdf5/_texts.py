@@ -22,7 +22,9 @@ from ._heaps import HEAP, SIGNATURE, Heaps, has_long_sizes
 _ATTRIBUTE, _CONTINUED = 0x0C, 0x10
 _SHARED = 0x02
 _LARGEST_BLOCK, _LARGEST_TEXT = 1 << 20, 1 << 16  # bytes of a header's block, and of a text
-_LARGEST_SUM = 1 << 24  # bytes of all texts of a file: a heap's object may be told of many times
+_LARGEST_SUM = (
+    1 << 24
+)  # bytes of all texts of a file: an object of a heap may be referred to many times
 _STRING = 64  # bytes that a string takes at least
 _MOST = 1_000_000  # objects of heaps, and messages of headers, that are gone through for a file
 _PLACE = 16  # bytes of a text's length, heap and number

@@ -99,7 +99,7 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
 
     What a spring and the forcing do to the first mode in that time is in it as well. So it is a
     property of the beam alone only where they do little, as when a beam meets a stop at its place
-    of rest; under forcing it tells of that motion.
+    of rest; under forcing it is a property of that motion.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ class Measured(Shown):
     truth : Impacts
         What there was.
     source : ndarray of int, shape (len(impacts),)
-        Which impact of the truth each measured one is; -1 where it is none (spurious spikes,
+        Index of the true impact for each measured one; -1 for others (spurious spikes,
         echoes, and approaches that noise took for impacts).
 
     See Also
