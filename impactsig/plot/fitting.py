@@ -99,14 +99,14 @@ def _words(ax: Axes, result: OscillatorFit) -> None:
 
 def _region(ax: Axes, result: OscillatorFit) -> None:
     names = result.free[:2]
-    intervals = [result.intervals[name] for name in names]
-    if not np.isfinite(intervals).all():
+    told = [result.intervals[name] for name in names]
+    if not np.isfinite(told).all():
         explain(ax, " ".join(result.warnings) or "These impacts do not tell the parameters.")
         return
     centre = [result.values[name] for name in names]
     labels = [name.replace("_", " ") for name in names]
     if len(names) == 1:
-        ax.errorbar(centre, [0], xerr=np.abs(np.array(intervals).T - centre), fmt="o", color=BLUE)
+        ax.errorbar(centre, [0], xerr=np.abs(np.array(told).T - centre), fmt="o", color=BLUE)
         ax.set(xlabel=labels[0], yticks=[])
         return
     turn = np.linspace(0, 2 * np.pi, 200)
@@ -119,7 +119,7 @@ def _region(ax: Axes, result: OscillatorFit) -> None:
     ax.fill(*curve, color=BLUE, alpha=0.2, linewidth=0)
     ax.plot(*curve, color=BLUE, linewidth=1)
     ax.plot(*centre, "o", color=BLUE)
-    for (low, high), draw in zip(intervals, (ax.axvline, ax.axhline), strict=True):
+    for (low, high), draw in zip(told, (ax.axvline, ax.axhline), strict=True):
         for value in (low, high):
             draw(value, color=GREY, linewidth=0.8, linestyle=":")
     frame(ax, *labels)
