@@ -58,7 +58,7 @@ def identify_period(
 ) -> Periodicity:
     """Identify the motion of a train: period(m, n), drifting, quasi-periodic, chaotic or irregular.
 
-    *Tracking.* The speed of the forcing is followed through the run by the harmonics of the forcing
+    *Tracking.* The speed of the forcing is tracked through the run by the harmonics of the forcing
     period, within 2.6 %, then by the phase of the impacts. Impacts that often come a fixed delay
     after others (echoes) are recognised as satellites.
 
@@ -75,22 +75,22 @@ def identify_period(
     from one to the next is chaos in narrow bands. Jitter hides bands below `banded_below`, about
     its own size: then the odds of "periodic" against "banded" are near 1.
 
-    *No slots.* Impacts that keep to phases of the forcing, or intervals that their predecessors
-    predict the next better than shuffled ones, are chaotic; else they are irregular.
+    *No slots.* A train whose impacts keep to phases of the forcing, or whose intervals predict the
+    next better than shuffled ones do, is chaotic; else it is irregular.
 
     Parameters
     ----------
     impacts : Impacts
         Eight or more; impacts due in gaps of the run are not missed.
     forcing_period : float, optional
-        Mean period of the forcing [s], right to 2.6 % minus half of its drift. Without it (m, n)
-        cannot be told, since any number of forcing periods may pass in a repeat: then m impacts in
-        the shortest time after which they recur, `repeat_period`, are sought (m up to 8, jitter
-        below 7.5 % of the mean interval), and `periods` is None.
+        Mean period of the forcing [s], accurate to 2.6 % minus half of its drift. Without it n is
+        unknown, since any number of forcing periods may pass in a repeat: then the shortest time
+        after which m impacts recur, `repeat_period`, is sought (m up to 8, jitter below 7.5 % of
+        the mean interval), and `periods` is None.
     forcing : Recording or array_like, optional
         A channel of the forcing or of a tacho that rises once in each forcing period, or the
-        instants when it does [s], in the clock of the impacts. Then its speed is known: a slow
-        tone of the impacts is one, not a drift.
+        instants when it does [s], on the clock of the impacts. Then the speed is known, and a slow
+        tone of the impacts is not mistaken for drift.
     max_periods : int
         Greatest n tried. Longer repeats of up to 8 impacts are found as well.
     resolution : float

@@ -73,7 +73,7 @@ def simulate(  # type: ignore[misc]
 
     *A flow* is stepped by Dormand and Prince's method of order 8 at a tolerance of 1e-13. In a
     chaotic flow an error grows e-fold in the inverse of the largest exponent, so that after some 40
-    of these a path is one of the flow, and not the path through its initial state.
+    of these the trajectory is one of the flow, but no longer that of its initial state.
 
     *A controlled system* moves under its controller; see `Controlled`.
 
@@ -85,11 +85,11 @@ def simulate(  # type: ignore[misc]
     system : Oscillator, OscillatorBatch, Cantilever, Flow or Controlled
         What moves.
     periods, duration : float
-        How long to look: in forcing periods, or in seconds (of a flow: in its unit of time). Give
-        one of them; a flow and what has no forcing take `duration`.
+        Length of the simulation, in forcing periods or in seconds (of a flow, in its unit of time).
+        Give one of them; flows and systems without forcing take `duration`.
     transient : float
-        How long to let it run before: in forcing periods with `periods`, in the unit of `duration`
-        with that.
+        Length of the transient that is discarded before: in forcing periods if `periods` is given,
+        else in the unit of `duration`.
     initial : optional
         State at t = 0. Of an oscillator displacement and velocity, in its units and against the
         ground, (0, 0) unless given; of a cantilever modal displacements [m] and velocities [m/s],
@@ -132,8 +132,8 @@ def simulate(  # type: ignore[misc]
     Raises
     ------
     InvalidInput
-        If an argument is out of its range or none of this system, or the system starts beyond a
-        rigid stop.
+        If an argument is out of range or does not apply to the system, or the system starts beyond
+        a rigid stop.
 
     See Also
     --------

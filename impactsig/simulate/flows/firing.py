@@ -54,9 +54,9 @@ def integrate_and_fire(
         be positive. Or the name or number of a coordinate. By default the signal of the flow. A
         function is compiled once: define it outside of loops.
     count, duration : int, float
-        How many spikes, or how long to look. Give one of them.
+        Number of spikes, or duration after the transient. Give one of them.
     transient : float
-        How long to let it flow before.
+        Duration of the transient, in which no spikes are counted.
     initial : sequence of float, optional
         State at t = 0, if not that of the flow.
 
@@ -122,9 +122,9 @@ def threshold_crossings(
     direction : {"up", "down", "both"}
         Which crossings count.
     count, duration : int, float
-        How many spikes, or how long to look. Give one of them.
+        Number of spikes, or duration after the transient. Give one of them.
     transient : float
-        How long to let it flow before.
+        Duration of the transient, in which no spikes are counted.
     initial : sequence of float, optional
         State at t = 0, if not that of the flow.
 
