@@ -198,7 +198,7 @@ def costs() -> dict[str, float]:
     series[:4] = 0.5, 0.2, -0.3, 0.1
     waves = np.array([[ratio, cosine, sine, 0.25, 0.0]])
     leg = Leg(
-        kappa, delta, root, problem.sort[0], 0.0, 0.0, problem.rate[0], 0.0, 0.0, 0.3, -0.2,
+        kappa, delta, root, problem.damping_kind[0], 0.0, 0.0, problem.rate[0], 0.0, 0.0, 0.3, -0.2,
         waves, series,
     )  # fmt: skip
     far = np.linspace(0.5, 5.0, EVALUATIONS)

@@ -30,7 +30,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """A package in which `simulate` is the function, and never the package of that name."""
+    """The package, in which the name `simulate` is the function and not the subpackage."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         # The import of a package binds it to its name here, whenever that happens.

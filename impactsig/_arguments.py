@@ -1,4 +1,4 @@
-"""The validators of arguments: numbers, words, functions, sequences, threads, random streams."""
+"""Validators of arguments: each returns the value or raises `InvalidInput`."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def number(
     least: float = -math.inf,
     most: float = math.inf,
 ) -> float:
-    """A finite number within bounds; `required` says in other words which.
+    """A finite number within bounds; `required` may describe the bounds in other words.
 
     Raises
     ------
     InvalidInput
-        If it is none. Text, truth values and arrays are no numbers.
+        If it is not one, or out of bounds. Text, truth values and arrays are not numbers.
     """
     try:
         array = getattr(value, "ndim", 0) != 0
@@ -91,7 +91,7 @@ def reals(name: str, value: Any, required: str) -> np.ndarray:
 def times_within(
     value: Any, start: float, stop: float, unit: str = "", ended: str = ""
 ) -> np.ndarray:
-    """Times of the span of a motion, as float64 of any shape.
+    """Times within the span of a motion, as float64 of any shape.
 
     Raises
     ------
@@ -109,16 +109,16 @@ def times_within(
 
 
 def text(name: str, value: Any) -> str:
-    """A text.
+    """A string.
 
     Raises
     ------
     InvalidInput
-        If it is none.
+        If it is not one.
     """
     if isinstance(value, str):
         return value
-    raise InvalidInput(name, value, "a text")
+    raise InvalidInput(name, value, "text")
 
 
 def whole(name: str, value: Any, least: int, most: int = GREATEST) -> int:
@@ -127,7 +127,7 @@ def whole(name: str, value: Any, least: int, most: int = GREATEST) -> int:
     Raises
     ------
     InvalidInput
-        If it is none.
+        If it is not one.
     """
     integral = isinstance(value, Integral) and not isinstance(value, bool)
     if not integral or not least <= value <= most:
@@ -139,12 +139,12 @@ def whole(name: str, value: Any, least: int, most: int = GREATEST) -> int:
 
 
 def choice(name: str, value: Any, choices: Iterable[str]) -> str:
-    """One of a few words.
+    """One of several words.
 
     Raises
     ------
     InvalidInput
-        If it is none of them.
+        If it is not one of them.
     """
     words = tuple(choices)
     if isinstance(value, str) and value in words:
@@ -167,7 +167,7 @@ def flag(name: str, value: Any) -> bool:
 
 
 def function(name: str, value: Any, required: str = "a function") -> Callable[..., Any]:
-    """Something that can be called.
+    """A callable.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def function(name: str, value: Any, required: str = "a function") -> Callable[..
 
 
 def instance(name: str, value: Any, kind: type[Kind], required: str = "", remedy: str = "") -> Kind:
-    """An object of a class.
+    """An instance of a class.
 
     Raises
     ------
@@ -194,7 +194,7 @@ def instance(name: str, value: Any, kind: type[Kind], required: str = "", remedy
 
 
 def entries(name: str, value: Any, required: str) -> tuple[Any, ...]:
-    """What a sequence holds; text and numbers are none.
+    """The items of a sequence that is not text.
 
     Raises
     ------
@@ -210,7 +210,7 @@ def entries(name: str, value: Any, required: str) -> tuple[Any, ...]:
 
 
 def texts(name: str, value: Any, count: int, each: str) -> tuple[str, ...]:
-    """One text for each of something, such as the channels of a recording.
+    """A string for each of several things, such as the channels of a recording.
 
     Raises
     ------
@@ -230,7 +230,7 @@ def path(name: str, value: Any) -> Path:
     Raises
     ------
     InvalidInput
-        If it is none.
+        If it is not one.
     """
     if isinstance(value, (str, os.PathLike)):
         return Path(os.fspath(value))
@@ -238,12 +238,12 @@ def path(name: str, value: Any) -> Path:
 
 
 def path_list(name: str, value: Any) -> list[Path]:
-    """Several paths.
+    """A list of paths.
 
     Raises
     ------
     InvalidInput
-        If one is none, or it is a single path.
+        If one is not a path, or it is a single path.
     """
     required = "several paths, in a list for example"
     if isinstance(value, os.PathLike):
@@ -252,7 +252,7 @@ def path_list(name: str, value: Any) -> list[Path]:
 
 
 def thread_count(workers: int | None) -> int:
-    """As many threads as asked for, or as there are cores.
+    """Number of threads: as given, or the number of cores.
 
     Raises
     ------
@@ -263,7 +263,7 @@ def thread_count(workers: int | None) -> int:
 
 
 def streams(seed: Seed, count: int) -> list[np.random.Generator]:
-    """Independent generators, the same ones for the same seed; see `seed_sequence`."""
+    """Independent random generators, the same for the same seed; see `seed_sequence`."""
     import numpy as np
 
     seed = seed_sequence(seed)
@@ -275,7 +275,7 @@ def streams(seed: Seed, count: int) -> list[np.random.Generator]:
 
 
 def seed_sequence(seed: Seed) -> np.random.SeedSequence:
-    """What random numbers start from.
+    """The seed sequence of a `seed` argument.
 
     A SeedSequence is not spawned from but read: given twice, it means the same twice. A Generator
     is drawn from, so that successive calls with it differ.

@@ -11,7 +11,7 @@ SKIP_A, SKIP_B, PAIR = range(3)
 
 @njit(nogil=True)
 def windows(a, b, within):
-    """For each a the first b at most `within` away, and the first beyond."""
+    """For each a the first b at most `within` away, and the first one beyond that."""
     first, last = np.empty(len(a), np.int64), np.empty(len(a), np.int64)
     low = high = 0
     for i in range(len(a)):

@@ -1,4 +1,4 @@
-"""How often what was said to be so likely was so: bins of probabilities, and their Brier score."""
+"""Calibration of predicted probabilities: observed shares in bins, and the Brier score."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class CalibrationBins(NamedTuple):
 
 
 def calibration_bins(probability: Any, outcome: Any, bins: int = 5) -> CalibrationBins:
-    """Sort probabilities into equal bins from 0 to 1, and count what came true.
+    """Sort probabilities into equal bins from 0 to 1, and count the outcomes in each.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The columns of a train that is made of those of several sensors."""
+"""The columns of a train that combines those of several sensors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OF_SEVERAL = ("time_error", "probability", "stop_index", "stop_probability", "pu
 
 
 def measuring_contacts(trains: Sequence[Impacts]) -> list[int]:
-    """The sensors that peaks are taken of: all of one unit, else the load cells; none if unlike."""
+    """The sensors whose peaks are kept: all if their units agree, else the load cells."""
     every = range(len(trains))
     if _one_unit(trains):
         return [*every]
@@ -28,7 +28,7 @@ def measuring_contacts(trains: Sequence[Impacts]) -> list[int]:
 def combined_columns(
     trains: Sequence[Impacts], index: np.ndarray, delays: np.ndarray, stops: list[int | None]
 ) -> dict[str, Any]:
-    """What is known of each impact.
+    """Merge the columns of several trains, impact by impact.
 
     Parameters
     ----------
@@ -77,8 +77,8 @@ def _instants(
     time = instants[np.arange(len(index)), earliest]
     if all(train.time_error is None for train in trains):
         return {"time": time}
-    own = [np.full(len(t), np.inf) if t.time_error is None else t.time_error for t in trains]
-    errors = _at(own, index, np.inf)
+    each = [np.full(len(t), np.inf) if t.time_error is None else t.time_error for t in trains]
+    errors = _at(each, index, np.inf)
     # An exact instant has all the weight.
     weight = np.where(index >= 0, 1.0 / np.maximum(errors, 1e-12) ** 2, 0.0)
     total = weight.sum(axis=1)
@@ -93,7 +93,7 @@ def _instants(
 def _of_strongest(
     name: str, trains: Sequence[Impacts], index: np.ndarray, rank: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """A column and its standard errors, of the sensor that each impact is strongest in.
+    """A column with its standard errors, taken from the sensor with the highest peak.
 
     What none of these sensors recorded is filled in, where errors can say so; else there is none.
     """
@@ -122,7 +122,7 @@ def _at(columns: Sequence[np.ndarray], index: np.ndarray, missing: float) -> np.
 
 
 def _strength(trains: Sequence[Impacts], index: np.ndarray) -> np.ndarray | None:
-    """Peaks, comparable from sensor to sensor, if all have them; -inf where one saw nothing."""
+    """Peaks in comparable units if all trains have them; -inf where a sensor missed the impact."""
     peaks = []
     for train in trains:
         if train.peak is None:

@@ -1,4 +1,4 @@
-"""Compiled functions, kept on disk until the code changes that they are made of.
+"""Compile decorators, and a cache on disk that is renewed when the code of a kernel changes.
 
 numba's cache looks at the file of a function alone. What it has kept of a kernel that calls one of
 another file would go on with the old code after that other file was changed, and say nothing; and
@@ -78,7 +78,7 @@ def state(path: Path) -> str:
 
 
 def _keep(compiled: Any, function: Callable[..., Any]) -> None:
-    """Give a compiled function its cache; numba has no public way to choose one."""
+    """Attach the cache to a compiled function; numba has no public way to choose one."""
     try:
         cache = _Cache(function)
     except (OSError, RuntimeError):  # no directory can be written
@@ -96,7 +96,7 @@ def _keep(compiled: Any, function: Callable[..., Any]) -> None:
 
 @contextlib.contextmanager
 def _without_collections() -> Iterator[None]:
-    """Look for no garbage: compiling makes many objects, and a tenth of its time went there."""
+    """Switch off garbage collection, which took a tenth of the time of compiling."""
     were_made = gc.isenabled()
     gc.disable()
     try:
@@ -117,10 +117,10 @@ def _without_values(dispatcher: Any) -> None:
     dispatcher.get_call_template = of_types
 
 
-def _say_so() -> None:
-    """Tell whoever watches, once in a process, why this takes long."""
-    if not _said:
-        _said.append(True)
+def _announce() -> None:
+    """Report, once in a process, that kernels are being compiled."""
+    if not _announced:
+        _announced.append(True)
         if watched():
             print(
                 "impactsig: compiling for this machine, once (`impactsig warmup` compiles all)",
@@ -128,7 +128,7 @@ def _say_so() -> None:
             )
 
 
-_said: list[bool] = []
+_announced: list[bool] = []
 
 
 def _warn(instead: str) -> None:
@@ -148,7 +148,7 @@ _warned: list[str] = []
 
 
 class _Temporary:
-    """Where numba keeps a function if neither the package's nor the user's folder can be written.
+    """Cache in a private temporary directory, if no other folder can be written.
 
     What is kept is a pickle, which can run any code when it is read. So the folder must be
     private, and is checked each time: a process may outlive the files in a temporary directory.
@@ -182,7 +182,7 @@ class _Temporary:
 
 
 class _Kept(CompileResultCacheImpl):
-    """Where a function is kept, and under which name."""
+    """File name and folder of a cached function."""
 
     _locator_classes = (*CompileResultCacheImpl._locator_classes, _Temporary)
 
@@ -193,7 +193,7 @@ class _Kept(CompileResultCacheImpl):
     def get_filename_base(self, fullname: str, abiflags: str) -> str:
         """A name without numba's line of the function, which a comment moves.
 
-        Functions of one name in a file are told apart by their order.
+        Functions of one name in a file are distinguished by their order.
         """
         code = self.function.__code__
         lines = linecache.getlines(code.co_filename, self.function.__globals__)
@@ -224,17 +224,17 @@ def shipped_target() -> tuple[str, str, str]:
 
 
 def _runs_shipped(target: tuple[str, str, str]) -> bool:
-    """Whether shipped kernels run on what this process compiles for, and do the same there."""
+    """Whether this processor can run the shipped kernels with the same results."""
     triple, _, features = shipped_target()
-    asked_otherwise = (
+    overridden = (
         config.BOUNDSCHECK or config.DEBUGINFO_DEFAULT or config.USING_SVML or config.OPT < 3
     )
     has_all = set(features.split(",")) <= set(target[2].split(","))
-    return target[0] == triple and has_all and not asked_otherwise
+    return target[0] == triple and has_all and not overridden
 
 
 class _Cache(FunctionCache):
-    """numba's cache of a function, which asks for the code that the function is made of."""
+    """numba's cache, keyed by a digest of the source code that a function depends on."""
 
     _impl_class = _Kept
 
@@ -264,7 +264,7 @@ class _Cache(FunctionCache):
             self.turn.take()
             kept = self._read(sig, target_context)
         if kept is None:
-            _say_so()
+            _announce()
         return kept
 
     def _read(self, sig: Any, target_context: Any) -> Any:

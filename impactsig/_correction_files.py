@@ -29,8 +29,8 @@ def write(impacts: Impacts, recording: Any) -> Path:
     """As `Impacts.write_corrections`."""
     import csv
 
-    own, digest = channel_of(impacts), sha256(recording)[:DIGITS]
-    lines = [line for line in read(recording) if line["channel"] != own]
+    channel, digest = channel_of(impacts), sha256(recording)[:DIGITS]
+    lines = [line for line in read(recording) if line["channel"] != channel]
     for line in impacts.settings.get("corrections", ()):
         lines.append({**line, "recording": digest})
     target = beside(recording)
@@ -46,8 +46,8 @@ def write(impacts: Impacts, recording: Any) -> Path:
 
 def applied(impacts: Impacts, recording: Any) -> Impacts:
     """As `Impacts.apply_corrections`."""
-    own = channel_of(impacts)
-    lines = [line for line in read(recording) if line["channel"] == own]
+    channel = channel_of(impacts)
+    lines = [line for line in read(recording) if line["channel"] == channel]
     _check_recording({line.pop("recording") for line in lines} - {""}, recording)
     done = impacts.settings.get("corrections", ())
     lines = [line for line in lines if line not in done]
@@ -134,7 +134,7 @@ def _instant(text: str, name: str, place: int) -> float:
 
 
 def _check_recording(known: set[str], recording: Any) -> None:
-    """Refuse corrections that were made in another recording of this name."""
+    """Refuse corrections that were made for another recording of the same name."""
     if not known:
         return
     digest = sha256(recording)[:DIGITS]
@@ -149,7 +149,7 @@ def _check_recording(known: set[str], recording: Any) -> None:
 
 
 def beside(recording: Any) -> Path:
-    """The file of corrections of a recording."""
+    """Path of the corrections of a recording."""
     return Path(f"{recording}{SUFFIX}")
 
 

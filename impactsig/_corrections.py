@@ -1,4 +1,4 @@
-"""Corrections of a train by hand: impacts put in, moved and taken out, one line for each."""
+"""Corrections of a train by hand: impacts added, moved and rejected, one line for each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from . import _impact_columns as tables
-from ._arguments import number
+from ._arguments import instance, number, text
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -29,11 +29,8 @@ def edited(
     comment: str,
 ) -> Impacts:
     """As `Impacts.edit`."""
-    for name, text in (("by", by), ("comment", comment)):
-        if not isinstance(text, str):
-            raise InvalidInput(name, text, "text")
-    if not isinstance(move, Mapping):
-        raise InvalidInput("move", move, "a mapping of instants to instants, {1.25: 1.26}")
+    text("by", by), text("comment", comment)
+    instance("move", move, Mapping, "a mapping of instants to instants, {1.25: 1.26}")  # type: ignore[type-abstract]
     wanted: list[tuple[str, float, float | None]] = [
         ("reject", number("reject", one), None) for one in _several("reject", reject)
     ]
@@ -53,7 +50,7 @@ def edited(
 
 
 def corrected(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
-    """The train with one correction made.
+    """Apply one correction.
 
     Raises
     ------
@@ -107,13 +104,13 @@ def corrected(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
 
 
 def listed(impacts: Impacts, lines: Sequence[Mapping[str, Any]]) -> Impacts:
-    """The train with these lines added to the list of its corrections."""
+    """Append lines to the train's list of corrections."""
     every = [*impacts.settings.get("corrections", ()), *lines]
     return replace(impacts, settings={**impacts.settings, "corrections": every})
 
 
 def channel_of(impacts: Impacts) -> str:
-    """The channel that a train was found in; of several their names, joined."""
+    """Name of the channel that a train was detected in; names of several are joined."""
     channel = impacts.settings.get("channel", "")
     return channel if isinstance(channel, str) else " + ".join(channel)
 

@@ -1,4 +1,4 @@
-"""Libraries that come with an extra, imported where they are used."""
+"""Optional libraries, imported when they are first used."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .errors import MissingExtra
 
 
 def library(name: str, extra: str, use: str) -> Any:
-    """The library of that name.
+    """Import a library, or raise an error that names the extra it comes with.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def library(name: str, extra: str, use: str) -> Any:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep a library from writing to the log, or warning of, what is told otherwise here."""
+    """Silence the log and the warnings of a library, whose messages impactsig passes on itself."""
     disabled = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:

@@ -1,4 +1,4 @@
-"""Columns of a train of impacts: what is measured of each, and what a column may hold."""
+"""Columns of a train of impacts, and the validation of their values."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ COLUMNS = ("time", *MEASURED, "flags")
 
 
 def columns(impacts: Impacts) -> dict[str, np.ndarray]:
-    """What was measured of each impact."""
+    """The columns that a train has, by name."""
     known = {name: getattr(impacts, name) for name in COLUMNS}
     return {name: values for name, values in known.items() if values is not None}
 
 
 def filled(name: str, values: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """A column at impacts that were not measured, between the neighbours `left` and `right`."""
+    """Values of a column at inserted impacts, from the neighbours `left` and `right`."""
     if name in ERRORS:
         return np.full(len(left), np.inf)
     if name in PROBABILITIES:
@@ -95,7 +95,7 @@ def instants(time: Any) -> np.ndarray:
 
 
 def flag_column(value: Any, length: int) -> np.ndarray:
-    """Flags, one for each impact; none given are none set.
+    """Validate the flags, one for each impact; none are set by default.
 
     Raises
     ------
@@ -138,7 +138,7 @@ def run_span(time: np.ndarray, start: Any, duration: Any) -> tuple[float, float]
 
 
 def column(name: str, value: Any, length: int) -> np.ndarray:
-    """What was measured of each impact, checked.
+    """Validate one column.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def private_directory(name: str = "impactsig") -> Path | None:
-    """The user's own directory in the temporary directory; None if others could put files there.
+    """A directory of this user's among the temporary files; None if others can write to it.
 
     Others may have made a directory, or a link, of its name before: it must be a directory that
     belongs to the user and that only the user can read and write. Nor may others rename it, which

@@ -18,7 +18,7 @@ _LISTED = re.compile(r"^from \.([\w.]*) import (?:\(\s+)?(\w+) as \2(?:,\s+\))?$
 
 
 def listed(stub: str) -> dict[str, str]:
-    """The names that a stub beside this file lists, and the module of each; "" for a module."""
+    """Read the public names, and the module of each, from a stub beside this file."""
     path = Path(__file__).with_name(stub)
     text: bytes = globals()["__loader__"].get_data(str(path))  # which may be in a zip archive
     return {name: module for module, name in _LISTED.findall(text.decode())}
@@ -31,7 +31,7 @@ RESULTS = listed("results.pyi")
 
 
 def load(module: str, names: dict[str, str], name: str) -> Any:
-    """What a name of a module stands for, which the module keeps from now on."""
+    """Import the object behind a public name, and keep it in the module."""
     if name not in names:
         raise AttributeError(f"module {module!r} has no attribute {name!r}")
     home = import_module(".".join(filter(None, [PACKAGE, names[name]])))

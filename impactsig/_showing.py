@@ -1,4 +1,4 @@
-"""How a result shows itself: in a line, and in a notebook with a small picture."""
+"""Representation of results: one line in a console, a small picture in a notebook."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SIZE, DPI = (4.2, 2.6), 80  # of a picture [inches], [1/inch]
 
 
 class Shown:
-    """A result: one line in a console, a line and a picture in a notebook.
+    """Base of results: shown as a line in a console, as a line and a picture in a notebook.
 
     The line is what `describe` or `str` says, else the fields, arrays by their shapes. The picture
     is what `plot` draws; a result that is not drawn shows a table of its fields. A class keeps a
@@ -49,7 +49,7 @@ class Shown:
 
 
 def _brief(result: Any) -> list[tuple[str, str]]:
-    """Fields and short values, in their order; without what is not there."""
+    """Names and short values of the fields that are set, in order."""
     if not is_dataclass(result):
         return []
     named = [(one.name, getattr(result, one.name)) for one in fields(result)]
@@ -57,7 +57,7 @@ def _brief(result: Any) -> list[tuple[str, str]]:
 
 
 def _short(value: Any) -> str:
-    """A number or a text as it is, anything longer by its kind and size."""
+    """A number or a short text as it is; type and size of anything longer."""
     shape = getattr(value, "shape", None)
     if shape:
         return f"array of {' x '.join(map(str, shape))}"
@@ -80,7 +80,7 @@ def _table(result: Any) -> str:
 
 
 def html_table(pairs: Iterable[tuple[str, str]]) -> str:
-    """Names beside their values; empty where there are none."""
+    """Names and values as an HTML table; empty if there are none."""
     rows = "".join(
         f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
         for name, value in pairs
@@ -89,7 +89,7 @@ def html_table(pairs: Iterable[tuple[str, str]]) -> str:
 
 
 def picture(result: Any) -> str:
-    """What `plot` draws, as a small image; empty for a result that cannot be drawn."""
+    """The result's plot as a small inline image; empty if it cannot be drawn."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")

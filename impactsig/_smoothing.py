@@ -1,4 +1,4 @@
-"""Noise of a signal, and local cubics that smooth it and its slope as far as the noise allows."""
+"""Noise level of a signal, and local cubic smoothing of the signal and its slope."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MAD = 0.6744897501960817
 
 
 def converter_step(values: np.ndarray) -> float:
-    """Step of the converter that a signal went through; 0 where its values hardly repeat."""
+    """Quantisation step of a signal; 0 if its values hardly repeat."""
     codes = np.unique(values)
     if len(codes) < 2 or 2 * len(codes) > len(values):
         return 0.0
@@ -30,7 +30,7 @@ def converter_step(values: np.ndarray) -> float:
 
 
 def noise_of(values: np.ndarray, step: float) -> float:
-    """Standard deviation of white noise, from fourth differences; a step's own at least."""
+    """Standard deviation of white noise, from fourth differences; at least that of the step."""
     white = float(np.median(np.abs(np.diff(values, 4)))) / (MAD * FOURTH)
     return max(white, step / math.sqrt(12.0))
 
@@ -43,14 +43,14 @@ def smoothed(x: np.ndarray, half: int, derivative: int) -> np.ndarray:
 
 
 def gain(half: int, derivative: int) -> float:
-    """Standard deviation that white noise of 1 leaves in it."""
+    """Standard deviation of smoothed white noise of unit variance."""
     from scipy.signal import savgol_coeffs
 
     return float(np.linalg.norm(savgol_coeffs(2 * half + 1, ORDER, deriv=derivative)))
 
 
 def half_width(x: np.ndarray, noise: float, derivative: int) -> int:
-    """The widest window, of a ladder, that changes the signal by less than it leaves of the noise.
+    """The widest window whose bias stays below the noise that it leaves.
 
     By how much two windows differ beyond what noise explains is the bias of the wider one: the
     window inside it has a quarter of that. Runs of one code, as a slow signal leaves behind a

@@ -40,7 +40,7 @@ _NAME = re.compile(r"""["']\.?([a-z_][\w.]*)["']""")
 
 
 def code(source: str) -> str:
-    """The source without comments, docstrings and blank lines.
+    """Source code without comments, docstrings and blank lines.
 
     A docstring is any string that is a statement by itself: Python drops them all.
     """
@@ -77,7 +77,7 @@ def _ends_line(after: str, following: str) -> bool:
 
 
 def reached(paths: Iterable[Path]) -> set[Path]:
-    """The files, and those that they import by relative names, at any depth.
+    """These files and all files that they import by relative names.
 
     Imports within functions count, and those by `importlib.import_module`: of a file that calls it
     all strings that name a module beside it. Imports for types alone do not count.

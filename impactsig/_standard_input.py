@@ -1,4 +1,4 @@
-"""Standard input, kept in a file while a command reads it: how that file is called in words."""
+"""Name of the temporary file that holds standard input, and how messages refer to it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _WRITTEN = re.compile(rf"[^\s'\"]*{FOLDER}\w+[/\\]+{NAME}(\.csv)?")
 
 
 def is_standard_input(path: str | Path) -> bool:
-    """Whether a path is that of the file."""
+    """Whether a path is that of the temporary file."""
     return _WRITTEN.fullmatch(str(path)) is not None
 
 
 def in_words(text: str) -> str:
-    """The text with standard input in place of a path that is gone when the command ends."""
+    """Replace the path of the temporary file by the words "standard input"."""
     return _WRITTEN.sub(WORDS, text)

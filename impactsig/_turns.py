@@ -1,4 +1,4 @@
-"""Turns of processes that would do the same work: one does it, the others wait for its result."""
+"""Locks between processes that need the same result: one computes it, the others wait."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PAUSE = 0.02
 
 
 class Turn:
-    """The right to do what a file stands for, held by one process at a time.
+    """A lock on a file, held by one process at a time.
 
     The system ends the turn of a process that dies. Where files cannot be locked, nobody waits.
     """
@@ -42,7 +42,7 @@ class Turn:
                 self._file = None
 
     def take(self) -> None:
-        """Wait for the turn, unless this process has it."""
+        """Wait for the lock, unless this process holds it."""
         if fcntl is None or self._depth == 0 or self._file is not None:
             return
         try:

@@ -1,4 +1,4 @@
-"""Whether somebody is there to be told what takes long, and how far it is."""
+"""Progress bars, shown where a terminal or a notebook is there to show them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LOOK = 0.2  # seconds between two looks at a kernel
 
 
 def watched() -> bool:
-    """Whether a terminal or a notebook is watching; nobody watches each of many processes."""
+    """Whether output goes to a terminal or a notebook, in the main process."""
     if multiprocessing.parent_process() is not None:
         return False
     return "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
@@ -28,7 +28,7 @@ def watched() -> bool:
 def progress(
     total: int | None, unit: str, wanted: bool | None = None, *, done: int = 0, leave: bool = True
 ) -> Iterator[Callable[[int], Any]]:
-    """A bar that is told of every advance; by default if watched, for work longer than a second.
+    """A progress bar that its caller advances; by default shown after a second, if watched.
 
     The time remaining is judged by what is done from here on, not by what was `done` before.
     """
@@ -46,7 +46,7 @@ def progress(
 
 @contextmanager
 def following(total: float, unit: str, done: Callable[[], float]) -> Iterator[None]:
-    """A bar for a call of a kernel, which goes on in this thread; by default if watched.
+    """Show a bar while a kernel runs in this thread; by default if watched.
 
     `done` is called by another thread. It must only look at what the kernel writes, so that the
     result does not depend on whether somebody watches.

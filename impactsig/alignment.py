@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._arguments import flag, number
+from ._arguments import flag, instance, number
 from ._showing import Shown
 from .errors import InvalidInput
 from .impacts import Impacts
@@ -79,7 +79,7 @@ class Alignment(Shown):
 
 
 class _Line(NamedTuple):
-    """found = offset + slope (reference - centre), and standard errors."""
+    """``time = offset + slope (reference - centre)``, with standard errors."""
 
     centre: float
     offset: float
@@ -88,11 +88,11 @@ class _Line(NamedTuple):
     slope_error: float
 
     def at(self, time: np.ndarray) -> np.ndarray:
-        """Instants of the reference in the other clock."""
+        """Convert instants of the reference to the other clock."""
         return self.offset + self.slope * (time - self.centre)
 
     def back(self, time: np.ndarray) -> np.ndarray:
-        """Instants of the other clock in that of the reference."""
+        """Convert instants of the other clock to that of the reference."""
         return self.centre + (time - self.offset) / self.slope
 
 
@@ -104,7 +104,7 @@ def align_impacts(
     longest_delay: float | None = None,
     skew: bool = True,
 ) -> Alignment:
-    """Find how two clocks differ, by the impacts that both recordings hold.
+    """Estimate offset and drift between the clocks of two recordings from their common impacts.
 
     A few impacts in a row are laid beside the whole other train, and the delay at which most of
     them have a partner is taken. From there, pairs are made (`match_impacts`) and a straight line
@@ -149,8 +149,7 @@ def align_impacts(
     (500, 2.5, 5e-05)
     """
     for name, train in (("impacts", impacts), ("reference", reference)):
-        if not isinstance(train, Impacts):
-            raise InvalidInput(name, train, "Impacts", "Of instants make them by from_times")
+        instance(name, train, Impacts, "Impacts", "Of instants make them by from_times")
         if len(train) < FEWEST:
             raise InvalidInput(
                 name, f"{len(train)} impacts", f"{FEWEST} or more", "Fewer fit at any delay"
@@ -186,7 +185,7 @@ def align_impacts(
 def _coarse(
     a: np.ndarray, b: np.ndarray, within: float, most: float, skew: bool
 ) -> tuple[float, float, float]:
-    """Span of a that most agree in, and the delay at which they do."""
+    """The delay at which most impacts of a segment pair, and the segment."""
     long = within / (2 * SKEW) if skew else math.inf
     best = (0, 0.0, 0.0, 0.0)
     rivals: list[float] = []
@@ -217,7 +216,7 @@ def _coarse(
 
 
 def _by_chance(count: int, of: int, b: np.ndarray, within: float, span: float) -> float:
-    """How many delays of a span would give so many pairs in trains with nothing in common."""
+    """Expected number of delays with as many pairs in two unrelated trains."""
     from scipy.special import pdtrc
 
     density = len(b) / max(float(b[-1] - b[0]), within)
@@ -225,7 +224,7 @@ def _by_chance(count: int, of: int, b: np.ndarray, within: float, span: float) -
 
 
 def _votes(part: np.ndarray, b: np.ndarray, within: float, most: float) -> tuple[int, np.ndarray]:
-    """Greatest number of pairs at one delay, and the delays that have nearly as many."""
+    """Greatest number of pairs at one delay, and all delays with nearly as many."""
     spread = [one - b[np.abs(one - b) <= most] for one in part]
     difference = np.sort(np.concatenate(spread))
     if not len(difference):
@@ -246,7 +245,7 @@ def _votes(part: np.ndarray, b: np.ndarray, within: float, most: float) -> tuple
 def _follow(
     a: np.ndarray, b: np.ndarray, line: _Line, begin: float, end: float, within: float, skew: bool
 ) -> _Line:
-    """The line through the pairs of a span that doubles until it holds all of a."""
+    """Fit the line to pairs in a span that doubles until it covers the train."""
     while True:
         inside = a[(a >= begin) & (a <= end)]
         _, _, line = _fit(inside, b, line, within, skew)
@@ -259,14 +258,14 @@ def _follow(
 def _fit(
     a: np.ndarray, b: np.ndarray, line: _Line, within: float, skew: bool
 ) -> tuple[np.ndarray, np.ndarray, _Line]:
-    """Pairs along a line, how late the first of each is, and the line through them."""
+    """Pairs within reach of a line, their delays, and the line fitted to them."""
     from ._assignment_kernels import assign
 
     pairs = assign(a, line.at(b), within)
     error = a[pairs[:, 0]] - line.at(b[pairs[:, 1]])
     spread = 1.4826 * float(np.median(np.abs(error - np.median(error)))) if len(error) else 0.0
-    own = np.abs(error - np.median(error)) <= max(TRIM * spread, 1e-12) if len(error) else []
-    pairs = pairs[own]
+    kept = np.abs(error - np.median(error)) <= max(TRIM * spread, 1e-12) if len(error) else []
+    pairs = pairs[kept]
     if len(pairs) < 3:
         raise InvalidInput("impacts", f"{len(pairs)} pairs", "impacts that both trains hold")
     x, y = b[pairs[:, 1]], a[pairs[:, 0]]

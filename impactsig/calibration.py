@@ -1,4 +1,4 @@
-"""A sensor's gain and offset from known loads."""
+"""Gain and offset of a sensor from known loads."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ._arguments import flag, reals
+from ._arguments import flag, reals, text
 from ._showing import Shown
 from ._straight_line import fit_line
 from .errors import InvalidInput
@@ -49,11 +49,11 @@ class Calibration(Shown):
     unit: str = ""
 
     def apply(self, recording: Recording) -> Recording:
-        """The recording in the unit of the load."""
+        """Convert a recording to the unit of the load."""
         return recording.calibrate(self.scale, self.offset, self.unit or None)
 
     def error(self, reading: Any) -> np.ndarray:
-        """Standard error of the load at a reading, from scale and offset together."""
+        """Standard error of the load at a reading, from the errors of scale and offset."""
         at = np.stack([np.asarray(reading, float), np.ones(np.shape(reading))])
         return np.sqrt(np.einsum("i...,ij,j...->...", at, self.covariance, at))
 
@@ -131,8 +131,7 @@ def fit_calibration(
     )
     if np.ptp(x) == 0 and not (through_zero and x[0]):
         raise InvalidInput("reading", x[0], "readings that differ", "One point makes no line")
-    if not isinstance(unit, str):
-        raise InvalidInput("unit", unit, "text")
+    text("unit", unit)
     known = reading_error is not None or load_error is not None
     if not known:
         of_y = np.ones(len(x))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ._arguments import entries, number
+from ._arguments import entries, instance, number, whole
 from ._combined_columns import combined_columns, measuring_contacts
 from ._showing import Shown
 from .alignment import align_impacts
@@ -69,7 +69,7 @@ def combine_impacts(
     within: float = 1e-3,
     longest_delay: float | None = None,
 ) -> Combination:
-    """Make one train of those that several sensors of a machine recorded at the same time.
+    """Combine the trains of several sensors of one machine into one train.
 
     How late each sensor is, as sound that travels to a microphone is, is found by `align_impacts`
     without skew. Impacts of two sensors at most `within` apart, once delays are taken off, are
@@ -116,13 +116,12 @@ def combine_impacts(
     if not isinstance(trains, Sequence) or not trains:
         raise InvalidInput("trains", trains, "a sequence of Impacts, one for each sensor")
     for k, train in enumerate(trains):
-        if not isinstance(train, Impacts):
-            raise InvalidInput(f"trains[{k}]", train, "Impacts")
+        instance(f"trains[{k}]", train, Impacts, "Impacts")
     within = number("within", within, above=0)
     if longest_delay is not None:
         longest_delay = number("longest_delay", longest_delay, above=0)
-    own = stops_of_sensors(stops, len(trains))
-    for k, (one, train) in enumerate(zip(own, trains, strict=True)):
+    stop_of_sensor = stops_of_sensors(stops, len(trains))
+    for k, (one, train) in enumerate(zip(stop_of_sensor, trains, strict=True)):
         if one is not None and train.peak is None:
             raise InvalidInput(
                 "stops", stops, "stops of sensors that measure peaks", f"trains[{k}] has none"
@@ -136,7 +135,7 @@ def combine_impacts(
         delays.append(delay)
         errors.append(error)
         time, index = _join(time, index, train.time - delay, within)
-    known = combined_columns(trains, index, np.array(delays), own)
+    known = combined_columns(trains, index, np.array(delays), stop_of_sensor)
     order = np.argsort(known["time"], kind="stable")
     start = min(train.start - late for train, late in zip(trains, delays, strict=True))
     stop = max(train.stop - late for train, late in zip(trains, delays, strict=True))
@@ -165,7 +164,7 @@ def combine_impacts(
 
 
 def stops_of_sensors(stops: Any, count: int) -> list[int | None]:
-    """The stop that each of so many sensors belongs to.
+    """Validate the stops that sensors belong to.
 
     Raises
     ------
@@ -175,20 +174,16 @@ def stops_of_sensors(stops: Any, count: int) -> list[int | None]:
     if stops is None:
         return [None] * count
     required = f"a whole number, 0 or greater, or None, for each sensor ({count})"
-    own = entries("stops", stops, required)
-    if len(own) != count or not all(one is None or _is_stop(one) for one in own):
+    each = entries("stops", stops, required)
+    if len(each) != count:
         raise InvalidInput("stops", stops, required)
-    return [None if one is None else int(one) for one in own]
-
-
-def _is_stop(one: Any) -> bool:
-    return isinstance(one, (int, np.integer)) and not isinstance(one, bool) and int(one) >= 0
+    return [None if stop is None else whole("stops", stop, 0) for stop in each]
 
 
 def _delay(
     train: Impacts, reference: Impacts, within: float, longest: float | None
 ) -> tuple[float, float, str]:
-    """How late a train is, to within what, and a note; (0, inf) where that cannot be seen."""
+    """Delay of a train with its tolerance, and a note; (0, inf) if it cannot be estimated."""
     if min(len(train), len(reference)) < 2:
         return 0.0, math.inf, ""
     most, note = longest or LONGEST_DELAY, ""
@@ -212,7 +207,7 @@ def _delay(
 def _join(
     time: np.ndarray, index: np.ndarray, other: np.ndarray, within: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Instants of both, and which impact of each train they are."""
+    """Instants of both trains in one, and the index of each impact in either."""
     from ._assignment_kernels import assign
 
     pairs = assign(other, time, within)
@@ -227,7 +222,7 @@ def _join(
 
 
 def _common_gaps(trains: Sequence[Impacts], delays: Sequence[float]) -> np.ndarray:
-    """Spans that are a gap of every train [s]."""
+    """The spans in which all trains have a gap [s]."""
     edges = sorted(
         (float(at) - late, change)
         for train, late in zip(trains, delays, strict=True)

@@ -1,4 +1,4 @@
-"""Two trains of impacts side by side: measured and simulated, or any two runs."""
+"""Comparison of two trains of impacts, such as a measured and a simulated one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._arguments import texts
+from ._arguments import instance, texts
 from ._showing import Shown
 from .errors import InvalidInput
 from .impacts import Impacts
@@ -29,7 +29,7 @@ EXACT_BELOW = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Train:
-    """What one of the trains shows.
+    """Statistics of one train.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Train:
 
 @dataclass(frozen=True)
 class Distance:
-    """How far apart two samples of one quantity are.
+    """Distance between the distributions of one quantity in two trains.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class Distance:
 
 @dataclass(frozen=True, eq=False)
 class Comparison(Shown):
-    """What `compare` found.
+    """Statistics of two trains, and the distances between their distributions.
 
     Attributes
     ----------
@@ -152,7 +152,11 @@ class Comparison(Shown):
             (
                 self.a.describe(),
                 self.b.describe(),
-                *(_told(name, found, unit) for name, found, unit in rows if found is not None),
+                *(
+                    _distance_in_words(name, found, unit)
+                    for name, found, unit in rows
+                    if found is not None
+                ),
                 *self.notes,
             )
         )
@@ -174,7 +178,7 @@ def compare(
     forcing_period: float | None = None,
     names: tuple[str, str] = ("a", "b"),
 ) -> Comparison:
-    """Set two trains of impacts side by side, in numbers.
+    """Compare the distributions of intervals, contact times and strengths of two trains.
 
     The distributions of the intervals are compared by the Kolmogorov-Smirnov statistic, which sees
     any difference of shape however small in time, and by the Wasserstein distance, which says how
@@ -193,7 +197,7 @@ def compare(
     Returns
     -------
     Comparison
-        Trains with few impacts or none are told so; what cannot be said of them is None.
+        Measures of trains with too few impacts are None; `notes` says why.
 
     Raises
     ------
@@ -214,8 +218,7 @@ def compare(
     0.001
     """
     for name, train in (("a", a), ("b", b)):
-        if not isinstance(train, Impacts):
-            raise InvalidInput(name, train, "Impacts", "Of instants make them by from_times")
+        instance(name, train, Impacts, "Impacts", "Of instants make them by from_times")
     called = texts("names", names, 2, "a train")
     first, second = (
         _train(name, train, forcing_period) for name, train in zip(called, (a, b), strict=True)
@@ -256,7 +259,7 @@ def _train(name: str, impacts: Impacts, forcing_period: float | None) -> Train:
 
 
 def _if_enough(measure: Callable[[Impacts], float], impacts: Impacts) -> float | None:
-    """The measure, or None where it has too few intervals or none longer than 0."""
+    """A measure of the intervals, or None if there are too few or all are zero."""
     try:
         return measure(impacts)
     except InvalidInput:
@@ -280,7 +283,7 @@ def _distance(x: np.ndarray | None, y: np.ndarray | None) -> Distance | None:
     )
 
 
-def _told(name: str, found: Distance, unit: str) -> str:
+def _distance_in_words(name: str, found: Distance, unit: str) -> str:
     shown = [_quantity(value, unit) for value in (*found.mean, found.wasserstein)]
     return (
         f"{name}: mean {shown[0]} and {shown[1]}; Kolmogorov-Smirnov {found.statistic:.3g} "

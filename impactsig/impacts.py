@@ -9,13 +9,14 @@ from datetime import datetime
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
 from . import _impact_columns as table
 from . import _impact_tables as files
 from ._arguments import entries, instance, number, text, texts
+from ._disturbances import KINDS, Disturbance, disturbances
 from ._impact_flags import (
     CLIPPED,
     EDITED,
@@ -49,32 +50,10 @@ __all__ = [
     "flag_names",
 ]
 
-KINDS = {
-    "glitch": "single samples that stand alone",
-    "wide": "pulses longer than a contact",
-    "baseline": "moves of the baseline",
-    "dropout": "dropouts of the signal",
-    "burst": "bursts of noise",
-}
-"""Kinds of disturbances, in words."""
-
-
-class Disturbance(NamedTuple):
-    """Something in a record that was kept apart from the impacts."""
-
-    kind: str
-    """"glitch", "wide", "baseline", "dropout" or "burst", see `KINDS`."""
-    start: float
-    """Where it begins [s]."""
-    duration: float
-    """How long it is [s]."""
-    height: float
-    """How high [unit]; 0 where that was not measured."""
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Impacts:
-    """Impacts in the order of time, with what was measured of each and of the run.
+    """A train of impacts in order of time, with what was measured of each impact and of the run.
 
     Parameters
     ----------
@@ -127,7 +106,7 @@ class Impacts:
     settings : mapping
         How the impacts were found.
     reason : str
-        Why there are none, where there are none.
+        Why there are no impacts, if there are none.
     notes : tuple of str
         What makes them doubtful, in sentences.
     disturbances : tuple of Disturbance
@@ -209,7 +188,7 @@ class Impacts:
                 number(name, level)
         if self.recorded_at is not None:
             instance("recorded_at", self.recorded_at, datetime)
-        store["disturbances"] = _disturbances(self.disturbances)
+        store["disturbances"] = disturbances(self.disturbances)
         for name, value in store.items():
             object.__setattr__(self, name, value)
 
@@ -222,7 +201,7 @@ class Impacts:
     def from_times(
         cls, time: Any, *, start: float | None = None, duration: float | None = None, **known: Any
     ) -> Impacts:
-        """Impacts of which the instants are known, and perhaps more; unsorted times are sorted.
+        """Make a train from instants in any order, and whatever else is known of the impacts.
 
         Parameters
         ----------
@@ -291,9 +270,9 @@ class Impacts:
         square = self.time_error**2
         # Two intervals in a row share an instant where no gap lies between them.
         shared = np.where(np.diff(first, prepend=-2) == 1, -square[first], 0.0)
-        own = square[first] + square[first + 1]
-        bands = np.stack([np.append(shared[1:], 0.0)[: len(own)], own, shared])
-        return intervals, dia_array((bands, (-1, 0, 1)), shape=(len(own), len(own)))
+        variance = square[first] + square[first + 1]
+        bands = np.stack([np.append(shared[1:], 0.0)[: len(variance)], variance, shared])
+        return intervals, dia_array((bands, (-1, 0, 1)), shape=(len(variance), len(variance)))
 
     def interval_spans_gap(self) -> np.ndarray:
         """Whether the interval after each impact but the last crosses a gap, shape (n - 1,)."""
@@ -320,7 +299,7 @@ class Impacts:
         return float(self.contact_time.sum() / valid)
 
     def bursts(self, within: float) -> tuple[np.ndarray, np.ndarray]:
-        """Groups of impacts each at most `within` after the one before (several spikes a period).
+        """Group impacts that follow one another within a given interval.
 
         Parameters
         ----------
@@ -334,8 +313,7 @@ class Impacts:
         size : ndarray of int, shape (b,)
             Number of impacts in each.
         """
-        if not (np.isfinite(within) and within > 0):
-            raise InvalidInput("within", within, "a positive time [s]")
+        number("within", within, "a positive time [s]", above=0)
         if not len(self):
             return np.empty(0, np.intp), np.empty(0, np.intp)
         opens = (np.diff(self.time) > within) | self.interval_spans_gap()
@@ -345,13 +323,15 @@ class Impacts:
     # -- choosing --------------------------------------------------------------------------
 
     def __getitem__(self, which: Any) -> Impacts:
-        """The impacts at a slice, a mask or ascending indices, in the same run."""
+        """Select impacts by a slice, a mask or ascending indices; the run stays the same."""
         if isinstance(which, (int, np.integer)):
             which = [which]
-        return replace(self, **{name: own[which] for name, own in table.columns(self).items()})
+        return replace(
+            self, **{name: column[which] for name, column in table.columns(self).items()}
+        )
 
     def between(self, start: float | None = None, stop: float | None = None) -> Impacts:
-        """The impacts with start <= time < stop [s]; the run becomes that span."""
+        """Select the impacts with start <= time < stop [s]; the run becomes that span."""
         low = self.start if start is None else max(float(start), self.start)
         high = self.stop if stop is None else min(float(stop), self.stop)
         if not low < high:
@@ -376,7 +356,7 @@ class Impacts:
         by: str = "",
         comment: str = "",
     ) -> Impacts:
-        """The train corrected by hand; ``settings["corrections"]`` says how, by whom and when.
+        """Add, move and reject impacts by hand; ``settings["corrections"]`` lists every change.
 
         Parameters
         ----------
@@ -427,7 +407,7 @@ class Impacts:
         return write(self, recording)
 
     def apply_corrections(self, recording: Any) -> Impacts:
-        """The train with the corrections made that stand beside its recording.
+        """Apply the corrections that are stored beside the recording.
 
         `detect_impacts` does so where it is given the path of a recording, as do the commands and
         reports. Corrections of another channel, and outside the run, do not count.
@@ -455,7 +435,7 @@ class Impacts:
     # -- tables ----------------------------------------------------------------------------
 
     def to_frame(self) -> pd.DataFrame:
-        """A table with a row an impact and a column for each thing measured, in SI units."""
+        """A pandas table: one row for each impact, one column for each measured quantity."""
         import pandas as pd
 
         return pd.DataFrame(table.columns(self))
@@ -524,19 +504,5 @@ class Impacts:
 
 
 def exact(count: int) -> dict[str, Any]:
-    """What is known of simulated impacts: no error, and that they are impacts."""
+    """Columns that hold for every simulated impact: no error of the instant, probability 1."""
     return {"time_error": np.zeros(count), "probability": np.ones(count)}
-
-
-def _disturbances(given: Any) -> tuple[Disturbance, ...]:
-    """Disturbances, or tuples with the fields of one."""
-    required = "disturbances, each a kind, a start and a duration [s]"
-    try:
-        found = tuple(Disturbance(*one) for one in entries("disturbances", given, required))
-    except TypeError:
-        raise InvalidInput("disturbances", given, required) from None
-    for one in found:
-        if not isinstance(one.kind, str):
-            raise InvalidInput("disturbances", given, required)
-        number("disturbances", one.start), number("disturbances", one.duration, least=0)
-    return found

@@ -1,4 +1,4 @@
-"""Which impact of one train is which of another: what a detector found, against the truth."""
+"""Pairs of impacts of two trains, and the precision and recall of a detector."""
 
 from __future__ import annotations
 
@@ -7,22 +7,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._arguments import number
+from ._arguments import instance, number
 from ._showing import Shown
-from .errors import InvalidInput
 from .impacts import Impacts
 
 
 @dataclass(frozen=True, eq=False)
 class Matching(Shown):
-    """Impacts of two trains, pair by pair.
+    """Pairs of detected and true impacts, with precision, recall and timing errors.
 
     Attributes
     ----------
     pairs : numpy.ndarray of int, shape (n, 2)
         Indices of a found impact and of the true one that it is, in the order of time.
     spurious : numpy.ndarray of int
-        Indices of found impacts that are none of the true ones.
+        Indices of detected impacts that match no true one.
     missed : numpy.ndarray of int
         Indices of true impacts that were not found.
     error : numpy.ndarray, shape (n,)
@@ -55,12 +54,12 @@ class Matching(Shown):
 
     @property
     def precision(self) -> float:
-        """Share of the found impacts that are true; NaN where none were found."""
+        """Share of the detected impacts that are true; NaN if none were detected."""
         return _share(len(self.pairs), len(self.spurious))
 
     @property
     def recall(self) -> float:
-        """Share of the true impacts that were found; NaN where there are none."""
+        """Share of the true impacts that were detected; NaN if there are none."""
         return _share(len(self.pairs), len(self.missed))
 
     @property
@@ -90,7 +89,7 @@ class Matching(Shown):
 def match_impacts(
     found: Impacts, truth: Impacts, within: float = 1e-3, *, delay: float | None = 0.0
 ) -> Matching:
-    """Which true impact each found one is.
+    """Pair detected impacts with true ones.
 
     Of all ways to make pairs at most `within` apart, no impact in two of them, it is the one with
     the greatest sum of ``within - |error|``: the optimal assignment where an impact left alone
@@ -129,8 +128,7 @@ def match_impacts(
     2 of 3 impacts found, 1 spurious; F1 0.6667 within 1 ms, 100 µs RMS
     """
     for name, train in (("found", found), ("truth", truth)):
-        if not isinstance(train, Impacts):
-            raise InvalidInput(name, train, "Impacts", "Of instants make them by from_times")
+        instance(name, train, Impacts, "Impacts", "Of instants make them by from_times")
     within = number("within", within, above=0)
     late = 0.0 if delay is None else number("delay", delay)
     from ._assignment_kernels import assign

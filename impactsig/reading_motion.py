@@ -1,4 +1,4 @@
-"""How a motion is read from the record of a displacement or a velocity, and of its forcing."""
+"""Read a motion from a recorded displacement or velocity, and its phase from the forcing."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ._arguments import number
+from ._arguments import instance, number
 from ._smoothing import converter_step, gain, half_width, noise_of, smoothed
 from .errors import InvalidInput
 from .recorded import TURN, RecordedMotion
@@ -22,7 +22,7 @@ def recorded_motion(
     forcing_period: float | None = None,
     smoothing: float | None = None,
 ) -> RecordedMotion:
-    """Read a recorded displacement, or velocity, as a motion.
+    """Make a motion from a recorded displacement or velocity.
 
     Of a displacement alone, x and v are value and slope of cubics fitted in windows around each
     sample [SavitzkyGolay1964]_. Either window is the widest of a ladder whose bias, as the
@@ -70,8 +70,7 @@ def recorded_motion(
     >>> motion.x.shape, motion.unit
     ((2000,), 'mm')
     """
-    if not isinstance(recording, Recording):
-        raise InvalidInput("recording", recording, "a Recording", "impactsig.read makes one")
+    instance("recording", recording, Recording, "a Recording", "impactsig.read makes one")
     if forcing is not None and forcing_period is not None:
         raise InvalidInput(
             "forcing, forcing_period", f"{forcing!r}, {forcing_period!r}", "one of the two"
@@ -112,7 +111,7 @@ def recorded_motion(
 
 
 def _refuse_twice(recording: Recording, given: dict[str, str | int]) -> None:
-    """Refuse one channel for two things."""
+    """Refuse to use one channel for two quantities."""
     taken: dict[int, str] = {}
     for name, which in given.items():
         index = channel_index(recording.channels, which, name)
@@ -127,7 +126,7 @@ def _refuse_twice(recording: Recording, given: dict[str, str | int]) -> None:
 def _of_displacement(
     samples: np.ndarray, rate: float, smoothing: float | None
 ) -> tuple[np.ndarray, np.ndarray, tuple[float, float], tuple[float, float]]:
-    """Displacement and velocity, the noise left in each, and the lengths of their windows."""
+    """Smoothed displacement and its slope, their noise, and the lengths of the windows."""
     noise = noise_of(samples, converter_step(samples))
     if smoothing is None:
         halves = [half_width(samples, noise, derivative) for derivative in (0, 1)]
@@ -149,7 +148,7 @@ def _of_displacement(
 
 
 def _integrated(v: np.ndarray, rate: float) -> np.ndarray:
-    """The displacement, less the straight line that fits it best."""
+    """Integral of a velocity, less the straight line that fits it best."""
     x = np.concatenate(([0.0], np.cumsum(0.5 * (v[1:] + v[:-1])))) / rate
     at = np.linspace(-1.0, 1.0, len(x))
     line: np.ndarray = x.mean() + at * float(at @ x) / float(at @ at)
@@ -167,7 +166,7 @@ def _finite(samples: np.ndarray, name: str) -> np.ndarray:
 
 
 def _phase(forcing: np.ndarray) -> np.ndarray:
-    """Phase of the strongest line and what is within an octave around it, unwrapped."""
+    """Unwrapped phase of the strongest line in the spectrum, filtered to an octave."""
     count = len(forcing)
     if not np.ptp(forcing):
         raise InvalidInput(

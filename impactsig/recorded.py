@@ -1,4 +1,4 @@
-"""A recorded motion: its sections, crossings, and what it loses at its impacts."""
+"""A recorded motion: sections, level crossings, and restitution coefficients."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ._arguments import choice, number
+from ._arguments import choice, instance, number
 from ._showing import Shown
 from ._smoothing import converter_step
 from ._straight_line import fit_line
@@ -89,7 +89,7 @@ class RecordedMotion(Shown):
     source: str = ""
 
     def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement and velocity between the samples, by cubics through both."""
+        """Interpolate displacement and velocity by cubics that match both at the samples."""
         place = (np.asarray(time, float) - self.time[0]) * self.rate
         i = np.clip(place.astype(int), 0, len(self.x) - 2)
         s = place - i
@@ -123,7 +123,7 @@ class RecordedMotion(Shown):
     def crossings(self, level: float, direction: Literal["up", "down", "both"] = "up") -> Impacts:
         """Instants at which the displacement crosses a level, with their standard errors.
 
-        One that noise makes is none: the displacement must have been four standard deviations of
+        Crossings by noise do not count: the displacement must have been four standard deviations of
         the noise beyond the level before it.
         """
         level = number("level", level)
@@ -153,7 +153,7 @@ class RecordedMotion(Shown):
     def _crossed(
         self, i: np.ndarray, level: float, rising: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Instants between each of these samples and the next, by bisection, and their errors."""
+        """Instants of crossings between these samples and the next, by bisection, with errors."""
         low, high = self.time[i], self.time[np.minimum(i + 1, len(self.time) - 1)]
         for _ in range(60):
             middle = 0.5 * (low + high)
@@ -165,7 +165,7 @@ class RecordedMotion(Shown):
     def restitution(
         self, impacts: Impacts, *, within: float | None = None, stop_velocity: float = 0.0
     ) -> Restitution:
-        """The restitution coefficient, from the velocities on both sides of every impact.
+        """Restitution coefficient, from the velocities before and after every impact.
 
         A cubic is fitted to the displacement before and one after, and its slope taken at the
         instants of first and last touch; where the velocity was recorded, a parabola to that.
@@ -187,8 +187,7 @@ class RecordedMotion(Shown):
         InvalidInput
             If no impact has room for both fits beside it.
         """
-        if not isinstance(impacts, Impacts):
-            raise InvalidInput("impacts", impacts, "Impacts", "Of instants make them by from_times")
+        instance("impacts", impacts, Impacts, "Impacts", "Of instants make them by from_times")
         if within is None:
             intervals = impacts.intervals()
             within = min(5e-3, 0.2 * float(np.median(intervals))) if len(intervals) else 5e-3
@@ -236,7 +235,7 @@ class RecordedMotion(Shown):
     def _velocity(
         self, start: float, stop: float, at: float, late: float, step: float
     ) -> tuple[float, float] | None:
-        """Velocity at one end of a span, fitted to what was recorded there; its standard error."""
+        """Velocity at one end of a span, by a fit to its samples, and its standard error."""
         first = math.ceil((start - self.time[0]) * self.rate + 1e-6)
         last = math.floor((stop - self.time[0]) * self.rate - 1e-6) + 1
         if first < 0 or last > len(self.x) or last - first < FEWEST:

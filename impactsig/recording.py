@@ -1,4 +1,4 @@
-"""Recording: what an instrument wrote down, with the rate and the unit it was written in."""
+"""Recording: the samples of an instrument, with their rate and units."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ._arguments import choice, flag, instance, number, text, texts
+from ._arguments import choice, flag, instance, number, text, texts, whole
+from ._sparkline import sparkline
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -149,7 +150,7 @@ class Recording:
     # -- choosing --------------------------------------------------------------------------
 
     def channel(self, which: str | int) -> Recording:
-        """One channel, by name or by index, as a Recording with samples of shape (n,)."""
+        """Select one channel, by name or index; its samples have shape (n,)."""
         index = channel_index(self.channels, which)
         return replace(
             self,
@@ -159,7 +160,7 @@ class Recording:
         )
 
     def between(self, start: float | None = None, stop: float | None = None) -> Recording:
-        """The samples with start <= time < stop [s], without copying them.
+        """Select the samples with start <= time < stop [s], without copying them.
 
         Raises
         ------
@@ -174,7 +175,7 @@ class Recording:
     def calibrate(
         self, scale: float = 1.0, offset: float = 0.0, unit: str | None = None
     ) -> Recording:
-        """``scale * samples + offset``, in the new unit.
+        """Convert to another unit: ``scale * samples + offset``.
 
         Raises
         ------
@@ -182,16 +183,14 @@ class Recording:
             If scale is zero, or either number is not finite.
         """
         check_calibration(scale, offset)
-        if not isinstance(unit, str | None):
-            raise InvalidInput("unit", unit, "text")
-        units = self.units if unit is None else (unit,) * len(self.units)
+        units = self.units if unit is None else (text("unit", unit),) * len(self.units)
         samples = self.samples
         if scale != 1.0 or offset != 0.0:
             samples = samples * samples.dtype.type(scale) + samples.dtype.type(offset)
         return replace(self, samples=samples, units=units)
 
     def resample(self, rate: float) -> Recording:
-        """The same signal at another rate, by a linear-phase polyphase filter.
+        """Resample to another rate by a linear-phase polyphase filter.
 
         A Kaiser window with 80 dB of stop-band attenuation; what lies above half the lower rate
         is removed. The rates must have a ratio of whole numbers up to 10 000.
@@ -222,7 +221,7 @@ class Recording:
     # -- showing ---------------------------------------------------------------------------
 
     def envelope(self, bins: int = 2000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Least and greatest sample in each of `bins` spans: no spike is lost by drawing these.
+        """Least and greatest sample in each of `bins` spans, so that a plot loses no spike.
 
         Returns
         -------
@@ -230,8 +229,7 @@ class Recording:
             Start of each span [s].
         low, high : ndarray, shape (m,) or (m, channels)
         """
-        if not isinstance(bins, (int, np.integer)) or bins < 1:
-            raise InvalidInput("bins", bins, "a whole number, at least 1")
+        whole("bins", bins, 1)
         count = len(self.samples)
         edges = np.unique(np.linspace(0, count, min(bins, count) + 1).astype(np.intp)[:-1])
         if count == 0:
@@ -265,7 +263,7 @@ class Recording:
 
     def _repr_html_(self) -> str:
         text = html.escape(repr(self))
-        return f"<div><code>{text}</code><br>{_sparkline(self)}</div>"
+        return f"<div><code>{text}</code><br>{sparkline(self)}</div>"
 
 
 def chosen_channel(
@@ -346,35 +344,3 @@ def check_calibration(scale: float, offset: float) -> None:
     if number("scale", scale, "a finite number other than 0") == 0:
         raise InvalidInput("scale", scale, "a finite number other than 0")
     number("offset", offset, "a finite number")
-
-
-def _sparkline(rec: Recording, width: int = 360, height: int = 60) -> str:
-    """A small picture of the first channel as inline SVG; no plotting library needed."""
-    samples = rec.samples if rec.samples.ndim == 1 else rec.samples[:, 0]
-    _, low, high = replace(rec, samples=samples, units=(), channels=()).envelope(width)
-    good = np.isfinite(low) & np.isfinite(high)
-    if not good.any():
-        return ""
-    floor, ceiling = float(low[good].min()), float(high[good].max())
-    span = (ceiling - floor) or 1.0
-    x = np.arange(len(low)) * (width / len(low))
-    if len(low) == len(rec):  # a line, as there is but one sample in each span
-        y = height - (low - floor) / span * height
-        begins = good & ~np.concatenate(([False], good[:-1]))
-        path = "".join(
-            f"{'M' if begins[i] else 'L'}{x[i]:.1f} {y[i]:.1f}" for i in np.flatnonzero(good)
-        )
-        return _svg(path, width, height)
-    path = "".join(
-        f"M{x[i]:.1f} {height - (low[i] - floor) / span * height:.1f}"
-        f"V{height - (high[i] - floor) / span * height - 0.5:.1f}"
-        for i in np.flatnonzero(good)
-    )
-    return _svg(path, width, height)
-
-
-def _svg(path: str, width: int, height: int) -> str:
-    return (
-        f'<svg width="{width}" height="{height}" role="img" aria-label="waveform">'
-        f'<path d="{path}" stroke="#1f77b4" fill="none"/></svg>'
-    )

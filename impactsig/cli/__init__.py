@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0; 1 after an error, told in one line on standard error; 130 when interrupted; 141 when
+        0; 1 after an error, reported in one line on standard error; 130 when interrupted; 141 when
         the reader of standard output has gone. A wrong command line exits with 2.
     """
     words = sys.argv[1:] if arguments is None else arguments
@@ -73,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _show_warnings_as_lines() -> None:
-    """What the user should know, a line each; what only a developer can mend, not at all."""
+    """Print warnings for users as one line each, and drop those for developers."""
 
     def show(message: Warning | str, *_: Any, **__: Any) -> None:
         print(f"warning: {one_line(message)}", file=sys.stderr)

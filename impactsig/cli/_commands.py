@@ -57,7 +57,7 @@ def report(chosen: argparse.Namespace) -> None:
 
 
 def report_options(path: Path, chosen: argparse.Namespace) -> dict[str, Any]:
-    """How the report of a file is made: by its rig, but for what the command line says."""
+    """Options of a file's report: those of its rig, overridden by the command line."""
     read, searched = reading_and_detecting(path, chosen)
     options = read | searched | given(chosen, ("forcing_period", "dynamics"))
     if "forcing_period" not in options and (rig := rig_of(path, chosen)) is not None:
@@ -98,7 +98,7 @@ def detect(chosen: argparse.Namespace) -> None:
 
 
 def compare(chosen: argparse.Namespace) -> None:
-    """Set the impacts of two files side by side: recordings, or tables of impacts."""
+    """Compare the impacts of two files: recordings, or tables of impacts."""
     from ..comparison import compare as side_by_side
 
     check_ending(chosen.output, FIGURES)
@@ -119,7 +119,7 @@ def compare(chosen: argparse.Namespace) -> None:
 
 
 def dimension(chosen: argparse.Namespace) -> None:
-    """Read the correlation dimension off the intervals of a recording, or of a table of impacts."""
+    """Estimate the correlation dimension of the intervals of a recording or a table of impacts."""
     for line in dimension_in_words(chosen):
         print(one_line(line))
 
@@ -138,25 +138,25 @@ def simulate(chosen: argparse.Namespace) -> None:
 
 
 def sweep(chosen: argparse.Namespace) -> None:
-    """Simulate a machine on a grid of its parameters; goes on where it was stopped."""
+    """Simulate a machine on a grid of its parameters; resumes where it was stopped."""
     for line in swept(chosen):
         print(one_line(line))
 
 
 def plot(chosen: argparse.Namespace) -> None:
-    """Draw a study that sweep has kept, over one or two parameters."""
+    """Draw a stored study over one or two parameters."""
     for line in drawn(chosen):
         print(one_line(line))
 
 
 def info(chosen: argparse.Namespace) -> None:
-    """Say what files hold, without reading their samples where their format allows that."""
+    """List the channels of files, reading samples only if the format requires it."""
     if chosen.rate is not None and chosen.rate <= 0:
         raise InvalidInput("rate", chosen.rate, "a positive number [Hz]")
     layout, failed = raw_layout(chosen), 0
     for path in chosen.files:
         try:
-            _tell(path, layout, chosen.rate)
+            _print_info(path, layout, chosen.rate)
         except ImpactsigError as error:
             if len(chosen.files) == 1:
                 raise
@@ -166,8 +166,8 @@ def info(chosen: argparse.Namespace) -> None:
         raise ImpactsigError(f"{failed} of {len(chosen.files)} files could not be read")
 
 
-def _tell(path: Path, layout: RawLayout | None, rate: float | None) -> None:
-    """What one file holds."""
+def _print_info(path: Path, layout: RawLayout | None, rate: float | None) -> None:
+    """Print the channels of one file."""
     from ..io import info as read_info
 
     found = read_info(path, raw=layout)
@@ -181,15 +181,15 @@ def _tell(path: Path, layout: RawLayout | None, rate: float | None) -> None:
     head = f"{'':>4}  {'channel':<{widest}}  {'unit':<8} {'rate [Hz]':>12} {'samples':>12}"
     print(f"{head} {'span [s]':>12}")
     for index, (name, channel) in enumerate(zip(names, found.channels, strict=True)):
-        pace = rate or channel.rate
-        span = f"{channel.length / pace:.6g}" if pace else ""
-        told = f"{pace:g}" if pace else "unknown"
-        row = f"{index:>4}  {name:<{widest}}  {one_line(channel.unit):<8} {told:>12}"
+        hertz = rate or channel.rate
+        span = f"{channel.length / hertz:.6g}" if hertz else ""
+        rate_text = f"{hertz:g}" if hertz else "unknown"
+        row = f"{index:>4}  {name:<{widest}}  {one_line(channel.unit):<8} {rate_text:>12}"
         print(f"{row} {channel.length:>12} {span:>12}".rstrip())
 
 
 def rig(chosen: argparse.Namespace) -> None:
-    """Write a rig.toml, every key explained, from what a recording says of itself."""
+    """Write a rig.toml for a recording, with every key explained."""
     from .._atomic import atomic_path
     from ..experiment.rig import Rig
     from ..experiment.writing import rig_of_recording
@@ -205,7 +205,7 @@ def rig(chosen: argparse.Namespace) -> None:
 
 
 def experiment(chosen: argparse.Namespace) -> None:
-    """Work out the recordings of a folder as one experiment, and write a page with figures."""
+    """Analyse the recordings of a folder as one experiment, and write a page with figures."""
     from ..experiment.experiment import Experiment
     from ..report.experiment import write_experiment
 
@@ -222,7 +222,7 @@ def experiment(chosen: argparse.Namespace) -> None:
 
 
 def demo(chosen: argparse.Namespace) -> None:
-    """Analyse a recording that comes with the package; its report is written to this folder."""
+    """Analyse a recording that comes with the package; write its report to this folder."""
     from ..report import analyse_to_page
 
     analysis, path = analyse_to_page(
@@ -237,7 +237,7 @@ def demo(chosen: argparse.Namespace) -> None:
 
 
 def sample(name: str) -> Path:
-    """A sample recording: inside an installed package, or beside it in a checkout."""
+    """Path of a sample recording: inside an installed package, or beside it in a checkout."""
     package = Path(__file__).resolve().parents[1]
     places = (package / "_samples" / name, package.parent / "data_samples" / name)
     for path in places:
@@ -247,7 +247,7 @@ def sample(name: str) -> Path:
 
 
 def warmup(chosen: argparse.Namespace) -> None:
-    """Compile what the commands need, once, so that the first of each is as fast as the next."""
+    """Compile all kernels in advance, so that the first command is as fast as the next."""
     from ._warmup import warmed_up
 
     for line in warmed_up(chosen.workers):

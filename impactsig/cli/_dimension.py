@@ -1,4 +1,4 @@
-"""`impactsig dimension FILE`: its options, and what it says of the intervals of a run."""
+"""`impactsig dimension FILE`: options and output."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def add_dimension_options(command: argparse.ArgumentParser) -> None:
 
 
 def dimension_in_words(chosen: argparse.Namespace) -> Iterator[str]:
-    """What the command says, line by line, each as soon as it is known."""
+    """The output of the command, line by line, each as soon as it is known."""
     from ..intervals import identify_period
 
     check_ending(chosen.output, FIGURES)

@@ -1,4 +1,4 @@
-"""Files of the commands: impacts from a recording or a table, and tables and figures written."""
+"""Input and output files of the commands."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STANDARD_INPUT = Path("-")
 
 @contextmanager
 def standard_input(chosen: argparse.Namespace) -> Iterator[None]:
-    """Put standard input into a file for as long as a command runs that reads `-`.
+    """Copy standard input to a temporary file while a command that reads `-` runs.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def standard_input(chosen: argparse.Namespace) -> Iterator[None]:
 
 
 def impacts_of(path: Path, chosen: argparse.Namespace) -> Impacts:
-    """The impacts that a table holds, or that are found in a recording."""
+    """Read impacts from a table, or detect them in a recording."""
     return _tabulated(path) if _holds_impacts(path) else detected(path, chosen)
 
 
@@ -69,7 +69,7 @@ def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
 
 
 def _holds_impacts(path: Path) -> bool:
-    """Whether this is a table of impacts: written by `detect`, or of columns that impacts have."""
+    """Whether a file is a table of impacts: written by `detect`, or with columns of impacts."""
     from .._impact_columns import COLUMNS
     from .._impact_tables import HEAD
 
@@ -88,7 +88,7 @@ def _holds_impacts(path: Path) -> bool:
 
 
 def _is_parquet_of(path: Path, known: set[str]) -> bool:
-    """Whether a Parquet file says that it holds impacts, or has no columns but theirs."""
+    """Whether a Parquet file is marked as impacts, or has only columns of impacts."""
     try:
         from pyarrow import ArrowException, parquet
     except ImportError:
@@ -97,8 +97,8 @@ def _is_parquet_of(path: Path, known: set[str]) -> bool:
         schema = parquet.read_schema(path)
     except (OSError, ArrowException):
         return False
-    told = b"impactsig" in (schema.metadata or {})
-    return told or ("time" in schema.names and known.issuperset(schema.names))
+    marked = b"impactsig" in (schema.metadata or {})
+    return marked or ("time" in schema.names and known.issuperset(schema.names))
 
 
 def _tabulated(path: Path) -> Impacts:
@@ -108,7 +108,7 @@ def _tabulated(path: Path) -> Impacts:
 
 
 def write_table(impacts: Impacts, path: Path | None) -> None:
-    """Write the impacts where `path` says, as its ending says; else CSV to standard output."""
+    """Write impacts in the format of the path's ending; as CSV to standard output by default."""
     if path is None:
         impacts.to_csv(sys.stdout)
     else:
@@ -116,7 +116,7 @@ def write_table(impacts: Impacts, path: Path | None) -> None:
 
 
 def write_figure(draw: Callable[[Any], Any], path: Path, size: tuple[float, float]) -> None:
-    """Draw on a figure of that size [inch] and write it, as the ending says."""
+    """Draw a figure of a given size [inch] and write it in the format of the ending."""
     from matplotlib.figure import Figure
 
     from .._atomic import atomic_path
@@ -128,6 +128,6 @@ def write_figure(draw: Callable[[Any], Any], path: Path, size: tuple[float, floa
 
 
 def check_ending(output: Path | None, endings: Iterable[str], option: str = "output") -> None:
-    """Refuse an output of no known kind before any work is done."""
+    """Refuse an unknown ending of the output file before any work is done."""
     if output is not None and output.suffix.lower() not in endings:
         raise InvalidInput(option, output, f"a name ending in {' or '.join(endings)}")

@@ -1,8 +1,7 @@
-"""What `impactsig sweep` can tell of a motion: a table to which anyone may add a line.
+"""The observables of `impactsig sweep`: a table to which anyone may add a line.
 
-An observable is a name, what it is in words, and a function of what is `Seen` of a motion that
-returns a number; what only some of them need (the impacts, the period) is worked out only if one is
-asked for.
+An observable is a name, a description, and a function that takes a `Seen` motion and returns a
+number; what only some of them need (the impacts, the period) is computed when first used.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ class Observable:
 
     Attributes
     ----------
-    told : str
+    description : str
         What it is, as ``--help`` says.
     of : callable
         From what is `Seen` of a motion to a number, NaN where it has none.
@@ -41,14 +40,14 @@ class Observable:
         What labels the figures and the arrays, such as `long_name` and `units`.
     """
 
-    told: str
+    description: str
     of: Callable[[Seen], float]
     keeps: bool = False
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
 class Seen:
-    """A motion, and what several observables need of it, worked out once."""
+    """A motion, with the quantities that several observables share, each computed once."""
 
     def __init__(self, motion: Motion) -> None:
         self.motion = motion
@@ -91,7 +90,7 @@ def _energy_per_period(seen: Seen) -> float:
 
 
 def _exponent(seen: Seen) -> float:
-    """The greatest Lyapunov exponent from where the motion ends, over as long again."""
+    """The greatest Lyapunov exponent, from the end of the motion over the same duration."""
     from ..dynamics.tangents.lyapunov import lyapunov_spectrum
 
     motion = seen.motion
@@ -167,7 +166,7 @@ USUAL = ("impacts_per_period", "energy_per_period", "status")
 
 @dataclass(frozen=True)
 class Observing:
-    """A cell of `impactsig sweep`: make the scene, let it move, say what was asked."""
+    """A cell of `impactsig sweep`: make the scene, simulate it, return the observables."""
 
     scene: Callable[..., Oscillator]
     fixed: Mapping[str, Any]

@@ -1,4 +1,4 @@
-"""Options that several commands share, and how their words are understood."""
+"""Options that several commands share, and how their values are parsed."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ DETECTING = (
 class Parser(argparse.ArgumentParser):
     """A parser whose errors are one line, as all errors of the command are.
 
-    What it has parsed has the last of the parsers that had a say as `parser`.
+    Parsed arguments have the parser of the command as `parser`: the last one to set it wins.
     """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
@@ -42,14 +42,14 @@ class Parser(argparse.ArgumentParser):
         self.set_defaults(parser=self)
 
     def error(self, message: str) -> NoReturn:
-        """Leave with that message."""
+        """Print the message and exit with code 2."""
         self.exit(2, f"error: {message} (usage: {self.prog} --help)\n")
 
 
 def file_options() -> Parser:
-    """What a file without a header does not tell of itself."""
+    """Options for files that lack a rate or a header."""
     options = Parser(add_help=False)
-    group = options.add_argument_group("what the file does not tell")
+    group = options.add_argument_group("what the file does not say")
     group.add_argument(
         "--rate",
         type=number,
@@ -77,39 +77,41 @@ def file_options() -> Parser:
 
 
 def raw_layout(chosen: argparse.Namespace) -> RawLayout | None:
-    """How the numbers of a file without a header are laid out, if the user said so.
+    """The layout of a file without a header, if the user gave one.
 
     Raises
     ------
     InvalidInput
-        If something was said of them but their type.
+        If other options of the layout are given without the type of the numbers.
     """
-    told = given(chosen, ("raw_channels", "raw_byte_order", "raw_skip"))
+    options = given(chosen, ("raw_channels", "raw_byte_order", "raw_skip"))
     if chosen.raw is None:
-        if told:
-            option = "--" + next(iter(told)).replace("_", "-")
+        if options:
+            option = "--" + next(iter(options)).replace("_", "-")
             raise InvalidInput(
                 "raw", None, "the type of the numbers", f"Give --raw int16, say, with {option}"
             )
         return None
     from ..io import RawLayout
 
-    return RawLayout(chosen.raw, **{name.removeprefix("raw_"): told[name] for name in told})
+    return RawLayout(chosen.raw, **{name.removeprefix("raw_"): options[name] for name in options})
 
 
 def reading(chosen: argparse.Namespace) -> dict[str, Any]:
-    """How the user wants a recording read: arguments of `impactsig.read`."""
+    """The arguments of `impactsig.read` that the user gave."""
     layout = raw_layout(chosen)
-    told = given(chosen, READING)
-    # Given once, an option is of the only channel, or of all.
-    told |= {
-        name: told[name][0] for name in ("channel", *PER_CHANNEL) if len(told.get(name, ())) == 1
+    options = given(chosen, READING)
+    # An option given once holds for the only channel, or for all.
+    options |= {
+        name: options[name][0]
+        for name in ("channel", *PER_CHANNEL)
+        if len(options.get(name, ())) == 1
     }
-    return told | ({} if layout is None else {"raw": layout})
+    return options | ({} if layout is None else {"raw": layout})
 
 
 def rig_of(path: Path, chosen: argparse.Namespace) -> Rig | None:
-    """The rig that was given, or that lies beside a recording."""
+    """The rig given by --rig, else the one in the folder of the recording."""
     from ..experiment.rig import Rig
 
     return Rig.beside(path) if chosen.rig is None else Rig.read(chosen.rig)
@@ -118,9 +120,9 @@ def rig_of(path: Path, chosen: argparse.Namespace) -> Rig | None:
 def reading_and_detecting(
     path: Path, chosen: argparse.Namespace
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """How a recording is read and searched: by its rig, but for what the command line says.
+    """Options for reading and detection: those of the rig, overridden by the command line.
 
-    Where that chooses channels, nothing of the rig's channels is taken.
+    If the command line chooses channels, the channels of the rig are ignored.
     """
     said, asked = reading(chosen), given(chosen, DETECTING)
     rig = rig_of(path, chosen)
@@ -134,7 +136,7 @@ def reading_and_detecting(
 
 
 def reading_options() -> Parser:
-    """How a recording is read."""
+    """Options of `impactsig.read`."""
     options = Parser(add_help=False)
     group = options.add_argument_group("reading")
     group.add_argument(
@@ -170,7 +172,7 @@ def reading_options() -> Parser:
 
 
 def detecting_options() -> Parser:
-    """How impacts are looked for in it."""
+    """Options of `impactsig.detect_impacts`."""
     options = Parser(add_help=False)
     group = options.add_argument_group("detection")
     group.add_argument(
@@ -236,12 +238,12 @@ def detecting_options() -> Parser:
 
 
 def given(chosen: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
-    """The options the user gave; the others keep the defaults of the function they go to."""
+    """The options that the user gave; the others keep the function's defaults."""
     return {name: value for name in names if (value := getattr(chosen, name)) is not None}
 
 
 def with_negative_numbers(words: Sequence[str]) -> list[str]:
-    """The words with ``--scale -2e3`` made ``--scale=-2e3``, which argparse would take amiss.
+    """Rewrite ``--scale -2e3`` as ``--scale=-2e3``: argparse would take -2e3 for an option.
 
     Where several numbers follow an option, a blank before the negative ones does the same.
     """
@@ -293,7 +295,7 @@ def period(text: str) -> float:
 
 
 def stops(text: str) -> list[int | None]:
-    """A stop, or none, for each channel."""
+    """Index of the stop of each channel, or None."""
     words = [word.strip() for word in text.split(",")]
     if not all(word == "none" or word.isdecimal() for word in words):
         raise argparse.ArgumentTypeError(

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def parser() -> argparse.ArgumentParser:
-    """That of the command, made anew."""
+    """A new parser of the command line."""
     whole = Parser(
         prog="impactsig",
         allow_abbrev=False,
@@ -67,8 +67,8 @@ def parser() -> argparse.ArgumentParser:
         elif name == "compare":
             command.add_argument("files", type=Path, nargs=2, metavar="FILE", help=_EITHER)
         elif name != "demo":
-            told = _EITHER if name == "dimension" else "the recording; - is standard input"
-            command.add_argument("file", type=Path, metavar="FILE", help=told)
+            help_text = _EITHER if name == "dimension" else "the recording; - is standard input"
+            command.add_argument("file", type=Path, metavar="FILE", help=help_text)
         if name == "report":
             command.add_argument("--dynamics", action="store_true", help=_DYNAMICS)
             command.add_argument("--workers", type=int, metavar="N", help=_WORKERS)

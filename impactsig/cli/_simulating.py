@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..stochastic.noisy_motion import NoisyMotion
 
 PERIODS = 1000
-"""Forcing periods simulated unless told otherwise."""
+"""Forcing periods simulated by default."""
 
 
 def add_scenes(
@@ -30,25 +30,26 @@ def add_scenes(
     add_options: Callable[[argparse.ArgumentParser], None] | None = None,
     required: bool = True,
 ) -> None:
-    """Give the command a scene to choose, and each scene its options and those of the command.
+    """Add a subcommand for each scene, with the scene's parameters and the command's own options.
 
     Unless `required`, parameters without a default may be left out: they are given otherwise.
     """
     choice = command.add_subparsers(title="scenes", metavar="SCENE", dest="scene", required=True)
     for name, scene in _scenes().items():
-        summary, told = read_docstring(scene)
+        summary, descriptions = read_docstring(scene)
         parser = choice.add_parser(name, help=summary, description=summary, allow_abbrev=False)
         group = parser.add_argument_group("the scene")
         parameters = _parameters(scene)
         for parameter in parameters.values():
-            _add_parameter(group, scene, parameter, told.get(parameter.name, ""), required)
+            description = descriptions.get(parameter.name, "")
+            _add_parameter(group, scene, parameter, description, required)
         _add_run_options(parser)
         (add_options or _add_own_options)(parser)
         parser.set_defaults(make=scene, parameters=list(parameters))
 
 
 def simulated(chosen: argparse.Namespace) -> Motion | NoisyMotion:
-    """The motion that the command line asks for; one path, where there is noise."""
+    """Simulate the scene that the command line describes; one path if it has noise."""
     scene = chosen.make(**given(chosen, chosen.parameters))
     from ..simulate import simulate
 
@@ -57,7 +58,7 @@ def simulated(chosen: argparse.Namespace) -> Motion | NoisyMotion:
 
 
 def run_of(chosen: argparse.Namespace) -> dict[str, Any]:
-    """How the motion is to be simulated, as `simulate` takes it."""
+    """The options of `simulate` that the user gave."""
     length = {"periods": chosen.periods, "duration": chosen.duration}
     if chosen.periods is None and chosen.duration is None:
         length["periods"] = PERIODS
@@ -70,7 +71,7 @@ def run_of(chosen: argparse.Namespace) -> dict[str, Any]:
 
 
 def in_words(motion: Motion | NoisyMotion) -> str:
-    """What the motion was: a paragraph."""
+    """Describe the motion in a paragraph."""
     from ..intervals import identify_period
     from ..simulate.motion import Motion
 
@@ -92,8 +93,8 @@ def in_words(motion: Motion | NoisyMotion) -> str:
         ]
     else:
         parts = [f"one path under noise, in steps of {motion.step:.3g}{unit}"]
-    told = "; ".join([f"{met} in {span}{rate}", *parts, f"status: {motion.status}"])
-    return f"{oscillator.name}: {told}."
+    text = "; ".join([f"{met} in {span}{rate}", *parts, f"status: {motion.status}"])
+    return f"{oscillator.name}: {text}."
 
 
 def _count(number: int, what: str) -> str:
@@ -131,7 +132,7 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_own_options(parser: argparse.ArgumentParser) -> None:
-    """Those of `simulate` alone."""
+    """Add the options of `simulate` itself."""
     group = parser.add_argument_group("noise")
     group.add_argument(
         "--seed",
@@ -168,7 +169,7 @@ def _scenes() -> dict[str, Callable[..., Oscillator]]:
 
 
 def _parameters(scene: Callable[..., Oscillator]) -> dict[str, inspect.Parameter]:
-    """Those with a name; what further ones would mean, a command line cannot tell."""
+    """Named parameters of a scene; others cannot be given on a command line."""
     given = inspect.signature(scene).parameters
     return {k: one for k, one in given.items() if one.kind is not inspect.Parameter.VAR_KEYWORD}
 
@@ -177,7 +178,7 @@ def _add_parameter(
     group: Any,
     scene: Callable[..., Oscillator],
     parameter: inspect.Parameter,
-    told: str,
+    description: str,
     required: bool,
 ) -> None:
     kind = get_type_hints(scene)[parameter.name]
@@ -186,7 +187,7 @@ def _add_parameter(
     needed = parameter.default is inspect.Parameter.empty
     ending = "required" if needed else f"default: {_brief(parameter.default)}"
     words: dict[str, Any] = {
-        "help": f"{told} ({ending})".replace("%", "%%"),
+        "help": f"{description} ({ending})".replace("%", "%%"),
         "required": needed and required,
     }
     if get_origin(kind) is Literal:
@@ -210,9 +211,9 @@ def _brief(value: Any) -> str:
 
 
 def read_docstring(function: Callable[..., Any]) -> tuple[str, dict[str, str]]:
-    """The first line, and what is said of each parameter, of a numpydoc docstring."""
+    """The first line and the description of each parameter of a numpydoc docstring."""
     text = (inspect.getdoc(function) or "").replace("]_", "]").replace("`", "")
-    told: dict[str, str] = {}
+    descriptions: dict[str, str] = {}
     names: list[str] = []
     _, _, rest = text.partition("Parameters\n----------\n")
     for line in rest.splitlines():
@@ -220,9 +221,9 @@ def read_docstring(function: Callable[..., Any]) -> tuple[str, dict[str, str]]:
             break
         if line.startswith(" "):
             for name in names:
-                told[name] = f"{told.get(name, '')} {line.strip()}".strip()
+                descriptions[name] = f"{descriptions.get(name, '')} {line.strip()}".strip()
         elif " : " in line:
             names = line.partition(" : ")[0].split(", ")
         else:
             names = []
-    return text.partition("\n")[0], told
+    return text.partition("\n")[0], descriptions

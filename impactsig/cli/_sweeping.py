@@ -1,4 +1,4 @@
-"""`impactsig sweep SCENE` and `impactsig plot DIR`: their options, and what they say."""
+"""`impactsig sweep SCENE` and `impactsig plot DIR`: options and output."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LONGEST = 10_000_000
 
 
 def add_sweep(command: argparse.ArgumentParser) -> None:
-    """Give the command its scenes, and each of them the options of a sweep."""
+    """Add a subcommand for each scene, with the options of a sweep."""
     add_scenes(command, _add_sweep_options, required=False)
 
 
@@ -47,7 +47,7 @@ def _add_sweep_options(parser: argparse.ArgumentParser) -> None:
         default=USUAL,
         metavar="NAME",
         help=f"what to work out ({' '.join(USUAL)}); "
-        + "; ".join(f"{name}: {one.told}" for name, one in OBSERVABLES.items()),
+        + "; ".join(f"{name}: {one.description}" for name, one in OBSERVABLES.items()),
     )
     group.add_argument(
         "-o", "--out", type=Path, required=True, metavar="DIR",
@@ -63,7 +63,7 @@ def _add_sweep_options(parser: argparse.ArgumentParser) -> None:
 
 
 def swept(chosen: argparse.Namespace) -> Iterator[str]:
-    """What the command says, line by line."""
+    """Run the sweep; yields the output line by line."""
     from ..studies.sweeping import sweep
 
     axes = _axes(chosen)
@@ -78,14 +78,14 @@ def swept(chosen: argparse.Namespace) -> Iterator[str]:
         where = {"client": chosen.cluster}
     elif chosen.workers == 1:
         where = {"executor": "serial"}
-    told = {name: dict(OBSERVABLES[name].attributes) for name in names}
+    attributes = {name: dict(OBSERVABLES[name].attributes) for name in names}
     try:
         study = sweep(
             observing,
             axes,
             directory=chosen.out,
             tile=chosen.tile,
-            attributes=told | _units(chosen.make, axes),
+            attributes=attributes | _units(chosen.make, axes),
             **where,
         )
     except KeyboardInterrupt:
@@ -96,7 +96,7 @@ def swept(chosen: argparse.Namespace) -> Iterator[str]:
 
 
 def in_words(study: Study) -> str:
-    """What a study holds."""
+    """Describe a study."""
     axes = " x ".join(f"{len(values)} {name}" for name, values in study.parameters.items())
     parts = [f"{study.done.size} cells ({axes})", ", ".join(study.observables) or "nothing known"]
     left = study.done.size - int(study.done.sum())
@@ -108,7 +108,7 @@ def in_words(study: Study) -> str:
 
 
 def add_plot_options(command: argparse.ArgumentParser) -> None:
-    """Give the command what it draws."""
+    """Add the options of `impactsig plot`."""
     command.add_argument(
         "directory", type=Path, metavar="DIR", help="what sweep was given as --out"
     )
@@ -126,7 +126,7 @@ def add_plot_options(command: argparse.ArgumentParser) -> None:
 
 
 def drawn(chosen: argparse.Namespace) -> Iterator[str]:
-    """Draw a study, a panel for each observable, and say where."""
+    """Draw a study, a panel for each observable; returns a line that says where."""
     check_ending(chosen.output, FIGURES)
     from ..studies.study import open_study
 
@@ -192,7 +192,7 @@ def _count(text: str) -> int:
 
 
 def _axes(chosen: argparse.Namespace) -> dict[str, list[float]]:
-    """The axes asked for, if the scene has them, and all parameters it needs are given."""
+    """Validate the axes: parameters of the scene, with all that it requires."""
     hints = get_type_hints(chosen.make)
     numbers = [name for name in chosen.parameters if get_origin(hints[name]) is not Literal]
     axes: dict[str, list[float]] = {}
@@ -212,7 +212,7 @@ def _axes(chosen: argparse.Namespace) -> dict[str, list[float]]:
 
 
 def _try(observing: Observing, axes: dict[str, list[float]]) -> None:
-    """Raise what is wrong with the command itself, before it is wrong in every cell."""
+    """Run one cell, so that an error of the command itself shows before the sweep begins."""
     try:
         observing(**{name: values[0] for name, values in axes.items()})
     except Exception:
@@ -221,8 +221,8 @@ def _try(observing: Observing, axes: dict[str, list[float]]) -> None:
 
 def _units(scene: Any, axes: dict[str, list[float]]) -> dict[str, dict[str, str]]:
     """Units of the axes, as the scene's docstring has them at the end of a parameter's sentence."""
-    _, told = read_docstring(scene)
-    found = {name: re.match(r"[^.]*\[(\w+)\]\.", told.get(name, "")) for name in axes}
+    _, descriptions = read_docstring(scene)
+    found = {name: re.match(r"[^.]*\[(\w+)\]\.", descriptions.get(name, "")) for name in axes}
     return {name: {"units": unit[1]} if unit else {} for name, unit in found.items()}
 
 

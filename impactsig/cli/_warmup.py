@@ -22,7 +22,7 @@ from ..errors import ImpactsigError
 
 
 def warmed_up(workers: int | None) -> Iterator[str]:
-    """Do the tasks on so many processes; what comes of it, line by line."""
+    """Run the tasks on so many processes; yields the output line by line."""
     from ..studies.each import each
 
     began = time.monotonic()

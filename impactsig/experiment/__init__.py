@@ -1,1 +1,1 @@
-"""Experiments: a rig as data, its recordings as runs, and what they show over the parameter."""
+"""Experiments: a rig as data, its recordings as runs, and diagrams over the parameter."""

@@ -1,4 +1,4 @@
-"""By how much a sweep delays the loss of a motion, from the transients that are seen about it.
+"""Delay with which a sweep loses a motion, from the transients before and after.
 
 A periodic motion is lost at the frequency f* at which its multiplier passes -1. What is off it
 alternates from one period to the next, and its size A changes with the exponent
@@ -32,7 +32,7 @@ SKIPPED = 3
 LONGEST = 400
 """Periods of a motion that are looked at."""
 LEAST = 5
-"""Places from which an exponent is told."""
+"""Fewest points from which an exponent is estimated."""
 DOUBTED = 60
 """Impacts from a change within which its motion begins."""
 LONG = 30
@@ -52,7 +52,7 @@ UNSEEN = math.log(1e10)
 
 
 class Delay(NamedTuple):
-    """By how much a change comes late: observed less corrected value, and its standard error."""
+    """Delay of a change: observed minus corrected value, with its standard error."""
 
     value: float
     error: float
@@ -61,7 +61,7 @@ class Delay(NamedTuple):
 def transient_of(
     cycles: np.ndarray, frequency: Callable[[np.ndarray], np.ndarray], first: int, n: int, step: int
 ) -> list[list[float]]:
-    """What is seen of a transient from an impact on: frequency, ln|A| and its standard error.
+    """The transient from an impact on: frequency, ln of the amplitude, standard error.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def transient_of(
 
 
 def continues(cycles: np.ndarray, first: int, n: int, step: int) -> bool:
-    """Whether impacts recur with n forcing periods beyond a change too, if less exactly."""
+    """Whether impacts still recur after n forcing periods beyond a change, if less exactly."""
     place = _followed(cycles, first, n, step)[0]
     return len(place) > LEAST and int(place[LEAST]) == LEAST
 
@@ -131,7 +131,7 @@ def _followed(cycles: np.ndarray, first: int, n: int, step: int) -> tuple[np.nda
 
 
 def lost_at(transients: Sequence[tuple[float, Any]]) -> tuple[float, float] | None:
-    """The frequency at which the exponent of one motion vanishes, and its standard error [Hz].
+    """Frequency at which the exponent of a motion vanishes, and its standard error [Hz].
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def lost_at(transients: Sequence[tuple[float, Any]]) -> tuple[float, float] | No
 
 
 def delay_of(value: float, rate: float, transients: Sequence[tuple[float, Any]]) -> Delay:
-    """The delay of a change at an observed frequency, of the motion with these transients."""
+    """Delay of a change at an observed frequency, from the transients of the motion."""
     unseen = Delay(0.0, abs(rate) * SETTLING / value)
     if len(transients) == 1 and _grows(*transients[0]):
         return _delay_of_growth(value, rate, np.asarray(transients[0][1], float))

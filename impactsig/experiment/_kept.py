@@ -1,4 +1,4 @@
-"""Runs on disk: a record each, named after the content of the recording and the settings.
+"""Store of finished runs: a record each, named by a digest of content and settings.
 
 | file | holds |
 |---|---|
@@ -33,7 +33,7 @@ SETTLED = 2.0
 
 
 def content_of(path: Path) -> str:
-    """Digest of a recording and of the settings and corrections beside it.
+    """Digest of a recording with the settings and corrections beside it.
 
     Raises
     ------
@@ -41,12 +41,12 @@ def content_of(path: Path) -> str:
         If it cannot be read.
     """
     settings, corrections = settings_beside(path), beside(path)
-    told = sha256(path) if settings is None else f"{sha256(path)} {sha256(settings)}"
-    return digest(f"{told} {sha256(corrections) if corrections.is_file() else ''}")
+    digests = sha256(path) if settings is None else f"{sha256(path)} {sha256(settings)}"
+    return digest(f"{digests} {sha256(corrections) if corrections.is_file() else ''}")
 
 
 def key_of(content: str, settings: str, frequency: float | None) -> str:
-    """The name of a run."""
+    """File name of a run."""
     return digest(f"{content} {settings} {frequency!r}")
 
 

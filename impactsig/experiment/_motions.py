@@ -1,4 +1,4 @@
-"""The motion of a run in a word."""
+"""Names of the motion of a run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ APERIODIC = ("quasi-periodic", "banded", "chaotic", "irregular")
 
 
 def motion_of(row: Mapping[str, Any]) -> tuple[str, int | None, int | None, float]:
-    """The motion in a word, m and n where it recurs, and its probability."""
+    """Name of the motion, m and n if it is periodic, and its probability."""
     kind, confidence = row["kind"], row["confidence"]
     if kind == NO_IMPACTS:
         return NO_IMPACTS, 0, 1, confidence

@@ -1,4 +1,4 @@
-"""The runs of a folder worked out in parallel, those that are not kept already."""
+"""Analyse the recordings of a folder in parallel, except those with a stored result."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ KEPT = ".impactsig"
 
 @dataclass(frozen=True)
 class Task:
-    """A recording, and where it stands."""
+    """A recording and its place in the experiment."""
 
     path: Path
     place: Place
@@ -66,20 +66,24 @@ def recordings_of(folder: Path, rig: Rig) -> list[Path]:
 
 
 def settings_of(rig: Rig) -> str:
-    """What the result of a run depends on beside its content, as a digest."""
-    told = {name: one for name, one in asdict(rig).items() if name not in ("files", "parameter")}
+    """Digest of all settings, besides the content, that the result of a run depends on."""
+    settings = {
+        name: value for name, value in asdict(rig).items() if name not in ("files", "parameter")
+    }
     # Of the parameter only what the recording tells is part of a run; the rest is its place.
     if rig.parameter.get("from") in ("channel", "metadata"):
-        told["parameter"] = {
-            name: one for name, one in rig.parameter.items() if name in ("from", "channel", "key")
+        settings["parameter"] = {
+            name: value
+            for name, value in rig.parameter.items()
+            if name in ("from", "channel", "key")
         }
     code = own_code(frozenset({f"{__package__}._run"}), frozenset())
-    return digest(f"{code} {sorted((name, repr(one)) for name, one in told.items())}")
+    return digest(f"{code} {sorted((name, repr(value)) for name, value in settings.items())}")
 
 
 @dataclass(frozen=True)
 class Work:
-    """Works a run out where a worker is, and leaves it in the folder of the runs."""
+    """Analyse one recording in a worker process and store the run."""
 
     tasks: bytes  # pickled: of 1e5 objects the digest of this job would take 1.2 GB and a minute
     rig: Rig
@@ -116,7 +120,7 @@ def read_runs(
     client: Any,
     progress: bool | None,
 ) -> Iterator[tuple[Task, dict[str, Any] | ImpactsigError]]:
-    """Every recording with its row, or with the error that says why there is none."""
+    """Every recording with its row, or with the error that prevented one."""
     threads = thread_count(workers)
     settings, place = settings_of(rig), places(rig, folder)
     tasks: list[Task] = []

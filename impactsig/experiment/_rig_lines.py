@@ -1,4 +1,4 @@
-"""Where a key stands in a TOML text: `tomllib` keeps no lines."""
+"""Line numbers of keys in a TOML text, which `tomllib` does not keep."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _KEY = re.compile(r"\s*([\w\"'-]+(?:\s*\.\s*[\w\"'-]+)*)\s*=")
 
 
 def line_of(written: str, argument: str) -> int:
-    """The line, from 1, of a key such as "channel[1].unit", or of what holds it."""
+    """Line, counted from 1, of a key such as "channel[1].unit", or of its parent."""
     lines = _lines(written)
     while argument:
         if argument in lines:

@@ -1,4 +1,4 @@
-"""The tables of a rig file: their keys, and what each value must be."""
+"""The tables of a rig file: keys and permitted values."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from .._arguments import choice, flag, number, text, whole
+from .._arguments import choice, flag, instance, number, text, whole
 from ..errors import InvalidInput
 
 USES = ("impacts", "forcing", "tacho")
@@ -153,15 +153,14 @@ TABLES: dict[str, Mapping[str, Key]] = {
 
 
 def table(name: str, value: Any, keys: Mapping[str, Key]) -> dict[str, Any]:
-    """A table whose keys are known and whose values are what they must be.
+    """Validate the keys and values of a table.
 
     Raises
     ------
     InvalidInput
         For the first that is not; its name is that of the table and the key.
     """
-    if not isinstance(value, Mapping):
-        raise InvalidInput(name, value, f"a table with {', '.join(keys)}")
+    instance(name, value, Mapping, f"a table with {', '.join(keys)}")  # type: ignore[type-abstract]
     checked = {}
     for key, one in value.items():
         if key not in keys:
@@ -173,21 +172,23 @@ def table(name: str, value: Any, keys: Mapping[str, Key]) -> dict[str, Any]:
 
 
 def channel_tables(value: Any) -> tuple[dict[str, Any], ...]:
-    """The channels; each is named or numbered, once."""
+    """Validate the channels, each of which is named or numbered once."""
     if isinstance(value, (str, Mapping)) or not isinstance(value, Sequence):
         raise InvalidInput("channel", value, "a list of tables, one a channel", "Write [[channel]]")
     found: list[dict[str, Any]] = []
-    for index, one in enumerate(value):
+    for index, entry in enumerate(value):
         where = f"channel[{index}]"
-        own = table(where, one, CHANNEL)
-        if ("name" in own) == ("number" in own):
-            raise InvalidInput(where, one, "a name or a number", 'Give name = "..." or number = 0')
-        if "pulses" in own and own.get("use") != "tacho":
-            raise InvalidInput(f"{where}.pulses", own["pulses"], 'a channel with use = "tacho"')
-        if which(own) in map(which, found):
-            raise InvalidInput(where, which(own), "every channel once")
-        found.append(own)
-    sensors = [one for one in found if one.get("use", "impacts") == "impacts"]
+        channel = table(where, entry, CHANNEL)
+        if ("name" in channel) == ("number" in channel):
+            raise InvalidInput(
+                where, entry, "a name or a number", 'Give name = "..." or number = 0'
+            )
+        if "pulses" in channel and channel.get("use") != "tacho":
+            raise InvalidInput(f"{where}.pulses", channel["pulses"], 'a channel with use = "tacho"')
+        if which(channel) in map(which, found):
+            raise InvalidInput(where, which(channel), "every channel once")
+        found.append(channel)
+    sensors = [channel for channel in found if channel.get("use", "impacts") == "impacts"]
     if len(found) - len(sensors) > 1:
         raise InvalidInput("channel", value, "one forcing or tacho channel at most")
     if len(sensors) == 1 and "stop" in sensors[0]:
@@ -197,6 +198,6 @@ def channel_tables(value: Any) -> tuple[dict[str, Any], ...]:
 
 
 def which(channel: Mapping[str, Any]) -> str | int:
-    """How a channel is chosen."""
+    """Name or number of a channel."""
     chosen: str | int = channel["name"] if "name" in channel else channel["number"]
     return chosen

@@ -1,4 +1,4 @@
-"""One recording worked out: its impacts, its forcing, its period, and what they say."""
+"""Analysis of one recording: impacts, forcing, period, and their statistics."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Run(NamedTuple):
-    """What is kept of a recording."""
+    """The stored result of a recording."""
 
     impacts: Impacts
     summary: dict[str, Any]
@@ -71,7 +71,7 @@ def worked_out(path: Path, rig: Rig, frequency: float | None) -> Run:
 
 
 def forcing_instants(rig: Rig, path: Path) -> np.ndarray | None:
-    """When each forcing period begins, where the rig records that."""
+    """Instants at which forcing periods begin, if the rig records the forcing."""
     channel = rig.forcing_channel
     if channel is None:
         return None
@@ -83,7 +83,7 @@ def forcing_instants(rig: Rig, path: Path) -> np.ndarray | None:
 def described(
     impacts: Impacts, rig: Rig, frequency: float | None, instants: np.ndarray | None
 ) -> dict[str, Any]:
-    """The row of a run in the table."""
+    """The row of a run in the table of the experiment."""
     row: dict[str, Any] = {
         "impacts": len(impacts),
         "duration": impacts.duration,

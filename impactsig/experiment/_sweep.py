@@ -27,7 +27,7 @@ SILENT = 20.0
 
 
 class Course(NamedTuple):
-    """The forcing through a recording."""
+    """Phase and frequency of the forcing through a recording."""
 
     cycles: Callable[[np.ndarray], np.ndarray]
     """Forcing periods since the beginning, at some times [s]."""
@@ -36,7 +36,7 @@ class Course(NamedTuple):
 
 
 def swept(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> dict[str, Any]:
-    """The motion in windows of a sweep, and where it changes.
+    """Identify the motion in windows of a sweep, and the changes between them.
 
     The times of the impacts are counted in forcing periods, so that the period of a steady motion
     does not change with the frequency; `track_period` follows the motion. Frequencies are those at
@@ -129,7 +129,7 @@ def _first_after(times: np.ndarray, change: float) -> int:
 
 
 def _rate(course: Course, at: float) -> float:
-    """By how much the frequency changes in a second about a change [Hz/s]."""
+    """Rate of change of the frequency around a change of the motion [Hz/s]."""
     beside = 30 / course.frequency(at)
     return (course.frequency(at + beside) - course.frequency(at - beside)) / (2 * beside)
 
@@ -142,7 +142,7 @@ def _transients(
     before: Mapping[str, Any],
     after: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """What a motion does before it is lost and after it is taken up: see `_delays.py`."""
+    """Transients before a motion is lost and after it sets in; see `_delays.py`."""
     seen: dict[str, Any] = {"growth": [], "decay": [], "through": False}
     if before["kind"] == NO_IMPACTS or after["kind"] == NO_IMPACTS:
         return seen
@@ -176,15 +176,19 @@ def _course(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> Course:
 def _borders(
     windows: list[dict[str, Any]], changes: Sequence[tuple[float, float, float]]
 ) -> list[float]:
-    return [windows[0]["start"], *(one[0] for one in changes), windows[-1]["stop"]]
+    return [windows[0]["start"], *(change[0] for change in changes), windows[-1]["stop"]]
 
 
 def _usual(windows: list[dict[str, Any]], low: float, high: float) -> dict[str, Any]:
-    """A window with the motion that most have between two times: shorter, it drifts less."""
-    inside = [one for one in windows if low <= 0.5 * (one["start"] + one["stop"]) <= high]
+    """The window whose motion is the most frequent between two times."""
+    inside = [
+        window for window in windows if low <= 0.5 * (window["start"] + window["stop"]) <= high
+    ]
     if not inside:  # a stretch shorter than a window: the one that it lies in
-        inside = [min(windows, key=lambda one: abs(one["start"] + one["stop"] - low - high))]
-    motions = [_motion(one) for one in inside]
+        inside = [
+            min(windows, key=lambda window: abs(window["start"] + window["stop"] - low - high))
+        ]
+    motions = [_motion(window) for window in inside]
     usual = max(dict.fromkeys(motions), key=motions.count)
     return inside[motions.index(usual)]
 

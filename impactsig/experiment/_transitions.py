@@ -1,4 +1,4 @@
-"""Where the motion changes along a branch, and by how much the branches differ."""
+"""Changes of the motion along a branch, and hysteresis between branches."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Jump(NamedTuple):
 
 
 class Hysteresis(NamedTuple):
-    """A change that is at another value of the parameter on the way back.
+    """A change that occurs at another value of the parameter on the way back.
 
     Attributes
     ----------
@@ -79,22 +79,22 @@ class Hysteresis(NamedTuple):
 
 
 def jumps_of(points: Sequence[Point]) -> tuple[Jump, ...]:
-    """The changes along each branch, in the order in which they are met."""
+    """The changes along each branch, in the order in which they occur."""
     jumps: list[Jump] = []
-    for branch in dict.fromkeys(one.branch for one in points):
-        own = [one for one in points if one.branch == branch and math.isfinite(one.value)]
-        own = [one for one in own if one.motion != "unknown"]
-        own.sort(key=lambda one: one.value, reverse=branch == "down")
-        for k, (one, other) in enumerate(pairwise(own)):
-            if one.motion != other.motion:
-                jumps.append(_jump(own, k))
+    for branch in dict.fromkeys(point.branch for point in points):
+        along = [point for point in points if point.branch == branch and math.isfinite(point.value)]
+        along = [point for point in along if point.motion != "unknown"]
+        along.sort(key=lambda point: point.value, reverse=branch == "down")
+        for k, (point, following) in enumerate(pairwise(along)):
+            if point.motion != following.motion:
+                jumps.append(_jump(along, k))
     return tuple(jumps)
 
 
 def jumps_in_sweeps(sweeps: Sequence[tuple[Mapping[str, Any], str]]) -> list[Jump]:
-    """The changes of sweeps, each a row and its branch, with the delay of each taken off.
+    """The changes along sweeps, corrected for the delay of each sweep.
 
-    A motion that is lost is told of by its transients: what grows before, and what decays where
+    The transients of a motion that is lost say when: what grows before, and what decays where
     another sweep, the other way, takes it up. Where nothing grows before, but the motion that comes
     is already there in outline, the change is a birth at which that motion's transients tell.
     """
@@ -117,7 +117,7 @@ def jumps_in_sweeps(sweeps: Sequence[tuple[Mapping[str, Any], str]]) -> list[Jum
 def _transients_of(
     change: Mapping[str, Any], everywhere: Sequence[Mapping[str, Any]]
 ) -> list[tuple[float, Any]]:
-    """The transients of the motion that a change hangs on, with the rates of their sweeps."""
+    """Transients of the motion at a change, with the rates of their sweeps."""
     if change["through"]:
         own, other, side, opposite = "decay", "growth", "after", "before"
     else:
@@ -135,7 +135,7 @@ def _transients_of(
 
 
 def _jump(points: Sequence[Point], k: int) -> Jump:
-    """The change after point k, placed by what the points around it say."""
+    """The change after point k, located by the points around it."""
     before, after = points[k], points[k + 1]
     first = k
     while first > max(0, k - REACH) and points[first - 1].motion == before.motion:
@@ -145,12 +145,12 @@ def _jump(points: Sequence[Point], k: int) -> Jump:
         last += 1
     near = points[first : last + 1]
     # The log-probability of the motions if the change is after the j-th of them.
-    old = np.array([_log(one, before.motion) for one in near])
-    new = np.array([_log(one, after.motion) for one in near])
+    old = np.array([_log(point, before.motion) for point in near])
+    new = np.array([_log(point, after.motion) for point in near])
     fits = np.cumsum(old)[:-1] + (new.sum() - np.cumsum(new))[:-1]
     weight = np.exp(fits - fits.max())
     weight /= weight.sum()
-    values = np.array([one.value for one in near])
+    values = np.array([point.value for point in near])
     middle, width = 0.5 * (values[1:] + values[:-1]), np.diff(values)
     mean = float(weight @ middle)
     spread = float(weight @ ((middle - mean) ** 2 + width**2 / 12))
@@ -171,12 +171,12 @@ def _log(point: Point, motion: str) -> float:
 
 
 def hysteresis_of(jumps: Sequence[Jump]) -> tuple[Hysteresis, ...]:
-    """Changes of the upward branch with those of the downward one between the same motions.
+    """Pair changes of the upward branch with the reverse changes of the downward branch.
 
     Each is taken with the nearest on the other branch that is not taken yet.
     """
-    up = [one for one in jumps if one.branch == "up"]
-    down = [one for one in jumps if one.branch == "down"]
+    up = [jump for jump in jumps if jump.branch == "up"]
+    down = [jump for jump in jumps if jump.branch == "down"]
     pairs = sorted(
         (abs(a.value - b.value), i, j)
         for i, a in enumerate(up)
@@ -192,4 +192,4 @@ def hysteresis_of(jumps: Sequence[Jump]) -> tuple[Hysteresis, ...]:
             a, b = up[i], down[j]
             error = math.hypot(a.error, b.error)
             found.append(Hysteresis(a.before, a.after, a, b, a.value - b.value, error))
-    return tuple(sorted(found, key=lambda one: one.up.value))
+    return tuple(sorted(found, key=lambda jump: jump.up.value))

@@ -1,4 +1,4 @@
-"""Experiment: the runs of a rig, one a recording, with what each shows."""
+"""Experiment: the runs of a rig, one for each recording."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class Experiment(Shown):
         client: Any = None,
         progress: bool | None = None,
     ) -> Experiment:
-        """Work out the recordings of a folder, on several processes.
+        """Analyse all recordings of a folder, in parallel processes.
 
         Each run is on disk as soon as it is worked out, under a name made of the content of the
         recording, the settings of the rig and the code of this package. What is there is not
@@ -144,8 +144,8 @@ class Experiment(Shown):
             if isinstance(row, ImpactsigError):
                 errors[task.path] = row
                 continue
-            told = row.get("value")
-            value = task.place.value if told is None else told
+            recorded = row.get("value")
+            value = task.place.value if recorded is None else recorded
             found.append((task.place.branch, value, task.path, task.key))
         # up, down, then other branches
         found.sort(key=lambda one: (one[0] != "up", one[0], np.isnan(one[1]), one[1], one[2]))
@@ -166,7 +166,7 @@ class Experiment(Shown):
 
     @property
     def parameter(self) -> str:
-        """What is changed from run to run."""
+        """Name of the parameter that differs between runs."""
         return str(self.rig.parameter.get("name", "parameter"))
 
     @property
@@ -188,7 +188,7 @@ class Experiment(Shown):
         return Kept(self.directory).impacts(self._keys[number])
 
     def to_frame(self) -> pd.DataFrame:
-        """A table with a row for each run: the parameter, the period, and means over the run."""
+        """A table with a row for each run: parameter, period, and means over the run."""
         import pandas as pd
 
         columns: dict[str, list[Any]] = {
@@ -206,7 +206,7 @@ class Experiment(Shown):
         return frame
 
     def to_xarray(self, *quantities: str) -> xarray.Dataset:
-        """The table as labelled arrays over the runs, and quantities of every impact.
+        """The table of runs and the quantities of every impact as labelled arrays.
 
         Parameters
         ----------
@@ -244,7 +244,7 @@ class Experiment(Shown):
     # -- over the parameter ----------------------------------------------------------------
 
     def points(self) -> tuple[Point, ...]:
-        """Every value of the parameter with its motion: one of each run, many of a sweep."""
+        """Every parameter value with its motion: one for each run, several for a sweep."""
         return tuple(
             point
             for run, row in enumerate(self._rows())
@@ -252,7 +252,7 @@ class Experiment(Shown):
         )
 
     def clouds(self, quantity: str) -> Iterator[tuple[Point, np.ndarray]]:
-        """A quantity of the impacts at every value of the parameter, one value after another.
+        """Values of an impact quantity at every parameter value, as in a bifurcation diagram.
 
         Parameters
         ----------
@@ -274,7 +274,7 @@ class Experiment(Shown):
                 yield point, cloud_of(quantity, point, row, impacts)
 
     def jumps(self) -> tuple[Jump, ...]:
-        """Where the motion changes to another period, or gains or loses one, along each branch.
+        """Changes of the motion along each branch: other periods, gained or lost.
 
         In a sweep a motion is lost later than in a steady experiment. The delay is taken off, and
         stated, where a transient about the change tells it: beyond the frequency at which a motion
@@ -292,7 +292,7 @@ class Experiment(Shown):
         return (*jumps_of(steady), *jumps_in_sweeps(sweeps))
 
     def hysteresis(self) -> tuple[Hysteresis, ...]:
-        """Changes that happen at one value of the parameter upwards and at another downwards."""
+        """Changes that occur at different parameter values upwards and downwards."""
         return hysteresis_of(self.jumps())
 
     def plot(self, observe: Any = "interval", ax: Axes | None = None, **options: Any) -> Axes:

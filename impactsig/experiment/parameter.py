@@ -1,4 +1,4 @@
-"""The parameter of a run, and its branch: from the file's name, a table, or the file itself."""
+"""Parameter and branch of a run: from the file name, a table, or the recording itself."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .rig import Rig
 
 
 class Place(NamedTuple):
-    """Where a run stands in the experiment."""
+    """Parameter value and branch of a run."""
 
     value: float
     """Of the parameter; NaN where the recording itself tells it."""
@@ -23,7 +23,7 @@ class Place(NamedTuple):
 
 
 def places(rig: Rig, folder: Path) -> Callable[[Path], Place | ImpactsigError]:
-    """What finds the place of a recording, from its path alone."""
+    """A function that finds the place of a recording from its path."""
     found = rig.parameter
     usual = found.get("branch", "")
     if found.get("from") == "file name":
@@ -61,7 +61,7 @@ def _named(
 
 
 def _rows(path: Path, usual: str) -> dict[str, Place]:
-    """The table of the runs, by the name of the file.
+    """The table of the runs, by file name.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def _number(written: Any) -> float | None:
 
 
 def recorded_value(rig: Rig, path: Path, metadata: Any, frequency: float | None) -> float:
-    """The parameter that the recording itself tells.
+    """Parameter value stored in the recording itself.
 
     Raises
     ------
@@ -125,7 +125,7 @@ _PART = ("start", "stop", "rate", "resample", "raw")
 
 
 def stated_frequency(rig: Rig, path: Path) -> float | None:
-    """The forcing frequency [Hz] that a rig states of a recording; None where it states none.
+    """Forcing frequency [Hz] that the rig states for a recording, or None.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Points of an experiment: a value of the parameter, the motion there, and its impacts."""
+"""Points of an experiment: a parameter value, the motion there, and its impacts."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from ..impacts import Impacts
 
 QUANTITIES = ("interval", "peak", "contact_time", "impulse", "phase")
-"""What an experiment can tell of every impact."""
+"""Quantities that an experiment has of every impact."""
 
 
 class Point(NamedTuple):
-    """One value of the parameter.
+    """One parameter value.
 
     Attributes
     ----------
@@ -54,12 +54,14 @@ def points_of(run: int, row: Mapping[str, Any], value: float, branch: str) -> It
         yield Point(run, value, branch, *motion_of(row))
         return
     direction = branch_of(row, branch)
-    for one in row["windows"]:
-        yield Point(run, one["value"], direction, *motion_of(one), one["start"], one["stop"])
+    for window in row["windows"]:
+        yield Point(
+            run, window["value"], direction, *motion_of(window), window["start"], window["stop"]
+        )
 
 
 def branch_of(row: Mapping[str, Any], branch: str) -> str:
-    """The branch of a run; that of a sweep, where nothing says it, by its direction."""
+    """Branch of a run; for a sweep without one, the direction of the sweep."""
     if branch or "windows" not in row:
         return branch
     return "up" if row["rate"] >= 0 else "down"
@@ -68,7 +70,7 @@ def branch_of(row: Mapping[str, Any], branch: str) -> str:
 def cloud_of(
     quantity: str, point: Point, row: Mapping[str, Any], impacts: Impacts | None
 ) -> np.ndarray:
-    """A quantity of the impacts of a point; empty where it was not measured."""
+    """Values of a quantity at the impacts of a point; empty if it was not measured."""
     if impacts is None:
         return np.empty(0)
     inside = (impacts.time >= point.start) & (impacts.time < point.stop)
@@ -81,7 +83,7 @@ def cloud_of(
 
 
 def _phases(row: Mapping[str, Any], impacts: Impacts) -> np.ndarray:
-    """Phases of the impacts in forcing periods, 0 to 1."""
+    """Phases of the impacts, in forcing periods from 0 to 1."""
     if row.get("cycles") is not None:
         return np.asarray(row["cycles"]) % 1
     frequency = row.get("locked_frequency") or row.get("forcing_frequency")

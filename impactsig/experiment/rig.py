@@ -1,4 +1,4 @@
-"""Rig: how an experiment is recorded, as data that every command reads."""
+"""Rig: channels, detection and parameter of an experiment, as data that every command reads."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ class Rig:
 
     @classmethod
     def beside(cls, recording: Path) -> Rig | None:
-        """The rig whose file lies in the folder of a recording, if there is one."""
+        """The rig in the folder of a recording, or None."""
         place = recording.parent / RIG
         return cls.read(place) if place.is_file() else None
 
@@ -182,11 +182,11 @@ class Rig:
     @property
     def forcing_channel(self) -> Table | None:
         """The channel of the forcing or of a tacho."""
-        others = [one for one in self.channel if one.get("use", "impacts") != "impacts"]
+        others = [channel for channel in self.channel if channel.get("use", "impacts") != "impacts"]
         return others[0] if others else None
 
     def reading_options(self) -> dict[str, Any]:
-        """What `detect_many` and `write_report` take for reading."""
+        """Arguments of `detect_many` and `write_report` for reading."""
         options = dict(self.reading)
         if self.raw:
             from ..io import RawLayout
@@ -196,20 +196,20 @@ class Rig:
         sensors = self._sensors()
         if len(sensors) == 1:
             keys = ("scale", "offset", "unit", "sensor")
-            own = {key: sensors[0][key] for key in keys if key in sensors[0]}
-            return options | own | {"channel": which(sensors[0])}
+            given = {key: sensors[0][key] for key in keys if key in sensors[0]}
+            return options | given | {"channel": which(sensors[0])}
         if sensors:
-            options["channel"] = [which(one) for one in sensors]
+            options["channel"] = [which(channel) for channel in sensors]
             for key, usual in (("scale", 1.0), ("offset", 0.0), ("unit", None), ("sensor", None)):
-                if any(key in one for one in sensors):
-                    options[key] = [one.get(key, usual) for one in sensors]
+                if any(key in channel for channel in sensors):
+                    options[key] = [channel.get(key, usual) for channel in sensors]
         return options
 
     def detecting_options(self) -> dict[str, Any]:
-        """What `detect_impacts` takes."""
+        """Arguments of `detect_impacts`."""
         options, sensors = dict(self.detection), self._sensors()
-        if any("stop" in one for one in sensors):
-            options["stops"] = [one.get("stop") for one in sensors]
+        if any("stop" in channel for channel in sensors):
+            options["stops"] = [channel.get("stop") for channel in sensors]
         return options
 
     def _sensors(self) -> list[Table]:

@@ -1,4 +1,4 @@
-"""A rig file written from what a recording says, with every key explained."""
+"""Write a rig file for a recording, with every key explained."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _ASIDE = 42
 
 
 def rig_of_recording(path: Path) -> str:
-    """A ``rig.toml`` for recordings such as this one.
+    """Text of a ``rig.toml`` for recordings such as this one.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def rig_of_recording(path: Path) -> str:
 
 
 def rig_text(file: FileInfo, sensor: str) -> str:
-    """A ``rig.toml`` for recordings such as this one; what is not certain is a comment."""
+    """Text of a ``rig.toml``, in which uncertain values are comments."""
     path = Path(file.path)
     lines = [
         f"# The rig of {_plain(path.name)} ({file.format}): how its recordings are read.",

@@ -1,4 +1,4 @@
-"""What to change in an aperiodic train: sequences of impacts without like, where a change has many.
+"""Repair of an aperiodic train: edit impacts where the new intervals match others of the train.
 
 Impact j with its two neighbours on the right is the triple (phase of j in the forcing, the interval
 after it, the next one), all in forcing periods. The support of a triple is the number of others of
@@ -28,7 +28,7 @@ AHEAD = 1.5  # by which the best change must be better supported than another
 
 
 def map_edits(train: Impacts, forcing_period: float) -> Edits:
-    """Impacts to take out and to put in, by the return map and the phases of the train itself.
+    """Impacts to remove and to insert, by the return map and the phases of the train itself.
 
     What is mended makes the sequences around it like others, and supports further changes, so the
     train is gone through until nothing changes.
@@ -57,7 +57,7 @@ def map_edits(train: Impacts, forcing_period: float) -> Edits:
 
 
 def _one_pass(train: Impacts, source: np.ndarray, forcing_period: float) -> Edits:
-    """Changes of a train; impacts of source -1 were put in, and stay."""
+    """One pass of edits; impacts of source -1 were inserted, and stay."""
     none: Edits = {}, []
     if len(train) < LEAST_IMPACTS:
         return none
@@ -100,7 +100,7 @@ def _phase(cycles: np.ndarray) -> np.ndarray:
 
 
 class _Sequences:
-    """The triples of a train, and how many others are like a given one."""
+    """Triples of successive impacts, and how many other triples are similar."""
 
     def __init__(self, cycles: np.ndarray, spans_gap: np.ndarray) -> None:
         from scipy.spatial import cKDTree
@@ -137,7 +137,7 @@ class _Sequences:
     def best_change(
         self, cycles: np.ndarray, own: np.ndarray, far: np.ndarray, i: int
     ) -> tuple[str, int, float, int] | None:
-        """Of the changes that would mend triple i, the one that all made of it supports."""
+        """Of the edits that would mend triple i, the one whose new triples have most support."""
         found: list[tuple[int, str, int, float]] = []
         last = len(cycles) - 1
         for k in (i, i + 1, i + 2):
@@ -166,7 +166,7 @@ class _Sequences:
         return kind, where, offset, like
 
     def _missed(self, four: np.ndarray) -> float | None:
-        """When after the second of four impacts one comes that was missed, as in like sequences."""
+        """Time of an impact missed after the second of four, from similar sequences."""
         if self.skipping is None:
             return None
         step = np.diff(four)

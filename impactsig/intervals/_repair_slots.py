@@ -1,4 +1,4 @@
-"""What to change in a periodic train: impacts that were not due, and those that did not come."""
+"""Repair of a periodic train: impacts that were not due, and due ones that are missing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Edits = tuple[dict[int, str], list[tuple[int, float, str]]]
 
 
 def slot_edits(train: Impacts, reading: Reading, name: str) -> Edits:
-    """Impacts off the slots of the period, and instants due at which none came.
+    """Impacts off the slots of the period, and due instants without an impact.
 
     Satellites stay: whether an echo or a second touch makes them is not known.
     """
@@ -66,7 +66,7 @@ def slot_edits(train: Impacts, reading: Reading, name: str) -> Edits:
 
 
 def _by_chance(reading: Reading, reach: float) -> float:
-    """False impacts that are expected near an instant due at which none came."""
+    """Expected number of spurious impacts near a due instant that has none."""
     fit = reading.lock.fit
     others, missed = fit.impacts - int(fit.hits.sum()), int((fit.due - fit.hits).sum())
     span = max(float(fit.cycles[-1] - fit.cycles[0]), 1e-9)
@@ -74,7 +74,7 @@ def _by_chance(reading: Reading, reach: float) -> float:
 
 
 def _longest_run(reading: Reading) -> int:
-    """Missed impacts in a row, at the rate at which single ones are, that the train may hold."""
+    """Longest run of missed impacts to expect at the rate of single misses."""
     hits, total = int(reading.lock.fit.hits.sum()), int(reading.lock.fit.due.sum())
     missed = 1 - hits / total
     if missed <= 0:

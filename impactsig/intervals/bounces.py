@@ -1,4 +1,4 @@
-"""The restitution coefficient of a body that is dropped and bounces, from its instants alone."""
+"""Restitution coefficient of a bouncing body, from its instants of impact alone."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SURE = 0.95
 
 @dataclass(frozen=True, eq=False)
 class Bounces(Shown):
-    """The restitution coefficient of a body that bounces, and what it was read from.
+    """Restitution coefficient of a bouncing body, with its evidence.
 
     Attributes
     ----------
@@ -160,22 +160,22 @@ def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = N
     return _between(spring, others[0]) if others else spring
 
 
-def _between(one: Bounces, other: Bounces) -> Bounces:
-    """What holds whichever law the contacts have."""
-    apart = abs(one.restitution - other.restitution)
+def _between(first: Bounces, second: Bounces) -> Bounces:
+    """Mean of the estimates under two contact laws, with an interval that covers both."""
+    apart = abs(first.restitution - second.restitution)
     return replace(
-        one,
-        restitution=0.5 * (one.restitution + other.restitution),
-        error=math.hypot(max(one.error, other.error), apart / math.sqrt(12)),
+        first,
+        restitution=0.5 * (first.restitution + second.restitution),
+        error=math.hypot(max(first.error, second.error), apart / math.sqrt(12)),
         interval=(
-            min(one.interval[0], other.interval[0]),
-            max(one.interval[1], other.interval[1]),
+            min(first.interval[0], second.interval[0]),
+            max(first.interval[1], second.interval[1]),
         ),
     )
 
 
 def _stretch(intervals: np.ndarray, broken: np.ndarray) -> tuple[int, int]:
-    """The longest stretch of intervals that shrink by about one share."""
+    """The longest stretch of intervals that shrink by nearly the same ratio."""
     if len(intervals) < LEAST_FLIGHTS:
         return 0, len(intervals)
     usable = (intervals > 0) & ~broken
@@ -193,7 +193,7 @@ def _stretch(intervals: np.ndarray, broken: np.ndarray) -> tuple[int, int]:
 
 
 def _covariance(impacts: Impacts, first: int, last: int, measured: bool) -> np.ndarray | None:
-    """Covariance of the flights; None where the instants have no errors."""
+    """Covariance of the flights; None if the instants have no errors."""
     if impacts.time_error is None:
         return None
     square = impacts.time_error[first : last + 1] ** 2

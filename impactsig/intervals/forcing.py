@@ -1,4 +1,4 @@
-"""Impact times in cycles of a measured forcing: a tacho's instants, or the channel of the drive."""
+"""Impact times in cycles of a measured forcing: instants of a tacho, or a channel."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _instants(forcing: Iterable[float]) -> np.ndarray:
 
 
 def rising_instants(recording: Recording) -> np.ndarray:
-    """When a signal rises through its middle, having been a quarter of its range to both sides."""
+    """Instants at which a signal rises through its middle, with hysteresis."""
     samples = recording.samples
     if samples.ndim > 1 and samples.shape[1] > 1:
         raise InvalidInput(

@@ -1,4 +1,4 @@
-"""The histogram p(I) of interspike intervals, with a bin width that suits narrow clusters."""
+"""Histogram p(I) of interspike intervals, with a bin width that suits narrow clusters."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_BINS = 4096
 
 @dataclass(frozen=True, eq=False)
 class IntervalHistogram(Shown):
-    """Density of interspike intervals.
+    """Density of interspike intervals in equal bins.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class IntervalHistogram(Shown):
 def interval_histogram(
     intervals: Intervals, bins: int | Sequence[float] | np.ndarray | None = None
 ) -> IntervalHistogram:
-    """Density p(I) of interspike intervals.
+    """Histogram of interspike intervals, normalised to a density p(I).
 
     Without `bins` the width h is the one that makes the histogram the best estimate of the density
     by leave-one-out least squares [Rudemo1982]_: of at most 4096 equal bins with counts
@@ -156,7 +156,7 @@ def _best_edges(values: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def _rounding_step(values: np.ndarray) -> float:
-    """The step of rounded intervals, which ties betray and which would ask for ever finer bins."""
+    """Step to which intervals are rounded, found from ties; else bins would be ever finer."""
     resolution = 1e-9 * float(values.max())  # below it equal intervals differ by arithmetic alone
     distinct, count = np.unique(np.round(values / resolution), return_counts=True)
     return resolution * float(np.min(np.diff(distinct))) if np.mean(count > 1) > 0.1 else 0.0

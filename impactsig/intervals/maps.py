@@ -8,7 +8,7 @@ from .pairs import Intervals, interval_pairs
 
 
 def return_map(intervals: Intervals, lag: int = 1) -> tuple[np.ndarray, np.ndarray]:
-    """Each interval and the one `lag` later: the points (I_k, I_{k+lag}) [Karpodinis]_.
+    """Return map of intervals: the points (I_k, I_{k+lag}) [Karpodinis]_.
 
     A periodic train gives as many points as there are different pairs in its period; one spurious
     or missed spike adds a few points off them; chaos gives a curve or a cloud.

@@ -1,4 +1,4 @@
-"""Interspike intervals, and pairs of them, from an array or from Impacts with gaps."""
+"""Interspike intervals and pairs of them, from an array or from Impacts with gaps."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from .._arguments import reals
+from .._arguments import reals, whole
 from ..errors import InvalidInput
 from ..impacts import Impacts
 
@@ -14,7 +14,7 @@ Intervals = Impacts | Iterable[float]
 
 
 def as_intervals(data: Intervals, least: int) -> np.ndarray:
-    """Intervals [s], at least `least` of them, finite and not negative."""
+    """Validate intervals [s]: at least `least`, finite and not negative."""
     values = data.intervals() if isinstance(data, Impacts) else _array(data)
     if len(values) < least:
         raise InvalidInput("intervals", f"{len(values)} intervals", f"{least} or more")
@@ -22,15 +22,14 @@ def as_intervals(data: Intervals, least: int) -> np.ndarray:
 
 
 def interval_pairs(data: Intervals, lag: int, least: int) -> tuple[np.ndarray, np.ndarray]:
-    """Intervals and those `lag` later; none of the intervals from one to the other in a gap."""
-    if not isinstance(lag, (int, np.integer)) or isinstance(lag, bool) or lag < 1:
-        raise InvalidInput("lag", lag, "a positive whole number of intervals")
+    """Intervals and those `lag` later, without pairs that span a gap."""
+    whole("lag", lag, 1)
     if isinstance(data, Impacts):
-        values, whole = np.diff(data.time), unbroken_pairs(data, lag)
+        values, unbroken = np.diff(data.time), unbroken_pairs(data, lag)
     else:
         values = _array(data)
-        whole = np.ones(max(len(values) - lag, 0), bool)
-    first, later = values[:-lag][whole], values[lag:][whole]
+        unbroken = np.ones(max(len(values) - lag, 0), bool)
+    first, later = values[:-lag][unbroken], values[lag:][unbroken]
     if len(first) < least:
         raise InvalidInput(
             "intervals", f"{len(first)} pairs at lag {lag}", f"{least} or more", "Use a longer run"
@@ -39,7 +38,7 @@ def interval_pairs(data: Intervals, lag: int, least: int) -> tuple[np.ndarray, n
 
 
 def unbroken_pairs(impacts: Impacts, lag: int) -> np.ndarray:
-    """Whether no interval from each but the last `lag` to the one `lag` later spans a gap."""
+    """Mask of the pairs of intervals at a lag between which there is no gap."""
     lost = np.concatenate(([0], np.cumsum(impacts.interval_spans_gap())))
     whole: np.ndarray = lost[lag + 1 :] == lost[: max(len(lost) - lag - 1, 0)]
     return whole

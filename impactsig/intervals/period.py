@@ -1,13 +1,13 @@
-"""What motion a train of impacts shows: period(m, n), with drift or a tone, bands, chaos, none."""
+"""`identify_period`: period(m, n), with drift or a tone, bands, chaos, or no structure."""
 
 from __future__ import annotations
 
-import math
 import weakref
 from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
+from .._arguments import instance, number, whole
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from .forcing import Forcing, forcing_cycles
@@ -38,7 +38,7 @@ SLOW_TURNS = 3  # of that tone in the run
 
 
 class _Answered(NamedTuple):
-    """The question that was answered last, which a report, a command and a dimension all ask."""
+    """The last question and its answer, since report, command and dimension ask the same."""
 
     impacts: weakref.ref[Impacts]
     options: tuple[float | None, int, float]
@@ -56,9 +56,9 @@ def identify_period(
     max_periods: int = 8,
     resolution: float = 1e-3,
 ) -> Periodicity:
-    """Identify the motion of a train: m impacts in n forcing periods, drift, a tone, chaos, chance.
+    """Identify the motion of a train: period(m, n), drifting, quasi-periodic, chaotic or irregular.
 
-    *Tracking.* The speed of the forcing is followed through the run by the harmonics of the forcing
+    *Tracking.* The speed of the forcing is tracked through the run by the harmonics of the forcing
     period, within 2.6 %, then by the phase of the impacts. Impacts that often come a fixed delay
     after others (echoes) are recognised as satellites.
 
@@ -75,22 +75,22 @@ def identify_period(
     from one to the next is chaos in narrow bands. Jitter hides bands below `banded_below`, about
     its own size: then the odds of "periodic" against "banded" are near 1.
 
-    *No slots.* Impacts that keep to phases of the forcing, or intervals that their predecessors
-    foretell better than shuffled ones, are chaotic; else they are irregular.
+    *No slots.* A train whose impacts keep to phases of the forcing, or whose intervals predict the
+    next better than shuffled ones do, is chaotic; else it is irregular.
 
     Parameters
     ----------
     impacts : Impacts
         Eight or more; impacts due in gaps of the run are not missed.
     forcing_period : float, optional
-        Mean period of the forcing [s], right to 2.6 % minus half of its drift. Without it (m, n)
-        cannot be told, since any number of forcing periods may pass in a repeat: then m impacts in
-        the shortest time after which they recur, `repeat_period`, are sought (m up to 8, jitter
-        below 7.5 % of the mean interval), and `periods` is None.
+        Mean period of the forcing [s], accurate to 2.6 % minus half of its drift. Without it n is
+        unknown, since any number of forcing periods may pass in a repeat: then the shortest time
+        after which m impacts recur, `repeat_period`, is sought (m up to 8, jitter below 7.5 % of
+        the mean interval), and `periods` is None.
     forcing : Recording or array_like, optional
         A channel of the forcing or of a tacho that rises once in each forcing period, or the
-        instants when it does [s], in the clock of the impacts. Then its speed is known: a slow
-        tone of the impacts is one, not a drift.
+        instants when it does [s], on the clock of the impacts. Then the speed is known, and a slow
+        tone of the impacts is not mistaken for drift.
     max_periods : int
         Greatest n tried. Longer repeats of up to 8 impacts are found as well.
     resolution : float
@@ -140,7 +140,7 @@ def read_period(
     max_periods: int = 8,
     resolution: float = 1e-3,
 ) -> tuple[Periodicity, Reading | None]:
-    """The answer of `identify_period`, and the slots that it rests on."""
+    """The result of `identify_period`, and the slots that it rests on."""
     time, count = impacts.time, len(impacts)
     intervals = impacts.intervals()
     silence = float(intervals.max(initial=0.0))
@@ -207,7 +207,7 @@ def _periodicity(
     steady: bool,
     candidates: tuple[Any, ...],
 ) -> Periodicity:
-    """The answer for a train with slots."""
+    """The result for a train with slots."""
     fit, repeat = best.lock.fit, repeat_period(best)
     kind = verdict.kind
     if kind not in KINDS[:4]:
@@ -254,7 +254,7 @@ def _periodicity(
 
 
 def _speed(best: Reading, start: float) -> SpeedDrift:
-    """The speed that the drift of the phase means."""
+    """Drift of the forcing speed that corresponds to the drift of the phase."""
     drift = best.lock.drift
     rate = 1 - np.diff(drift.phase) / np.diff(drift.at)
     middle = 0.5 * (drift.at[1:] + drift.at[:-1])
@@ -265,7 +265,7 @@ def _speed(best: Reading, start: float) -> SpeedDrift:
 
 
 def _slow_tone(at: np.ndarray, phase: np.ndarray) -> float | None:
-    """The frequency of the single tone that a drift is, per cycle; None if it is none."""
+    """Frequency per cycle of a drift that is a single tone; None if it is not."""
     span = float(at[-1] - at[0])
     since = (at - at[0]) / span
     line = np.polynomial.polynomial.polyvander(since, 2)
@@ -286,7 +286,7 @@ def _slow_tone(at: np.ndarray, phase: np.ndarray) -> float | None:
 def forcing_clock(
     impacts: Impacts, forcing_period: float | None, forcing: Forcing | None
 ) -> Clock | None:
-    """The train in cycles of its forcing, as far as it is known."""
+    """The train in cycles of its forcing, as far as the forcing is known."""
     time, gaps = impacts.time, impacts.gaps
     if forcing is None:
         if forcing_period is None:
@@ -321,26 +321,12 @@ def _unknown(
 def _check(
     impacts: Impacts, forcing_period: float | None, max_periods: int, resolution: float
 ) -> None:
-    if not isinstance(impacts, Impacts):
-        raise InvalidInput(
-            "impacts",
-            type(impacts).__name__,
-            "Impacts",
-            "Impacts.from_times makes them of instants",
-        )
-    if forcing_period is not None and not (_is_number(forcing_period) and forcing_period > 0):
-        raise InvalidInput("forcing_period", forcing_period, "a positive time [s]")
-    if isinstance(max_periods, bool) or not isinstance(max_periods, (int, np.integer)):
-        raise InvalidInput("max_periods", max_periods, "a positive whole number")
-    if max_periods < 1:
-        raise InvalidInput("max_periods", max_periods, "a positive whole number")
-    if not (_is_number(resolution) and 0 < resolution < MOST_RESOLUTION):
-        raise InvalidInput("resolution", resolution, f"a share from 0 to {MOST_RESOLUTION}")
-
-
-def _is_number(value: Any) -> bool:
-    real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    return real and math.isfinite(value)
+    instance("impacts", impacts, Impacts, "Impacts", "Impacts.from_times makes them of instants")
+    if forcing_period is not None:
+        number("forcing_period", forcing_period, "a positive time [s]", above=0)
+    whole("max_periods", max_periods, 1)
+    required = f"a positive share, {MOST_RESOLUTION} or less"
+    number("resolution", resolution, required, above=0, most=MOST_RESOLUTION)
 
 
 def _is_intermittent(intervals: np.ndarray) -> bool:

@@ -1,4 +1,4 @@
-"""Periodicity: what kind of motion a train of impacts shows, in numbers and in words."""
+"""Result of `identify_period`: the kind of motion, in numbers and in words."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class SpeedDrift(Shown):
-    """How the forcing's speed, as the impacts show it, changes through the run.
+    """Drift of the forcing speed through the run, estimated from the impacts.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class SpeedDrift(Shown):
         Logarithm of the odds that the speed changes, against a steady one.
     tone : float or None
         Where the change is a single slow tone, its frequency per forcing period. Without a forcing
-        channel it cannot be told from a modulation of the impacts.
+        channel it cannot be distinguished from a modulation of the impacts.
 
     See Also
     --------
@@ -101,7 +101,7 @@ class SpeedDrift(Shown):
 
 @dataclass(frozen=True, eq=False)
 class Periodicity(Shown):
-    """What `identify_period` found, and on what evidence.
+    """The kind of motion that a train shows, with the evidence.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Periodicity(Shown):
         The motion: "periodic"; "drifting" (periodic, while the speed of the forcing changes);
         "quasi-periodic" (a second frequency modulates the phase); "banded" (chaos in narrow bands
         about the phases of a period); "chaotic" (no period, but impacts that keep to phases of the
-        forcing, or intervals that foretell the next); "irregular" (neither); "unlocked" (periodic,
+        forcing, or intervals that predict the next); "irregular" (neither); "unlocked" (periodic,
         but not in multiples of the forcing period given); "too few impacts"; "too short a run" (of
         less than four forcing periods).
     probability : mapping of str to float
@@ -188,17 +188,17 @@ class Periodicity(Shown):
 
     @property
     def recurs(self) -> bool:
-        """Whether the motion has a period, whatever the speed of the forcing does."""
+        """Whether the motion has a period, even if the forcing speed drifts."""
         return self.kind in ("periodic", "drifting", "unlocked")
 
     @property
     def aperiodic(self) -> bool:
-        """Whether the impacts were enough to tell, and do not recur."""
+        """Whether there are enough impacts to decide, and the motion has no period."""
         return self.kind in ("quasi-periodic", "banded", "chaotic", "irregular")
 
     @property
     def name(self) -> str:
-        """The period(m, n) of the motion, or that it stays near; empty where there is none."""
+        """The period(m, n) of the motion, or the one it stays near; empty if there is none."""
         if self.impacts is None:
             return ""
         if self.periods is not None:
@@ -207,7 +207,7 @@ class Periodicity(Shown):
         return f"{_impacts(self.impacts)} every {_milliseconds(self.repeat_period)}"
 
     def describe(self) -> str:
-        """The answer in words."""
+        """Describe the result in words."""
         if self.kind == "too few impacts":
             needed = f"{LEAST_IMPACTS} or more at different instants are needed"
             return f"period unknown: too few impacts ({self.count}; {needed})"
@@ -268,7 +268,7 @@ class Periodicity(Shown):
         return words + self._besides()
 
     def _besides(self) -> str:
-        """What else is to be said of a period: drift, missed impacts, bands, satellites."""
+        """Further properties of a periodic motion in words: drift, missed impacts, bands."""
         words = ""
         if self.kind == "drifting":
             assert self.drift is not None

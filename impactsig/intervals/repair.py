@@ -1,4 +1,4 @@
-"""Repair of a train: impacts put in where they were missed, and taken out where they never were."""
+"""Repair of a train: insert missed impacts and remove spurious ones."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CERTAIN = 0.95  # confidence from which on a period is evidence
 
 @dataclass(frozen=True)
 class Split(Shown):
-    """A missed impact that was put in.
+    """A missed impact that was inserted.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Split(Shown):
 
 @dataclass(frozen=True)
 class Join(Shown):
-    """A spurious impact that was taken out.
+    """A spurious impact that was removed.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Join(Shown):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Repair(Shown):
-    """A repaired train, and what was changed in it.
+    """A repaired train, with the list of edits.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class Repair(Shown):
     period: Periodicity
 
     def describe(self) -> str:
-        """In words."""
+        """Describe the repair in words."""
         by = "its period" if _is_certain(self.period) else "its return map"
         if not (self.splits or self.joins):
             return f"nothing repaired ({self.period.describe()})"
@@ -129,7 +129,7 @@ class Repair(Shown):
 
 
 def repair_intervals(intervals: Intervals, forcing_period: float) -> Repair:
-    """Split intervals that hide a missed impact, join two around a spurious one, where it is clear.
+    """Split intervals at missed impacts and join them at spurious ones, if the evidence is clear.
 
     *A periodic train* (by `identify_period`, with a confidence of 95 %): m impacts are due at
     known phases. An impact near none of them is taken out. Where none came, one is put in, at most
@@ -194,13 +194,13 @@ def repair_intervals(intervals: Intervals, forcing_period: float) -> Repair:
 
 
 def _is_certain(period: Periodicity) -> bool:
-    """Whether there are slots: a drift, a tone and narrow bands about them do not matter."""
+    """Whether the train has slots, whatever drift, tone or narrow bands they have."""
     best = max((candidate.probability for candidate in period.candidates), default=0.0)
     return period.periods is not None and best >= CERTAIN
 
 
 def _edited(train: Impacts, removed: np.ndarray, splits: tuple[Split, ...]) -> Impacts:
-    """The train with the impacts taken out and put in; the rest of it as it was."""
+    """The train after the edits."""
     if not (splits or removed.any()):
         return train
     before = np.array([split.after for split in splits], np.intp)
@@ -225,7 +225,7 @@ def _edited(train: Impacts, removed: np.ndarray, splits: tuple[Split, ...]) -> I
 def _edited_intervals(
     given: np.ndarray, removed: np.ndarray, splits: tuple[Split, ...]
 ) -> np.ndarray:
-    """The intervals with some joined and split; the rest, and the sum, as they were."""
+    """The intervals after joins and splits; their sum is unchanged."""
     kept = np.flatnonzero(~removed)
     instants: dict[int, list[float]] = {}
     for split in splits:

@@ -1,4 +1,4 @@
-"""The motion of a train through the run: its probabilities over time, and where it changes."""
+"""The motion through a run: probabilities over time, and instants of change."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._arguments import whole
+from .._arguments import instance, whole
 from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
@@ -51,7 +51,7 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PeriodTrack(Shown):
-    """What `track_period` found.
+    """Kind of motion through a run: probabilities over time, and instants of change.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class PeriodTrack(Shown):
     kinds = KINDS
 
     def describe(self) -> str:
-        """In words, a line for each stretch."""
+        """Describe the result in words, a line for each stretch."""
         return "\n".join(
             f"{one.start:.4g} to {one.stop:.4g} s: {one.period.describe()}"
             for one in self.stretches
@@ -113,7 +113,7 @@ def track_period(
     max_periods: int = 8,
     resolution: float = 1e-3,
 ) -> PeriodTrack:
-    """Follow the motion through a run: periods and their probabilities over time, and changes.
+    """Track the motion through a run: probabilities of periods over time, and changes.
 
     `identify_period` is asked about windows that overlap by three quarters. The sequence of periods
     with the greatest probability, a change taken to be as improbable as exp(-5), is found by
@@ -163,14 +163,13 @@ def track(
     *,
     steady: bool = True,
 ) -> PeriodTrack:
-    """As `track_period`; where the machine is not steady, a stretch has the motion of its windows.
+    """As `track_period`; unless `steady`, a stretch has the motion of its windows.
 
     In a sweep the phases of a periodic motion drift with the frequency, by more over a stretch than
     over a window, so that the stretch as a whole does not recur.
     """
     window = whole("window", window, 20)
-    if not isinstance(impacts, Impacts):
-        raise InvalidInput("impacts", type(impacts).__name__, "Impacts")
+    instance("impacts", impacts, Impacts, "Impacts")
     if forcing is None and forcing_period is None:
         raise InvalidInput(
             "forcing_period", None, "the forcing period [s]", "Or give the channel of the forcing"
@@ -229,7 +228,7 @@ def track(
 
 
 def _within(edges: list[int], first: int, last: int) -> tuple[int, int]:
-    """The part of a window that lies in the stretch of its middle."""
+    """The part of a window within the stretch of its middle."""
     k = int(np.searchsorted(edges, (first + last) // 2, side="right"))
     return max(first, edges[k - 1]), min(last, edges[k])
 
@@ -259,7 +258,7 @@ def _log_odds(found: Periodicity, state: Orbit) -> float:
 
 
 def _without_straddling(path: np.ndarray, none: list[int]) -> np.ndarray:
-    """The path, with a loss of the period that windows across one change seem to show taken out.
+    """Remove a loss of the period that only windows across a change seem to show.
 
     A window across a change shows neither of the motions, and fewer than four in a row overlap.
     """
@@ -275,7 +274,7 @@ def _without_straddling(path: np.ndarray, none: list[int]) -> np.ndarray:
 def _place(
     clock: Clock, low: int, high: int, window: int, pair: tuple[Orbit, Orbit], resolution: float
 ) -> int:
-    """The impact from which on the motion is another one, first roughly, then nearly."""
+    """First impact after a change of the motion, located coarsely and then finely."""
     # the same impacts for every place: each adds evidence to the one or the other
     start, stop = max(low - window // 2, 0), high + window // 2
     while True:

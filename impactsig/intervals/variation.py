@@ -1,4 +1,4 @@
-"""How irregular a train is: 0 for a regular one, 1 for a Poisson process."""
+"""Irregularity of a train: 0 for regular intervals, 1 for a Poisson process."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .pairs import Intervals, as_intervals, interval_pairs
 
 
 def coefficient_of_variation(intervals: Intervals) -> float:
-    """Standard deviation over mean of the intervals, CV = sqrt(<I^2> - <I>^2) / <I>.
+    """Coefficient of variation of the intervals, CV = sqrt(<I^2> - <I>^2) / <I>.
 
     Slow changes of the rate add to it; `cv2` and `local_variation` compare neighbours only.
 
@@ -41,7 +41,7 @@ def coefficient_of_variation(intervals: Intervals) -> float:
 
 
 def cv2(intervals: Intervals) -> float:
-    """Mean of 2 abs(I_{k+1} - I_k) / (I_{k+1} + I_k) over neighbouring intervals [Holt1996]_.
+    """CV2 of the intervals: mean of 2 abs(I_{k+1} - I_k) / (I_{k+1} + I_k) [Holt1996]_.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def cv2(intervals: Intervals) -> float:
 
 
 def local_variation(intervals: Intervals) -> float:
-    """LV = mean of 3 ((I_k - I_{k+1}) / (I_k + I_{k+1}))^2 over neighbours [Shinomoto2003]_.
+    """Local variation, mean of 3 ((I_k - I_{k+1}) / (I_k + I_{k+1}))^2 [Shinomoto2003]_.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Path to Recording: one file a format family, one table of formats (`impactsig.io.formats`)."""
+"""Readers of recordings: one module a format family, listed in `impactsig.io.formats`."""
 
 from ._info import ChannelInfo, FileInfo, info
 from ._limits import Limits

@@ -1,4 +1,4 @@
-"""From named arrays to signals: what npz, HDF5, MATLAB and Arrow files have in common.
+"""Named arrays as signals: shared by npz, HDF5, MATLAB and Arrow files.
 
 They hold arrays under names, in folders or not, and whoever wrote them put the rate beside them: a
 number named fs or dt, an attribute, or an array of times.
@@ -69,14 +69,14 @@ class Array:
 
 
 class Facts:
-    """What a file tells of its arrays: rate, step, start, unit, names, by the place told of."""
+    """What a file says of its arrays and folders: rate, step, start, unit, names."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._told: dict[tuple[Place, str], tuple[str, Any]] = {}
+        self._facts: dict[tuple[Place, str], tuple[str, Any]] = {}
 
     def add(self, place: Place, name: str, value: Any) -> None:
-        """Keep an attribute of `place`, or a number or text in that folder, if it tells one."""
+        """Record an attribute of `place`, or a number or text in that folder, if it is a fact."""
         kind = fact(name)
         if kind is None:
             return
@@ -90,14 +90,14 @@ class Facts:
         else:
             fits = isinstance(value, (int, float, np.number))
         if fits:
-            self._told.setdefault((place, kind), (name, value))
+            self._facts.setdefault((place, kind), (name, value))
 
     def rate(self, place: Place) -> float | None:
-        """Rate [Hz] told of an array, or of a folder that it is in; the nearest counts."""
+        """Rate [Hz] given for an array or a folder that it is in; the nearest counts."""
         for here in _ways_up(place):
             for kind in ("rate", "step"):
-                if (here, kind) in self._told:
-                    name, value = self._told[here, kind]
+                if (here, kind) in self._facts:
+                    name, value = self._facts[here, kind]
                     value = float(value)
                     if not (np.isfinite(value) and value > 0):
                         required = "a positive number " + ("[Hz]" if kind == "rate" else "[s]")
@@ -108,27 +108,27 @@ class Facts:
     def start(self, place: Place) -> float:
         """Time of the first sample [s]."""
         for here in _ways_up(place):
-            if (here, "start") in self._told:
-                value = float(self._told[here, "start"][1])
+            if (here, "start") in self._facts:
+                value = float(self._facts[here, "start"][1])
                 return value if np.isfinite(value) else 0.0
         return 0.0
 
     def unit(self, place: Place) -> str:
-        """Unit of an array, told of itself, in its name, or in its folder."""
-        own = self._told.get((place, "unit"), ("", ""))[1] or split_heading(place[-1])[1]
-        return own or self._told.get((place[:-1], "unit"), ("", ""))[1]
+        """Unit of an array: given for it, in its name, or in its folder."""
+        unit = self._facts.get((place, "unit"), ("", ""))[1] or split_heading(place[-1])[1]
+        return unit or self._facts.get((place[:-1], "unit"), ("", ""))[1]
 
     def names(self, place: Place, count: int) -> list[str]:
-        """Names of the columns of an array, told of itself or in its folder; [] if none fit."""
+        """Names of the columns of an array, given for it or in its folder; [] if none fit."""
         for here in (place, place[:-1]):
-            names = self._told.get((here, "names"), ("", []))[1]
+            names = self._facts.get((here, "names"), ("", []))[1]
             if len(names) == count:
                 return list(names)
         return []
 
 
 def fact(name: str) -> str | None:
-    """What a number or a text of this name tells of the arrays beside it; None if nothing."""
+    """The kind of fact that a number or a text of this name gives; None if none."""
     return _KINDS.get(re.sub(r"[\s_.-]", "", name.lower()))
 
 
@@ -171,7 +171,7 @@ def source_of(
     truncated: str = "",
     close: Callable[[], None] = lambda: None,
 ) -> Source:
-    """The arrays as a source, each column a signal.
+    """A `Source` whose signals are the columns of the arrays.
 
     An array named as times (time, t, ...) gives the rate of the arrays that are as long, in its
     folder and below, unless a number or an attribute tells it.
@@ -198,19 +198,19 @@ def source_of(
         rate = facts.rate(array.place)
         if rate is None and base.doubt:
             doubts[base.doubt] = None
-        told = facts.names(array.place, array.columns)
+        names = facts.names(array.place, array.columns)
         whole = separator.join(array.place)
         for column in range(array.columns):
             columns.append((array, column))
             name = f"{whole} {column}" if array.columns > 1 else whole
             signals.append(
                 Signal(
-                    f"{whole}{separator}{told[column]}" if array.columns > 1 and told else name,
+                    f"{whole}{separator}{names[column]}" if array.columns > 1 and names else name,
                     facts.unit(array.place),
                     base.rate if rate is None else rate,
                     array.length,
                     base.start,
-                    alias=told[column] if told else _short(array),
+                    alias=names[column] if names else _short(array),
                     no_rate=base.problem,
                 )
             )
@@ -246,7 +246,7 @@ def source_of(
 
 
 class _Times:
-    """An array of times [s], read in the parts that are asked for."""
+    """An array of times [s], read in parts on demand."""
 
     def __init__(self, array: Array, factor: float) -> None:
         self._array, self._factor = array, factor
@@ -261,17 +261,17 @@ class _Times:
 
 
 def _short(array: Array) -> str:
-    """The name of a channel without its folders and its unit."""
+    """Name of a channel without its folders and its unit."""
     return split_heading(array.place[-1])[0] if array.columns == 1 else ""
 
 
 def _time_bases(arrays: list[Array], facts: Facts) -> dict[Place, tuple[TimeBase, int]]:
-    """Time base and length of every array that is named as one."""
+    """Time base and length of every array that is named as times."""
     bases = {}
     for array in arrays:
-        told = facts.unit(array.place)
+        unit = facts.unit(array.place)
         name = split_heading(array.place[-1])[0]
-        factor = time_factor(name, told)
+        factor = time_factor(name, unit)
         if factor is None and split_heading(array.place[-1])[1] == "":
             factor = time_factor(name, "")  # the unit of its folder is that of the others
         if factor is not None and array.columns == 1 and array.length > 1:
@@ -284,5 +284,5 @@ def _time_bases(arrays: list[Array], facts: Facts) -> dict[Place, tuple[TimeBase
 
 
 def _ways_up(place: Place) -> list[Place]:
-    """A place and the folders above it, the nearest first."""
+    """A place and its parent folders, the nearest first."""
     return [place[:depth] for depth in range(len(place), -1, -1)]

@@ -1,4 +1,4 @@
-"""How the letters of a text file are encoded."""
+"""Character encoding of text files."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
 
 
 def is_plain(head: bytes) -> bool:
-    """Whether some bytes may be text of one byte, or a few, a letter."""
+    """Whether bytes may be text in an ASCII-compatible encoding."""
     return _CONTROL.search(head) is None
 
 
 def encoding_of(head: bytes) -> str:
-    """UTF-16 and UTF-8 by their mark, UTF-8 if it decodes, else Latin-1.
+    """UTF-16 or UTF-8 by byte-order mark, else UTF-8 if it decodes, else Latin-1.
 
     UTF-16 without a mark has zeros for every other byte of what is written in Latin letters.
     """

@@ -1,4 +1,4 @@
-"""What a file holds, without its samples."""
+"""`info`: the content of a file without its samples."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class ChannelInfo:
 
 @dataclass(frozen=True, repr=False)
 class FileInfo:
-    """What a file holds.
+    """Format and channels of a file.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class FileInfo:
 def info(
     path: str | PathLike[str], *, raw: RawLayout | None = None, limits: Limits = DEFAULT_LIMITS
 ) -> FileInfo:
-    """Say what a file holds; its samples are not read, except from text, LVM and arrays of times.
+    """List format and channels of a file; only text, LVM and arrays of times are read for it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How much memory the samples of a file may take: settled before any is taken."""
+"""Limits on the memory that the samples of a file may take."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ HARMLESS = 64 << 20
 
 @dataclass(frozen=True)
 class Limits:
-    """What a file that is packed, or that only announces its samples, may grow to in memory.
+    """Limits on the memory that a compressed file, or one that announces its size, may take.
 
     Files whose samples stand in them as they are need no limit, nor do blocks that keep below it.
 
@@ -48,7 +48,7 @@ class Limits:
             number(f"limits.{name}", value, "a positive number", above=0)
 
     def check(self, path: Path, size: int, *, at_once: bool = False) -> None:
-        """Refuse to let a file grow to `size` bytes.
+        """Refuse a file that would need `size` bytes.
 
         Parameters
         ----------

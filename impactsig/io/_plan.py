@@ -1,4 +1,4 @@
-"""What is to be read of a file: settled once, before any sample is read."""
+"""What to read of a file, decided before any sample is read."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ AUDIO_RATES = frozenset(
 
 
 class Plan(NamedTuple):
-    """What is read: which signals, from where to where, and what they are turned into."""
+    """Which signals to read, over which span, and how to convert them."""
 
     channels: list[int]
     rate: float
@@ -52,7 +52,7 @@ def prepare(
     resample: float | None,
     opened: Callable[[], Source],
 ) -> tuple[Source, Plan]:
-    """Open the file, by calling `opened`, and settle what is to be read of it."""
+    """Open a file by calling `opened`, and decide what to read."""
     if rate is not None and resample is not None:
         raise InvalidInput("resample", resample, "None where rate is given", "Give one of the two")
     check_calibration(scale, offset)
@@ -66,7 +66,7 @@ def prepare(
     try:
         if resample is not None:
             source = resampled(source, resample, path)
-        _tell(source, path)  # first: it may say why there is no such channel
+        _warn_of_notes(source, path)  # first: it may say why there is no such channel
         signals = source.signals
         if rate is not None:
             signals = tuple(replace(signal, rate=rate) for signal in signals)
@@ -96,7 +96,7 @@ def prepare(
             sound = source.audio and unit is None and chosen.rate in AUDIO_RATES
             sensor = "sound" if sound else "force"
         if channel is None:
-            _tell_of_others(signals, channels, path)
+            _warn_of_other_channels(signals, channels, path)
     except BaseException:
         source.close()
         raise
@@ -107,7 +107,7 @@ def prepare(
 
 
 def recording(source: Source, plan: Plan, first: int, last: int, name: str) -> Recording:
-    """Samples [first, last) as a Recording; fewer, and a warning, if the file ends early."""
+    """Samples [first, last) as a Recording; fewer, with a warning, if the file ends early."""
     with guarded(Path(name), source.format):
         samples = source.read(plan.channels, first, last)
     truncated = bool(source.truncated)
@@ -149,7 +149,7 @@ def _find(signals: tuple[Signal, ...], which: str | int) -> int:
 
 
 def _sets(signals: tuple[Signal, ...]) -> list[list[int]]:
-    """Indices of the signals that were taken side by side, set by set."""
+    """Indices of signals with a common time base and length, set by set."""
     sets: dict[tuple, list[int]] = {}
     for index, signal in enumerate(signals):
         key = (signal.rate, signal.length, signal.start, signal.segment, signal.recorded_at)
@@ -161,18 +161,18 @@ def _largest_set(signals: tuple[Signal, ...]) -> list[int]:
     return max(_sets(signals), key=lambda chosen: sum(signals[i].length for i in chosen))
 
 
-def _tell(source: Source, path: str | PathLike[str]) -> None:
-    """Warn of what the file lacks."""
+def _warn_of_notes(source: Source, path: str | PathLike[str]) -> None:
+    """Warn of defects of the file."""
     if source.truncated:
         _warn(f"{path}: cut short: {source.truncated}")
     for note in source.notes:
         _warn(f"{path}: {note}")
 
 
-def _tell_of_others(
+def _warn_of_other_channels(
     signals: tuple[Signal, ...], loaded: list[int], path: str | PathLike[str]
 ) -> None:
-    """Warn of the channels that are not among those loaded."""
+    """Warn of the channels that are not loaded."""
     if len(loaded) == len(signals):
         return
     left = [signal for index, signal in enumerate(signals) if index not in loaded]

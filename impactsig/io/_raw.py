@@ -1,4 +1,4 @@
-"""Raw binary: numbers one after the other, without a header, laid out as the user says."""
+"""Raw binary files: numbers without a header, in a layout that the user gives."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Literal
 
 import numpy as np
 
-from .._arguments import choice
+from .._arguments import choice, instance
 from ..errors import InvalidInput, UnreadableFile
 from ._source import Signal, Source, sample_type
 
 
 @dataclass(frozen=True)
 class RawLayout:
-    """How the numbers of a file without a header are laid out.
+    """Layout of the numbers in a file without a header.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class RawLayout:
 
     @property
     def sample(self) -> np.dtype:
-        """Type of one number, byte order included."""
+        """NumPy type of one number, with its byte order."""
         given = np.dtype(self.dtype)
         # A type that names its own order, as ">i2" does, keeps it.
         named = str(self.dtype)[:1] in "<>"
@@ -72,9 +72,8 @@ class RawLayout:
 
 
 def open_source(path: Path, raw: RawLayout) -> Source:
-    """Map a file of bare numbers; what is left of the last row is told as missing."""
-    if not isinstance(raw, RawLayout):
-        raise InvalidInput("raw", raw, "a RawLayout", 'Give raw=impactsig.RawLayout("int16")')
+    """Map a file of bare numbers; an incomplete last row is reported as missing."""
+    instance("raw", raw, RawLayout, "a RawLayout", 'Give raw=impactsig.RawLayout("int16")')
     dtype = raw.sample
     row = dtype.itemsize * raw.channels
     size = path.stat().st_size - raw.skip

@@ -1,4 +1,4 @@
-"""The rate of a uniform grid of which only rounded times are known."""
+"""Rate of a uniform grid from rounded times."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _TIES = 1 + 1e-6  # times half way between two digits are rounded either way
 
 
 def step_bounds(times: np.ndarray, halves: np.ndarray) -> tuple[float, float] | None:
-    """The least and the greatest step of a grid that rounds to `times`.
+    """Bounds on the step of a uniform grid that rounds to `times`.
 
     Each time t_i lies within h_i of ``a + i b``. The extreme b under these constraints are two
     linear programs in two unknowns; only a few of the constraints bind, and those are found by

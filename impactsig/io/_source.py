@@ -1,4 +1,4 @@
-"""What every reader gives back: the signals in a file, and a way to their samples."""
+"""The interface of a reader: the signals in a file, and a function that reads samples."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Signal:
-    """One channel of a file, as its reader found it.
+    """One channel of a file.
 
     Parameters
     ----------
@@ -104,13 +104,13 @@ def memory_reader(columns: list[np.ndarray]) -> Callable[[list[int], int, int], 
 
 
 def sample_type(dtype: np.dtype) -> type[np.float32] | type[np.float64]:
-    """The floating type that holds numbers of `dtype` exactly: float32 if it can, or float64."""
+    """float32 if it holds all numbers of `dtype` exactly, else float64."""
     small = dtype.kind in "biuf" and dtype.itemsize <= (4 if dtype.kind == "f" else 2)
     return np.float32 if small else np.float64
 
 
 def in_utf8(path: Path) -> bool:
-    """Whether the name of a file is text in UTF-8: pyarrow opens no other by name."""
+    """Whether a file name is valid UTF-8; pyarrow opens no other by name."""
     try:
         str(path).encode()
     except UnicodeEncodeError:

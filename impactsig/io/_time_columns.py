@@ -1,4 +1,4 @@
-"""Which column of a table or file holds times, by its heading."""
+"""Recognise columns of times by their headings."""
 
 from __future__ import annotations
 
@@ -64,5 +64,5 @@ def time_factor(name: str, unit: str) -> float | None:
 
 
 def epoch_factor(first: float) -> float:
-    """Seconds in the unit of times that begin so late that they count since 1970."""
+    """Seconds in the unit of times that count since 1970, judged by their size."""
     return next((factor for least, factor in _EPOCHS if abs(first) >= least), 1.0)

@@ -1,4 +1,4 @@
-"""From a column of times to a sampling rate, as far as its printed digits allow."""
+"""Sampling rate from a column of times, as far as its printed digits allow."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ._rounded import step_bounds
 
 JITTER = 0.01  # of a sampling step: how far a time may lie from the uniform grid
 RARE = 0.01  # of the steps: fewer that differ by a printed digit are gaps, not rounding
-DOUBTFUL = 1e-4  # relative uncertainty of a rate that the user is told of
+DOUBTFUL = 1e-4  # relative uncertainty of a rate above which the user is warned
 
 _WHOLE = 1e-6  # how far a whole number may be from one
 _LEAST = 0.1  # of a step, or a digit, that the ends of rounded times may be off at least
@@ -22,7 +22,7 @@ _FAR, _NEAR = 1 << 20, 1 << 14  # times that are read at once, and that stay in 
 
 
 class Times(Protocol):
-    """Times that may stand in a file: what is needed of them is read when it is asked for."""
+    """A lazy column of times."""
 
     def __len__(self) -> int: ...
 
@@ -42,7 +42,7 @@ class TimeBase(NamedTuple):
 
 
 class Printed(NamedTuple):
-    """How finely times are printed: to a digit of fixed value, or to so many significant ones.
+    """Resolution of printed times: a fixed digit, or a number of significant digits.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Printed(NamedTuple):
     relative: bool = False
 
     def of(self, times: np.ndarray) -> np.ndarray:
-        """Value of the last printed digit of each of some times."""
+        """Value of the last printed digit of each time."""
         if not self.relative:
             return np.full(len(times), self.digit)
         size = np.abs(times)
@@ -65,7 +65,7 @@ class Printed(NamedTuple):
 
 
 def printed_digits(texts: Iterable[str], times: np.ndarray, factor: float = 1.0) -> Printed:
-    """How finely the times of a column are printed.
+    """Resolution to which the times of a column are printed.
 
     Parameters
     ----------
@@ -89,14 +89,14 @@ def printed_digits(texts: Iterable[str], times: np.ndarray, factor: float = 1.0)
 
 
 def _in_digits(times: np.ndarray, digits: np.ndarray) -> bool:
-    """Whether each time is a whole number of its last digit."""
+    """Whether each time is a multiple of its last digit."""
     with np.errstate(divide="ignore", invalid="ignore"):
         multiples = times / digits
     return bool(np.all((times == 0) | (np.abs(multiples - np.round(multiples)) <= _WHOLE)))
 
 
 def printed_resolution(texts: Iterable[str]) -> float:
-    """The last printed digit of numbers with a decimal point, as a number.
+    """Value of the last printed digit of numbers with a decimal point.
 
     The finest of them, because some writers drop trailing zeros.
     """
@@ -178,7 +178,7 @@ def time_base(times: Times, resolution: float | Printed = 0.0) -> TimeBase:
 
 
 def _from_uniform(times: Times, first: float, step: float) -> tuple[float, float, float]:
-    """How far times lie from a uniform grid, and steps from one step; the largest time.
+    """Deviation of times from a uniform grid, and of steps from each other; the largest time.
 
     In pieces that stay in the cache: this is a good part of the time that a text file takes.
     """
@@ -192,7 +192,7 @@ def _from_uniform(times: Times, first: float, step: float) -> tuple[float, float
 
 
 def _pieces(times: Times) -> Iterator[tuple[int, np.ndarray]]:
-    """Short pieces, each with the first of the next, and where they begin."""
+    """Short pieces of the times, overlapping by one, and where they begin."""
     for far in range(0, len(times), _FAR):
         long = times[far : far + _FAR + 1]
         for near in range(0, min(_FAR, len(long)), _NEAR):
@@ -200,14 +200,14 @@ def _pieces(times: Times) -> Iterator[tuple[int, np.ndarray]]:
 
 
 def rate_of_step(step: float) -> float:
-    """Rate [Hz] from a step [s] of the file's own: 1 / 0.00002 is not quite 50 000."""
+    """Rate [Hz] from a step [s] in the file, rounded: 1 / 0.00002 is not quite 50 000."""
     rate = 1 / step
     whole = round(rate)
     return float(whole) if abs(rate - whole) <= 4 * np.spacing(rate) else rate
 
 
 def printed_step(text: str, start: float = 0.0, factor: float = 1.0) -> TimeBase:
-    """Rate from a sampling step as it is printed, in units of `factor` seconds."""
+    """Rate from a printed sampling step, in units of `factor` seconds."""
     step = float(text) * factor
     if not (np.isfinite(step) and step > 0):
         return TimeBase(None, start, f"The sampling step is given as {text}")
@@ -215,7 +215,7 @@ def printed_step(text: str, start: float = 0.0, factor: float = 1.0) -> TimeBase
 
 
 def _settled(rate: float, uncertainty: float, start: float, exact: bool = False) -> TimeBase:
-    """Prefer a whole number of hertz if the digits single one out.
+    """Round a rate to a whole number of hertz if the digits leave only one.
 
     Instruments are set to whole rates, and a step printed as 0.000977 s is 1024 Hz, not
     1023.54 Hz. Where several whole numbers are possible, none is better than the estimate, but for

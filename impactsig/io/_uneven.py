@@ -1,4 +1,4 @@
-"""Samples that were taken at uneven times, put on a uniform grid."""
+"""Interpolation of unevenly sampled signals to a uniform grid."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _GAP = 5.0  # times the usual step: longer ones are bridged, and named
 
 
 def resampled(source: Source, rate: float, path: str | PathLike[str]) -> Source:
-    """The signals of `source` at a uniform `rate` [Hz], from its first time to its last.
+    """Interpolate the signals of `source` to a uniform `rate` [Hz].
 
     Interpolated by piecewise cubic polynomials that rise and fall where the samples do, so that
     no pulse is made (Fritsch and Carlson). Of rows with the same time the first is kept; rows

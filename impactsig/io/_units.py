@@ -1,4 +1,4 @@
-"""Names and units out of column headings such as "Force [N]", "force (N)" or "Force / N"."""
+"""Names and units from column headings such as "Force [N]", "force (N)" or "Force / N"."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _CHANNEL = re.compile(r"(ch\s?\d+)\s?(\D.*)?", re.I)
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text reads as a physical unit; ch1 is a channel and no inverse centihour."""
+    """Whether a text is a physical unit; ch1 is a channel, not an inverse centihour."""
     plain = text.strip()
     return _UNIT.fullmatch(plain) is not None and _CHANNEL.match(plain) is None
 
 
 def split_heading(heading: str) -> tuple[str, str]:
-    """Name and unit of a column heading; "" where it names no unit.
+    """Name and unit of a column heading; the unit is "" if there is none.
 
     What stands in square brackets is a unit; in round ones or after a slash only if it reads as
     one, because a channel may be called "Excitation (Trigger)" or "in/out".

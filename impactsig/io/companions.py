@@ -1,4 +1,4 @@
-"""Two files of one recording: the samples, and beside them the settings of the instrument.
+"""Recordings in two files: the samples, and the settings of the instrument beside them.
 
 Oscilloscopes of Rohde & Schwarz write NAME.Wfm.csv, which holds samples and nothing else, and
 NAME.csv, whose lines are ``Key:value:``. Either is opened with its companion, which is found by
@@ -21,7 +21,7 @@ _LARGEST = 1 << 20  # bytes of settings
 
 
 def samples_of(path: Path, head: bytes) -> Path:
-    """The file of the samples: the one given, or that whose settings it holds.
+    """The file of the samples: the given one, or the one whose settings it holds.
 
     Raises
     ------
@@ -48,14 +48,14 @@ def settings_beside(path: Path) -> Path | None:
 
 
 def without_settings(paths: Iterable[Path]) -> list[Path]:
-    """The files without those that hold the settings of another."""
+    """Drop the files that hold only the settings of another."""
     paths = list(paths)
     settings = {settings_beside(path) for path in paths}
     return [path for path in paths if path not in settings]
 
 
 def settings_of(path: Path) -> tuple[dict[str, str], str]:
-    """The settings beside a file of samples, by name, and what is missing where there are none."""
+    """The settings beside a file of samples, by name, and a note if there are none."""
     if not path.name.lower().endswith(_SAMPLES):
         return {}, ""
     found = settings_beside(path)
@@ -69,7 +69,7 @@ def settings_of(path: Path) -> tuple[dict[str, str], str]:
 
 
 def lines_above(path: Path, settings: dict[str, str], rows: int) -> tuple[str, ...]:
-    """The settings that say when the samples were taken, as lines of a header.
+    """Settings of the time base, as lines of a text header.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def lines_above(path: Path, settings: dict[str, str], rows: int) -> tuple[str, .
 
 
 def _beside(path: Path, name: str) -> Path | None:
-    """The file of that name in the same folder, in upper or lower case."""
+    """The file of that name in the same folder, whatever its case."""
     if (exact := path.with_name(name)).is_file():
         return exact
     return next(

@@ -1,4 +1,4 @@
-"""The table of file formats, and how a file finds its reader.
+"""The table of file formats, and the choice of the reader of a file.
 
 To add a format, write one file with a function
 
@@ -156,7 +156,7 @@ MATLAB_4 = Format("MATLAB 4", (".mat",), is_mat4, "arrays.mat4")
 
 
 def _recognised(path: Path, head: bytes) -> Format:
-    """The format of a file: by its content, then by its extension.
+    """The format of a file: by its content, else by its extension.
 
     A text file without the mark of any format goes to the reader its extension names, if that
     reads text too (an LVM file without a header), else to the reader of plain tables.
@@ -248,7 +248,7 @@ def open_file(
 
 @contextmanager
 def guarded(path: Path, name: str) -> Iterator[None]:
-    """Turn whatever a reader or its library raises into `UnreadableFile`, chained."""
+    """Turn any exception of a reader or its library into `UnreadableFile`, chained."""
     try:
         yield
     except ImpactsigError:

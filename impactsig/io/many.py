@@ -23,7 +23,7 @@ def read_many(
     progress: bool | None = None,
     **options: Any,
 ) -> Iterator[tuple[Path, Recording | ImpactsigError]]:
-    """Read many recordings, one after another; the next ones are read ahead.
+    """Read many recordings one after another, with read-ahead.
 
     Parameters
     ----------

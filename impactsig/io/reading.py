@@ -1,4 +1,4 @@
-"""From a path to a Recording, whole or in blocks."""
+"""`read` and `read_blocks`: from a path to a Recording, whole or in blocks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .formats import open_file
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Blocks:
-    """A recording that is read piece by piece, as often as it is iterated over.
+    """A recording that is read block by block, as often as it is iterated over.
 
     Iterating yields `Recording` objects that follow each other without gap or overlap, each with
     its own `start`. Every iteration opens the file anew, so that iterations are independent.
@@ -221,7 +221,7 @@ def read_blocks(
     raw: RawLayout | None = None,
     limits: Limits = DEFAULT_LIMITS,
 ) -> Blocks:
-    """Go through a recording in blocks; joined, they equal what `read` returns, bit for bit.
+    """Read a recording in blocks; joined, they equal what `read` returns, bit for bit.
 
     Memory is bounded by a block for audio, TDMS, HDF5, MATLAB, binary UFF, tradb, npy and raw files
     of any size, by a block and the column of times for MDF, by a group of rows for Parquet and

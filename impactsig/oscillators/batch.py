@@ -1,4 +1,4 @@
-"""Many oscillators that differ in numbers only: one structure, with columns in place of numbers."""
+"""Batches of oscillators that differ in numbers only: columns in place of numbers."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class OscillatorBatch(Sequence[Oscillator]):
 
 
 def _spread(values: np.ndarray) -> str:
-    """From the least to the greatest of some numbers."""
+    """Least and greatest of some numbers, as text."""
     low, high = float(values.min()), float(values.max())
     return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
 
@@ -106,7 +106,7 @@ def index(which: Any, shape: tuple[int, ...]) -> int:
 
 
 def takes_arrays(*numbers: str) -> Callable[[Scene], Scene]:
-    """Let a scene take arrays for its parameters, but for some that must be `numbers`.
+    """Let a scene take arrays for its parameters, except for those that must be `numbers`.
 
     With arrays it makes an `OscillatorBatch`, whose items are what it makes of their entries.
     """
@@ -129,7 +129,7 @@ def takes_arrays(*numbers: str) -> Callable[[Scene], Scene]:
 
 
 def _is_array(value: Any) -> bool:
-    """Whether a value is one number, or a pair of them, for each machine."""
+    """Whether a value holds a number, or a pair of numbers, for each oscillator."""
     if isinstance(value, (tuple, list)):
         return any(_is_array(one) for one in value)
     return getattr(value, "ndim", 0) > 0
@@ -196,7 +196,7 @@ def _batch(
 
 
 def suspicious(columns: Oscillator) -> int | None:
-    """The first machine whose stops stand where none can, or that is forced at resonance."""
+    """Index of the first oscillator with misplaced stops or forcing at resonance."""
     import numpy as np
 
     wrong: Any = np.zeros(1, bool)

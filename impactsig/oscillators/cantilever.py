@@ -1,4 +1,4 @@
-"""A uniform cantilever beam: what its drawings say of its modes."""
+"""A uniform cantilever beam, and its modes from its dimensions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from .._arguments import number, whole
+from .._arguments import instance, number, whole
 from ..errors import InvalidInput
 from .parts import BaseMotion, Force, KelvinVoigt, Rigid, Stop, numbers
 
@@ -62,7 +62,7 @@ class Cantilever:
     Raises
     ------
     InvalidInput
-        If a value is not positive, a part is none that a beam can be followed with, or the beam is
+        If a value is not positive, a part is not supported for a beam, or the beam is
         thicker than a fifth of its length: shear and rotary inertia, which are left out, would
         matter.
 
@@ -147,7 +147,7 @@ class Cantilever:
 
     @property
     def stiffness(self) -> float:
-        """Force at the tip by the deflection there, at rest: 3 E I / L^3 [N/m].
+        """Static stiffness at the tip, 3 E I / L^3 [N/m].
 
         Its inverse is the sum of 1 / `modal_stiffness` over all modes.
         """
@@ -169,7 +169,7 @@ class Cantilever:
         return self.wavenumbers(count) ** 4 * (self.bending_stiffness / (4 * self.length**3))
 
     def participation(self, count: int = 4) -> np.ndarray:
-        """Share of a shaken base's motion that excites each mode, shape (count,).
+        """Modal participation factors of base motion, shape (count,).
 
         ``integral(psi_n) / integral(psi_n^2)``: relative to a base that moves as b(t),
         ``q_n'' + omega_n^2 q_n = -participation_n b''``. 1.566 for the first mode; their sum over
@@ -215,7 +215,7 @@ class Cantilever:
         return shape(b[-1], above[-1], (-1.0) ** (mode - 1), x / self.length)
 
     def tuned(self, frequency: float) -> Cantilever:
-        """The beam with the modulus that gives its first mode a measured frequency.
+        """The beam with Young's modulus adjusted to a measured first natural frequency.
 
         A clamp that gives way, or a sensor's mass, lowers a frequency; this puts it down to the
         modulus, and so lowers all modes alike.
@@ -241,11 +241,10 @@ class Cantilever:
 
 
 def _check_stop(stop: Any) -> None:
-    """Refuse a stop that a beam cannot be followed to."""
+    """Refuse a stop that the beam's engine does not support."""
     if stop is None:
         return
-    if not isinstance(stop, Stop):
-        raise InvalidInput("stop", stop, "a Stop(...) at the tip, or None")
+    instance("stop", stop, Stop, "a Stop(...) at the tip, or None")
     law = stop.law
     if isinstance(law, Rigid) and not callable(law.restitution):
         return
@@ -257,11 +256,10 @@ def _check_stop(stop: Any) -> None:
 
 
 def _check_forcing(forcing: Any) -> None:
-    """Refuse a forcing that is none of a beam."""
+    """Refuse a forcing that the beam's engine does not support."""
     if forcing is None or isinstance(forcing, Force):
         return
-    if not isinstance(forcing, BaseMotion):
-        raise InvalidInput("forcing", forcing, "Force(...) at the tip, BaseMotion(...) or None")
+    instance("forcing", forcing, BaseMotion, "Force(...) at the tip, BaseMotion(...) or None")
     if not (forcing.spring and forcing.damper):
         raise InvalidInput("forcing", forcing, "a base that both spring and damper hang on")
 

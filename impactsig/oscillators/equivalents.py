@@ -1,4 +1,4 @@
-"""What restitution coefficient a spring and a damper give, three ways, and the inverses.
+"""Restitution coefficient of a spring and a damper, by three definitions, and the inverses.
 
 In units of the contact's own frequency ``sqrt(k/m)``, with ``beta = c / (2 sqrt(k m))``, a mass
 that meets a spring and a damper side by side, free of other forces, returns
@@ -23,7 +23,7 @@ Formula = Literal["gap", "force", "work"]
 def stop_restitution(
     stiffness: float, damping: float, mass: float = 1.0, *, formula: Formula = "gap"
 ) -> float:
-    """Share of the velocity that a soft stop returns after one free contact [Okolewski2021]_.
+    """Restitution coefficient of a soft stop after one free contact [Okolewski2021]_.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def stop_restitution(
 def stop_damping(
     restitution: float, stiffness: float, mass: float = 1.0, *, formula: Formula = "gap"
 ) -> float:
-    """Damping with which a soft stop returns a given share of the velocity [Okolewski2021]_.
+    """Damping of a soft stop that has a given restitution coefficient [Okolewski2021]_.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def stop_damping(
 def stop_stiffness(
     restitution: float, damping: float, mass: float = 1.0, *, formula: Formula = "gap"
 ) -> float:
-    """Stiffness with which a soft stop of given damping returns a share of the velocity.
+    """Stiffness of a soft stop of given damping that has a given restitution coefficient.
 
     Parameters
     ----------

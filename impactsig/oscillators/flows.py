@@ -22,12 +22,12 @@ class Flow:
         ``function(t, y, *parameters)`` gives the rate of every coordinate, as a tuple or an array;
         it is what `scipy.integrate.solve_ivp` takes, and what numba can compile.
     initial : sequence of float, shape (d,)
-        State to start from unless told otherwise; its length is the dimension of the flow.
+        State to start from by default; its length is the dimension of the flow.
     parameters : sequence of float
         Passed on to the function. Changing them compiles nothing anew, as changing numbers inside
         the function would.
     signal : callable, optional
-        ``signal(y)``, a number: what `integrate_and_fire` integrates unless told otherwise.
+        ``signal(y)``, a number: what `integrate_and_fire` integrates by default.
     coordinates : sequence of str, optional
         Names of the coordinates; by default x, y, z, or y0, y1, ... where there are more.
     name : str

@@ -27,7 +27,7 @@ from .recurrence import Recurrence, recurrence, repeats
 
 @dataclass(frozen=True)
 class Oscillator:
-    """A mass on a spring and a damper, under harmonic forcing, that hits stops and may rub.
+    """A mass on a spring and a damper, under harmonic forcing, with stops and Coulomb friction.
 
     ``mass x'' + damping x' + stiffness x = load + forces`` while no stop is touched.
 
@@ -176,7 +176,7 @@ class Oscillator:
 
     @property
     def moved_by(self) -> str:
-        """Module whose `move` follows it."""
+        """Name of the module whose `move` simulates it."""
         noisy = self.noise is not None and self.noise.intensity > 0
         return "impactsig.stochastic.noisy_motion" if noisy else "impactsig.simulate.simulation"
 
@@ -186,10 +186,10 @@ class Oscillator:
         return 2
 
     def stops_on(self, side: str) -> tuple[Stop, ...]:
-        """The stops on that side ("upper" or "lower"), in the order they are reached."""
+        """The stops on one side ("upper" or "lower"), in the order they are reached."""
         sign = 1 if side == "upper" else -1
-        own = (stop for stop in self.stops if stop.side == side)
-        return tuple(sorted(own, key=lambda stop: sign * stop.position))
+        stops = (stop for stop in self.stops if stop.side == side)
+        return tuple(sorted(stops, key=lambda stop: sign * stop.position))
 
     @property
     def angular_natural_frequency(self) -> float:
@@ -226,7 +226,7 @@ class Oscillator:
 
     @property
     def law_depends_on_time(self) -> bool:
-        """Whether `law` depends on t, by its values at some instants and states."""
+        """Whether `law` depends on t, judged by its values at some instants and states."""
         if self.law is None:
             return False
         period = (
@@ -247,7 +247,7 @@ class Oscillator:
         return max((abs(stop.position) for stop in self.stops), default=0.0) or 1.0
 
     def in_units(self, time: float = 1.0, length: float = 1.0, mass: float = 1.0) -> Oscillator:
-        """The same machine, its numbers in other units.
+        """The same oscillator, expressed in other units of time, length and mass.
 
         ``oscillator.in_units()`` is in SI units; ``in_units(1 / omega_n, gap, mass)`` of a
         machine in SI units is dimensionless, with unit mass, stiffness and gap.

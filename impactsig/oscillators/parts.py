@@ -57,7 +57,7 @@ class Force:
 
 @dataclass(frozen=True)
 class BaseMotion:
-    """Harmonic motion of what the mass hangs on.
+    """Harmonic motion of the base, which the spring, the damper or the stops are fixed to.
 
     Its displacement is ``amplitude * cos(angular_frequency * t + phase)``.
 
@@ -300,7 +300,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Friction:
-    """Coulomb friction between the mass and what carries the stops.
+    """Coulomb friction between the mass and the ground, or the base if it carries the stops.
 
     Parameters
     ----------
@@ -403,7 +403,7 @@ def numbers(
     least: float = -math.inf,
     most: float = math.inf,
 ) -> None:
-    """Make the named fields floats; of a batch they may be columns, one number a machine.
+    """Convert the named fields to floats; in a batch they may be arrays, one number an oscillator.
 
     Raises
     ------

@@ -27,7 +27,7 @@ class Recurrence(NamedTuple):
 
 @lru_cache(maxsize=256)
 def recurrence(frequencies: tuple[float, ...], law: Law | None, size: float) -> Recurrence:
-    """The forcing period of some frequencies and a law; that of the first where there is none.
+    """Least common period of some frequencies and a law; that of the first if there is none.
 
     The period has a whole number of periods of every frequency, and at most `LARGEST` of the
     first. A law is evaluated at displacements and velocities of the order of `size`.
@@ -48,7 +48,7 @@ def recurrence(frequencies: tuple[float, ...], law: Law | None, size: float) -> 
 
 
 def repeats(law: Law, period: float, length: float, speed: float) -> bool:
-    """Whether a law is the same one period later, at every instant and state that is looked at.
+    """Whether a law has the same values one period later, at all instants and states tried.
 
     Where it has no value it is not compared; a law without any does not repeat.
     """

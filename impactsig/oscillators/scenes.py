@@ -208,7 +208,7 @@ def tian(
     stop_stiffness: float = 1e4,
     stop_damping: float = 10.3288336,
 ) -> Oscillator:
-    """A mass before a soft stop made equivalent to a rigid one, or before that one [Tian]_.
+    """A mass with a rigid stop, or with the soft stop that is equivalent to it [Tian]_.
 
     ``x'' + 2 damping_ratio x' + x = amplitude sin(omega t + phi)``; beyond the gap d the soft stop
     adds ``stop_stiffness (x - d) + stop_damping x'`` (beta and zeta_1 in the paper) on the left,
@@ -281,7 +281,7 @@ def begley_virgin(
     wall_stiffness: float = 15.0**2,
     kinetic_ratio: float = 1.0,
 ) -> Oscillator:
-    """A mass that rubs on the ground between two walls, its hold shaken [BegleyVirgin1998]_.
+    """A mass with friction between two walls, on a base that moves [BegleyVirgin1998]_.
 
     ``theta'' + 2 h theta' + theta + f(theta') + g(theta) = 2 h gamma cos(gamma t) + sin(gamma t)``,
     h = `damping_ratio`: spring and damper hang on a base that moves as sin(gamma t); the walls
@@ -332,13 +332,13 @@ def begley_virgin(
     _require(least=0.0, friction=friction, damping_ratio=damping_ratio)
     _require(least=0.0, most=1.0, kinetic_ratio=kinetic_ratio)
     left, right = _both(sigma)
-    rubs = bool(friction.any() if hasattr(friction, "any") else friction)
+    has_friction = bool(friction.any() if hasattr(friction, "any") else friction)
     wall = KelvinVoigt(wall_stiffness)
     return Oscillator(
         damping=2 * damping_ratio,
         base=BaseMotion(1.0, gamma, -math.pi / 2),
         stops=(Stop(left, wall, "lower"), Stop(right, wall, "upper")),
-        friction=Friction(kinetic_ratio * friction, friction) if rubs else None,
+        friction=Friction(kinetic_ratio * friction, friction) if has_friction else None,
         name=_named("Begley and Virgin's walls at gamma = {:g}", gamma),
         in_seconds=False,
     )
@@ -353,7 +353,7 @@ def van_der_pol_duffing(
     c1: float = 3.0,
     c2: float = 1.0,
 ) -> Oscillator:
-    """A Van der Pol-Duffing oscillator under white noise, that rubs and hits a stop at 0.
+    """A Van der Pol-Duffing oscillator under white noise, with friction and a stop at 0.
 
     The system of [VanDerPolDuffing2020]_, and by default its values:
     ``x'' + epsilon (c2 x^2 - c1) x' + epsilon f_k sgn x' + x^3 = sqrt(epsilon) xi``, x >= 0, with
@@ -430,7 +430,7 @@ def cantilever(
     natural_frequency: float | None = None,
     **changes: Any,
 ) -> Oscillator:
-    """A uniform cantilever before a stop at its tip, in its first mode, from its drawings.
+    """The first mode of a uniform cantilever with a stop at its tip, from its dimensions.
 
     ``m x'' + 2 damping_ratio m omega_n x' + m omega_n^2 x = F cos(omega t)`` in SI units, m a
     quarter of the beam's mass, omega_n as `Cantilever` has it [Rao2017]_. x is the deflection of
@@ -515,7 +515,7 @@ def cantilever(
 
 
 def _both(sigma: Any) -> tuple[Any, Any]:
-    """The walls on the left and on the right."""
+    """Walls on the left and on the right."""
     pair = sigma if isinstance(sigma, (tuple, list)) else None
     required = "a positive number, or two finite ones, left < right"
     try:
@@ -533,7 +533,7 @@ def _both(sigma: Any) -> tuple[Any, Any]:
 
 
 def _equivalent(restitution: Any, stiffness: Any) -> KelvinVoigt:
-    """`KelvinVoigt.equivalent`, of a batch for one machine after the other."""
+    """`KelvinVoigt.equivalent`, for each oscillator of a batch."""
     if not columns_allowed.get():
         return KelvinVoigt.equivalent(restitution, stiffness)
     import numpy as np
@@ -557,5 +557,5 @@ def _named(words: str, *values: Any) -> str:
 def _require(
     *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf, **given: Any
 ) -> None:
-    """Say which parameter is wrong by the name that the scene has for it."""
+    """Validate a parameter under the name that the scene gives it."""
     numbers(SimpleNamespace(**given), *given, above=above, least=least, most=most)

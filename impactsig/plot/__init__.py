@@ -1,4 +1,4 @@
-"""Results to matplotlib Axes: every function takes a result and optional Axes, returns Axes.
+"""Figures of results on matplotlib Axes: every function returns the Axes it drew on.
 
 Without `ax`, or `figure` where a result takes several axes, it draws on a new figure. The limits of
 what was drawn can be changed and more be drawn: time is in seconds and all else in the unit of the

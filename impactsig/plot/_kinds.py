@@ -1,4 +1,4 @@
-"""The kinds of result that a figure is drawn of, checked before anything is drawn."""
+"""Check the type of the result before a figure is drawn."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Drawn = TypeVar("Drawn")
 
 
 def checked(paint: Callable[Given, Drawn]) -> Callable[Given, Drawn]:
-    """Refuse a first argument of another class than it is annotated with.
+    """Refuse a first argument of another class than annotated.
 
     Classes are compared by name: those annotated are imported for type checkers only.
 
@@ -36,15 +36,15 @@ def checked(paint: Callable[Given, Drawn]) -> Callable[Given, Drawn]:
 
 
 def refuse_others(argument: str, value: Any, kinds: list[str]) -> None:
-    """Refuse a value whose class is none of these and has none of them as base.
+    """Refuse a value that is not an instance of one of the classes.
 
     Raises
     ------
     InvalidInput
         If so.
     """
-    own = {one.__name__ for one in type(value).__mro__}
-    if own.isdisjoint(kinds):
+    names = {base.__name__ for base in type(value).__mro__}
+    if names.isdisjoint(kinds):
         drawn = hasattr(value, "plot") and hasattr(type(value), "plot")
         remedy = f"Its own method plot() draws a {type(value).__name__}" if drawn else ""
         article = "an" if kinds[0][0] in "AEIO" else "a"

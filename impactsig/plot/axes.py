@@ -1,4 +1,4 @@
-"""What all figures share: axes, colours, and times in the prefix that reads best."""
+"""Shared parts of figures: axes, colours, legends, and times with SI prefixes."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def panels(
     layout: Literal["constrained", "compressed"] = "constrained",
     **options: Any,
 ) -> np.ndarray:
-    """Several axes, in the given figure or a new one of that size."""
+    """Several axes in the given figure, or in a new one of that size."""
     if figure is None:
         # Only here: a figure handed in needs no window system, and so no pyplot.
         from matplotlib import pyplot
@@ -68,12 +68,12 @@ def panels(
 
 
 def colour(number: int) -> str:
-    """The colour of the curve of that number, from 0; there are six."""
+    """The colour of a curve by its number, from 0 to 5."""
     return CHANNEL_COLOURS[number % len(CHANNEL_COLOURS)]
 
 
 def shades(count: int) -> np.ndarray:
-    """Colours of curves in an order, such as those of embedding dimensions."""
+    """Colours for an ordered family of curves, such as embedding dimensions."""
     from matplotlib import colormaps
 
     # The lightest end of the map would be lost on white paper.
@@ -81,18 +81,18 @@ def shades(count: int) -> np.ndarray:
 
 
 def curve(ax: Axes, x: Any, y: Any, label: str = "", **options: Any) -> None:
-    """A curve through few values, each marked."""
+    """A curve through few values, with markers."""
     look = {"color": BLUE, "marker": "o", "markersize": 4, "linewidth": 1.2}
     ax.plot(x, y, **{**look, "label": label or None, **options})
 
 
 def level(ax: Axes, value: float, label: str = "") -> None:
-    """A value to compare a curve with."""
+    """A horizontal reference line."""
     ax.axhline(value, color=GREY, linewidth=0.8, linestyle=":", label=label or None)
 
 
 def chosen(ax: Axes, what: str, value: float | None) -> None:
-    """Where on the horizontal axis the choice fell, or that there is none."""
+    """Mark the chosen value on the horizontal axis, or say that there is none."""
     if value is None:
         unanswered(ax, f"no {what}")
     else:
@@ -100,17 +100,17 @@ def chosen(ax: Axes, what: str, value: float | None) -> None:
 
 
 def title(ax: Axes, words: str, **options: Any) -> None:
-    """Say above the figure what it shows."""
+    """Write a title above the axes."""
     ax.set_title(words, **{"loc": "left", "fontsize": "medium", **options})
 
 
 def unanswered(ax: Axes, words: str) -> None:
-    """Say above the figure that it holds no answer."""
+    """Write above the axes that the result has no answer."""
     title(ax, words, color=VERMILLION)
 
 
 def legend(ax: Axes, place: str = "best", **options: Any) -> Legend:
-    """What the curves mean: at a place in the axes, "above" or "beside" them."""
+    """Add a legend: at a place in the axes, "above" or "beside" them."""
     around: dict[str, dict[str, Any]] = {
         "above": {"loc": "lower left", "bbox_to_anchor": (0, 1), "ncols": 2, "borderaxespad": 0.2},
         "beside": {"loc": "upper left", "bbox_to_anchor": (1.01, 1), "borderaxespad": 0},
@@ -119,7 +119,7 @@ def legend(ax: Axes, place: str = "best", **options: Any) -> Legend:
 
 
 def frame(ax: Axes, x: str | None, y: str | None, place: str = "", **options: Any) -> Axes:
-    """The axes with their labels, but one that is None, and a legend if told where."""
+    """Label the axes (None leaves a label as it is), with a legend if its place is given."""
     if x is not None:
         ax.set_xlabel(x)
     if y is not None:
@@ -130,7 +130,7 @@ def frame(ax: Axes, x: str | None, y: str | None, place: str = "", **options: An
 
 
 def explain(ax: Axes, text: str) -> Axes:
-    """Say in words why there is nothing to draw."""
+    """Write into empty axes why there is nothing to draw."""
     ax.set(xticks=[], yticks=[])
     ax.spines[:].set_visible(False)
     ax.text(
@@ -146,7 +146,7 @@ def explain(ax: Axes, text: str) -> Axes:
 
 
 def points(ax: Axes, x: Any, y: Any, **options: Any) -> None:
-    """A cloud of points that lets its dense parts show."""
+    """A scatter that shows dense regions."""
     size = len(x)
     alpha = 0.85 if size < 200 else 0.5 if size < RASTER_ABOVE else 0.25
     ax.plot(
@@ -166,7 +166,7 @@ def points(ax: Axes, x: Any, y: Any, **options: Any) -> None:
 
 
 def cell_edges(values: np.ndarray) -> np.ndarray:
-    """Between the values of an axis of cells, and as far beyond the first and the last.
+    """Edges of the cells around the values of an axis.
 
     A single value is given a width too, or its cells would not be seen.
     """
@@ -179,7 +179,7 @@ def cell_edges(values: np.ndarray) -> np.ndarray:
 
 
 def bins(ax: Axes, height: np.ndarray, edges: np.ndarray, **options: Any) -> None:
-    """A histogram, filled."""
+    """A filled histogram."""
     look = {"color": BLUE, **options}
     ax.stairs(height, edges, fill=True, alpha=0.6, **look)
     # The outline keeps bins in sight that are narrower than a pixel.
@@ -187,7 +187,7 @@ def bins(ax: Axes, height: np.ndarray, edges: np.ndarray, **options: Any) -> Non
 
 
 def delay_plane(ax: Axes, both: np.ndarray, shown: Any = None, lag: int = 1) -> None:
-    """The plane of intervals against earlier ones, and its diagonal, over all values or `shown`."""
+    """Axes of intervals against earlier ones with the diagonal, over all values or `shown`."""
     span = span_of(both if shown is None else shown)
     ax.plot(span, span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
     ax.set(xlim=span, ylim=span, aspect="equal")
@@ -206,52 +206,52 @@ def span_of(values: np.ndarray) -> tuple[float, float]:
 
 
 def plain(text: str, longest: int = 48) -> str:
-    """Text from a file, fit for a label: short, on one line, and never read as a formula."""
+    """Text from a file made fit for a label: short, one line, no mathtext."""
     words = " ".join(text.split())
     shown = words if len(words) <= longest else words[: longest - 3] + "..."
     return shown.replace("$", r"\$")
 
 
 def called(name: str) -> str:
-    """The name of a function's parameter as a label: a Greek letter as such, others in words."""
+    """Label of a function's parameter: a Greek letter as a symbol, others in words."""
     words = plain(name.replace("_", " "))
     return rf"$\{name}$" if name in GREEK else words
 
 
 def with_unit(quantity: str, unit: str) -> str:
-    """``quantity [unit]``, or the quantity alone where there is no unit."""
+    """``quantity [unit]``, or the quantity alone if there is no unit."""
     return plain(f"{quantity} [{unit}]" if unit else quantity)
 
 
 class PrefixFormatter(Formatter):
-    """Ticks of data in seconds, written in a prefixed unit with as many digits as they need."""
+    """Format ticks in seconds with a prefixed unit and as many digits as they need."""
 
     def __init__(self, factor: float) -> None:
         self.factor = factor
 
     def format_ticks(self, values: Sequence[float]) -> list[str]:
-        """All labels of one axis, with equal numbers of decimals."""
+        """Labels of one axis, with equal numbers of decimals."""
         shown = np.asarray(values, float) * self.factor
         size = max(float(np.abs(shown).max(initial=0.0)), 1e-12)
-        decimals = next((d for d in range(9) if _told_by(shown, d, size)), 9)
+        decimals = next((d for d in range(9) if _is_exact(shown, d, size)), 9)
         return [f"{value:.{decimals}f}".replace("-", "\N{MINUS SIGN}") for value in shown]
 
     def __call__(self, value: float, position: int | None = None) -> str:
-        """One label, as the cursor's read-out shows it."""
+        """One label, for the cursor's read-out."""
         return f"{value * self.factor:.6g}"
 
 
-def _told_by(shown: np.ndarray, decimals: int, size: float) -> bool:
+def _is_exact(shown: np.ndarray, decimals: int, size: float) -> bool:
     return bool(np.all(np.abs(shown - np.round(shown, decimals)) < 1e-9 * size + 1e-12))
 
 
-def seconds(axis: Axis, quantity: str, values: Any, told: bool = True) -> None:
-    """Label an axis whose data are seconds; ticks in s, ms or µs, whichever suits `values`.
+def seconds(axis: Axis, quantity: str, values: Any, in_seconds: bool = True) -> None:
+    """Label an axis of times; ticks in s, ms or µs, whichever suits `values`.
 
     The data stay in seconds, so that limits are set and further curves added in SI units. Where no
-    seconds are told, as of an oscillator without dimensions, the label is the quantity alone.
+    seconds are known, as of a dimensionless oscillator, the label is the quantity alone.
     """
-    if not told:
+    if not in_seconds:
         axis.set_label_text(quantity)
         return
     finite = np.abs(np.asarray(values, float))

@@ -83,11 +83,11 @@ def comparison(result: Comparison, figure: Figure | SubFigure | None = None) -> 
 
 def densities(ax: Axes, values: list[np.ndarray], labels: list[str]) -> None:
     """The densities of two sets of intervals, that of the second upside down."""
-    edges = _common_edges([one for one in values if len(one)])
+    edges = _common_edges([sample for sample in values if len(sample)])
     highest = 0.0
-    for one, label, colour, side in zip(values, labels, COLOURS, (1, -1), strict=True):
-        if len(one):
-            density = intervals.interval_histogram(one, edges).density
+    for sample, label, colour, side in zip(values, labels, COLOURS, (1, -1), strict=True):
+        if len(sample):
+            density = intervals.interval_histogram(sample, edges).density
             highest = max(highest, float(density.max()))
             bins(ax, side * density, edges, color=colour, label=label)
     ax.axhline(0, color="black", linewidth=0.8)
@@ -103,10 +103,10 @@ def _common_edges(values: list[np.ndarray]) -> np.ndarray:
 
     Bins that suit all values together may be narrower than the step of a train that is rounded.
     """
-    own = [intervals.interval_histogram(one).edges for one in values]
-    edges = max(own, key=lambda one: float(one[1] - one[0]))
+    candidates = [intervals.interval_histogram(sample).edges for sample in values]
+    edges = max(candidates, key=lambda edges: float(edges[1] - edges[0]))
     width = edges[1] - edges[0]
-    low, high = min(one[0] for one in own), max(one[-1] for one in own)
+    low, high = min(each[0] for each in candidates), max(each[-1] for each in candidates)
     before = int(np.ceil((edges[0] - low) / width))
     after = int(np.ceil((high - edges[-1]) / width))
     if before + len(edges) + after > MOST_BINS:

@@ -1,4 +1,4 @@
-"""Diagrams from measurement: what the impacts of an experiment do over its parameter."""
+"""Diagrams of experiments: the impacts over the parameter."""
 
 from __future__ import annotations
 
@@ -232,7 +232,7 @@ def _branches(ax: Axes, scale: float) -> None:
 
 
 def _bars(result: Experiment, ax: Axes, diagrams: Sequence[BifurcationDiagram]) -> Axes:
-    """A bar for each branch, of a colour for each motion."""
+    """Horizontal bars for each branch, coloured by the motion."""
     from matplotlib.patches import Patch
 
     points = result.points()
@@ -280,14 +280,14 @@ def _bars(result: Experiment, ax: Axes, diagrams: Sequence[BifurcationDiagram]) 
 
 
 def _called(diagram: BifurcationDiagram, diagrams: Sequence[BifurcationDiagram]) -> str:
-    """Of several diagrams, in which direction each goes."""
+    """Labels of several diagrams by their direction."""
     if len(diagrams) == 1:
         return "simulated"
     return f"simulated {'up' if diagram.values[-1] >= diagram.values[0] else 'down'}"
 
 
 def _motion(diagram: BifurcationDiagram, k: int) -> str:
-    """The motion of a simulation, in the words of an experiment."""
+    """The motion of a simulation, named as in an experiment."""
     if not diagram.periods[k]:
         return "aperiodic"
     if not diagram.impacts[k]:

@@ -1,4 +1,4 @@
-"""A fitted oscillator: the measured train beside a simulated one, and how well it is told."""
+"""A fitted oscillator: the measured train beside a simulated one, and the confidence region."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .axes import BLUE, GREY, colour, legend
+from .axes import BLUE, GREY, colour, legend, points
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +23,7 @@ def several_stops(impacts: Impacts) -> bool:
 def by_stop(
     impacts: Impacts, chosen: np.ndarray, only: str = BLUE
 ) -> Iterator[tuple[str, str, np.ndarray]]:
-    """Label, colour and mask, among the chosen impacts, of those of each stop.
+    """Label, colour and mask of the impacts of each stop, among those chosen.
 
     Parameters
     ----------
@@ -37,8 +37,8 @@ def by_stop(
         yield "", only, np.ones(len(impacts.time[chosen]), bool)
         return
     stop = impacts.stop_index[chosen]
-    for one in np.unique(stop):
-        yield stop_name(one), stop_colour(one), stop == one
+    for number in np.unique(stop):
+        yield stop_name(number), stop_colour(number), stop == number
 
 
 def stop_name(stop: int) -> str:
@@ -52,6 +52,15 @@ def stop_colour(stop: int) -> str:
 
 
 def name_stops(ax: Axes) -> None:
-    """A legend above the axes, where there are stops to tell apart."""
+    """Add a legend above the axes if there are several stops."""
     if ax.get_legend_handles_labels()[0]:
         legend(ax, "above", ncols=4)
+
+
+def scatter_by_stop(
+    ax: Axes, impacts: Impacts, chosen: np.ndarray, x: np.ndarray, y: np.ndarray
+) -> None:
+    """Scatter y over x, one value for each chosen impact, every stop in its colour."""
+    for label, shade, of_stop in by_stop(impacts, chosen):
+        points(ax, x[of_stop], y[of_stop], color=shade, label=label)
+    name_stops(ax)

@@ -81,27 +81,29 @@ def parameter_study(
     if values.ndim > len(left) == 2:
         raise InvalidInput("observable", observable, "one number a cell, to be drawn as a map")
     ax = axes(ax)
-    told = study.attributes.get(observable, {})
-    words = with_unit(told.get("long_name", observable.replace("_", " ")), told.get("units", ""))
+    attributes = study.attributes.get(observable, {})
+    words = with_unit(
+        attributes.get("long_name", observable.replace("_", " ")), attributes.get("units", "")
+    )
     if len(left) == 1:
         _curve(study, left[0], values, ax)
         ax.set_ylabel(words)
-        _name_flags(ax.yaxis, told)
+        _name_flags(ax.yaxis, attributes)
     else:
         bar = _map(study, left, values, ax)
         bar.set_label(words)
-        if "flag_values" in told:
-            flags = list(told["flag_values"])
+        if "flag_values" in attributes:
+            flags = list(attributes["flag_values"])
             bar.mappable.set(cmap=ListedColormap(CHANNEL_COLOURS[: len(flags)]))
             bar.mappable.set_clim(min(flags) - 0.5, max(flags) + 0.5)
-        _name_flags(bar.ax.yaxis, told)
+        _name_flags(bar.ax.yaxis, attributes)
     if held:
         title(ax, plain(", ".join(held)))
     return ax
 
 
 def _section(study: Study, at: Mapping[str, float]) -> tuple[tuple[Any, ...], list[str], list[str]]:
-    """Where to look: indices, the parameters that are left, and what the others are held at."""
+    """The chosen section: indices, remaining parameters, and the values of the others."""
     place: list[Any] = []
     left, held = [], []
     names = ", ".join(study.parameters)
@@ -122,7 +124,7 @@ def _section(study: Study, at: Mapping[str, float]) -> tuple[tuple[Any, ...], li
 
 
 def _known(values: np.ndarray) -> Any:
-    """Where there is a result; see `Study` for what stands elsewhere."""
+    """Mask of the cells with a result; see `Study` for the others."""
     if values.dtype.kind == "f":
         return np.isfinite(values)
     limits = np.iinfo(values.dtype)
@@ -164,12 +166,14 @@ def _map(study: Study, names: list[str], values: np.ndarray, ax: Axes) -> Any:
 
 
 def _label(study: Study, name: str) -> str:
-    told = study.attributes.get(name, {})
-    return with_unit(told.get("long_name", name.replace("_", " ")), told.get("units", ""))
+    attributes = study.attributes.get(name, {})
+    return with_unit(
+        attributes.get("long_name", name.replace("_", " ")), attributes.get("units", "")
+    )
 
 
-def _name_flags(axis: Any, told: Mapping[str, Any]) -> None:
-    """Write meanings in place of numbers where the observable is a flag."""
-    if "flag_values" in told:
-        words = str(told["flag_meanings"]).replace("_", "\n").split(" ")
-        axis.set_ticks(list(told["flag_values"]), labels=words)
+def _name_flags(axis: Any, attributes: Mapping[str, Any]) -> None:
+    """Label the ticks of a flag observable with the meanings of the flags."""
+    if "flag_values" in attributes:
+        words = str(attributes["flag_meanings"]).replace("_", "\n").split(" ")
+        axis.set_ticks(list(attributes["flag_values"]), labels=words)

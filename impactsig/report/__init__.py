@@ -1,4 +1,4 @@
-"""Results to one self-contained HTML page."""
+"""Reports: results as one self-contained HTML page."""
 
 from .analysis import Analysis, analyse
 from .batches import Detected, Entry, detect_many, write_reports

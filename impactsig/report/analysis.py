@@ -1,4 +1,4 @@
-"""From a file to all that the report says: impacts, period, dynamics, and how it was done."""
+"""Analysis of a file for its report: impacts, period, dynamics, and the settings used."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ NOT_SEARCHED = "which of its channels shows them has to be said"
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """What was found in one file, and how.
+    """The results of one file, and the settings they were obtained with.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class Analysis:
     warnings: tuple[str, ...]
 
     def summary(self) -> str:
-        """The result in one sentence of words."""
+        """The result in one sentence."""
         impacts = self.impacts
         count = f"{len(impacts)} impact{'' if len(impacts) == 1 else 's'}"
         run = f"{impacts.duration:.6g} s"
@@ -125,7 +125,7 @@ def analyse(
     gaps: Literal["refuse", "split"] | None = None,
     least_probability: float | None = None,
 ) -> Analysis:
-    """Read a file, find its impacts, identify its period and read its dynamics.
+    """Read a file, detect its impacts, identify its period and estimate its dynamics.
 
     Where no channel is chosen of several, all are shown, and those are searched for impacts that
     show them best: forces, else accelerations, else sounds, by their units and names; channels of
@@ -204,7 +204,7 @@ def analyse(
         gaps=gaps,
         least_probability=least_probability,
     )
-    with _collected_warnings() as told:
+    with _collected_warnings() as messages:
         file = info(path, raw=raw)
         each = channel_readings(reading)
         roles: list[str] = []
@@ -240,12 +240,12 @@ def analyse(
         reading=reading,
         detecting=detecting,
         forcing_period=forcing_period,
-        warnings=tuple(told),
+        warnings=tuple(messages),
     )
 
 
 def _not_searched(source: Recording | Blocks) -> Impacts:
-    """No impacts, since no channel is known to show any."""
+    """An empty train, if no channel is known to show impacts."""
     from ..impacts import Impacts
 
     duration = source.duration
@@ -253,29 +253,29 @@ def _not_searched(source: Recording | Blocks) -> Impacts:
 
 
 def _given(**options: Any) -> dict[str, Any]:
-    """The options that were given; for the others the defaults of the layers below hold."""
+    """The options that were given; others keep the defaults of the functions called."""
     return {name: value for name, value in options.items() if value is not None}
 
 
 @contextmanager
 def _collected_warnings() -> Iterator[list[str]]:
-    """The texts of the warnings of the block, each once; they are passed on when it ends."""
-    told: list[str] = []
+    """Collect the warnings of the block, each once; they are passed on at its end."""
+    messages: list[str] = []
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", ImpactsigWarning)
-            yield told
+            yield messages
     finally:
         for warning in caught:
             message, kind = str(warning.message), warning.category
-            if message not in told:
+            if message not in messages:
                 warnings.warn(message, kind, stacklevel=4)
                 if issubclass(kind, ImpactsigWarning):
-                    told.append(message)
+                    messages.append(message)
 
 
 def mean_and_spread(values: np.ndarray) -> tuple[str, str]:
-    """Mean and standard deviation, both to the digit where the deviation has its second one."""
+    """Mean and standard deviation, rounded to the second digit of the deviation."""
     mean = float(np.mean(values))
     if len(values) < 2:
         return f"{mean:.3g}", ""

@@ -1,4 +1,4 @@
-"""Many recordings: their impacts, and their reports with a page that lists them."""
+"""Many recordings: detection, and reports with an index page."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def detect_many(
     progress: bool | None = None,
     **options: Any,
 ) -> Detected:
-    """Find the impacts of many recordings, on several processes.
+    """Detect the impacts of many recordings, in parallel processes.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def detect_many(
     Returns
     -------
     Detected
-        A file that cannot be read, or that takes its process down, is told in `errors`; the
+        A file that cannot be read, or that takes its process down, is listed in `errors`; the
         others are done.
 
     Raises
@@ -135,7 +135,7 @@ def write_reports(
     progress: bool | None = None,
     **options: Any,
 ) -> tuple[Entry, ...]:
-    """Write a report of each of many recordings, and a page that lists them all.
+    """Write a report of each of many recordings, and a page that lists them.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def write_each_report(
     workers: int | None = None,
     progress: bool | None = None,
 ) -> tuple[Entry, ...]:
-    """As `write_reports`, with options of its own for each recording."""
+    """As `write_reports`, with separate options for each recording."""
     paths = _paths(files)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -242,7 +242,7 @@ def _paths(files: Iterable[str | PathLike[str]]) -> list[Path]:
 
 
 def _pages(paths: list[Path], folder: Path) -> list[Path]:
-    """A page for each, within the folder; files of one name are told apart by a number."""
+    """File name of each page in the folder; equal names are numbered."""
     taken, pages = {INDEX.casefold()}, []
     for path in paths:
         name, number = f"{path.name}.html", 1

@@ -1,4 +1,4 @@
-"""The key figures of a report, of what holds beyond doubt."""
+"""Key figures of a report: those that are certain."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def tiles(analysis: Analysis) -> list[tuple[str, str, str]]:
-    """The key figures: what, how much, and a word on it."""
+    """The key figures: name, value, and a remark."""
     from ..intervals import coefficient_of_variation
 
     impacts = analysis.impacts
@@ -50,7 +50,7 @@ def tiles(analysis: Analysis) -> list[tuple[str, str, str]]:
 
 
 def _motion(found: Periodicity) -> Iterator[tuple[str, str, str]]:
-    """The period or the kind of motion, where it is sure; the summary names what is probable."""
+    """Period or kind of motion if it is certain; the summary gives what is probable."""
     if found.recurs and found.confidence >= SURE:
         named = found.periods is not None
         word = f"({found.impacts}, {found.periods})" if named else found.kind
@@ -69,7 +69,7 @@ def _probability(value: float) -> str:
 
 
 def _peaks(impacts: Impacts) -> tuple[str, str, str]:
-    """The median peak; that of a clipped pulse is a lower bound, and so are those above it."""
+    """Median peak; a lower bound if clipped pulses reach it."""
     assert impacts.peak is not None
     low, middle, high = np.percentile(impacts.peak, (5, 50, 95))
     bound = impacts.peak[(impacts.flags & CLIPPED) != 0].min(initial=np.inf)

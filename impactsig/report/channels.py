@@ -1,4 +1,4 @@
-"""The channels of a file, reduced to be drawn, and seen from near."""
+"""Channels of a file reduced for drawing, and excerpts around impacts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EXCERPT = 20e-3
 
 
 def overview_of(source: Recording | Iterable[Recording], duration: float) -> Recording:
-    """The source, reduced where it is long; no spike is lost by drawing the result.
+    """The source, reduced to envelopes if it is long, so that no spike is lost.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def around(
     sources: Sequence[Recording | Blocks],
     readings: Sequence[Mapping[str, Any]],
 ) -> Recording:
-    """What the sensor of an impact recorded around it, in the clock of the first channel."""
+    """Excerpt of the sensor of an impact around it, on the clock of the first channel."""
     k = _sensor_of(impacts, index)
     source, delay = sources[k], delay_of(impacts, k)
     touch = float(impacts.time[index]) + delay
@@ -77,7 +77,7 @@ def around(
 
 
 def typical(impacts: Impacts) -> list[int]:
-    """The weakest, the middle and the strongest impact; without peaks the first, middle, last."""
+    """The weakest, the median and the strongest impact; without peaks the first, middle, last."""
     if not len(impacts):
         return []
     order = np.arange(len(impacts)) if impacts.peak is None else np.argsort(impacts.peak)
@@ -91,18 +91,18 @@ def flat(recording: Recording) -> Recording:
 
 
 def earlier(recording: Recording, delay: float) -> Recording:
-    """A recording in a clock that is behind its own by that delay [s]."""
+    """A recording shifted by a delay [s], to the clock of the first channel."""
     return replace(recording, start=recording.start - delay)
 
 
 def delay_of(impacts: Impacts, k: int) -> float:
-    """How late a channel is against the first [s]; one that was not searched is not known to be."""
+    """Delay of a channel relative to the first [s]; 0 if it was not searched."""
     delays = list(impacts.settings.get("delay", {}).values())
     return delays[k] if k < len(delays) else 0.0
 
 
 def _sensor_of(impacts: Impacts, index: int) -> int:
-    """Which channel shows an impact best: that of its stop, else the first."""
+    """The channel that shows an impact best: that of its stop, else the first."""
     stops = impacts.settings.get("stops")
     if not stops or impacts.stop_index is None or impacts.stop_index[index] not in stops:
         return 0

@@ -1,4 +1,4 @@
-"""The channels of a file where none was chosen: which are searched, and what the others are."""
+"""Choice of the channels to search, where the user chose none."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ CHOOSE = "Choose with --channel (and --sensor), or a rig file (impactsig rig)"
 
 
 class Chosen(NamedTuple):
-    """Channels as they are opened, those that are searched first.
+    """Opened channels, those to be searched first.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Chosen(NamedTuple):
 
 
 def chosen(file: FileInfo, reading: Mapping[str, Any]) -> Chosen:
-    """Open the channels of a file of several, and decide which of them are searched.
+    """Open the channels of a file and decide which of them to search.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def chosen(file: FileInfo, reading: Mapping[str, Any]) -> Chosen:
 def _opened(
     file: FileInfo, shared: Mapping[str, Any]
 ) -> tuple[dict[int, Recording | Blocks], list[str]]:
-    """Each channel that can be read, by its number, and why others cannot.
+    """Each readable channel by its number, and why others cannot be read.
 
     Read at once where they lie side by side and memory holds them all.
     """
@@ -129,14 +129,14 @@ def _opened(
 def _changed(
     file: FileInfo, source: Recording | Blocks, shared: Mapping[str, Any], own: Mapping[str, Any]
 ) -> Recording | Blocks:
-    """A channel read again with its own options, unless only its sensor differs."""
+    """Read a channel again with its own options, unless only its sensor differs."""
     if isinstance(source, Recording) and set(own) == {"sensor"}:
         return replace(source, sensor=own["sensor"])
     return open_recording(file, **shared, **own)
 
 
 def _role(name: str, unit: str, source: Recording | Blocks, audible: bool) -> Role:
-    """What a channel is taken for; by its look where its labels say nothing."""
+    """What a channel records: by its labels, else by its samples."""
     labelled = role_by_label(name, unit)
     if labelled.kind not in (UNKNOWN, *SHOW_IMPACTS):
         return labelled

@@ -1,4 +1,4 @@
-"""What a report says in words and numbers, as plain text for the page to escape and lay out."""
+"""Texts and numbers of a report, as plain text that the page escapes and lays out."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ LIBRARIES = ("numpy", "scipy", "numba", "pandas", "soundfile", "npTDMS", "matplo
 
 
 def printable(text: str) -> str:
-    """Text that UTF-8 can hold; a file name may contain bytes that it cannot."""
+    """Text that can be encoded in UTF-8; bytes of a file name that cannot are replaced."""
     return _standard_input.in_words(text).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def breakable(name: str) -> Markup:
-    """A file name for a page, which a narrow column may break after a sign between its words."""
+    """A file name that a narrow column may break after "_" or "-"."""
     from markupsafe import Markup, escape
 
     parts = re.split(r"(?<=[_\-])(?=[^_\-])", printable(name))
@@ -46,35 +46,35 @@ def breakable(name: str) -> Markup:
 
 
 def notes(analysis: Analysis) -> list[str]:
-    """What the reader must know before trusting the numbers."""
+    """Warnings that affect how far the numbers can be trusted."""
     impacts = analysis.impacts
-    told = [*impacts.notes, *analysis.warnings]
+    texts = [*impacts.notes, *analysis.warnings]
     cut = analysis.file.truncated or any(one.truncated for one in analysis.overviews)
-    if cut and not any("cut short" in text for text in told):
-        told.append("The recording is cut short: the file ends before its own header says.")
+    if cut and not any("cut short" in text for text in texts):
+        texts.append("The recording is cut short: the file ends before its own header says.")
     if len(impacts.gaps):
         lost = float(np.diff(impacts.gaps, axis=1).sum())
-        told.append(
+        texts.append(
             f"{counted(len(impacts.gaps), 'gap')}, {lost:.4g} s in all, without valid samples; "
             "no interval is taken across one."
         )
     for bit, name in FLAG_NAMES.items():
         count = int(np.count_nonzero(impacts.flags & bit))
         if count:
-            told.append(f"{count} of {len(impacts)} impacts flagged: {name}, {_MEANING[bit]}.")
+            texts.append(f"{count} of {len(impacts)} impacts flagged: {name}, {_MEANING[bit]}.")
     if not len(impacts) and analysis.searched:
         dial = "--least-probability 0.1"
         if impacts.sensor == "force":
             dial = f"{dial} or a threshold (--threshold)"
-        told.append(
+        texts.append(
             "No impacts were found. If there should be some, look at the waveform and give "
             f"{dial}, another channel, or what recorded it (--sensor)."
         )
-    return list(dict.fromkeys(printable(text) for text in told))
+    return list(dict.fromkeys(printable(text) for text in texts))
 
 
 def samples_held(analysis: Analysis, held: int) -> list[str]:
-    """Where the waveform is drawn by its samples, and by what elsewhere."""
+    """How the waveform is drawn: where by samples, where by envelopes."""
     steps = {
         2e3 / overview.rate
         for overview, rate in zip(analysis.overviews, analysis.rates, strict=True)
@@ -82,22 +82,22 @@ def samples_held(analysis: Analysis, held: int) -> list[str]:
     }
     if not steps:
         return ["Every sample is drawn."]
-    told = [f"Drawn by the least and the greatest sample of each {max(steps):.3g} ms"]
+    texts = [f"Drawn by the least and the greatest sample of each {max(steps):.3g} ms"]
     count = len(analysis.impacts)
     if not held:
-        return [f"{told[0]}: no spike is lost, but the shape of a pulse is not seen."]
+        return [f"{texts[0]}: no spike is lost, but the shape of a pulse is not seen."]
     around = f"all {count} impacts" if held == count else f"{held} of {count} impacts"
-    told = [f"{told[0]}, and around {around} by every sample."]
+    texts = [f"{texts[0]}, and around {around} by every sample."]
     if held < count:
-        told.append(
+        texts.append(
             "Those impacts were taken first that are flagged or doubtful, or lie far from the "
             "median in peak, contact time or interval."
         )
-    return told
+    return texts
 
 
 def counted(count: int, noun: str) -> str:
-    """The number and its noun, in the plural where it takes one."""
+    """A number with its noun, in the plural if needed."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
@@ -160,7 +160,7 @@ def parameters(analysis: Analysis) -> list[tuple[str, list[tuple[str, str]]]]:
 
 
 def _channels(analysis: Analysis) -> Iterator[tuple[str, str]]:
-    """What each channel is; of several with its stop, and how late it is against the first."""
+    """Description of each channel; of several, with stop and delay."""
     of, settings = len(analysis.file.channels), analysis.impacts.settings
     several = len(analysis.overviews) > 1
     for k, (overview, rate) in enumerate(zip(analysis.overviews, analysis.rates, strict=True)):
@@ -193,7 +193,7 @@ def role(analysis: Analysis, k: int) -> str:
 
 
 def channels_in_words(analysis: Analysis) -> str:
-    """What each channel of a file was taken for where none was chosen; else empty."""
+    """What each channel was taken for, if the user chose none; else empty."""
     each = [
         f"{one.channels[0] or 'unnamed'}, {role(analysis, k)}"
         for k, one in enumerate(analysis.overviews[: len(analysis.roles)])
@@ -211,18 +211,18 @@ def _delay(delay: float, error: float) -> str:
 
 
 def _of_channels(impacts: Impacts) -> Iterator[tuple[str, str]]:
-    """How the impacts of each of several channels were found."""
+    """Settings of the detection for each of several channels."""
     for channel, settings in impacts.settings.get("of_channel", {}).items():
-        told = [
+        texts = [
             f"{name.replace('_', ' ')} {_setting(name, value)}"
             for name, value in settings.items()
             if name not in SAID_ELSEWHERE - {"threshold"} and value is not None
         ]
-        yield channel, ", ".join(told)
+        yield channel, ", ".join(texts)
 
 
 def _settings_of_dynamics(analysis: Analysis) -> list[tuple[str, str]]:
-    """How dimension, exponent and surrogate test were worked out."""
+    """Settings of dimension, exponent and surrogate test."""
     dynamics = analysis.dynamics
     rows = []
     found = dynamics.dimension
@@ -243,7 +243,7 @@ def _settings_of_dynamics(analysis: Analysis) -> list[tuple[str, str]]:
 
 
 def level(impacts: Impacts) -> str:
-    """What bounds a contact time."""
+    """Description of the level that contact times refer to."""
     if impacts.contact_level is None:
         return "level not stored"
     if impacts.contact_level == 0:

@@ -1,4 +1,4 @@
-"""What the intervals of a recording say of the motion: each part a result, or why there is none."""
+"""Dynamics of a recording from its intervals: each part a result, or the reason for none."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ Part = TypeVar("Part")
 
 @dataclass(frozen=True, eq=False)
 class Dynamics:
-    """What the intervals say of the motion behind them.
+    """What the intervals reveal about the motion: dimension, exponent, surrogates, repair.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Dynamics:
         Share of false neighbours in the embedding of the exponent.
     repair : Repair or None
         What `impactsig.repair_intervals` would change; None without a forcing frequency, with more
-        than 5000 impacts, and where it was not told.
+        than 5000 impacts, and where none was identified.
     without : mapping of str to str
         Why a part that was tried is missing, by its name.
     """
@@ -90,12 +90,12 @@ class Dynamics:
 
     @property
     def periodic(self) -> bool:
-        """Whether the train recurs, so that there is nothing to fit."""
+        """Whether the train is periodic, so that there is no geometry to estimate."""
         return self.dimension is not None and self.dimension.verdict in ("periodic", "constant")
 
     @property
     def chaotic(self) -> bool:
-        """Whether all signs of chaos are there: more than noise, a dimension, growing gaps."""
+        """Whether all signs of chaos are present: determinism, a dimension, diverging orbits."""
         return (
             self.surrogates is not None
             and self.surrogates.rejected
@@ -111,7 +111,7 @@ class Dynamics:
         return self.surrogates is None or self.surrogates.rejected
 
     def covers(self, found: LyapunovExponent) -> bool:
-        """Whether the 95 % interval of an exponent holds the truth so often.
+        """Whether the 95 % interval of the exponent has reliable coverage.
 
         That was established for 300 intervals and more, and where nothing speaks against them.
         """
@@ -119,7 +119,7 @@ class Dynamics:
 
     @property
     def left_out(self) -> bool:
-        """Whether there is more to tell for who asks."""
+        """Whether parts were skipped that the user could ask for."""
         return not (self.asked or self.periodic)
 
     def describe(self) -> str:
@@ -143,17 +143,17 @@ class Dynamics:
             return (
                 words if found is exponent is None else f"{words}; trust no number fitted to them"
             )
-        told = ["not tested against noise" if test is None else "more than linear noise"]
-        told.append(_dimension_in_words(found))
+        parts = ["not tested against noise" if test is None else "more than linear noise"]
+        parts.append(_dimension_in_words(found))
         if exponent is not None and grows(exponent):
-            told.append(f"neighbouring trajectories separate {pace(exponent)}")
+            parts.append(f"neighbouring trajectories separate {pace(exponent)}")
         elif exponent is not None and exponent.verdict == "no divergence":
-            told.append("neighbouring trajectories stay together")
+            parts.append("neighbouring trajectories stay together")
         else:
-            told.append("no exponent tells chaos from order")
-        words = "; ".join(told)
+            parts.append("no exponent tells chaos from order")
+        words = "; ".join(parts)
         if self.chaotic:
-            words = f"low-dimensional chaos by all three signs: {', '.join(told)}"
+            words = f"low-dimensional chaos by all three signs: {', '.join(parts)}"
         rough = found is not None and self.intervals < ROUGH_BELOW
         return f"{words} (roughly: few intervals)" if rough else words
 
@@ -170,7 +170,7 @@ def _dimension_in_words(found: CorrelationDimension | None) -> str:
 
 
 def grows(exponent: LyapunovExponent) -> bool:
-    """Whether neighbouring trajectories separate for certain."""
+    """Whether neighbouring trajectories certainly diverge."""
     return (
         exponent.verdict == "divergence"
         and exponent.interval is not None
@@ -179,7 +179,7 @@ def grows(exponent: LyapunovExponent) -> bool:
 
 
 def pace(exponent: LyapunovExponent) -> str:
-    """How fast neighbouring trajectories separate, in words."""
+    """Rate at which neighbouring trajectories diverge, in words."""
     assert exponent.exponent is not None
     impacts = 1 / exponent.exponent
     words = f"by a factor e in {impacts:.2g} impacts"
@@ -187,7 +187,7 @@ def pace(exponent: LyapunovExponent) -> str:
 
 
 def short_time(seconds: float) -> str:
-    """A short time in the unit that reads best."""
+    """A short time in a suitable unit."""
     factor, unit = (1e3, "ms") if seconds >= 1e-3 else (1e6, "µs")
     return f"{factor * seconds:.3g} {unit}"
 
@@ -195,7 +195,7 @@ def short_time(seconds: float) -> str:
 def read_dynamics(
     impacts: Impacts, period: Periodicity, forcing_period: float | None, asked: bool
 ) -> Dynamics:
-    """What the intervals of a train say of the motion behind them.
+    """Estimate the dynamics behind the intervals of a train.
 
     No part can take another with it: what one could not do is said in its place.
 
@@ -268,7 +268,7 @@ def read_dynamics(
 
 
 def deviations(time: np.ndarray, recurring: int) -> np.ndarray:
-    """How late each impact is of the instant due where so many recur at a constant rate [s]."""
+    """Deviation of each impact from the instant at which it is due at a constant rate [s]."""
     each, turn = np.arange(len(time)) % recurring, np.arange(len(time)) // recurring
     design = np.column_stack((turn, *(each == one for one in range(recurring)))).astype(float)
     return time - design @ np.linalg.lstsq(design, time, rcond=None)[0]
@@ -277,7 +277,7 @@ def deviations(time: np.ndarray, recurring: int) -> np.ndarray:
 def exponent_of(
     impacts: Impacts, dimensions: Sequence[int] = DIMENSIONS, theiler: int | None = None
 ) -> tuple[LyapunovExponent, float]:
-    """The exponent of a train, and the share of false neighbours in the embedding it has.
+    """Lyapunov exponent of a train, and the share of false neighbours in its embedding.
 
     The embedding is the least beyond which the share of false neighbours hardly falls.
     """
@@ -290,7 +290,7 @@ def exponent_of(
 
 
 def _why(error: ImpactsigError) -> str:
-    """Why a part is missing, to a reader who has given a recording and no `x`."""
+    """Reason for a missing part, worded for a reader of the report."""
     if isinstance(error, InvalidInput) and error.argument == "x":
         value = str(error.value).replace(" values", " intervals")
         return f"it got {value} and needs {error.required}"

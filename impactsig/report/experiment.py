@@ -1,4 +1,4 @@
-"""An experiment as one page: figures over the parameter, jumps, and the reports of its runs."""
+"""The page of an experiment: diagrams over the parameter, jumps, and links to reports."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def write_experiment(
 
 
 def _options(experiment: Experiment, run: int) -> dict[str, Any]:
-    """How the report of a run is made."""
+    """Options of the report of a run."""
     rig = experiment.rig
     options = rig.reading_options() | rig.detecting_options()
     frequency = rig.forcing.get("frequency")
@@ -146,7 +146,7 @@ def _page(
 
 
 def _summary(experiment: Experiment) -> str:
-    """The experiment in a sentence or two."""
+    """Summary of the experiment in a sentence or two."""
     points = experiment.points()
     if not points:
         return "No recording could be worked out."
@@ -166,7 +166,7 @@ def _summary(experiment: Experiment) -> str:
 
 
 def _pictures(experiment: Experiment, simulated: Any) -> Iterator[Picture]:
-    """Every diagram of what was measured."""
+    """Diagrams of all measured quantities."""
     for observe, caption in _CAPTIONS.items():
         beside = simulated if observe in plot.experiments.SIMULATED else ()
         wide = observe in _WIDE
@@ -187,7 +187,7 @@ def _pictures(experiment: Experiment, simulated: Any) -> Iterator[Picture]:
 def _rows(
     experiment: Experiment, entries: dict[Path, Entry]
 ) -> tuple[list[str], list[dict[str, Any]]]:
-    """Heads and cells of the table of runs; a column that holds nothing is left out."""
+    """Heads and cells of the table of runs; empty columns are left out."""
     table = experiment.to_frame().head(SHOWN)
     for point in experiment.points():
         if point.run < len(table):
@@ -219,12 +219,12 @@ def _rows(
 
 
 def _reasons(failed: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Names of recordings with what went wrong, each on one line."""
+    """Names of failed recordings with the reason, one line each."""
     return [(breakable(name), printable(re.sub(r"\s+", " ", reason))) for name, reason in failed]
 
 
 def _unbroken(text: str) -> str:
-    """A line that is not broken within its last number, between it, its error and its unit."""
+    """Keep a number, its error and its unit on one line."""
     words, _, number = text.strip().partition(" ± ")
     head, _, value = words.rpartition(" ")
     return f"{head} {value}\u00a0±\u00a0{number.replace(' ', chr(0xA0))}"

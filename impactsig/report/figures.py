@@ -1,4 +1,4 @@
-"""The figures of a report: matplotlib drawings as data that an HTML page can hold."""
+"""Figures of a report: matplotlib drawings as data URIs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MANY = 400
 
 @dataclass(frozen=True)
 class Picture:
-    """One figure: `source` is a data URI, `alt` says in words what it shows.
+    """One figure: `source` is a data URI, `alt` describes it in words.
 
     `narrow` is drawn anew for narrow screens, where a wide one would have to be pushed along. A
     `still` one is for paper and for readers without scripts: the page draws it itself else.
@@ -47,7 +47,7 @@ class Picture:
 
     @property
     def image(self) -> Markup:
-        """What the page holds of it."""
+        """The HTML of the figure."""
         from markupsafe import Markup
 
         image = Markup('<img src="{}" alt="{}">').format(self.source, self.alt)
@@ -58,12 +58,12 @@ class Picture:
 
 
 def draw(paint: Callable[[Axes], object], width: float, height: float) -> str:
-    """Axes as a data URI holding SVG; needs neither a display nor pyplot."""
+    """Draw axes to an SVG data URI, without a display or pyplot."""
     return draw_figure(lambda figure: paint(figure.subplots()), width, height)
 
 
 def draw_figure(paint: Callable[[Figure], object], width: float, height: float) -> str:
-    """A whole figure, likewise."""
+    """The same for a whole figure."""
     import matplotlib
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
@@ -89,7 +89,7 @@ def draw_figure(paint: Callable[[Figure], object], width: float, height: float) 
 
 
 def waveform(analysis: Analysis) -> Picture:
-    """The still waveform, for paper and for readers without scripts; a panel a channel."""
+    """The static waveform for paper and for readers without scripts; one panel per channel."""
     impacts, count = analysis.impacts, len(analysis.overviews)
 
     def paint(figure: Figure) -> None:
@@ -108,7 +108,7 @@ def waveform(analysis: Analysis) -> Picture:
 
 
 def waveform_in_words(analysis: Analysis, overview: Recording | None = None) -> str:
-    """What the waveform shows; that of one channel of several by its name."""
+    """Caption of the waveform; of one channel of several, with its name."""
     impacts, name = analysis.impacts, ""
     if overview is not None and len(analysis.overviews) > 1 and overview.channels[0]:
         name = f" of {overview.channels[0]}"
@@ -116,7 +116,7 @@ def waveform_in_words(analysis: Analysis, overview: Recording | None = None) -> 
 
 
 def pictures(analysis: Analysis) -> Iterator[Picture]:
-    """Every figure that the impacts found can fill."""
+    """All figures of the impacts that have data."""
     impacts = analysis.impacts
     count = len(impacts.intervals())
     for index, excerpt in analysis.excerpts:
@@ -175,7 +175,7 @@ def _pulse(excerpt: Recording, impacts: Impacts, index: int, ax: Axes) -> None:
 
 
 def _standing(analysis: Analysis, index: int) -> str:
-    """What singles this impact out among those drawn; see `analysis.typical`."""
+    """Why this impact was selected; see `channels.typical`."""
     measured = analysis.impacts.peak is not None
     places = ("the weakest", "one of middle strength", "the strongest")
     if not measured:

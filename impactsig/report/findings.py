@@ -1,4 +1,4 @@
-"""What the intervals say of the dynamics: a verdict, then each part in words with its figure."""
+"""Findings on the dynamics: a verdict, then each part in words with its figure."""
 
 from __future__ import annotations
 
@@ -24,53 +24,53 @@ if TYPE_CHECKING:
 LAGS = (1, 2, 3)
 SLIGHT, LARGELY = 0.1, 0.8
 """Shares of the variance: below the first scatter about a period is not called a motion, above the
-second an interval is said to foretell the next."""
+second an interval is said to predict the next."""
 
 
 def verdict(analysis: Analysis) -> str:
-    """The answer in a sentence; empty where it was not asked for."""
+    """The answer in a sentence; empty if the dynamics were not asked for."""
     words = "" if analysis.dynamics.left_out else f"{analysis.dynamics}."
     return words[:1].upper() + words[1:]
 
 
 def care(analysis: Analysis) -> list[str]:
-    """What to mind before the numbers are believed: impacts missed or spurious, gaps."""
-    dynamics, told = analysis.dynamics, []
+    """Caveats for the numbers: missed or spurious impacts, gaps."""
+    dynamics, texts = analysis.dynamics, []
     repair, fitted = dynamics.repair, dynamics.asked and not dynamics.periodic
     if repair is not None and (repair.splits or repair.joins):
         flaws = [f"lack {counted(len(repair.splits), 'impact')}"] if repair.splits else []
         flaws += [f"hold {counted(len(repair.joins), 'spurious one')}"] if repair.joins else []
-        told.append(
+        texts.append(
             f"The train as found seems to {' and '.join(flaws)}, which impactsig.repair_intervals "
             "would mend; here nothing was changed."
         )
         if fitted:
-            told.append(
+            texts.append(
                 "Impacts missed or spurious make intervals that the motion does not have: 2 % of "
                 "them raise the dimension and the exponent of a chaotic beam by about a tenth."
             )
     elif not fitted:
         pass
     elif repair is not None:
-        told.append(
+        texts.append(
             "No impact is clearly missed or spurious (impactsig.repair_intervals); in an aperiodic "
-            "train not every one can be told."
+            "train not every one can be recognised."
         )
     elif analysis.forcing_period is None:
-        told.append(
+        texts.append(
             "Whether impacts were missed or are spurious was not looked into: that takes the "
             "forcing frequency (--forcing-frequency)."
         )
     else:
         why = dynamics.without.get("repair", f"there are more than {REPAIRED} impacts")
-        told.append(f"Whether impacts were missed or are spurious was not looked into: {why}.")
+        texts.append(f"Whether impacts were missed or are spurious was not looked into: {why}.")
     if fitted and len(analysis.impacts.gaps):
-        told.append("The run has gaps; what is compared here may reach across one.")
-    return [printable(text) for text in told]
+        texts.append("The run has gaps; what is compared here may reach across one.")
+    return [printable(text) for text in texts]
 
 
 def findings(analysis: Analysis) -> Iterator[Finding]:
-    """Every part that there is something to say of."""
+    """All parts that have a finding."""
     dynamics = analysis.dynamics
     if dynamics.intervals >= 2:
         yield _delay_plot(analysis)
@@ -128,7 +128,7 @@ def _decided(found: ReturnMapDeterminism, count: int) -> str:
         words = "An interval decides no more of the next one than it would in random order"
     else:
         part = "" if found.explained > LARGELY else " in part"
-        words += f": the next impact can{part} be foretold from the last interval"
+        words += f": the next impact can{part} be predicted from the last interval"
     return with_doubts(words + of_first(TESTED, count), found.warnings) + "."
 
 
@@ -145,7 +145,7 @@ def _periodic(analysis: Analysis) -> Finding:
 
 
 def _left_over(analysis: Analysis, jitter: float) -> str:
-    """Whether there is a motion in the scatter about a period."""
+    """Whether the scatter about a period contains a motion."""
     found = analysis.dynamics.determinism
     if jitter * analysis.rates[0] < 1:
         return "What is left is less than the time between two samples and tells nothing more."
@@ -154,7 +154,9 @@ def _left_over(analysis: Analysis, jitter: float) -> str:
             "." if analysis.dynamics.asked else "; impactsig report --dynamics looks into it."
         )
     if found.p_value > LEVEL or found.explained < SLIGHT:
-        return "What is left is timing noise: how late an impact is hardly tells of the next."
+        return (
+            "What is left is timing noise: how late an impact is hardly says when the next comes."
+        )
     return (
         with_doubts(
             "What is left is more than timing noise: how late an impact is decides "
@@ -167,10 +169,10 @@ def _left_over(analysis: Analysis, jitter: float) -> str:
 
 
 def _left_out(dynamics: Dynamics) -> Finding:
-    told = [
+    texts = [
         "Correlation dimension, Lyapunov exponent and the test against noise take seconds and were "
         "not asked for: impactsig report --dynamics adds them (in Python, dynamics=True)."
     ]
     if dynamics.intervals < ROUGH_BELOW:
-        told.append(f"They want some hundreds of intervals; there are {dynamics.intervals}.")
-    return Finding("Left out", tuple(told))
+        texts.append(f"They want some hundreds of intervals; there are {dynamics.intervals}.")
+    return Finding("Left out", tuple(texts))

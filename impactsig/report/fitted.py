@@ -1,4 +1,4 @@
-"""What dimension, exponent and surrogate test say, each in words with its figure."""
+"""Findings from dimension, exponent and surrogate test, in words with their figures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MANY_FALSE = 0.1
 
 @dataclass(frozen=True)
 class Finding:
-    """One part: what it says in sentences, and the figure that shows it."""
+    """One part of the findings: sentences, and a figure."""
 
     title: str
     words: tuple[str, ...]
@@ -29,7 +29,7 @@ class Finding:
 
 
 def dimension(dynamics: Dynamics) -> Finding:
-    """The slope of the correlation sum and the dimension, or why there is none."""
+    """Slope of the correlation sum and dimension, or the reason for none."""
     found = dynamics.dimension
     if found is None:
         return _missing("Dimension", "No dimension", "dimension", dynamics)
@@ -76,7 +76,7 @@ def dimension(dynamics: Dynamics) -> Finding:
 
 
 def exponent(dynamics: Dynamics) -> Finding:
-    """The largest Lyapunov exponent, or why there is none."""
+    """The largest Lyapunov exponent, or the reason for none."""
     found = dynamics.exponent
     if found is None:
         return _missing("Lyapunov exponent", "No exponent", "exponent", dynamics)
@@ -113,9 +113,9 @@ def _separation(found: LyapunovExponent, dynamics: Dynamics) -> str:
     if grows(found):
         return (
             f"Largest Lyapunov exponent {words}. Neighbouring trajectories separate {pace(found)}; "
-            "an impact can be foretold a few times as far ahead, and no further"
+            "an impact can be predicted a few times as far ahead, and no further"
         )
-    return f"Largest Lyapunov exponent {words}, which is not told apart from 0"
+    return f"Largest Lyapunov exponent {words}, which cannot be distinguished from 0"
 
 
 def _false(dynamics: Dynamics) -> Iterator[str]:
@@ -131,7 +131,7 @@ def surrogates(dynamics: Dynamics) -> Finding:
     """Whether the intervals are more than linear noise."""
     test = dynamics.surrogates
     if test is None:
-        return _missing("More than noise?", "Not told", "surrogates", dynamics)
+        return _missing("More than noise?", "Not decided", "surrogates", dynamics)
     return Finding(
         "More than noise?",
         (with_doubts(_noise(test, dynamics), test.warnings) + ".",),
@@ -167,10 +167,10 @@ def _missing(title: str, lead: str, part: str, dynamics: Dynamics) -> Finding:
 
 
 def of_first(most: int, count: int) -> str:
-    """That only the first were looked at, where that is so."""
+    """A remark if only the first intervals were used."""
     return f" (of the first {most} of {count} intervals)" if count > most else ""
 
 
 def with_doubts(words: str, warnings: tuple[str, ...]) -> str:
-    """A sentence and what speaks against it."""
+    """A sentence followed by its reservations."""
     return "; but ".join((words, *warnings))

@@ -1,4 +1,4 @@
-"""What the page draws itself: waveform, intervals, return map and table, as numbers in JSON."""
+"""Data of the interactive figures: waveform, intervals, return map and table, in JSON."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LEVELS = 65_534
 
 
 def scripts() -> list[str]:
-    """The scripts of the page: the library that draws, then ours."""
+    """The scripts of the page: the drawing library, then ours."""
     parts = resources.files("impactsig.report")
     names = ("charts.js", "table.js", "linked.js")
     ours = "\n".join((parts / name).read_text(encoding="utf-8") for name in names)
@@ -40,12 +40,12 @@ def scripts() -> list[str]:
 
 
 def style() -> str:
-    """The style of the library that draws."""
+    """The style sheet of the drawing library."""
     return (resources.files("impactsig.report") / "uplot" / "uPlot.min.css").read_text("utf-8")
 
 
 def marked(impacts: Impacts) -> np.ndarray:
-    """Indices of the impacts that are marked: all, or every second, third, ... of very many."""
+    """Indices of the impacts that are marked: all, or every k-th of very many."""
     count = len(impacts)
     return np.arange(0, count, max(1, -(-count // MARKED)))
 
@@ -56,7 +56,7 @@ def colours(impacts: Impacts) -> list[tuple[str, str, np.ndarray]]:
 
 
 def numbers(analysis: Analysis, room: int) -> tuple[str, int]:
-    """The JSON, safe inside a script element, and around how many impacts it holds samples.
+    """The JSON, safe inside a script element, and the number of impacts shown by samples.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ SPAN_BYTES, SAMPLE_BYTES = 44, 2.7
 
 
 def _fitting(analysis: Analysis, room: int) -> list[Sequence[Span]]:
-    """The spans of each channel that fit, whole impacts in the order of interest."""
+    """The spans of each channel that fit, in the order of interest."""
     cost = np.zeros(len(analysis.impacts))
     for spans in analysis.spans:
         for span in spans:
@@ -101,7 +101,7 @@ def _content(analysis: Analysis, spans: Sequence[Sequence[Span]]) -> dict[str, A
 def _panel(
     impacts: Impacts, overview: Recording, rate: float, spans: Sequence[Span], chosen: np.ndarray
 ) -> dict[str, Any]:
-    """One channel: its overview, its samples around impacts, and how high the marks stand."""
+    """One channel: overview, samples around impacts, and heights of the marks."""
     every = overview.samples
     heights = np.zeros(len(chosen))
     if len(chosen) and len(every):
@@ -128,7 +128,7 @@ def _panel(
 
 
 def _impacts(impacts: Impacts, chosen: np.ndarray) -> dict[str, Any]:
-    """Every impact that is marked: what the table shows of it, its intervals and its colour."""
+    """All marked impacts: table row, intervals and colour of each."""
     before = intervals_before(impacts)
     flags = impacts.flags[chosen]
     stops = colours(impacts)
@@ -162,7 +162,7 @@ def _impacts(impacts: Impacts, chosen: np.ndarray) -> dict[str, Any]:
 
 
 def _codes(samples: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Least value, step, and each sample in steps above the least; `LEVELS` + 1 is not valid."""
+    """Least value, step, and samples as steps above it; `LEVELS` + 1 is not valid."""
     valid = np.isfinite(samples)
     if not valid.any():
         return 0.0, 1.0, np.full(len(samples), LEVELS + 1, np.uint16)
@@ -179,7 +179,7 @@ def _packed(values: Any, kind: str) -> str:
 
 
 def script_safe(text: str) -> str:
-    """JSON without the characters that could end a script element or start a comment."""
+    """JSON without characters that could end a script element or start a comment."""
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return text

@@ -1,4 +1,4 @@
-"""One HTML file that needs nothing else: written whole, works offline, runs no foreign code."""
+"""The report: one HTML file that works offline and runs only its own scripts."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ CONTROLS = (
 
 
 def write_report(source_path: str | Path, output: str | Path | None = None, **options: Any) -> Path:
-    """Analyse a recording and write what was found as one HTML page.
+    """Analyse a recording and write the results as one HTML page.
 
     The page works offline and holds everything: the result in words, the waveform to zoom into,
     the figures, what the intervals say of the dynamics, the impacts as a table, the parameters, the
@@ -90,7 +90,7 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
 def analyse_to_page(
     source_path: str | Path, output: str | Path | None = None, **options: Any
 ) -> tuple[Analysis, Path]:
-    """As `write_report`, with the analysis that the page shows."""
+    """As `write_report`, but returns the analysis that the page shows."""
     name = path("source_path", source_path).name
     target = Path(f"impactsig-report-{name}.html") if output is None else path("output", output)
     if target.suffix.lower() not in (".html", ".htm"):
@@ -108,14 +108,14 @@ def analyse_to_page(
 
 
 def write_page(analysis: Analysis, output: str | Path) -> Path:
-    """Write the page of an analysis already made; see `write_report`."""
+    """Write the page of an existing analysis; see `write_report`."""
     with atomic_path(output) as temporary:
         temporary.write_text(render(analysis), encoding="utf-8")
     return Path(output)
 
 
 def render(analysis: Analysis) -> str:
-    """The page as text."""
+    """The page as HTML text."""
     from jinja2 import Environment, StrictUndefined
 
     from . import figures, findings, interactive

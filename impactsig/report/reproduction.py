@@ -1,4 +1,4 @@
-"""How a report is made again: the command line, and the lines of Python."""
+"""How to reproduce a report: the command line, and the lines of Python."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def command(analysis: Analysis) -> str:
-    """The command line that makes this report again."""
+    """The command line that reproduces this report."""
     given = {**_as_options(analysis.reading), **analysis.detecting}
     if analysis.forcing_period is not None:
         given["forcing_frequency"] = _hertz(analysis.forcing_period)
@@ -31,7 +31,7 @@ def command(analysis: Analysis) -> str:
 
 
 def _words(name: str, value: Any) -> list[str]:
-    """An option as it stands on the command line."""
+    """An option in the form of the command line."""
     option = f"--{name.replace('_', '-')}"
     if name == "stops":
         value = ",".join("none" if one is None else str(one) for one in value)
@@ -50,7 +50,7 @@ def _hertz(period: float) -> str:
 
 
 def _as_options(reading: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `read` as the command line has them."""
+    """Arguments of `read` as options of the command line."""
     options = dict(reading)
     if raw := options.pop("raw", None):
         options["raw"] = raw.sample.name
@@ -64,7 +64,7 @@ def _as_options(reading: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def python_lines(analysis: Analysis) -> str:
-    """The lines of Python that find the same impacts, period and dynamics."""
+    """The lines of Python that reproduce impacts, period and dynamics."""
     reading = _arguments(analysis.reading)
     separated = analysis.detecting.get("separate_stops", False)
     given = {name: one for name, one in analysis.detecting.items() if name != "separate_stops"}

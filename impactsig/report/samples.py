@@ -1,4 +1,4 @@
-"""Samples as recorded around the impacts: as many as a page can hold, the most telling first."""
+"""Raw samples around impacts: as many as a page can hold, the most interesting first."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ DOUBTFUL = 0.9
 
 
 class Span(NamedTuple):
-    """Samples of one channel around one impact, in the clock of the first channel."""
+    """Samples of one channel around one impact, on the clock of the first channel."""
 
     impact: int
     start: float
@@ -37,7 +37,7 @@ class Span(NamedTuple):
 def seen(
     sources: Sequence[Recording | Blocks], impacts: Impacts
 ) -> tuple[tuple[Recording, ...], tuple[tuple[Span, ...], ...]]:
-    """The overview of each channel, in the clock of the first, and its samples around impacts.
+    """The overview of each channel on the clock of the first, and samples around impacts.
 
     A channel whose overview is the channel itself has no such spans.
     """
@@ -58,7 +58,7 @@ def seen(
 def _taken(
     source: Recording | Blocks, impacts: Impacts, channel: int, count: int, spans: list[Span]
 ) -> Iterator[Recording]:
-    """The blocks of one channel of `count`; its spans are there once all have gone through."""
+    """Pass on the blocks of one channel of `count`, collecting its spans on the way."""
     delay, rate = delay_of(impacts, channel), source.rate
     index, low, high = windows(impacts, rate, MOST // count)
     first = np.ceil((low + delay - source.start) * rate - 1e-6).astype(np.int64)
@@ -85,7 +85,7 @@ def _taken(
 
 
 def windows(impacts: Impacts, rate: float, room: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Which impacts have room for their samples, and from when to when [s], in order of time.
+    """The impacts whose samples are kept, and their windows [s], in order of time.
 
     Each begins a margin before the touch and ends three margins after the contact, or where that
     of the next begins. The margin is the contact time and at least 12 samples; it is wider where
@@ -115,7 +115,7 @@ def windows(impacts: Impacts, rate: float, room: int) -> tuple[np.ndarray, np.nd
 
 
 def by_interest(impacts: Impacts) -> np.ndarray:
-    """Numbers of the impacts, those most worth a look first.
+    """Indices of the impacts, the most interesting first.
 
     The weakest, the middle and the strongest; what is flagged; what is doubtful, the least
     probable first; then what lies farthest from the median in peak, contact time or the interval

@@ -1,4 +1,4 @@
-"""The impacts of a report as tables: the columns it shows, and all of them to take away."""
+"""Tables of the impacts of a report: the columns it shows, and all columns for download."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DASH = "\N{EN DASH}"
 
 @dataclass(frozen=True)
 class Download:
-    """The table of all impacts inside the page; `source` is empty where it would be too large."""
+    """Table of all impacts embedded in the page; `source` is empty if it would be too large."""
 
     source: str
     filename: str
@@ -33,14 +33,14 @@ class Download:
 
 @dataclass(frozen=True)
 class Table:
-    """Heads and cells, all text."""
+    """Heads and cells, as text."""
 
     heads: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
 
 class Column(NamedTuple):
-    """One column as a page shows it; `form` is that of `format`, "stop" or, for an error, empty."""
+    """One column of the page; `form` is a format, "stop", or empty for an error."""
 
     head: str
     values: np.ndarray
@@ -48,7 +48,7 @@ class Column(NamedTuple):
 
 
 def columns_shown(impacts: Impacts) -> list[Column]:
-    """The columns in the units that read best, each beside its standard errors."""
+    """The columns in suitable units, each beside its standard errors."""
     columns = [Column("time [s]", impacts.time, ".6f")]
     columns += _errors(impacts.time_error, "µs", 1e6)
     if len(impacts) > 1:
@@ -99,7 +99,7 @@ def table(impacts: Impacts, count: int) -> Table:
 
 
 def _cell(value: float, form: str) -> str:
-    """One number of the table; a dash where nothing is measured."""
+    """One number of the table; a dash if it was not measured."""
     if form == "stop":
         return str(value) if value >= 0 else DASH
     if not np.isfinite(value):
@@ -113,7 +113,7 @@ def _errors(values: np.ndarray | None, unit: str = "", factor: float = 1.0) -> l
 
 
 def rounded(error: float) -> str:
-    """A standard error to one significant digit; a dash where nothing is measured."""
+    """A standard error to one significant digit; a dash if it was not measured."""
     if not np.isfinite(error):
         return DASH
     text = f"{error:.0e}"

@@ -1,4 +1,4 @@
-"""Motions of machines that hit a stop, and what instruments would have seen of them.
+"""Simulation of impacting systems, and of the instruments that record them.
 
 ``impactsig.simulate`` is the function `simulate`, whichever way this package was imported first.
 """

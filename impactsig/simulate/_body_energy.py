@@ -1,4 +1,4 @@
-"""What impacts change in the kinetic energy of the body, whatever moves the stops."""
+"""Change of the body's kinetic energy at impacts, whatever moves the stops."""
 
 from __future__ import annotations
 

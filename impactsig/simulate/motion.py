@@ -1,4 +1,4 @@
-"""A simulated motion: its impacts and sticks, and its state at any time, computed when asked."""
+"""The simulated motion of an oscillator: impacts, sticks, and its state at any time."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(Shown):
-    """What an oscillator did.
+    """The simulated motion of an oscillator.
 
     Times are in seconds since the start of the simulation, transient included, or in the
     oscillator's unit of time where that has none (`Oscillator.in_seconds`); displacements,
@@ -186,12 +186,12 @@ class Motion(Shown):
         return q.reshape(turns.shape) + at, (v * self._engine.omega).reshape(turns.shape) + moving
 
     def _from_stops(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement and velocity against what the stops hang on, at times."""
+        """Displacement and velocity relative to the base of the stops, at times."""
         (x, v), (at, moving) = self.sample(time), self._stops_at(*self._instants(time))
         return x - at, v - moving
 
     def _stops_at(self, turns: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement and velocity of what the stops hang on, at such instants."""
+        """Displacement and velocity of the base of the stops, at instants as in `_at`."""
         from .exact.flow import phases_of
 
         own = phases_of(pace(self.system), turns.ravel(), phase.ravel())
@@ -253,7 +253,7 @@ def assemble(
     count: np.ndarray,
     status: str,
 ) -> Motion:
-    """A motion from what the engine left."""
+    """Make a motion from the events of the engine."""
     from .exact.flow import phases_of
 
     omega = engine.omega
@@ -313,7 +313,7 @@ def _impacts(
     end: tuple[float, float],
     stop: float,
 ) -> dict[str, Any]:
-    """What `Impacts` tells of the impacts among the events."""
+    """`Impacts` from the event rows."""
     kind, which_stop = rows[:, ROW_KIND], rows[:, ROW_STOP]
     which = np.flatnonzero((kind == IMPACT) | (kind == TOUCH))
     known: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""One run of an engine: what it starts from, where it is, and the motions it has made."""
+"""One run of an engine: initial state, present state, and the motions made on the way."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import flag, number
+from .._arguments import flag, instance, number
 from .._watched import following
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
@@ -54,8 +54,7 @@ class Run:
         chatter: float = 1e-6,
         skip_unreachable: bool = True,
     ) -> None:
-        if not isinstance(oscillator, Oscillator):
-            raise InvalidInput("oscillator", oscillator, "an Oscillator, as impactsig.scenes makes")
+        instance("oscillator", oscillator, Oscillator, "an Oscillator, as impactsig.scenes makes")
         without_noise(oscillator)
         forced = bool(oscillator.angular_frequencies)
         self.length, self.before = span(periods, duration, transient, forced)
@@ -113,7 +112,7 @@ class Run:
 def span(
     periods: float | None, duration: float | None, transient: float, forced: bool
 ) -> tuple[float, float]:
-    """How long to look and how long to wait before, in forcing periods or seconds.
+    """Duration and transient, in forcing periods or seconds.
 
     Raises
     ------
@@ -137,7 +136,7 @@ def span(
 
 
 def without_noise(oscillator: Oscillator, name: str = "oscillator") -> Oscillator:
-    """An oscillator that does not move at random.
+    """Refuse an oscillator with noise.
 
     Raises
     ------
@@ -156,7 +155,7 @@ def without_noise(oscillator: Oscillator, name: str = "oscillator") -> Oscillato
 def engine_of(
     oscillator: Oscillator, method: RungeKutta | FixedStep | None, chatter: float, skip: bool
 ) -> Engine:
-    """The exact engine where it can move the oscillator, unless a method is asked for."""
+    """The exact engine if it applies, unless a Runge-Kutta method is asked for."""
     if method is None:
         if piecewise_linear(oscillator):
             return ExactEngine(oscillator, chatter, skip)
@@ -171,7 +170,7 @@ def _turns(turns: float, phase: float) -> float:
 
 
 def after(phase: Any, turns: Any) -> tuple[Any, Any]:
-    """Turns and phase after so many turns more; whole ones leave the phase as it is."""
+    """Clock after so many turns more; whole turns leave the phase unchanged."""
     whole = np.floor(turns)
     last = phase + TURN * (turns - whole)
     more = last >= TURN
@@ -179,6 +178,6 @@ def after(phase: Any, turns: Any) -> tuple[Any, Any]:
 
 
 def work(turns: Any) -> Any:
-    """Legs that so many turns may take, after which a run is given up."""
+    """Number of legs that a run may take before it is given up."""
     legs = np.minimum(LEGS_PER_PERIOD * np.maximum(turns, 0.0), 2.0**62)
     return LEGS_AT_LEAST + legs.astype(np.int64)

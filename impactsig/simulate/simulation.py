@@ -1,4 +1,4 @@
-"""System -> its motion, whatever the system is."""
+"""`simulate`: from any system to its motion."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def simulate(  # type: ignore[misc]
     every: float | None = None,
     path: int = 0,
 ) -> Any:
-    """The motion of a system, exact up to rounding where it is linear between events.
+    """Simulate a system; exact up to rounding where it is linear between events.
 
     *An oscillator or a cantilever* moves in closed form between events; there is no time step and
     no tolerance, and the first contact cannot be missed. Hertz contacts and a force `law` of the
@@ -73,7 +73,7 @@ def simulate(  # type: ignore[misc]
 
     *A flow* is stepped by Dormand and Prince's method of order 8 at a tolerance of 1e-13. In a
     chaotic flow an error grows e-fold in the inverse of the largest exponent, so that after some 40
-    of these a path is one of the flow, and not the path through its initial state.
+    of these the trajectory is one of the flow, but no longer that of its initial state.
 
     *A controlled system* moves under its controller; see `Controlled`.
 
@@ -85,11 +85,11 @@ def simulate(  # type: ignore[misc]
     system : Oscillator, OscillatorBatch, Cantilever, Flow or Controlled
         What moves.
     periods, duration : float
-        How long to look: in forcing periods, or in seconds (of a flow: in its unit of time). Give
-        one of them; a flow and what has no forcing take `duration`.
+        Length of the simulation, in forcing periods or in seconds (of a flow, in its unit of time).
+        Give one of them; flows and systems without forcing take `duration`.
     transient : float
-        How long to let it run before: in forcing periods with `periods`, in the unit of `duration`
-        with that.
+        Length of the transient that is discarded before: in forcing periods if `periods` is given,
+        else in the unit of `duration`.
     initial : optional
         State at t = 0. Of an oscillator displacement and velocity, in its units and against the
         ground, (0, 0) unless given; of a cantilever modal displacements [m] and velocities [m/s],
@@ -132,8 +132,8 @@ def simulate(  # type: ignore[misc]
     Raises
     ------
     InvalidInput
-        If an argument is out of its range or none of this system, or the system starts beyond a
-        rigid stop.
+        If an argument is out of range or does not apply to the system, or the system starts beyond
+        a rigid stop.
 
     See Also
     --------
@@ -162,7 +162,7 @@ def simulate(  # type: ignore[misc]
 
 
 def mover(system: Any, given: dict[str, Any]) -> Callable[..., Any]:
-    """The function that moves a system, once it is known to take what is given.
+    """The function that simulates a system, after a check of the options given.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def what_it_is(system: Any) -> str:
 
 @lru_cache
 def _loaded(home: str) -> tuple[Callable[..., Any], frozenset[str]]:
-    """The function that moves what a module is the home of, and the names of its options."""
+    """The function `move` of a module, and the names of its options."""
     move = import_module(home).move
     return move, frozenset(list(inspect.signature(move).parameters)[1:])
 
@@ -210,7 +210,7 @@ def move(
     keep: Literal["all", "counts"] = "all",
     skip_unreachable: bool = True,
 ) -> Motion:
-    """The motion of an oscillator without noise."""
+    """Simulate an oscillator without noise."""
     choice("keep", keep, ("all", "counts"))
     run = Run(
         oscillator, periods=periods, duration=duration, transient=transient, initial=initial,

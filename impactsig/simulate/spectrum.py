@@ -1,4 +1,4 @@
-"""The power spectrum of a motion, from samples that are exact."""
+"""Power spectrum of a motion, from samples that are exact."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def power_spectrum(
 
 
 def _quantity(system: Any, asked: str | int | None) -> tuple[str, int]:
-    """What is looked at: its name, and which of the coordinates it is."""
+    """Name and index of the coordinate whose spectrum is asked for."""
     if isinstance(system, Flow):
         column = 0 if asked is None else coordinate_of(system, asked)
         return system.coordinates[column], column
@@ -177,7 +177,7 @@ def _quantity(system: Any, asked: str | int | None) -> tuple[str, int]:
 
 
 def _period(system: Any) -> float | None:
-    """The forcing's, or else the natural period [s]; None of a flow."""
+    """Forcing period, or else natural period [s]; None for a flow."""
     if system.forcing_period is not None or isinstance(system, Flow):
         return system.forcing_period
     if isinstance(system, Cantilever):

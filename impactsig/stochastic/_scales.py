@@ -181,7 +181,7 @@ def _ranges(
     x, v = late[..., 0], late[..., 1]
     wide = 0.3 * float(np.ptp(x)) + 1e-12
     low, high = float(x.min()) - wide, float(x.max()) + wide
-    if p.swing == 0.0:
+    if p.base_amplitude == 0.0:
         low, high = max(low, p.low), min(high, p.high)
     u = potential(oscillator, law, low, high)
     energy = np.empty(seen.shape[:2])

@@ -1,4 +1,4 @@
-"""What a worker does, whatever the executor: the cells of a task, one by one or all at once."""
+"""Evaluate the cells of a task in a worker, one by one or in one call."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Signature = tuple[tuple[str, str, tuple[int, ...]], ...]
 
 
 class Job(NamedTuple):
-    """What is done to every cell. The key, if there is one, is what the cells' seeds come from."""
+    """The function of every cell, and the key that their seeds derive from, if any."""
 
     function: Callable[..., Any]
     vectorized: bool
@@ -28,10 +28,10 @@ class Job(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What came of a task.
+    """Results and errors of a task.
 
     Cells whose results have the same names, types and shapes are together, `positions` in the task
-    first; usually there is one such group. Errors are told by cell number.
+    first; usually there is one such group. Errors are listed by cell number.
     """
 
     groups: list[tuple[np.ndarray, dict[str, np.ndarray]]]
@@ -40,7 +40,7 @@ class Outcome(NamedTuple):
 
 
 def run_cells(job: Job, task: Task) -> Outcome:
-    """Work out the cells of a task; what a cell's function raises is returned, not raised.
+    """Evaluate the cells of a task; exceptions of a cell are returned, not raised.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def _run_each(function: Callable[..., Any], task: Task, groups: Any, errors: Any
 def _run_whole(
     function: Callable[..., Any], task: Task, groups: Any, errors: Any, start: int = 0
 ) -> None:
-    """Call the function once; where that raises, on either half, until the bad cell is found."""
+    """Call the function on all cells; if that raises, on halves, down to the failing cell."""
     count = len(task.cells)
     try:
         result = function(**task.columns)
@@ -146,18 +146,18 @@ def observables(result: Any) -> dict[str, np.ndarray]:
 
 
 def signature(found: dict[str, np.ndarray]) -> Signature:
-    """What the results of different cells must have in common."""
+    """Names, types and shapes that the results of all cells must share."""
     return tuple((name, array.dtype.str, array.shape) for name, array in found.items())
 
 
 def is_compiled(function: Any) -> bool:
-    """Whether numba has compiled it."""
+    """Whether numba has compiled a function."""
     inner = function.func if isinstance(function, functools.partial) else function
     return hasattr(inner, "py_func")
 
 
 def brief(error: BaseException) -> str:
-    """An error as one line; its type alone if it has no message, or cannot give it."""
+    """An exception as one line."""
     try:
         text = " ".join(str(error).split())
     except Exception:
@@ -166,19 +166,19 @@ def brief(error: BaseException) -> str:
 
 
 def name_of(function: Any) -> str:
-    """What to call a function in a message."""
+    """Name of a function for messages."""
     return getattr(function, "__qualname__", None) or type(function).__name__
 
 
 def seeded(job: Job, task: Task) -> Task:
-    """The task with the seeds of its cells among the parameters, if the job has them."""
+    """Add the seeds of the cells to the parameters, if the job has a key."""
     if job.key is None:
         return task
     return Task(task.cells, {**task.columns, "seed": seeds(job.key, task.cells)})
 
 
 def seeds(key: int, cells: np.ndarray) -> np.ndarray:
-    """A whole number of 64 bits for every cell, no two alike: SplitMix64 [Steele2014]_.
+    """A distinct 64-bit seed for every cell, by SplitMix64 [Steele2014]_.
 
     The n-th output of that generator can be had at once, so a cell's seed depends on nothing but
     the key and the cell.

@@ -1,4 +1,4 @@
-"""Tiles on a dask cluster; when a worker dies, dask has its tiles worked out by another.
+"""Executor on a dask cluster; tiles of a worker that dies are evaluated by another.
 
 A dask worker hands its tiles to a process of its own. A cell that kills costs that process and not
 the worker: dask's nannies do not always replace workers that die in quick succession (measured on
@@ -31,7 +31,7 @@ DEATHS = 3
 
 
 class Cluster(Closing):
-    """A dask cluster."""
+    """Executor on a dask cluster."""
 
     def __init__(self, client: Any, payload: bytes) -> None:
         distributed = library("distributed", "studies", "A sweep on a dask cluster")
@@ -55,7 +55,7 @@ class Cluster(Closing):
 
     @property
     def workers(self) -> int:
-        """Threads that there are now; workers may still come and go."""
+        """Current number of threads; workers may join and leave."""
         return max(1, sum(self.client.nthreads().values()))
 
     def run(self, tasks: Labelled[Label]) -> Ended[Label]:
@@ -113,7 +113,7 @@ def _failed(error: Exception) -> ImpactsigError:
 
 
 def _result(future: Any) -> Outcome | KeyboardInterrupt | None:
-    """What a future that has ended holds; None if it was lost with the worker that held it.
+    """Result of a finished future; None if it was lost with its worker.
 
     Dask works out lost results again, but is not waited for: after several deaths it may forget.
     """

@@ -1,4 +1,4 @@
-"""A GPU as an executor: a launch a tile, of the very function that runs on CPUs."""
+"""Executor on a GPU: a launch for each tile, of the same function that runs on CPUs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ RAISED = "raised an error on the GPU, which cannot tell what: call the function 
 
 
 def parts_of_device() -> dict[str, str]:
-    """What the bits may depend on beside the code, by name.
+    """Properties of the device that the bits may depend on besides the code, by name.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def simulated() -> bool:
 
 
 class Gpu(Threads):
-    """The GPU that numba has chosen, served by one thread while the caller's keeps results."""
+    """Executor on numba's current GPU; one thread launches while the caller stores results."""
 
     most = LARGEST
 
@@ -88,7 +88,7 @@ class Gpu(Threads):
         super().__init__(self._launch, 1)
 
     def _launch(self, task: Task) -> Outcome:
-        """All cells of a task at once."""
+        """Evaluate all cells of a task in one launch."""
         begin = time.perf_counter()
         try:
             ended, found = self._run(seeded(self.job, task))
@@ -105,7 +105,7 @@ class Gpu(Threads):
         return Outcome(groups, errors, time.perf_counter() - begin)
 
     def _run(self, task: Task) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Which cells came to an end, and what all gave."""
+        """Mask of the cells that finished, and the values of all."""
         from numba import cuda
 
         count = len(task.cells)
@@ -122,7 +122,7 @@ class Gpu(Threads):
 
 
 def _kind(values: np.ndarray | None) -> np.dtype[Any]:
-    """What compiled functions receive of these values on CPUs, or of seeds if there are none."""
+    """Types that compiled functions receive for these values on CPUs."""
     if values is None or values.dtype == np.uint64:
         return np.dtype(np.uint64)
     return np.dtype(np.float64 if values.dtype.kind == "f" else np.int64)

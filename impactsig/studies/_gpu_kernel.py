@@ -1,4 +1,4 @@
-"""The kernel that calls a function of one cell in every thread of a GPU."""
+"""The GPU kernel that evaluates one cell in every thread."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ REQUIRED = (
 
 
 class Field(NamedTuple):
-    """An observable: its numbers' type and shape, and where they are in what a cell returns."""
+    """An observable: type, shape, and its position in the returned value."""
 
     name: str
     dtype: np.dtype
@@ -33,7 +33,7 @@ class Field(NamedTuple):
 
 
 class _Call(NamedTuple):
-    """How the function is called: arguments as source, and what those that are fixed stand for."""
+    """Source of the function's arguments, and the values of those that are fixed."""
 
     function: Any
     arguments: str
@@ -43,7 +43,7 @@ class _Call(NamedTuple):
 def compiled(
     function: Callable[..., Any], kinds: Mapping[str, np.dtype]
 ) -> tuple[Any, list[Field]]:
-    """The kernel for the current GPU, and the observables.
+    """The kernel for the current GPU, and its observables.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def compiled(
 
 
 def _call(function: Any, columns: list[str]) -> _Call:
-    """The function, apart from what a partial or its own defaults give it."""
+    """The function, with the arguments that a partial or its defaults give it."""
     args: tuple[Any, ...] = ()
     keywords: dict[str, Any] = {}
     if isinstance(function, functools.partial):
@@ -120,7 +120,7 @@ def _call(function: Any, columns: list[str]) -> _Call:
 
 
 def _returned(call: _Call, numbers: list[Any]) -> Any:
-    """The type of what the function returns, as it is compiled for CPUs."""
+    """Type that the function returns when compiled for CPUs."""
     function = call.function if is_compiled(call.function) else numba.njit(call.function)
     names = ", ".join(f"column_{n}" for n in range(len(numbers)))
     source = f"def one({names}):\n    return function({call.arguments.format('')})"
@@ -133,7 +133,7 @@ def _returned(call: _Call, numbers: list[Any]) -> Any:
 
 
 def _fields(function: Any, returned: Any) -> list[Field]:
-    """What is in the type of a returned value, named as a sweep on CPUs names it."""
+    """Observables in the type of a returned value, named as a sweep on CPUs names them."""
     named = isinstance(returned, numba.types.BaseNamedTuple)
     values = zip(returned.fields, returned.types, strict=True) if named else [("value", returned)]
     fields = []
@@ -154,7 +154,7 @@ def _fields(function: Any, returned: Any) -> list[Field]:
 
 
 def _for_device(source: str, function: Any, fixed: dict[str, Any], signature: Any) -> Any:
-    """The kernel as compiled; simulated, it is what runs in Python."""
+    """The compiled kernel, or the Python function in the simulator."""
     simulated = numba.config.ENABLE_CUDASIM
     inner = cuda.jit(_ending_alone(function) if simulated else function, device=True)
     kernel = _defined(source, "cells", {"cuda": cuda, "function": inner, **fixed})
@@ -165,7 +165,7 @@ def _for_device(source: str, function: Any, fixed: dict[str, Any], signature: An
 
 
 def _ending_alone(function: Callable[..., Any]) -> Callable[..., Any]:
-    """On a device an error ends its thread; simulated, it would end all of them."""
+    """Let an error end only its own thread in the simulator, as on a device."""
 
     def cell(*values: Any) -> Any:
         try:
@@ -181,10 +181,10 @@ _fusing = threading.Lock()
 
 @contextlib.contextmanager
 def _without_fusing() -> Iterator[None]:
-    """Have products and sums rounded one by one, as they are on CPUs.
+    """Disable fused multiply-add, so that results round as on CPUs.
 
     NVVM makes one operation, rounded once, of a product and a sum, which orbits of a chaotic map
-    soon tell. It can be told not to, but numba-cuda passes that on from nowhere (its issue 118).
+    soon show. NVVM has an option against it, which numba-cuda does not pass on (its issue 118).
     """
     from numba.cuda.cudadrv import nvvm
 

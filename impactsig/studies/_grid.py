@@ -1,4 +1,4 @@
-"""The cells of a study, counted in C order (the last axis fastest), and the tiles they come in."""
+"""The cells of a study in C order (the last axis fastest), and their division into tiles."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ..errors import InvalidInput
 
 
 class Task(NamedTuple):
-    """Some cells to work out: their numbers on the grid, and their parameters, an array each."""
+    """Some cells: their numbers on the grid, and arrays of their parameters."""
 
     cells: np.ndarray
     columns: dict[str, np.ndarray]
 
     def part(self, first: int, last: int) -> Task:
-        """Some of the cells."""
+        """Select some of the cells."""
         columns = {name: column[first:last] for name, column in self.columns.items()}
         return Task(self.cells[first:last], columns)
 
@@ -52,7 +52,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Tiling:
-    """A grid cut into blocks of one shape, smaller at the far ends; counted in C order."""
+    """A grid divided into blocks of one shape, smaller at the far ends, in C order."""
 
     grid: Grid
     block: tuple[int, ...]
@@ -67,7 +67,7 @@ class Tiling:
         return prod(self.counts)
 
     def place(self, tile: int) -> tuple[slice, ...]:
-        """Where on the grid a tile is."""
+        """Slices of the grid that a tile covers."""
         corner = np.unravel_index(tile, self.counts)
         return tuple(
             slice(int(k) * b, min((int(k) + 1) * b, n))

@@ -1,4 +1,4 @@
-"""What makes a study the same study: its parameters, its seed and the code it is made of."""
+"""Identity of a study: its parameters, its seed and the code of its function."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from ._store import Store
 from .fingerprint import DIGITS, digest, digest_of
 
 READABLE = 80
-"""Characters of a bound value up to which it is told as it is."""
+"""Characters of a bound value up to which it is shown in full."""
 
 
 def identity_of(job: Job, grid: Grid, code: dict[str, str]) -> dict[str, Any]:
-    """What makes a study the same study."""
+    """Identity of a study, as text for its store."""
     return {
         "function": name_of(job.function),
         "vectorized": job.vectorized,
@@ -36,7 +36,7 @@ def identity_of(job: Job, grid: Grid, code: dict[str, str]) -> dict[str, Any]:
 
 
 def _bound(function: Any) -> dict[str, str]:
-    """What a partial or a dataclass holds beside the parameters, readable where it is short."""
+    """Values that a partial or a dataclass holds besides the parameters, in words if short."""
     held: dict[str, Any] = {}
     if isinstance(function, functools.partial):
         held = {f"argument {n}": value for n, value in enumerate(function.args)}
@@ -61,7 +61,7 @@ def _brief(values: np.ndarray) -> str:
 
 
 def refuse_other(store: Store, identity: dict[str, Any], tile: int | None) -> None:
-    """Refuse to go on with another study, and say what makes it another.
+    """Refuse to resume another study, and say how it differs.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def refuse_other(store: Store, identity: dict[str, Any], tile: int | None) -> No
         other += [
             f"{label}{name} ({_part(before, after)})"
             for name, before, after in _differing(then[kind], now[kind])
-            # What is bound to the function is part of its code, and has been told.
+            # What is bound to the function is part of its code, which the message names already.
             if name != "function" or kind == "bound" or then["bound"] == now["bound"]
         ]
     other += [
@@ -113,7 +113,7 @@ def _parameter(then: str | None, now: str | None) -> str:
 
 
 def _part(then: str | None, now: str | None) -> str:
-    """A value or a version is told; a digest would tell nothing."""
+    """A part in words, with its value or version; a digest would say nothing to a reader."""
     digests = {len(one) == DIGITS and one.isalnum() for one in (then, now) if one}
     if True not in digests:
         return f"{then or 'none'} there, {now or 'none'} here"

@@ -1,4 +1,4 @@
-"""What the cells of a study give: names, types and shapes, as the first cell that succeeds has it.
+"""Names, types and shapes of a study's observables, fixed by the first successful cell.
 
 "First" is meant by number, not by time, so that it does not depend on tiles or executor.
 """
@@ -23,7 +23,7 @@ class Kind(NamedTuple):
 
 
 def missing(dtype: np.dtype) -> Any:
-    """What stands for no result: NaN; of whole numbers the least, of unsigned ones the greatest."""
+    """Value of a missing result: NaN; for integers the least, for unsigned ones the greatest."""
     if dtype.kind in "fc":
         return dtype.type(np.nan)
     limits = np.iinfo(dtype)
@@ -38,7 +38,7 @@ class Layout:
 
     @classmethod
     def of(cls, outcome: Outcome, grid: Grid) -> Layout | None:
-        """That of the first cell that succeeded; None if none did.
+        """The layout of the first cell that succeeded; None if none did.
 
         Raises
         ------
@@ -68,17 +68,16 @@ class Layout:
         errors = dict(outcome.errors)
         for positions, found in outcome.groups:
             alike = {name: array[0] for name, array in found.items()}
-            if not self._takes(alike):
-                text = (
-                    f"gave {_told(signature(alike))} where the first cell gave {_told(self._own)}"
-                )
+            if not self._fits(alike):
+                gave, first = _in_words(signature(alike)), _in_words(self._own)
+                text = f"gave {gave} where the first cell gave {first}"
                 errors |= dict.fromkeys(task.cells[positions].tolist(), text)
                 continue
             for name, array in found.items():
                 arrays[name][positions] = array
         return arrays, dict(sorted(errors.items()))
 
-    def _takes(self, found: dict[str, np.ndarray]) -> bool:
+    def _fits(self, found: dict[str, np.ndarray]) -> bool:
         return found.keys() == self.kinds.keys() and all(
             array.shape == self.kinds[name].shape
             and np.can_cast(array.dtype, self.kinds[name].dtype)
@@ -99,5 +98,5 @@ class Layout:
         return cls({name: Kind(np.dtype(kind), tuple(shape)) for name, kind, shape in stored})
 
 
-def _told(own: Signature) -> str:
+def _in_words(own: Signature) -> str:
     return ", ".join(f"{name}: {np.dtype(kind).name} {shape}" for name, kind, shape in own)

@@ -1,4 +1,4 @@
-"""A job on its way to other processes, and the check that it arrives as it left."""
+"""Pickle a job for other processes, and check that it arrives unchanged."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .fingerprint import code_of
 
 
 def pack(job: Job, code: dict[str, str]) -> bytes:
-    """The job as bytes, with the names of the code it is made of.
+    """Pickle a job, together with the names and digests of its code.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def pack(job: Job, code: dict[str, str]) -> bytes:
 
 @functools.lru_cache(maxsize=4)
 def unpack(payload: bytes) -> Job:
-    """The job again, where a worker runs.
+    """Unpickle a job in a worker.
 
     Raises
     ------

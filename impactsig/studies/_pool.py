@@ -23,7 +23,7 @@ Ended = Iterator[tuple[Label, Task, Outcome]]
 
 
 class Executor(AbstractContextManager["Executor"], Protocol):
-    """What a sweep asks of an executor."""
+    """Protocol of an executor: evaluates tasks and returns their outcomes."""
 
     @property
     def workers(self) -> int:
@@ -47,7 +47,7 @@ class Executor(AbstractContextManager["Executor"], Protocol):
 
 
 class Closing:
-    """Closes itself at the end of a with block."""
+    """Base of executors that close at the end of a with block."""
 
     least = 1
     """Cells to a tile below which it takes no less time."""
@@ -70,7 +70,7 @@ class Closing:
 
 
 class Serial(Closing):
-    """One cell after the other, where the caller is."""
+    """Executor that evaluates one task after another in the caller's thread."""
 
     workers = 1
 
@@ -84,7 +84,7 @@ class Serial(Closing):
 
 
 class Threads(Closing):
-    """A pool of threads, each calling `work` for one task at a time."""
+    """Executor with a pool of threads, each of which evaluates one task at a time."""
 
     def __init__(self, work: Callable[[Task], Outcome], workers: int) -> None:
         self.work, self.workers = work, workers

@@ -1,4 +1,4 @@
-"""Worker processes on this machine. One that dies is replaced, and its task given to the next.
+"""Executor on worker processes; one that dies is replaced and its task repeated.
 
 `concurrent.futures` and loky give up all tasks when a process dies, so the processes are our own:
 each belongs to a thread, which gives it one task at a time and therefore knows what it was at when
@@ -29,7 +29,7 @@ STARTS = 3
 
 
 class Processes(Threads):
-    """A pool of processes, as many as threads."""
+    """Executor with a pool of processes, one for each thread."""
 
     def __init__(self, payload: bytes, workers: int) -> None:
         self.children = Children(payload)
@@ -47,7 +47,7 @@ class _Died(Exception):
 
 
 class Children:
-    """Processes that do a job, one for each thread that asks."""
+    """The worker processes, one for each thread that uses them."""
 
     def __init__(self, payload: bytes) -> None:
         self.payload = payload
@@ -57,7 +57,7 @@ class Children:
         self.closed = False
 
     def work(self, task: Task) -> Outcome:
-        """Have a task worked out by the process of this thread."""
+        """Evaluate a task in the process of this thread."""
         for _ in range(ATTEMPTS):
             try:
                 process = getattr(self.own, "process", None) or self._start()
@@ -72,7 +72,7 @@ class Children:
         return _joined(self.work(task.part(0, half)), self.work(task.part(half, count)), half)
 
     def kill(self) -> None:
-        """End them all, whatever they are at, and let no new one start."""
+        """End all processes, and start no new ones."""
         with self.lock:
             self.closed = True
             for process in self.alive:
@@ -133,7 +133,7 @@ _WORKER = __name__.replace("_processes", "_worker")
 
 
 def _joined(first: Outcome, second: Outcome, start: int) -> Outcome:
-    """The outcome of a task from those of its two parts, the second beginning at `start`."""
+    """Join the outcomes of the two halves of a task, the second beginning at `start`."""
     moved = [(positions + start, found) for positions, found in second.groups]
     return Outcome(
         first.groups + moved, first.errors | second.errors, first.seconds + second.seconds
@@ -141,7 +141,7 @@ def _joined(first: Outcome, second: Outcome, start: int) -> Outcome:
 
 
 def _ended(process: subprocess.Popen[bytes]) -> str:
-    """Make sure that a process has ended, and say how."""
+    """Ensure that a process has ended; returns how, in words."""
     with contextlib.suppress(subprocess.TimeoutExpired):  # it may be amid its exit
         process.wait(LEAVING)
     process.kill()

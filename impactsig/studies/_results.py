@@ -1,4 +1,4 @@
-"""Where the outcomes of tiles go: into the store, or into arrays."""
+"""Collect the outcomes of tiles, in a store or in arrays."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .study import Study, by_indices, stored
 
 
 class Results:
-    """Where outcomes go: into the store, or into arrays."""
+    """Collects the outcomes of tiles, in a store or in arrays."""
 
     def __init__(
         self, tiling: Tiling, store: Store | None, attributes: Mapping[str, Mapping[str, Any]]
@@ -28,13 +28,13 @@ class Results:
         self.held: dict[int, tuple[Task, Outcome]] = {}
 
     def learn(self, trial: Outcome) -> None:
-        """Learn from a trial of the first cell what cells give; if it succeeded, none is held."""
+        """Fix the layout by the outcome of a first cell, if it succeeded."""
         self.layout = Layout.of(trial, self.tiling.grid)
         if self.layout is not None:
             self._lay_out(self.layout)
 
     def take(self, number: int, task: Task, outcome: Outcome) -> None:
-        """Keep what came of a tile.
+        """Keep the outcome of a tile.
 
         Until it is known what the first cell that succeeds gives, tiles are held back.
         """
@@ -79,7 +79,7 @@ class Results:
             self.arrays[name][self.tiling.place(number)] = values.reshape(shape)
 
     def study(self) -> Study:
-        """The study, all tiles done."""
+        """The finished study."""
         if self.store is not None:
             self.store.tidy()
             return stored(self.store)
@@ -89,7 +89,7 @@ class Results:
             tuple(self.arrays),
             np.ones(grid.shape, bool),
             by_indices(self.errors, grid.shape),
-            {name: dict(told) for name, told in self.attributes.items()},
+            {name: dict(values) for name, values in self.attributes.items()},
             None,
             self.arrays,
         )

@@ -1,4 +1,4 @@
-"""A study on disk: which study it is, a zarr chunk a tile, and a record of every tile done.
+"""A study on disk: its identity, a zarr chunk for each tile, and a record of finished tiles.
 
 | file | holds |
 |---|---|
@@ -50,7 +50,7 @@ class Store:
 
     @classmethod
     def create(cls, directory: Path, identity: dict[str, Any], tiling: Tiling) -> Store:
-        """A new one; `directory` has been claimed."""
+        """Create a store in a `directory` that has been claimed."""
         axes = {name: values.tolist() for name, values in tiling.grid.axes.items()}
         kinds = {name: values.dtype.str for name, values in tiling.grid.axes.items()}
         _dump(
@@ -61,7 +61,7 @@ class Store:
 
     @classmethod
     def open(cls, directory: Path) -> Store:
-        """One that is there, with its finished tiles.
+        """Open an existing store.
 
         Raises
         ------
@@ -85,7 +85,7 @@ class Store:
         return store
 
     def _read_records(self) -> None:
-        """Take for done what is recorded and whole."""
+        """Read which tiles are recorded as finished, and verify them."""
         for path in sorted((self.directory / DONE).glob("*.json")):
             record = _load(path)
             if not isinstance(record, dict) or record.get("study") != self.study:
@@ -98,7 +98,7 @@ class Store:
     # -- writing ---------------------------------------------------------------------------------
 
     def lay_out(self, layout: Layout, attributes: Mapping[str, Mapping[str, Any]]) -> None:
-        """Make the arrays, now that it is known what the cells give."""
+        """Create the arrays, once the layout is known."""
         import zarr
 
         grid, tiling = self.tiling.grid, self.tiling
@@ -134,7 +134,7 @@ class Store:
         self.errors |= errors
 
     def mend_axes(self, attributes: Mapping[str, Mapping[str, Any]]) -> None:
-        """Write again the axes of the results that are not those of the study.
+        """Rewrite axes of the results that differ from those of the study.
 
         The study itself takes its axes from its description; other programs read these.
         """
@@ -156,7 +156,7 @@ class Store:
                     _write_axis(group, name, values, given)
 
     def tidy(self) -> None:
-        """Remove what a killed process has left half written."""
+        """Remove what a killed process left half written."""
         for pattern in (".*.json.*", f"{DONE}/.*", f"{RESULTS}/**/*.partial"):
             for path in self.directory.glob(pattern):
                 path.unlink(missing_ok=True)
@@ -165,11 +165,11 @@ class Store:
 
     @property
     def done(self) -> set[int]:
-        """Tiles that need not be worked out again."""
+        """Numbers of the finished tiles."""
         return set(self._checksums)
 
     def read(self, name: str) -> np.ndarray:
-        """An observable on the whole grid, missing where it is not known.
+        """Read an observable on the whole grid; cells that are not finished are missing.
 
         Raises
         ------
@@ -237,7 +237,7 @@ def _write_axis(group: Any, name: str, values: np.ndarray, attributes: Mapping[s
 
 
 def claim(directory: Path) -> bool:
-    """Make the directory, if need be; whether a study is there already.
+    """Create the directory if need be; whether it holds a study.
 
     Raises
     ------
@@ -260,7 +260,7 @@ def claim(directory: Path) -> bool:
 
 @contextmanager
 def locked(directory: Path) -> Iterator[None]:
-    """Keep other sweeps out; the system takes the lock back from a process that is killed.
+    """Lock the directory; the system releases the lock of a killed process.
 
     Raises
     ------
@@ -294,7 +294,7 @@ def require_zarr() -> None:
 
 
 def checksum(content: bytes) -> str:
-    """A short digest of what was written."""
+    """A short digest of bytes."""
     return hashlib.blake2b(content, digest_size=16).hexdigest()
 
 
@@ -304,7 +304,7 @@ def _dump(path: Path, content: Any) -> None:
 
 
 def _load(path: Path) -> Any:
-    """What a file holds; None if it is not there, or not whole."""
+    """Content of a file; None if it is missing or damaged."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""A worker process: a job and then tasks on its standard input, outcomes on its standard output."""
+"""Worker process: reads a job and tasks on standard input, writes outcomes."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from ._payload import unpack
 
 
 def main() -> None:
-    """Answer with None once ready, then with what became of each task, until told no more."""
+    """Answer with None once ready, then with the outcome of each task, until the input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that has asked
-    told, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-    # What the function prints must not come among the answers, nor read what is told.
+    requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    # What the function prints must not come among the answers, nor may it read the requests.
     os.dup2(2, 1)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     try:
-        job = unpack(pickle.load(told))
+        job = unpack(pickle.load(requests))
     except InvalidInput as error:
         _answer(answers, error)
         return
     tasks: queue.SimpleQueue[Task] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(told, tasks), daemon=True).start()
+    threading.Thread(target=_listen, args=(requests, tasks), daemon=True).start()
     answer: Any = None
     while True:
         _answer(answers, answer)
@@ -41,11 +41,11 @@ def main() -> None:
             answer = KeyboardInterrupt()
 
 
-def _listen(told: BinaryIO, tasks: queue.SimpleQueue[Task]) -> None:
-    """Pass tasks on; leave at once, even amid a task, when the process that asks has gone."""
+def _listen(requests: BinaryIO, tasks: queue.SimpleQueue[Task]) -> None:
+    """Queue incoming tasks; exit at once, even amid a task, when the parent has gone."""
     try:
         while True:
-            tasks.put(pickle.load(told))
+            tasks.put(pickle.load(requests))
     except Exception:
         sys.stderr.flush()
         os._exit(0)

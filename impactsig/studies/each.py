@@ -1,4 +1,4 @@
-"""One function of many things, on processes: a sweep of what are no numbers."""
+"""Map a function over objects in parallel processes: a sweep whose cells return objects."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def each(
     -------
     list
         An ImpactsigError stands for a thing of which the function raised it. Any other error, or
-        the death of a process, is told by an ImpactsigError as well; the rest goes on.
+        the death of a process, becomes an ImpactsigError as well; the rest goes on.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def each(
         return []
     with TemporaryDirectory(prefix="impactsig-") as folder:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ImpactsigWarning)  # failed cells are told below
+            warnings.simplefilter("ignore", ImpactsigWarning)  # failed cells are reported below
             study = sweep(
                 _Kept(function, tuple(things), folder),
                 {"thing": range(len(things))},
@@ -70,7 +70,7 @@ def each(
 
 @dataclass(frozen=True)
 class _Kept:
-    """Calls the function where a worker is, and leaves what comes of it in a folder of ours."""
+    """Calls the function in a worker, and writes the result to a temporary folder."""
 
     function: Callable[[Any], Any]
     things: tuple[Any, ...]

@@ -1,4 +1,4 @@
-"""What a result depends on, by name: the code of a function and of all that it refers to.
+"""Digest of the code that a function depends on, by name.
 
 Of a user's functions it is the bytecode and the constants, followed through the globals and
 closures they use, so that comments and line numbers do not count and a helper's change does. Of an
@@ -30,7 +30,7 @@ DOCUMENTED = 0x4000000
 
 
 def code_of(function: Callable[..., Any]) -> dict[str, str]:
-    """Digests and versions of what the function is made of, by name."""
+    """Digests and versions of the code that a function refers to, by name."""
     reader = _Reader()
     python = sys.version_info
     reader.parts |= {"python": f"{python.major}.{python.minor}", "numpy": np.__version__}
@@ -46,12 +46,12 @@ def digest_of(value: Any) -> str:
 
 
 def digest(text: str | bytes) -> str:
-    """A short name of some text: equal if, and only if, the text is."""
+    """A short digest of text."""
     return hashlib.blake2b(text.encode() if isinstance(text, str) else text).hexdigest()[:DIGITS]
 
 
 class _Reader:
-    """Writes values as text that is the same in every process, and collects the code they use."""
+    """Serialise values as text that is the same in every process, and collect their code."""
 
     def __init__(self) -> None:
         self.parts: dict[str, str] = {}
@@ -210,7 +210,7 @@ def _contents(cell: Any) -> Any:
 
 
 def _names(code: types.CodeType, operation: str) -> set[str]:
-    """Names that the code, and that of functions within, looks up in this way."""
+    """Global and attribute names that the code, and functions nested in it, look up."""
     found = {one.argval for one in dis.get_instructions(code) if one.opname == operation}
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):

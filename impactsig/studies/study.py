@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Study(Shown):
-    """What a function gave on every cell of a grid of parameters.
+    """Values of a function on a grid of parameters.
 
     ``study["name"]`` is an observable as an array: the axes of the grid first, in the order of
     `parameters`, then those that the observable itself has. What is not known is NaN; of whole
@@ -70,11 +70,11 @@ class Study(Shown):
 
     @property
     def complete(self) -> bool:
-        """Whether all cells have been worked out."""
+        """Whether all cells have been evaluated."""
         return bool(self.done.all())
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """An observable on the grid; of a study in a directory it is read, and checked, each time.
+        """An observable on the grid; a stored study reads and verifies it each time.
 
         Raises
         ------
@@ -88,7 +88,7 @@ class Study(Shown):
         return self._values.read(name) if isinstance(self._values, Store) else self._values[name]
 
     def to_xarray(self) -> xarray.Dataset:
-        """All observables with their labelled axes, in memory.
+        """All observables as labelled arrays in memory.
 
         A study larger than memory is opened by ``xarray.open_zarr(directory / "results.zarr",
         consolidated=False)``, which reads what is asked for.
@@ -129,7 +129,7 @@ class Study(Shown):
 
 
 def open_study(directory: Any) -> Study:
-    """A study kept in a directory, as far as it has come.
+    """Open a study that is stored in a directory, finished or not.
 
     Parameters
     ----------
@@ -177,5 +177,5 @@ def stored(store: Store) -> Study:
 
 
 def by_indices(errors: dict[int, str], shape: tuple[int, ...]) -> dict[tuple[int, ...], str]:
-    """Errors by the indices of their cells, in order."""
+    """Errors by the grid indices of their cells, in order."""
     return {tuple(map(int, np.unravel_index(cell, shape))): errors[cell] for cell in sorted(errors)}

@@ -1,4 +1,4 @@
-"""One parameter study: cells in tiles, on any executor, into memory or a store that resumes."""
+"""`sweep`: evaluate a function on a grid, on any executor, in memory or in a store."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def sweep(
     attributes: Mapping[str, Mapping[str, Any]] | None = None,
     progress: bool | None = None,
 ) -> Study:
-    """Call a function on every combination of its parameters.
+    """Evaluate a function on every combination of its parameters.
 
     The cells of the grid are worked out in tiles of about a second, in the caller's thread, on
     threads, on processes, on a dask cluster or on a GPU. A cell depends on nothing but its
@@ -131,7 +131,7 @@ def sweep(
 
     Notes
     -----
-    "Other code" is told by the bytecode and constants of the function and of what it calls, by the
+    "Other code" is recognised by the bytecode and constants of the function and its callees, by the
     modules of this package that it refers to and all that these import, and by the versions of
     Python, NumPy and the packages that it refers to. What those refer to in turn is not followed,
     nor are files that a function reads. Comments and docstrings do not count.
@@ -177,7 +177,7 @@ def sweep(
                 refuse_other(store, identity, tile)
                 store.mend_axes(units)
                 if len(store.done) == len(store.tiling):
-                    return _told(stored(store))
+                    return _warn_of_failures(stored(store))
         pool = stack.enter_context(_executor(job, grid, code, executor, workers, client))
         first = None
         if store is None:
@@ -197,7 +197,7 @@ def sweep(
             run.take(number, task, outcome)
             advance(len(task.cells))
         study = run.study()
-    return _told(study)
+    return _warn_of_failures(study)
 
 
 def _executor(
@@ -233,9 +233,9 @@ def _executor(
 
 
 def _tile_of_a_second(pool: Executor, grid: Grid) -> tuple[int, Outcome | None]:
-    """How many cells to a tile, from trials of some that are spread over the grid.
+    """Cells of a tile that takes about a second, by trials spread over the grid.
 
-    The first call may compile, so it is not counted; what it gave, of the first cell, is told.
+    The first call may compile, so it is not counted; what it gave, of the first cell, is kept.
     Cells that fail are not counted either.
     """
     least = min(pool.least, grid.size)
@@ -263,8 +263,8 @@ def _cells(tiling: Tiling, number: int) -> int:
     return int(np.prod(tiling.shape(number)))
 
 
-def _told(study: Study) -> Study:
-    """Say that cells failed, if some did."""
+def _warn_of_failures(study: Study) -> Study:
+    """Warn if cells failed; returns the study."""
     if study.errors:
         place, text = next(iter(study.errors.items()))
         where = ", ".join(

@@ -217,7 +217,7 @@ def test_help_tells_what_can_be_observed(capsys, monkeypatch):
     assert run("sweep", "karpodinis", "--help") == 0
     out = capsys.readouterr().out
     for name, one in OBSERVABLES.items():
-        assert f"{name}: {one.told}" in out
+        assert f"{name}: {one.description}" in out
     assert "Forcing frequency [Hz]" in out
 
 

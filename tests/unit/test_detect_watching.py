@@ -39,7 +39,7 @@ def second(x):
 def compile_two(folder, monkeypatch):
     (folder / "two_kernels.py").write_text(KERNELS)
     monkeypatch.syspath_prepend(str(folder))
-    monkeypatch.setattr(_compiled, "_said", [])
+    monkeypatch.setattr(_compiled, "_announced", [])
     kernels = importlib.import_module("two_kernels")
     monkeypatch.delitem(sys.modules, "two_kernels")
     assert (kernels.first(1), kernels.second(1)) == (2, 3)

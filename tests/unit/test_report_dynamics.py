@@ -271,7 +271,7 @@ def test_a_narrow_band_of_chaos_about_a_period_is_told_from_jitter(second, perio
     late = np.random.default_rng(0).uniform(size=800)
     noisy = of(periodic, Impacts.from_times(due + 1e-3 * late), frequency=frequency)
     assert noisy.dynamics.periodic
-    assert "is timing noise: how late an impact is hardly tells" in told(noisy)["Dimension"]
+    assert "is timing noise: how late an impact is hardly says" in told(noisy)["Dimension"]
 
 
 @pytest.mark.usefixtures("without_figures")
@@ -291,7 +291,7 @@ def test_a_jitter_below_the_time_between_two_samples_tells_nothing(samples, noth
 
 @pytest.mark.usefixtures("without_figures")
 @pytest.mark.parametrize(("spread", "part"), [(0.0, ""), (0.1, " in part")])
-def test_an_interval_foretells_the_next_wholly_or_in_part(spread, part, chaotic):
+def test_an_interval_predicts_the_next_wholly_or_in_part(spread, part, chaotic):
     values = logistic(600) + spread * np.random.default_rng(0).standard_normal(600)
     result = of(chaotic, train(values), asked=False)
     determinism = impactsig.return_map_determinism(result.impacts, seed=1)
@@ -299,7 +299,7 @@ def test_an_interval_foretells_the_next_wholly_or_in_part(spread, part, chaotic)
     share = determinism.explained
     assert (0.2 < share < 0.75) if part else (share > 0.95)
     words = told(result)["Delay plot"]
-    assert f"the next impact can{part} be foretold from the last interval" in words
+    assert f"the next impact can{part} be predicted from the last interval" in words
     assert f"decides {100 * share:.0f} % of the variance" in words
 
 

@@ -44,10 +44,10 @@ def pull_slopes(p, f, leg, mode, motion, tau, y, v, by_approach):
             by_approach[k] = power * v * loss / touched
     if leg.forced:
         x, u = y + leg.origin, v
-        if leg.swing != 0.0:
-            angle = leg.sway + leg.pace * tau
-            x += leg.swing * math.cos(angle)
-            u -= leg.swing * leg.pace * math.sin(angle)
+        if leg.base_amplitude != 0.0:
+            angle = leg.base_angle + leg.base_ratio * tau
+            x += leg.base_amplitude * math.cos(angle)
+            u -= leg.base_amplitude * leg.base_ratio * math.sin(angle)
         t = (leg.elapsed + tau) / leg.omega
         rate = max(1.0, math.sqrt(abs(of_q)))
         h = SMALL * max(abs(x) + abs(u) / rate, 1e-12)

@@ -52,12 +52,12 @@ FAR = 4.0  # 2 root tau within which both eigenvectors of an overdamped mode kee
 
 
 @inlined
-def flow(columns, totals, delta, kappa, root, sort, tau, orthonormal):
+def flow(columns, totals, delta, kappa, root, damping_kind, tau, orthonormal):
     """Carry the columns over a span of a mode, the greatest factor taken out as a logarithm."""
     scale = -delta * tau
-    if sort > 0:
+    if damping_kind > 0:
         c, s = math.cos(root * tau), math.sin(root * tau) / root
-    elif sort < 0:
+    elif damping_kind < 0:
         scale = -kappa / (delta + root) * tau
         gone = -math.expm1(-2 * root * tau)
         c, s = 1 - gone / 2, gone / (2 * root)
@@ -72,14 +72,14 @@ def flow(columns, totals, delta, kappa, root, sort, tau, orthonormal):
 @inner
 def span(p, i, tau, columns, totals, orthonormal):
     """Carry the columns over a span of mode i; far from critical damping in pieces."""
-    delta, kappa, root, sort = p.delta[i], p.kappa[i], p.root[i], p.sort[i]
+    delta, kappa, root, damping_kind = p.delta[i], p.kappa[i], p.root[i], p.damping_kind[i]
     totals[DETERMINANT] -= 2 * delta * tau
-    if orthonormal and sort < 0:
+    if orthonormal and damping_kind < 0:
         piece = FAR / (2 * root)
         for _ in range(10):
             if tau <= piece:
                 break
-            flow(columns, totals, delta, kappa, root, sort, piece, orthonormal)
+            flow(columns, totals, delta, kappa, root, damping_kind, piece, orthonormal)
             orthonormalize(columns, totals)
             tau -= piece
         if tau > piece:  # by now the first is the slow eigenvector to the last digit
@@ -88,7 +88,7 @@ def span(p, i, tau, columns, totals, orthonormal):
             totals[FIRST] -= slow * tau
             totals[SECOND] -= fast * tau
             return
-    flow(columns, totals, delta, kappa, root, sort, tau, orthonormal)
+    flow(columns, totals, delta, kappa, root, damping_kind, tau, orthonormal)
 
 
 @inlined
@@ -113,7 +113,7 @@ def acceleration(p, i, f, q, v):
 def by_force(p, i, stop, beyond):
     """Whether a contact in mode i changes where a force is zero, and not a gap."""
     for s in range(p.gaps[i]):
-        if p.means[i, s, 1] == stop and p.means[i, s, 2] == beyond:
+        if p.meanings[i, s, 1] == stop and p.meanings[i, s, 2] == beyond:
             return p.gap[i, s, 1] != 0.0
     return False
 

@@ -1,1 +1,1 @@
-"""The phase of a train of impacts followed over time: rate, slots, drift, satellites."""
+"""Phase of a train of impacts over time: rate, slots, drift, satellites."""

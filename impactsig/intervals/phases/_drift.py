@@ -1,4 +1,4 @@
-"""A smooth phase through the residuals of impacts, and the evidence for how much it wanders."""
+"""Smooth drift of the phase of impacts, and the evidence for its size."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Drift(NamedTuple):
 def fit_drift(
     x: np.ndarray, offset: np.ndarray, floor: float, wanders: np.ndarray = WANDERS
 ) -> Drift:
-    """The phase that offsets of impacts at x share.
+    """Fit the drift of the phase to offsets of impacts at x.
 
     Offsets y are B c plus white noise of variance s^2, where B interpolates linearly between the
     knots c and the second differences of c are normal with variance q^2 dx^3, so that the rate is a

@@ -1,4 +1,4 @@
-"""The penalised spline of a drift, compiled: a pentadiagonal system solved by Cholesky's method."""
+"""Kernels of the drift spline: a pentadiagonal system solved by Cholesky's method."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def solve(gram, bend, target, offset, place, left, right, ratio):
 
 @kernel
 def settle(gram, bend, target, offset, place, left, right, stiffness, spread, floor):
-    """Noise of the offsets and knots in turn: what `solve` returns, and the last ratio.
+    """Alternate noise level and knots: what `solve` returns, and the last ratio.
 
     The ratio is noise^2 stiffness; the noise is at least `floor`, at first `spread`.
     """

@@ -1,4 +1,4 @@
-"""Satellites: second impacts a fixed delay after some of the others, as echoes and rings make."""
+"""Satellites: second impacts at a fixed delay after others, such as echoes and ringing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Satellites(NamedTuple):
 
     @property
     def share(self) -> float:
-        """Of the other impacts that have one."""
+        """Share of the other impacts that have a satellite."""
         return float(self.which.sum() / max((~self.which).sum(), 1))
 
     def score(self, floor: float) -> float:
@@ -35,7 +35,7 @@ class Satellites(NamedTuple):
 
 
 def satellites(cycles: np.ndarray) -> Satellites | None:
-    """The second impacts of close pairs, if many of them come after one delay."""
+    """Find the second impacts of close pairs, if many have the same delay."""
     step = np.diff(cycles)
     close = np.flatnonzero((step > 0) & (step < LONGEST))
     least = max(FEWEST, LEAST_SHARE * len(cycles))

@@ -1,4 +1,4 @@
-"""Whether a train without slots is irregular, or chaotic: locked to the forcing, or predictable."""
+"""Whether a train without slots is chaotic (locked or predictable) or irregular."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ def _prediction_odds(intervals: np.ndarray) -> float:
     futures[:, 0] = future
     for k in range(SHUFFLES):
         futures[:, k + 1] = rng.permutation(future)
-    foretold = futures[near[:, 0]]
+    predicted = futures[near[:, 0]]
     for k in range(1, NEIGHBORS):
-        foretold += futures[near[:, k]]
-    error = np.mean((foretold / NEIGHBORS - futures) ** 2, axis=0)
+        predicted += futures[near[:, k]]
+    error = np.mean((predicted / NEIGHBORS - futures) ** 2, axis=0)
     deviation = (error[0] - error[1:].mean()) / max(float(error[1:].std()), 1e-300)
     return float(-log_ndtr(deviation) - PREDICTED)

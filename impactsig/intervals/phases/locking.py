@@ -1,4 +1,4 @@
-"""The warp of time and the slots that explain a train together."""
+"""Joint fit of slots and a warp of time to a train."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WORSE = 10.0  # by which the score of slots may fall in a round
 
 
 class Attendance(NamedTuple):
-    """Shares of the instants due at which impacts must come."""
+    """Least shares of due instants that must have an impact."""
 
     all: float  # over all slots
     each: float  # at each of them
@@ -55,7 +55,7 @@ def lock(
     widest: float = WIDEST,
     attendance: Attendance = USUAL,
 ) -> list[Lock]:
-    """Slots and drift of every fold in which slots are found.
+    """Slots and drift for every fold in which slots are found.
 
     The rate is taken as constant first; where that explains not nearly everything it is tracked,
     and then the phase. Slots and drift are fitted in turn for the folds that explain the train best
@@ -111,7 +111,7 @@ def _fits(
     widest: float,
     attendance: Attendance,
 ) -> dict[int, SlotFit]:
-    """The slots of each fold in a warped time, where there are any."""
+    """Slots of each fold in a warped time, if there are any."""
     lost = np.interp(gaps, cycles, warp)
     fits = {}
     with progress(len(folds), " periods tried", leave=False) as advance:
@@ -130,7 +130,7 @@ def _settle(
     wanders: np.ndarray,
     attendance: Attendance,
 ) -> list[Lock]:
-    """Locks of the fits, those of the best settled in rounds of slots and drift."""
+    """Locks of the fits, the best of them refined in rounds of slots and drift."""
     found = []
     with progress(len(fits), " periods fitted", leave=False) as advance:
         for rank, fit in enumerate(sorted(fits.values(), key=lambda fit: -fit.score)):
@@ -141,13 +141,13 @@ def _settle(
 
 
 def due(fit: SlotFit) -> np.ndarray:
-    """The instant due that is nearest to each impact, in the cycles of the fit."""
+    """The due instant nearest to each impact, in the cycles of the fit."""
     m = len(fit.centre)
     return fit.instant // m * fit.fold + fit.centre[fit.instant % m]
 
 
 def phase_at(drift: Drift, x: np.ndarray) -> np.ndarray:
-    """The phase of a drift, carried on straight beyond its ends."""
+    """The drift of the phase, extrapolated linearly beyond its ends."""
     phase = np.interp(x, drift.at, drift.phase)
     for end, inner, beyond in ((0, 1, x < drift.at[0]), (-1, -2, x > drift.at[-1])):
         slope = (drift.phase[end] - drift.phase[inner]) / (drift.at[end] - drift.at[inner])
@@ -156,7 +156,7 @@ def phase_at(drift: Drift, x: np.ndarray) -> np.ndarray:
 
 
 def predictive(fit: SlotFit, attendance: Attendance, widest: float = MOST_JITTER) -> float:
-    """Probability that the slots say when impacts come: see the limits at the top of this file."""
+    """Probability that the slots predict the impacts, by the limits at the top of this file."""
     from scipy.special import betaincc, ndtr
 
     hits, total = int(fit.hits.sum()), int(fit.due.sum())
@@ -182,7 +182,7 @@ def _settled(
     attendance: Attendance,
     rounds: int,
 ) -> Lock:
-    """Slots and drift fitted in turn, from a fit in any warp; the last fit that has slots."""
+    """Fit slots and drift alternately; returns the last fit that has slots."""
     drift = _drift(cycles, fit, floor, wanders)
     hits = int(fit.hits.sum())
     if hits < attendance.begun * max(int(fit.due.sum()), fit.impacts):
@@ -208,7 +208,7 @@ def _drift(cycles: np.ndarray, fit: SlotFit, floor: float, wanders: np.ndarray) 
 
 
 def _score(fit: SlotFit, drift: Drift, floor: float) -> float:
-    """The score of the slots, with the evidence of offsets in place of their likelihood."""
+    """Score of the slots, with the evidence of the offsets in place of their likelihood."""
     hits, sigma = int(fit.hits.sum()), max(fit.jitter, floor)
     likelihood = -hits * (np.log(sigma * np.sqrt(2 * np.pi)) + 0.5 * (fit.jitter / sigma) ** 2)
     return float(fit.score - likelihood + drift.log_evidence)

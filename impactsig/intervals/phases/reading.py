@@ -1,4 +1,4 @@
-"""Slots of a train under a forcing period, or without one, and what each explains."""
+"""Candidate periods of a train, with or without a forcing period, and their evidence."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ LEAST_REPEATS = 4
 MOST_FREE = 8  # impacts in a repeat period that is sought without a forcing period
 CLOCK_ERROR = 2e-3  # relative, of the forcing period against the clock of the recording
 UNEVEN = 4.0  # standard errors by which slots at even distances may be off
-SLIPPED = 0.25  # turns of a tone against slots in the run from which on they are told apart
+SLIPPED = 0.25  # turns of a tone against slots in the run from which on they are distinguished
 TOO_FEW = 8  # impacts that are left once satellites are taken out
 
 
 class Reading(NamedTuple):
-    """Slots that were tried, and what time they count in."""
+    """Slots that were tried, and the time in which they count."""
 
     lock: Lock
     unit: float  # the cycle of the clock given [s]
@@ -52,7 +52,7 @@ class Clock:
 
     @cached_property
     def echoes(self) -> Satellites | None:
-        """Its satellites, if what they leave is a train."""
+        """The satellites of the train, if enough impacts remain without them."""
         found = satellites(self.cycles)
         return None if found is None or (~found.which).sum() < TOO_FEW else found
 
@@ -64,7 +64,7 @@ class Clock:
 
 
 class Recurrence(NamedTuple):
-    """The time in which a train most often recurs after so many impacts."""
+    """The time in which the train most often recurs after so many impacts."""
 
     impacts: int
     period: float  # [s]
@@ -72,7 +72,7 @@ class Recurrence(NamedTuple):
 
 
 def recurrences(time: np.ndarray) -> list[Recurrence]:
-    """Those of 1 to 8 impacts."""
+    """The recurrence times of 1 to 8 impacts."""
     found = []
     for m in range(1, MOST_FREE + 1):
         differences = time[m:] - time[:-m]
@@ -87,7 +87,7 @@ def recurrences(time: np.ndarray) -> list[Recurrence]:
 def forced_readings(
     clock: Clock, max_periods: int, resolution: float, attendance: Attendance = USUAL
 ) -> list[Reading]:
-    """Slots for repeats of 1, 2, ... forcing periods, with satellites and without."""
+    """Slots for repeats of 1, 2, ... forcing periods, with and without satellites."""
     folds = list(range(1, min(max_periods, int(clock.cycles[-1] / LEAST_REPEATS)) + 1))
     found = _readings(clock, folds, resolution, attendance, None)
     if clock.echoes is not None:
@@ -116,7 +116,7 @@ def _readings(
 
 
 def _without_orphans(one: Lock, echoes: Satellites, attendance: Attendance) -> Lock:
-    """With echoes of impacts that were missed not held against the slots for bunching."""
+    """Ignore the bunching of echoes whose impact was missed."""
     fit = one.fit
     others = ~fit.hit & (np.abs(fit.offset - echoes.delay) > 2 * SAME)
     width = max(fit.jitter, 1e-12)
@@ -128,7 +128,7 @@ def _without_orphans(one: Lock, echoes: Satellites, attendance: Attendance) -> L
 
 
 def _tones_for_slots(readings: list[Reading], steady: bool) -> list[Reading]:
-    """With the evidence of a tone where it stands in for slots.
+    """Add the evidence of a tone to readings with fewer slots than the best.
 
     A tone at nearly k/7 of the forcing is as well explained by seven slots as by one slot and the
     tone. What has fewer slots than the best gets the evidence of its tone, unless that cannot be
@@ -202,7 +202,7 @@ def free_readings(
 def weigh(
     readings: list[Reading], count: int, span: float
 ) -> tuple[Reading | None, float, tuple[Candidate, ...]]:
-    """The reading that is the period, if any is; its probability, and all that were tried."""
+    """The most probable reading if it is the period, its probability, and all that were tried."""
     if not readings:
         return None, 0.0, ()
     score = np.array([one.score for one in readings]) - poisson_score(count, span)
@@ -234,7 +234,7 @@ def _candidate(one: Reading, gain: float, share: float) -> Candidate:
 
 
 def is_unlocked(one: Reading) -> bool:
-    """Whether slots are evenly spaced and their rate is off: then the forcing has no part in them.
+    """Whether the slots are evenly spaced at a rate that is not locked to the forcing.
 
     A wrong forcing period makes m slots in n of a repeat that is nearly n/m of it.
     """
@@ -249,20 +249,20 @@ def is_unlocked(one: Reading) -> bool:
 
 
 def repeat_period(one: Reading) -> float:
-    """The time after which the slots recur, its mean over the run [s]."""
+    """Mean period of the slots over the run [s]."""
     fit = one.lock.fit
     stretch = (one.cycles[-1] - one.cycles[0]) / (fit.cycles[-1] - fit.cycles[0])
     return float(fit.fold * stretch * one.unit)
 
 
 def _multiple(ratio: float) -> int | None:
-    """The whole number of forcing periods that `ratio` is, within what is known of both."""
+    """The integer that `ratio` equals within its uncertainty, if any."""
     nearest = round(ratio)
     return nearest if nearest >= 1 and abs(ratio - nearest) < RATE_ERROR * nearest else None
 
 
 def _mode(values: np.ndarray) -> float:
-    """Median of the quarter of the values that lie closest together."""
+    """Median of the densest quarter of the values."""
     ordered = np.sort(values)
     size = max(len(ordered) // 4, 2)
     start = int(np.argmin(ordered[size - 1 :] - ordered[: len(ordered) - size + 1]))

@@ -1,4 +1,4 @@
-"""Slots of a fold, compiled: the noise of recurrences, heaps of phases, hits of instants due."""
+"""Kernels for the slots of a fold: jitter, peaks of phases, impacts at due instants."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROUNDS = 10
 
 @kernel
 def recurrence_jitter(cycles, fold, floor, widest):
-    """Timing noise, from how nearly impacts come again after some folds (robust).
+    """Robust estimate of the timing noise, from the recurrence of impacts after some folds.
 
     The greatest of what 1 to 25 folds say: what changes slowly shows little after one.
     """
@@ -45,7 +45,7 @@ def recurrence_jitter(cycles, fold, floor, widest):
 
 @kernel
 def peel(phase, fold, width, least):
-    """Centres of the heaps of sorted phases, the highest first, down to `least` impacts.
+    """Centres of clusters of sorted phases, the largest first, down to `least` impacts.
 
     An impact counts its neighbours within one standard deviation, two thirds of its heap: a wider
     window would sit astride two heaps that touch.
@@ -82,7 +82,7 @@ def peel(phase, fold, width, least):
 
 @kernel
 def assign(cycles, centre, fold, reach, instant, offset, hit):
-    """Fill in the instant due nearest each impact, the offset from it, and whether it hits.
+    """Assign impacts to due instants: the nearest one, the offset, and whether it is a hit.
 
     Instants are numbered in the order of time: of m slots, number k belongs to slot k modulo m. Of
     the impacts within reach of one instant the nearest hits it. `cycles` ascend.
@@ -113,7 +113,7 @@ def assign(cycles, centre, fold, reach, instant, offset, hit):
 
 @kernel
 def settle(cycles, fold, gaps, floor, widest, least, centre, width):
-    """Slots from which weak ones are taken and their rate, centres and width refined in turn.
+    """Remove weak slots, and refine rate, centres and width alternately.
 
     Returns the impacts at the refined rate, the centres and the width of the slots, hits and
     instants due of each slot, and what `assign` fills in for each impact. A slot is weak that is
@@ -162,7 +162,7 @@ def settle(cycles, fold, gaps, floor, widest, least, centre, width):
 
 @kernel
 def _due(centre, fold, cycles, gaps, margin):
-    """How often each slot is due from the first impact to the last, outside gaps."""
+    """Number of due instants of each slot from the first impact to the last, without gaps."""
     due = np.empty(len(centre), np.int64)
     for k in range(len(centre)):
         total = _count(centre[k], fold, cycles[0] - margin, cycles[-1] + margin)

@@ -1,4 +1,4 @@
-"""Impacts as hits of slots that recur: the model that period(m, n) is read from."""
+"""The model of period(m, n): m slots per fold of n cycles, in which impacts recur."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def poisson_score(impacts: int, span: float) -> float:
 def fit_slots(
     cycles: np.ndarray, fold: int, gaps: np.ndarray, floor: float, widest: float, least: float
 ) -> SlotFit:
-    """The slots of a fold of `fold` cycles that most impacts fall in.
+    """Fit the slots of a fold of `fold` cycles that contain the most impacts.
 
     Every slot is hit at most once in `fold` cycles, with one probability p; a hit comes normally
     distributed about the slot; the other impacts are a Poisson process of rate s. With H hits in
@@ -85,7 +85,7 @@ def _rms(values: np.ndarray) -> float:
 def bunching_chance(
     phase: np.ndarray, offset: np.ndarray, fold: int, slots: int, width: float
 ) -> float:
-    """Chance that impacts which hit no slot, were they spurious, would bunch at a phase so much.
+    """Probability that spurious impacts would bunch at a phase as strongly as those without a slot.
 
     An impact that comes now and then, at a phase of its own, is no part of a period: chaos shows
     itself so. What comes close after or before a slot is left out (a ringing of the sensor). The

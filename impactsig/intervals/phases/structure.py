@@ -1,4 +1,4 @@
-"""What jitter about slots hides: a line in its spectrum, a map from one impact to the next."""
+"""Structure below the jitter about slots: a tone, or a map from one impact to the next."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Tone(NamedTuple):
 
 
 class Structure(NamedTuple):
-    """What the residuals of a lock say."""
+    """Tone, map and bands found in the residuals of a lock."""
 
     tone: Tone | None
     band: float  # log-odds of a map, the tone taken out where there is one
@@ -47,7 +47,7 @@ def residuals(lock: Lock) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def structure(lock: Lock, floor: float, slowest: float = SLOWEST) -> Structure:
-    """Tone and band in the residuals of a lock; nothing smaller than `floor` [cycles] is either."""
+    """Search the residuals of a lock for a tone and bands larger than `floor` [cycles]."""
     instant, at, z = residuals(lock)
     deviation = float(z.std())
     if len(z) < FEWEST or deviation < floor:
@@ -68,7 +68,7 @@ def structure(lock: Lock, floor: float, slowest: float = SLOWEST) -> Structure:
 
 
 def strongest_line(at: np.ndarray, z: np.ndarray, density: float, slowest: float) -> Tone | None:
-    """The line that stands highest above the spectrum around it.
+    """The spectral line that is highest above the background around it.
 
     Anticorrelated noise has a spectrum that rises; the background of a line is the median about it.
     """
@@ -104,7 +104,7 @@ def strongest_line(at: np.ndarray, z: np.ndarray, density: float, slowest: float
 
 
 def _refined(at: np.ndarray, z: np.ndarray, line: float, resolution: float) -> float:
-    """The frequency near `line` at which a sine leaves the least."""
+    """Frequency near `line` at which a fitted sine leaves the least residual."""
     from scipy.optimize import minimize_scalar
 
     def left(frequency: float) -> float:
@@ -127,7 +127,7 @@ def _waves(at: np.ndarray, frequency: float, harmonics: int) -> np.ndarray:
 
 
 def _pairs(instant: np.ndarray, z: np.ndarray, lag: int) -> tuple[np.ndarray, np.ndarray]:
-    """Residuals, in standard deviations, of instants `lag` apart that were both hit."""
+    """Standardised residuals of hits that are `lag` due instants apart."""
     order = np.argsort(instant)
     instant, z = instant[order], z[order] / max(float(z.std()), 1e-300)
     place = np.searchsorted(instant, instant + lag)
@@ -137,7 +137,7 @@ def _pairs(instant: np.ndarray, z: np.ndarray, lag: int) -> tuple[np.ndarray, np
 
 
 def _map_odds(before: np.ndarray, after: np.ndarray) -> list[float]:
-    """Log-odds of a map with powers of `before` beyond the first, by the Bayesian criterion."""
+    """Log-odds of a nonlinear map against a linear one, by the Bayesian criterion."""
     n = len(before)
     if n < FEWEST:
         return [-0.5 * np.log(max(n, 2))]
@@ -153,7 +153,7 @@ def _map_odds(before: np.ndarray, after: np.ndarray) -> list[float]:
 
 
 def _hidden(before: np.ndarray, after: np.ndarray, deviation: float) -> tuple[float, float]:
-    """Mean likelihood ratio of bands up to the whole scatter, and the widest that is not excluded.
+    """Mean likelihood ratio of hidden bands, and the widest band that is not excluded.
 
     Of a band of rms a under jitter s the square of a residual is correlated with the next one by
 

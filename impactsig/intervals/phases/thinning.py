@@ -1,4 +1,4 @@
-"""Periods of which impacts are left out at random, told from chaos, which skips by a pattern."""
+"""Periods with randomly missed impacts, distinguished from chaos, which skips by a pattern."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def thinned(
     max_periods: int,
     resolution: float,
 ) -> Weighed:
-    """What `weigh` says where impacts may be left out at random, if it is more probable."""
+    """The answer of `weigh` with randomly missed impacts, if it is more probable."""
     from scipy.special import expit
 
     if clock is None:
@@ -49,7 +49,7 @@ def thinned(
 
 
 def pattern_odds(fit: SlotFit, cycles: np.ndarray, gaps: np.ndarray) -> float:
-    """Log-odds that what came before says which impacts are left out, against nothing says it.
+    """Log-odds that earlier impacts predict which impacts are missed, against chance.
 
     With nothing, all slots are hit with one probability. A pattern has one for each slot, or for
     each slot and context: whether the instant before was hit; whether the two before were; in which

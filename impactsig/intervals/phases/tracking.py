@@ -1,4 +1,4 @@
-"""Impact times in cycles of a base period, its rate followed through the run."""
+"""Impact times in cycles of a base period whose rate is tracked through the run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LEAST_WINDOWS = 1.5  # in a run whose rate is followed
 SPARSEST = 100.0  # cycles an impact
 WANDER = 0.0015  # standard deviation by which the rate changes, per square root of a cycle
 BLOCK = 30  # impacts of which one phase is read
-REACH = 0.12  # [cycles] by which the phase of a block may be off the one foretold
+REACH = 0.12  # [cycles] by which the phase of a block may be off the one predicted
 FADING = 0.85  # weight of the template against the block before it
 CARRIED = 0.7  # share of the slope that is carried on
 RATE_ERROR = 0.026  # relative, of the base period given and of its drift through the run
@@ -24,7 +24,7 @@ MOST_REFINED = 2000  # impacts used to find a single rate; they are spread over 
 
 
 class Warps:
-    """A train in the warps of time in which slots are looked for, each found when first asked for.
+    """A train in several warps of time, each computed when first used.
 
     Attributes
     ----------
@@ -42,14 +42,14 @@ class Warps:
 
     @cached_property
     def rate(self) -> np.ndarray:
-        """Cycles at a rate that is followed through the run; of a short run, the one rate."""
+        """Cycles at a rate that is tracked through the run; for a short run, at the one rate."""
         if np.ptp(self.cycles) < LEAST_WINDOWS * _window(self.cycles):
             return self.constant
         return tracked_rate(self.cycles, RATE_ERROR)
 
     @cached_property
     def phase(self) -> np.ndarray:
-        """The same, with the phase followed as well."""
+        """The same, with the phase tracked as well."""
         return tracked_phase(self.rate)
 
 
@@ -79,7 +79,7 @@ def steady_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def is_sparse(cycles: np.ndarray) -> bool:
-    """Whether impacts come so seldom by this clock that it says nothing of them.
+    """Whether impacts are too rare in this clock for it to mean anything.
 
     No period is as long, and the rates to be tried grow with the time that eight impacts take.
     """
@@ -118,12 +118,12 @@ def tracked_rate(cycles: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _window(cycles: np.ndarray) -> float:
-    """The length of the windows in which a rate is sought that is followed."""
+    """Length of the windows in which the rate is tracked."""
     return max(LEAST_WINDOW, WINDOW_IMPACTS * float(np.ptp(cycles)) / len(cycles))
 
 
 def tracked_phase(cycles: np.ndarray) -> np.ndarray:
-    """Cycles less the phase of blocks of impacts against a template that fades, twice."""
+    """Cycles minus the phase of blocks of impacts against a fading template, twice."""
     count = len(cycles) // BLOCK
     if count < 3:
         return cycles
@@ -142,19 +142,19 @@ def tracked_phase(cycles: np.ndarray) -> np.ndarray:
 def _follow(
     sums: np.ndarray, centre: np.ndarray, phase: np.ndarray, order: range, begin: int
 ) -> None:
-    """Fill in the phases of blocks in this order, from the block `begin` on."""
+    """Track the phases of blocks in this order, from the block `begin` on."""
     shift = np.linspace(-REACH, REACH, 97)
     turn = np.exp(-2j * np.pi * shift[:, None] * HARMONICS)
     template = sums[:, begin] * WEIGHT
     before, slope = begin, 0.0
     for k in order:
         apart = centre[k] - centre[before]
-        foretold = phase[before] + slope * apart
-        turned = sums[:, k] * np.exp(-2j * np.pi * HARMONICS * foretold)
+        predicted = phase[before] + slope * apart
+        turned = sums[:, k] * np.exp(-2j * np.pi * HARMONICS * predicted)
         overlap = ((turn * turned) @ template.conj()).real
         best = int(np.argmax(overlap))
         moved = shift[best] + (shift[1] - shift[0]) * vertex(overlap, best)
-        phase[k] = foretold + moved
+        phase[k] = predicted + moved
         template = FADING * template
         template += (1 - FADING) * turned * np.exp(-2j * np.pi * HARMONICS * moved) * WEIGHT
         if apart:
@@ -173,7 +173,7 @@ def harmonics(cycles: np.ndarray) -> np.ndarray:
 
 
 def vertex(values: np.ndarray, best: int) -> float:
-    """Where between samples the parabola through the greatest and its neighbours peaks."""
+    """Position of a maximum between samples, by the parabola through its neighbours."""
     if not 0 < best < len(values) - 1:
         return 0.0
     below, peak, above = values[best - 1 : best + 2]
@@ -182,7 +182,7 @@ def vertex(values: np.ndarray, best: int) -> float:
 
 
 def best_path(score: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """The path of greatest score through its rows, less the cost of changes between columns.
+    """Path of greatest total score through the columns, minus a cost for changes.
 
     Viterbi's algorithm.
     """
@@ -217,7 +217,7 @@ def _fill_coherence(
 
 
 def _between(cycles: np.ndarray, centre: np.ndarray, phase: np.ndarray) -> np.ndarray:
-    """The phase of blocks at every impact, carried on straight beyond the first and the last."""
+    """Phase of blocks interpolated at every impact, extrapolated at both ends."""
     inside = np.interp(cycles, centre, phase)
     for end, inner, beyond in ((0, 1, cycles < centre[0]), (-1, -2, cycles > centre[-1])):
         slope = (phase[end] - phase[inner]) / (centre[end] - centre[inner])

@@ -24,13 +24,13 @@ class Verdict(NamedTuple):
 
     @property
     def kind(self) -> str:
-        """The most probable kind; of bands, only those that show count."""
+        """The most probable kind; bands count only if they are visible."""
         seen = {**self.probability, "banded": self.probability["banded"] - self.hidden}
         return max(seen, key=lambda kind: seen[kind])
 
 
 def locked_verdict(lock: Lock, found: Structure, locked: float, chaos: float) -> Verdict:
-    """Probabilities where slots are found.
+    """Probabilities for a train with slots.
 
     The kinds of motion about slots share `locked`, the probability that there are slots, in the
     ratio of their evidence; a tone and a band come with any drift. The rest is chaotic or irregular
@@ -52,7 +52,7 @@ def locked_verdict(lock: Lock, found: Structure, locked: float, chaos: float) ->
 
 
 def unlocked_verdict(locked: float, chaos: float) -> Verdict:
-    """Probabilities where no slots are."""
+    """Probabilities for a train without slots."""
     chaotic = (1 - locked) * _logistic(chaos)
     values = (locked, 0.0, 0.0, 0.0, chaotic, max(1 - locked - chaotic, 0.0))
     return Verdict(dict(zip(KINDS, map(float, values), strict=True)), 0.0)

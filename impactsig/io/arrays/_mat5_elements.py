@@ -1,4 +1,4 @@
-"""The elements of a MATLAB 5 file: every tag checked before what it announces is touched.
+"""The elements of a MATLAB 5 file; every tag is validated before its data are read.
 
 A file is a row of elements, each a type, a size and that many bytes; an array is an element of
 elements (MathWorks, "MAT-File Format"). scipy reads them too, but an element of a type that is not
@@ -35,7 +35,7 @@ _DEEPEST, _MOST = 32, 10_000
 
 
 class Tag(NamedTuple):
-    """An element: its type, where its data begin, how many bytes they are, and where it ends."""
+    """An element: type, offset and size of its data, and its end."""
 
     kind: int
     start: int
@@ -44,7 +44,7 @@ class Tag(NamedTuple):
 
 
 class Leaf(NamedTuple):
-    """An array of numbers or a text, and where its data stand.
+    """An array of numbers or a text, with the place of its data.
 
     `dtype` is the type that MATLAB shows and `stored` that of the file, None for a text. `refused`
     says why it cannot be read, where it cannot.
@@ -61,7 +61,7 @@ class Leaf(NamedTuple):
 
 
 class Elements:
-    """Elements in a buffer; those that end behind it are listed, for data that come later.
+    """Elements in a buffer; incomplete ones at its end are kept for later data.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class Elements:
         self._found = 0
 
     def tag(self, at: int, end: int) -> Tag:
-        """The element at byte `at` of what ends at byte `end`.
+        """The element at byte `at` of a container that ends at byte `end`.
 
         Raises
         ------
@@ -132,10 +132,10 @@ class Elements:
             raise ValueError(f"an array of shape {shape} at byte {part.start}")
         part = self.tag(part.end, end)
         place = (*above, name or self.bytes(part).decode("latin-1"))
-        sort = flags & 0xFF
-        if sort in _CLASSES:
-            yield self._numbers(place, shape, np.dtype(_CLASSES[sort]), flags, part.end, end)
-        elif sort == _CHAR:
+        array_class = flags & 0xFF
+        if array_class in _CLASSES:
+            yield self._numbers(place, shape, np.dtype(_CLASSES[array_class]), flags, part.end, end)
+        elif array_class == _CHAR:
             part = self.tag(part.end, end)
             if part.kind not in _TEXTS:
                 raise ValueError(f"type {part.kind} where a text belongs, at byte {part.start}")
@@ -143,10 +143,14 @@ class Elements:
             if encoding.startswith("utf-") and encoding != "utf-8":
                 encoding += "-le" if self._order == "<" else "-be"
             yield Leaf(place, shape, np.dtype("S1"), None, part.start, part.size, encoding)
-        elif sort in (_CELL, _STRUCT, _OBJECT):
-            yield from self._nested(place, shape, sort, part.end, end, depth + 1)
+        elif array_class in (_CELL, _STRUCT, _OBJECT):
+            yield from self._nested(place, shape, array_class, part.end, end, depth + 1)
         else:
-            what = "is sparse" if sort == _SPARSE else f"is of a kind without numbers ({sort})"
+            what = (
+                "is sparse"
+                if array_class == _SPARSE
+                else f"is of a kind without numbers ({array_class})"
+            )
             yield Leaf(place, shape, np.dtype("V1"), None, 0, 0, refused=what)
 
     def _numbers(
@@ -164,17 +168,17 @@ class Elements:
         return Leaf(place, shape, dtype, stored, part.start, part.size, refused=refused)
 
     def _nested(
-        self, place: Place, shape: tuple[int, ...], sort: int, at: int, end: int, depth: int
+        self, place: Place, shape: tuple[int, ...], array_class: int, at: int, end: int, depth: int
     ) -> Iterator[Leaf]:
         """The fields of a struct, or the arrays of a cell."""
         count = bytes_of(shape, np.dtype("u1"))
-        if sort == _CELL:
+        if array_class == _CELL:
             for number in range(count):
                 part = self.tag(at, end)
                 yield from self.matrix(part, place[:-1], f"{place[-1]}{{{number + 1}}}", depth)
                 at = part.end
             return
-        if sort == _OBJECT:
+        if array_class == _OBJECT:
             at = self.tag(at, end).end  # the name of its class
         part = self.tag(at, end)
         (width,) = self.integers(part)

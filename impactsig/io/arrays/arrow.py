@@ -1,4 +1,4 @@
-"""Parquet and Feather: each column of numbers a channel, read by groups of rows."""
+"""Parquet and Feather: each numeric column is a channel, read by groups of rows."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .._source import Source, in_utf8
 from .._time_columns import time_factor
 
 IMPACTS = b"impactsig"
-"""Key of the metadata by which a table of impacts is told from a recording."""
+"""Key of the metadata that marks a table of impacts; recordings have none."""
 
 _Read: TypeAlias = Callable[[list[int], int, int], np.ndarray]
 
@@ -26,7 +26,7 @@ _NO_RATE = "The file has no column of times, and no rate or fs among its metadat
 
 
 class _Groups(NamedTuple):
-    """Groups of rows: group k holds rows ``starts[k]`` to ``starts[k + 1]``.
+    """Row groups: group k holds rows ``starts[k]`` to ``starts[k + 1]``.
 
     ``load(group, name)`` reads one column of one of them.
     """
@@ -53,15 +53,15 @@ def open_source(path: Path, limits: Limits) -> Source:
 
 
 def _source(path: Path, groups: _Groups, limits: Limits) -> Source:
-    told = groups.schema.metadata or {}
-    if IMPACTS in told:
+    metadata = groups.schema.metadata or {}
+    if IMPACTS in metadata:
         raise UnreadableFile(
             path,
             "is a table of impacts, not a recording",
             "Read it with impactsig.Impacts.read_parquet",
         )
     facts, notes, arrays = Facts(path), [], []
-    for name, value in told.items():
+    for name, value in metadata.items():
         facts.add((), name.decode("utf-8", "replace"), _value(name, value))
     names = groups.schema.names
     length = int(groups.starts[-1])
@@ -94,7 +94,7 @@ def _source(path: Path, groups: _Groups, limits: Limits) -> Source:
 
 
 def _seconds(read: _Read, count: float, from_first: bool) -> tuple[_Read, int | None]:
-    """A reader of seconds from one of counts, and the first count if times begin there."""
+    """A reader of seconds from counts, and the first count if times begin there."""
     first = None
     if from_first:
         (value,) = read([0], 0, 1)[0]
@@ -141,7 +141,7 @@ def _feather(path: Path, limits: Limits) -> _Groups:
 
 
 def _rows(message: Any) -> int:
-    """Number of rows that a record batch announces, read before any of its buffers is unpacked.
+    """Number of rows that a record batch announces, read before its buffers are unpacked.
 
     The message is a FlatBuffer: each table begins with the distance back to a list of where its
     fields stand. The header is the third field of a message, the length the first of a batch.
@@ -190,7 +190,7 @@ def _is_moment(kind: Any) -> bool:
 
 
 def _count(kind: Any) -> float:
-    """Seconds in one count of a moment or of a duration; 0 of any other type."""
+    """Seconds in one count of a timestamp or duration; 0 for any other type."""
     from pyarrow import types
 
     counted = types.is_timestamp(kind) or types.is_duration(kind)
@@ -198,7 +198,7 @@ def _count(kind: Any) -> float:
 
 
 def _numbers(column: Any) -> Any:
-    """A column as plain numbers: counts of moments, decimals as binary fractions."""
+    """A column as plain numbers: counts of timestamps, decimals as binary fractions."""
     from pyarrow import types
 
     if column.type == "bool":
@@ -209,7 +209,7 @@ def _numbers(column: Any) -> Any:
 
 
 def _value(name: bytes, value: bytes) -> Any:
-    """A number where one is looked for, a text elsewhere."""
+    """Metadata as a number if it is one, else as text."""
     text = value.decode("utf-8", "replace")
     if fact(name.decode("utf-8", "replace")) in ("rate", "step", "start"):
         try:
@@ -222,7 +222,7 @@ def _value(name: bytes, value: bytes) -> Any:
 def _reader(
     path: Path, groups: _Groups, field: Any, limits: Limits
 ) -> Callable[[list[int], int, int], np.ndarray]:
-    """Reads rows of one column; the group read last is held, for the block that goes on in it."""
+    """A reader of one column, which caches the last group for the next block."""
     held: dict[int, np.ndarray] = {}
     starts, dtype = groups.starts, _dtype(field.type)
 

@@ -20,7 +20,7 @@ _NO_RATE = "The file has no number named fs or dt beside these samples, and no a
 
 
 class _Matrix(NamedTuple):
-    """A matrix: its real part stands at `start`, by columns."""
+    """A matrix: its real part begins at `start`, in column order."""
 
     name: str
     shape: tuple[int, int]
@@ -31,7 +31,7 @@ class _Matrix(NamedTuple):
 
 
 def is_mat4(head: bytes) -> bool:
-    """Whether a file begins with a matrix of MATLAB 4: its type, sizes and length of its name.
+    """Whether a file begins with a plausible header of a MATLAB 4 matrix.
 
     The type is written in decimal digits: computer, 0, precision, full (0), text (1) or sparse (2).
     """
@@ -39,7 +39,7 @@ def is_mat4(head: bytes) -> bool:
 
 
 def _header(content: bytes, at: int, order: str) -> _Matrix | None:
-    """The matrix that begins at a byte; None if none does."""
+    """The matrix that begins at a byte; None if there is none."""
     if len(content) < at + _HEADER:
         return None
     code, rows, columns, imaginary, length = struct.unpack_from(order + "5i", content, at)
@@ -81,7 +81,7 @@ def open_source(path: Path, limits: Limits) -> Source:
 
 
 def _matrices(content: np.ndarray, order: str) -> Iterator[_Matrix | None]:
-    """The matrices in turn; None in place of one whose header is no header."""
+    """The matrices in order; None in place of one whose header is invalid."""
     at = 0
     while at < len(content):
         # A name is shorter than this; only so much of the map is copied.

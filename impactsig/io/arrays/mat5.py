@@ -22,7 +22,7 @@ _NO_RATE = "The file has no number named fs or dt beside these samples, and no a
 
 
 class _Packed(NamedTuple):
-    """A compressed variable: where its bytes stand, and how many they unpack to."""
+    """A compressed variable: offset, size, and size when unpacked."""
 
     start: int
     size: int
@@ -69,7 +69,7 @@ def open_source(path: Path, limits: Limits) -> Source:
 
 
 def _inflate(raw: memoryview, content: np.ndarray) -> tuple[int, bool]:
-    """Fill `content` from a stream: how many bytes came, and whether that is all of the stream.
+    """Decompress into `content`: number of bytes, and whether the stream ended.
 
     In pieces that stay in the cache: zlib would gather the whole, and copy it then.
     """
@@ -89,7 +89,7 @@ def _inflate(raw: memoryview, content: np.ndarray) -> tuple[int, bool]:
 
 
 class _Store:
-    """The arrays of a file, and their bytes."""
+    """The arrays of a file and their bytes."""
 
     def __init__(self, path: Path, content: np.ndarray, order: str, limits: Limits) -> None:
         self._path, self._content, self._order, self._limits = path, content, order, limits
@@ -149,7 +149,7 @@ class _Store:
         return content[leaf.start : leaf.start + leaf.size]
 
     def numbers(self, leaf: Leaf, packed: _Packed | None) -> np.ndarray:
-        """An array, in the type that the file keeps it in."""
+        """An array, in the type in which the file stores it."""
         return np.ndarray(leaf.shape, leaf.stored, self.bytes(leaf, packed), order="F")
 
     def reader(

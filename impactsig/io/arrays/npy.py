@@ -30,7 +30,7 @@ class ArrayHeader(NamedTuple):
 
 
 def read_array_header(file: BinaryIO) -> ArrayHeader:
-    """Read the header; `file` then stands at the data."""
+    """Read the header; leaves `file` at the data."""
     version = np.lib.format.read_magic(file)
     if version == (1, 0):
         shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)

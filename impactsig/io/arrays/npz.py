@@ -1,4 +1,4 @@
-"""NumPy .npz: arrays of one length are channels, a number named rate or fs is the rate."""
+"""NumPy .npz: arrays of one length are channels; a number named rate or fs is the rate."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _headers(path: Path, archive: zipfile.ZipFile) -> dict[str, ArrayHeader]:
 
 
 def _reader(path: Path, name: str) -> Callable[[list[int], int, int], np.ndarray]:
-    """Loads the array when it is first asked for, and holds it."""
+    """A reader that loads the array at its first use and keeps it."""
     held: list[np.ndarray] = []
 
     def read(columns: list[int], first: int, last: int) -> np.ndarray:

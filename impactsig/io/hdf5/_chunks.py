@@ -1,4 +1,4 @@
-"""The chunks of an HDF5 dataset, checked before the library reads them.
+"""Check the chunks of an HDF5 dataset before the library reads them.
 
 HDF5 up to 2.0 takes the checksum of a stored chunk from its last four bytes without asking whether
 it has four: a stored size of 0 in the file ends the process. Of a chunk that is not compressed, it
@@ -37,7 +37,7 @@ class Chunks:
             self._whole = int(shape.prod()) * dataset.id.get_type().get_size()
 
     def check(self, spans: Sequence[tuple[int, int]] | None = None) -> None:
-        """Refuse the dataset if a chunk that has to do with the spans is stored in too few bytes.
+        """Refuse the dataset if a chunk within the spans is stored in too few bytes.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ class Chunks:
                 yield place, len(stored), least
 
     def _short_plain(self, places: list[range]) -> Iterator[tuple[Place, int, int]]:
-        """The same, where no filter is: the library itself does not look at the stored sizes."""
+        """The same without filters, where the library itself does not check the stored sizes."""
         identifier = self._dataset.id
         self._lookups += int(np.prod([len(along) for along in places], dtype=object))
         if self._short is None and self._lookups <= _FEW:
@@ -106,7 +106,7 @@ class Chunks:
 
 
 def _least(filters: Sequence[int], whole: int) -> int:
-    """Fewest bytes in which a chunk of `whole` bytes is stored by filters that are all applied."""
+    """Fewest bytes in which filters can store a chunk of `whole` bytes."""
     least = whole
     for number in filters:
         if number == _FLETCHER32:

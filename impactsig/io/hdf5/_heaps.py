@@ -1,4 +1,4 @@
-"""The heaps in which HDF5 keeps texts of any length, checked before the library goes through them.
+"""Check the heaps of an HDF5 file, which hold variable-length texts, before the library reads them.
 
 A heap is a row of objects, each after the one before by the size that it gives (HDF5 File Format
 Specification, III.E). HDF5 up to 2.0 goes round for ever at a free object of size 0: one changed
@@ -22,19 +22,19 @@ _MOST = 1_000_000  # objects; overlapping heaps could have any number
 
 
 class Heaps:
-    """The heaps of one file, looked at when HDF5 is first asked for a text."""
+    """The heaps of one file, checked when the first text is read."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     @property
     def doubt(self) -> str:
-        """Why no text may be read from them; "" if any may."""
+        """Why no text may be read from them; "" if texts may be read."""
         return self._state()[0]
 
     @property
     def largest(self) -> int:
-        """Bytes of the largest object in them, thus of the longest text."""
+        """Bytes of the largest object, and so of the longest text."""
         return self._state()[1]
 
     def _state(self) -> tuple[str, int]:
@@ -47,7 +47,7 @@ class Heaps:
 
 @lru_cache(64)
 def _known(path: Path, size: int, *_: int) -> tuple[str, int]:
-    """What is known of a file as it is: a part is often read of a file that was read before."""
+    """Result of the check, cached for as long as the file is unchanged."""
     with path.open("rb") as file:
         return _doubt(file, size)
 
@@ -70,7 +70,7 @@ def _doubt(file: BinaryIO, size: int) -> tuple[str, int]:
 
 
 def has_long_sizes(head: bytes) -> bool:
-    """Whether lengths and offsets take 8 bytes, as whoever writes HDF5 lets them."""
+    """Whether lengths and offsets take 8 bytes, as all common writers choose."""
     at = next((at for at in (0, 512, 1024, 2048) if head[at : at + 8] == SIGNATURE), -1)
     if at < 0:
         return False
@@ -79,7 +79,7 @@ def has_long_sizes(head: bytes) -> bool:
 
 
 def _starts(file: BinaryIO) -> Iterator[int]:
-    """Where a heap, or what looks like one, begins."""
+    """Offsets at which a heap, or what looks like one, begins."""
     begin = 0
     while True:
         file.seek(begin)
@@ -94,7 +94,7 @@ def _starts(file: BinaryIO) -> Iterator[int]:
 
 
 def _walked(file: BinaryIO, at: int, end: int, left: int) -> tuple[int, int]:
-    """How many objects may still be looked at after those of a heap, and the size of its largest.
+    """Objects that may still be checked after this heap, and the size of its largest.
 
     None may if it has no end.
     """

@@ -1,4 +1,4 @@
-"""What an HDF5 file itself holds: its objects are listed, its links to elsewhere are not followed.
+"""The objects of an HDF5 file; links to other files are not followed.
 
 A file of one kilobyte may name any other file of the computer as the place of its samples, by an
 external link, external storage or a virtual dataset. Only hard links are followed here, one name
@@ -29,7 +29,7 @@ _FILTERS = frozenset((1, 2, 3, 4, 5, 6, 32_000))  # deflate ... scale-offset, an
 
 
 class Member(NamedTuple):
-    """A group or dataset of a file; `refused` says why it is not to be touched, where it is not."""
+    """A group or dataset; `refused` says why it must not be read, if so."""
 
     place: Place
     object: Any
@@ -37,7 +37,7 @@ class Member(NamedTuple):
 
 
 def members(path: Path, file: Any, matlab: bool) -> Iterator[Member]:
-    """Groups, datasets and refused links of a file, each object once, its members after it.
+    """Groups, datasets and refused links, each object once, parents first.
 
     The cells of a MATLAB file are references to objects that it keeps in a group of its own.
 
@@ -86,7 +86,7 @@ def members(path: Path, file: Any, matlab: bool) -> Iterator[Member]:
 
 
 def _cells(path: Path, file: Any, place: Place, dataset: Any) -> Iterator[tuple[Place, Any]]:
-    """What a MATLAB cell array refers to; a reference of this kind never leaves its file."""
+    """The objects that a MATLAB cell array refers to, all within its file."""
     if check_size(path, dataset, DEFAULT_LIMITS) or dataset.size > _MOST:
         return
     Chunks(path, dataset).check()
@@ -96,7 +96,7 @@ def _cells(path: Path, file: Any, place: Place, dataset: Any) -> Iterator[tuple[
 
 
 def refused_storage(dataset: Any) -> str:
-    """Why a dataset is not to be read, going by how it is stored; "" if it is."""
+    """Why the storage of a dataset must not be read; "" if it may."""
     import h5py
 
     plan = dataset.id.get_create_plist()
@@ -112,7 +112,7 @@ def refused_storage(dataset: Any) -> str:
 
 
 def check_size(path: Path, dataset: Any, limits: Limits) -> str:
-    """Why a dataset holds no samples, by the sizes that it announces; "" if it does.
+    """Why a dataset of the announced size holds no samples; "" if it does.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def check_size(path: Path, dataset: Any, limits: Limits) -> str:
 
 
 def attributes(item: Any, texts: Texts) -> Iterator[tuple[str, Any]]:
-    """Small attributes of a group or dataset that tell something of samples."""
+    """Small attributes of a group or dataset that describe samples."""
     for name in item.attrs:
         if fact(name) is None:
             continue

@@ -1,4 +1,4 @@
-"""Texts of any length in an HDF5 file, read without HDF5: only their own heaps are gone to.
+"""Read variable-length texts of an HDF5 file from their heaps, without the HDF5 library.
 
 h5py writes every text so, thus most units: an attribute keeps the place of a heap in which the text
 is one of the objects. HDF5 may be asked only once all heaps of the file are known to be in order
@@ -22,14 +22,16 @@ from ._heaps import HEAP, SIGNATURE, Heaps, has_long_sizes
 _ATTRIBUTE, _CONTINUED = 0x0C, 0x10
 _SHARED = 0x02
 _LARGEST_BLOCK, _LARGEST_TEXT = 1 << 20, 1 << 16  # bytes of a header's block, and of a text
-_LARGEST_SUM = 1 << 24  # bytes of all texts of a file: a heap's object may be told of many times
+_LARGEST_SUM = (
+    1 << 24
+)  # bytes of all texts of a file: an object of a heap may be referred to many times
 _STRING = 64  # bytes that a string takes at least
 _MOST = 1_000_000  # objects of heaps, and messages of headers, that are gone through for a file
 _PLACE = 16  # bytes of a text's length, heap and number
 
 
 class _Unknown(Exception):
-    """Kept in a way that is not known here: HDF5 has to be asked."""
+    """The layout is not known here, so that HDF5 has to read it."""
 
 
 class Texts:
@@ -79,17 +81,19 @@ class Texts:
         places: Callable[[BinaryIO, int], bytes],
         by_hdf5: Callable[[], Any],
     ) -> Any:
-        """Texts by where they stand; by HDF5, if that is not known and all heaps are in order."""
+        """Texts by location; through HDF5 if the layout is unknown and all heaps are sound."""
         try:
             with self._path.open("rb") as raw:
                 head = raw.read(4096)
                 if not has_long_sizes(head):
                     raise _Unknown
                 base = head.index(SIGNATURE)
-                told = places(raw, base)
-                if len(told) != math.prod(shape) * _PLACE:
+                locations = places(raw, base)
+                if len(locations) != math.prod(shape) * _PLACE:
                     raise _Unknown
-                found = [self._text(raw, base, *one) for one in struct.iter_unpack("<IQI", told)]
+                found = [
+                    self._text(raw, base, *one) for one in struct.iter_unpack("<IQI", locations)
+                ]
         except (_Unknown, OverflowError):
             try:
                 if doubt := self._heaps.doubt:
@@ -109,7 +113,7 @@ class Texts:
             self.doubts.append(doubt)
 
     def _take(self, count: int, length: int) -> None:
-        """Take memory for texts of some length."""
+        """Reserve memory for texts of some length."""
         self._bytes -= count * (length + _STRING)
         if self._bytes < 0:
             raise ValueError(f"hold more than {_LARGEST_SUM >> 20} MiB of texts")
@@ -134,7 +138,7 @@ class Texts:
             raise _Unknown
 
     def _in_heap(self, raw: BinaryIO, start: int) -> Iterator[tuple[int, tuple[int, int]]]:
-        """Number, place and size of the objects of a heap, as far as they are in order."""
+        """Number, offset and size of the objects of a heap, as far as it is sound."""
         size = self._path.stat().st_size
         if start + 16 > size:
             return
@@ -153,7 +157,7 @@ class Texts:
             at += 16 + length + -length % 8
 
     def _attributes(self, raw: BinaryIO, base: int, item: Any) -> dict[bytes, bytes]:
-        """Data of the attributes in the header of an object, by name."""
+        """Raw data of the attributes in an object's header, by name."""
         import h5py
 
         address = h5py.h5o.get_info(item.id).addr
@@ -202,7 +206,7 @@ class Texts:
 
 
 def _named(content: bytes) -> tuple[bytes, bytes]:
-    """Name and data of an attribute message; no data, where its type or shape stands elsewhere."""
+    """Name and data of an attribute message; no data if type or shape is stored elsewhere."""
     version, flags, *sizes = struct.unpack("<BBHHH", content[:8].ljust(8, b"\0"))
     if version == 1:
         sizes = [size + -size % 8 for size in sizes]

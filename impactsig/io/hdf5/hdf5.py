@@ -1,4 +1,4 @@
-"""HDF5, and MATLAB 7.3 which is HDF5: datasets named "group/dataset", columns of them numbered."""
+"""HDF5 and MATLAB 7.3: datasets named "group/dataset", with numbered columns."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def open_source(path: Path, limits: Limits) -> Source:
 def _arrays(
     path: Path, file: Any, limits: Limits, matlab: bool
 ) -> tuple[list[Array], Facts, list[str]]:
-    """The datasets that can be signals, what the file tells of them, and what is left out."""
+    """Datasets that can be signals, facts about them, and notes on what is left out."""
     import h5py
 
     arrays: list[Array] = []
@@ -68,7 +68,7 @@ def _arrays(
         if item.shape is None:
             continue
         if item.size == 1 or _is_text(item):
-            _tell(path, facts, place, item, texts)
+            _collect_fact(path, facts, place, item, texts)
         elif item.dtype.names and len(item.shape) == 1:
             if reason := check_size(path, item, limits):
                 notes.append(f"{shown!r} is left out: it {reason}")
@@ -90,15 +90,15 @@ def _not_numbers(dataset: Any) -> str:
 
 
 def _is_text(dataset: Any) -> bool:
-    """Whether MATLAB wrote it as a text, which is an array of 16-bit codes in its file."""
+    """Whether a dataset is a MATLAB text, which is stored as an array of 16-bit codes."""
     if dataset.dtype.kind != "u" or "MATLAB_class" not in dataset.attrs:
         return False
     kind = dataset.attrs.get_id("MATLAB_class").dtype.kind  # MATLAB's own stand in no heap
     return kind == "S" and dataset.attrs["MATLAB_class"] == b"char"
 
 
-def _tell(path: Path, facts: Facts, place: Place, dataset: Any, texts: Texts) -> None:
-    """Keep a single number, or a text, if it tells something of the arrays beside it."""
+def _collect_fact(path: Path, facts: Facts, place: Place, dataset: Any, texts: Texts) -> None:
+    """Record a single number or a text, if it is a fact about the arrays beside it."""
     if fact(place[-1]) is None or bytes_of(dataset.shape, dataset.dtype) > 4096:
         return
     Chunks(path, dataset).check()
@@ -115,7 +115,7 @@ def _tell(path: Path, facts: Facts, place: Place, dataset: Any, texts: Texts) ->
 
 
 def _table(path: Path, place: Place, dataset: Any, limits: Limits) -> list[Array]:
-    """The columns of a table, which HDF5 keeps as rows of fields."""
+    """The columns of a table, which HDF5 stores as rows of fields."""
     return [
         Array((*place, name), dataset.shape, dtype, _reader(path, dataset, limits, name))
         for name, (dtype, *_) in dataset.dtype.fields.items()

@@ -1,1 +1,1 @@
-"""Audio files and those of measuring instruments: TDMS, UFF, IDE, MDF, Vallen."""
+"""Audio files and files of measuring instruments: TDMS, UFF, IDE, MDF, Vallen."""

@@ -1,4 +1,4 @@
-"""Headers of audio containers: what libsndfile does not tell, or should not be trusted to open.
+"""Headers of audio containers, as far as libsndfile does not report or verify them.
 
 A WAV, AIFF or W64 file that is shorter than its header says is read without a word by libsndfile,
 and its decoders for compressed WAV have a history of memory errors. Both are settled here, from
@@ -19,7 +19,7 @@ _AIFC_CODECS = frozenset(b"NONE sowt twos in24 in32 fl32 FL32 fl64 FL64".split()
 
 
 def missing_bytes(path: Path) -> tuple[int, int]:
-    """Bytes of samples that the header announces and the file lacks, and how many it announces.
+    """Bytes of samples that the header announces but the file lacks, and the number announced.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def missing_bytes(path: Path) -> tuple[int, int]:
 
 
 def ends_in_order(path: Path) -> bool:
-    """Whether the last page of an Ogg file is marked as the last of its stream."""
+    """Whether the last page of an Ogg file is marked as the end of its stream."""
     with path.open("rb") as file:
         size = file.seek(0, 2)
         file.seek(max(0, size - 65_536))

@@ -1,4 +1,4 @@
-"""Where the samples of a TDMS channel stand in its file, so that a part is read as a part.
+"""Layout of a TDMS channel in its file, so that a part can be read alone.
 
 npTDMS reads a whole chunk to return any part of it, and a defragmented file is one chunk: going
 through it in blocks would read all of it for every block. The positions come from what npTDMS
@@ -31,7 +31,7 @@ class Layout(NamedTuple):
     swapped: np.ndarray
 
     def read(self, file: BinaryIO, first: int, samples: np.ndarray) -> None:
-        """Fill `samples` with those of the channel from number `first` on, scaled."""
+        """Read and scale samples from number `first` on into `samples`."""
         held = np.empty(min(len(samples), _STEP), self.dtype)
         for at in range(0, len(samples), _STEP):
             part = samples[at : at + _STEP]
@@ -65,7 +65,7 @@ class Layout(NamedTuple):
 
 
 def layout(tdms: Any, channel: Any, size: int) -> Layout | None:
-    """Where a channel stands in a file of `size` bytes; None if npTDMS has to read it."""
+    """Layout of a channel in a file of `size` bytes; None if npTDMS has to read it."""
     try:
         found = (_runs(segment, channel.path) for segment in tdms._reader._segments)
         runs = [run for run in found if run is not None]
@@ -90,15 +90,15 @@ def layout(tdms: Any, channel: Any, size: int) -> Layout | None:
 
 def _runs(segment: Any, path: str) -> tuple[Any, ...] | None:
     """Type, counts, offsets, strides and byte order of a channel's runs in one segment."""
-    own = segment.get_segment_object(path)
-    if own is None or not own.has_data or not segment.num_chunks:
+    described = segment.get_segment_object(path)
+    if described is None or not described.has_data or not segment.num_chunks:
         return None
     if segment._have_daqmx_objects():
         raise TypeError("DAQmx raw data")
     objects = [o for o in segment.ordered_objects if o.has_data]
-    before = objects[: objects.index(own)]
+    before = objects[: objects.index(described)]
     chunks = int(segment.num_chunks)
-    counts = np.full(chunks, own.number_values, np.int64)
+    counts = np.full(chunks, described.number_values, np.int64)
     base = segment.data_position + np.arange(chunks, dtype=np.int64) * segment._get_chunk_size()
     override = segment.final_chunk_lengths_override
     if override is not None:
@@ -108,8 +108,8 @@ def _runs(segment: Any, path: str) -> tuple[Any, ...] | None:
         stride = sum(o.data_type.size for o in objects)
     else:
         offsets = base + sum(o.data_size for o in before)
-        stride = own.data_type.size
+        stride = described.data_type.size
         if override is not None:
             offsets[-1] = base[-1] + sum(o.data_type.size * override.get(o.path, 0) for o in before)
     swapped = np.full(chunks, bool(segment.toc_mask & _BIG_ENDIAN))
-    return own.data_type.nptype, counts, offsets, np.full(chunks, stride, np.int64), swapped
+    return described.data_type.nptype, counts, offsets, np.full(chunks, stride, np.int64), swapped

@@ -1,4 +1,4 @@
-"""The datasets of a universal file: where each begins and ends.
+"""Split a universal file into its datasets.
 
 A dataset stands between two lines of "    -1"; the second follows binary numbers with or without a
 line end between.
@@ -30,7 +30,7 @@ class Dataset(NamedTuple):
 
 
 def datasets(path: Path, content: memoryview, notes: list[str]) -> Iterator[Dataset]:
-    """The datasets in order; what stands in none, or should be one and is not, goes to `notes`."""
+    """The datasets in order; anything outside or malformed is added to `notes`."""
     at = 0
     while opening := _LINE.search(content, at):
         if _blank_end(content, at) < opening.start():
@@ -61,7 +61,7 @@ def datasets(path: Path, content: memoryview, notes: list[str]) -> Iterator[Data
 def _closing_behind_numbers(
     path: Path, content: memoryview, start: int, line: bytes
 ) -> re.Match[bytes] | None:
-    """The line of -1 behind the numbers of a dataset 58b; None if the file ends before it."""
+    """Offset of the line of -1 after a binary dataset 58b; None if the file ends before it."""
     lines, at = header_lines(path, content, start)
     header, (*_, announced) = parsed_header(path, lines, 0), binary_sizes(path, line)
     # Some writers count the values alone, without their times or their imaginary parts.
@@ -82,6 +82,6 @@ def _closing_behind_numbers(
 
 
 def _blank_end(content: memoryview, at: int) -> int:
-    """Where the blanks and line ends from a place on end."""
+    """End of the blanks and line ends from a place on."""
     blank = _BLANKS.match(content, at)
     return blank.end() if blank else at

@@ -49,7 +49,7 @@ def header_lines(path: Path, content: memoryview, at: int) -> tuple[list[bytes],
 
 
 def parsed_header(path: Path, lines: list[bytes], index: int) -> Header:
-    """What the eleven lines say; the sixth names the function, the seventh its numbers."""
+    """Parse the eleven lines; the sixth names the function, the seventh its numbers."""
     size = lines[6].split()
     if len(size) != 6:
         cuts = (0, 10, 20, 30, 43, 56, 69)
@@ -85,7 +85,7 @@ def parsed_header(path: Path, lines: list[bytes], index: int) -> Header:
 
 
 def value_layouts(header: Header, mark: str) -> list[np.dtype]:
-    """What a value, or a time and a value, may look like; writers differ in the width of times."""
+    """Possible layouts of a value, or of time and value; writers differ in the width of times."""
     y = mark + KINDS[header.kind]
     if header.even:
         return [np.dtype([("y", y)])]
@@ -111,7 +111,7 @@ def line_end(content: memoryview, at: int) -> int:
 
 
 def _text(raw: bytes) -> str:
-    """A cell of a header; "NONE" is what stands there for nothing."""
+    """A cell of a header; "NONE" means nothing."""
     try:
         text = raw.decode("utf-8").strip()
     except UnicodeDecodeError:
@@ -127,7 +127,7 @@ def _integer(raw: bytes) -> int:
 
 
 def _moment(text: str) -> datetime | None:
-    """A date such as "18-Apr-16 13:49:58", in the time of the computer that wrote it."""
+    """A date such as "18-Apr-16 13:49:58", in the writer's local time."""
     match = re.match(r"(\d+)-(\w{3})-(\d\d) +(\d+):(\d+):(\d+)", text)
     if match is None or match[2].lower() not in _MONTHS:
         return None

@@ -73,7 +73,7 @@ def open_source(path: Path, limits: Limits) -> Source:
 
 
 def _count(file: Any) -> int:
-    """Number of frames of a stream whose header leaves it open: read it through."""
+    """Number of frames of a stream whose header omits it, by reading through."""
     frames = 0
     while step := len(file.read(_STEP, dtype="float32")):
         frames += step

@@ -27,7 +27,7 @@ _RATIO = re.compile(rf"{_NUMBER}(/{_NUMBER})?", re.ASCII)
 
 
 def is_ide(head: bytes) -> bool:
-    """Whether a file is EBML of Mide's document type."""
+    """Whether a file is EBML with Mide's document type."""
     return head[:4] == _EBML and b"\x42\x82\x84mide" in head[:200]
 
 
@@ -104,7 +104,7 @@ def open_source(path: Path, limits: Limits) -> Source:
 
 
 def _checked(file: BinaryIO, path: Path) -> str:
-    """What a file that ends early lacks, or "".
+    """What is missing at the end of the file, or "".
 
     Scales and rates that are not numbers or ratios are refused: `9**9**9` would never end.
     """
@@ -128,7 +128,7 @@ def _checked(file: BinaryIO, path: Path) -> str:
 
 
 def _texts(element: Any) -> Iterator[tuple[str, str]]:
-    """Names and values of the texts in an element and in those within it."""
+    """Names and values of the texts in an element and its children."""
     if isinstance(element.value, list):
         for within in element.value:
             yield from _texts(within)
@@ -137,7 +137,7 @@ def _texts(element: Any) -> Iterator[tuple[str, str]]:
 
 
 def _rate(events: Any, held: int) -> tuple[float | None, float, str]:
-    """Rate [Hz] and time of the first sample [s] by the stamps of the blocks, and what to say."""
+    """Rate [Hz] and start [s] from the timestamps of the blocks, and a note."""
     blocks = events._data
     first, last = blocks[0], blocks[-1]
     start = 1e-6 * first.startTime
@@ -151,17 +151,17 @@ def _rate(events: Any, held: int) -> tuple[float | None, float, str]:
     worst = int(np.argmax(off))
     parsers = events.dataset._parsers
     tick = 1e-6 * parsers["ChannelDataBlock"].timeScalars.get(events.parent.id, 1e6 / 2**15)
-    told = (
+    deviation = (
         f"the stamps of its blocks lie up to {off[worst] / step:.3g} samples from a uniform grid "
         f"(worst at t = {stamps[worst]:.6g} s)"
     )
     if off[worst] > max(_STEPS * step, _TICKS * tick):
-        return None, start, f"Samples are missing, or the clock wanders: {told}"
+        return None, start, f"Samples are missing, or the clock wanders: {deviation}"
     rate = rate_of_step(step)
     whole = float(round(rate))
     if whole and abs(whole - rate) <= rate * tick / span:  # the stamps allow a whole number
         rate = whole
-    return rate, start, told if off[worst] > max(0.01 * step, _TICKS * tick) else ""
+    return rate, start, deviation if off[worst] > max(0.01 * step, _TICKS * tick) else ""
 
 
 def _recorded_at(session: Any) -> datetime | None:

@@ -68,7 +68,7 @@ def open_source(path: Path, limits: Limits) -> Source:
 
 
 def _opened(opened: BufferedReader, path: Path) -> Any:
-    """The file as asammdf sees it.
+    """The file, opened by asammdf.
 
     What asammdf leaves half made of a file that it cannot read writes tracebacks when it is
     deleted, so it is deleted here, with the error that holds it.
@@ -91,7 +91,7 @@ def _opened(opened: BufferedReader, path: Path) -> Any:
 def _signals(
     file: Any, path: Path, limits: Limits
 ) -> tuple[list[Signal], list[tuple[int, int]], list[str]]:
-    """The channels of numbers, group and index of each, and what to say of the others."""
+    """Numeric channels with group and index of each, and notes on the others."""
     signals: list[Signal] = []
     places, notes = [], []
     often = Counter(channel.name for group in file.groups for channel in group.channels)
@@ -161,7 +161,7 @@ def _samples(file: Any, group: int, index: int, first: int, count: int) -> np.nd
 
 
 def _base(file: Any, path: Path, limits: Limits, group: int, length: int) -> TimeBase:
-    """Rate of a group by its master channel."""
+    """Rate of a group, from its master channel."""
     index = file.masters_db.get(group)
     if index is None:
         return TimeBase(None, 0.0, "Its group has no master channel of times")
@@ -188,7 +188,7 @@ def _is_4(file: Any) -> bool:
 
 
 def _kind(file: Any, channel: Any) -> int:
-    """How the numbers of a channel become those it stands for."""
+    """The conversion from stored numbers to physical values."""
     nothing = 0 if _is_4(file) else 65535
     return nothing if channel.conversion is None else int(channel.conversion.conversion_type)
 

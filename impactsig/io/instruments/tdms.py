@@ -146,7 +146,7 @@ def _base(channel: Any, times: list[Any]) -> TimeBase:
 
 
 def _recorded_at(channel: Any) -> datetime | None:
-    """Start of the waveform; TDMS counts in UTC."""
+    """Start of the waveform, in UTC."""
     begin = channel.properties.get("wf_start_time")
     if not isinstance(begin, np.datetime64) or np.isnat(begin) or begin <= _EPOCH:
         return None
@@ -168,7 +168,7 @@ def _lacking(status: Any) -> str:
 
 
 def _left_over(tdms: Any, size: int) -> str:
-    """Whether bytes follow the last whole segment, which npTDMS passes over; by a private name."""
+    """Whether bytes follow the last whole segment; npTDMS ignores them (uses a private name)."""
     try:
         rest = size - int(tdms._reader._segments[-1].next_segment_pos)
     except (AttributeError, IndexError, TypeError):
@@ -178,7 +178,7 @@ def _left_over(tdms: Any, size: int) -> str:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep npTDMS from printing what is told as a warning here."""
+    """Keep npTDMS from printing what impactsig reports as a warning."""
     loggers = [
         logger
         for name, logger in logging.root.manager.loggerDict.items()

@@ -37,7 +37,7 @@ _RECORDS = """
 
 
 class _Record(NamedTuple):
-    """A row of `tr_data`; its beginning [s], and volts of one count."""
+    """A row of `tr_data`, with its start [s] and the volts of one count."""
 
     key: int
     channel: int
@@ -51,7 +51,7 @@ class _Record(NamedTuple):
 
 @dataclass(frozen=True)
 class _Run:
-    """Records of a channel that continue each other, and the sample at which each begins."""
+    """Contiguous records of a channel, and the sample at which each begins."""
 
     records: tuple[_Record, ...]
     begins: tuple[int, ...]
@@ -101,7 +101,7 @@ def open_source(path: Path, limits: Limits) -> Source:
 
 
 def _opened(path: Path) -> sqlite3.Connection:
-    """The database, in which nothing is run and beside which no file is opened."""
+    """The database, opened so that none of its code runs and no other file is touched."""
     size = path.stat().st_size
     with path.open("rb") as file:
         page, pages = _FIRST_PAGE.unpack(file.read(_FIRST_PAGE.size))
@@ -142,7 +142,7 @@ def _time_base(database: sqlite3.Connection) -> float:
 
 
 def _records(database: sqlite3.Connection, path: Path) -> tuple[list[_Record], str]:
-    """All records, in the order of channels and times, and what is missing of them."""
+    """All records by channel and time, and notes on missing ones."""
     records, truncated, ticks = [], "", _time_base(database)
     with closing(database.execute(_RECORDS)) as rows:
         for key, *numbers, stored, millivolts in rows:
@@ -169,7 +169,7 @@ def _records(database: sqlite3.Connection, path: Path) -> tuple[list[_Record], s
 
 
 def _runs(records: list[_Record], tick: float) -> Iterator[_Run]:
-    """Runs of records, each of which begins where the one before it ends."""
+    """Group records into runs without interruption."""
     run, begins, length = [records[0]], [0], records[0].samples
     for record in records[1:]:
         first = run[0]

@@ -26,7 +26,7 @@ Read = Callable[[int, int], np.ndarray]
 
 
 class _Function(NamedTuple):
-    """A function, its time base, how many values are there, and a way to them."""
+    """A function: header, time base, number of values, and a reader."""
 
     header: Header
     base: TimeBase
@@ -93,7 +93,7 @@ def open_source(path: Path, limits: Limits) -> Source:
 def _numbers(
     path: Path, content: memoryview, header: Header, at: int, dataset: Dataset
 ) -> _Function:
-    """The values of a function written as text; they are read at once."""
+    """The values of a function written as text, read at once."""
     text = bytes(content[at : dataset.end]).upper().replace(b"D", b"E")
     # Numbers of full width have nothing between them.
     text = re.sub(rb"(?<=\d)(?=[+-]\d*\.)", b" ", text)
@@ -125,7 +125,7 @@ def _last_cells(text: bytes) -> list[str]:
 def _packed(
     path: Path, content: memoryview, header: Header, at: int, dataset: Dataset
 ) -> _Function:
-    """The values of a function written as numbers; mapped."""
+    """The values of a binary function, memory-mapped."""
     order, form, _, size = binary_sizes(path, dataset.binary or b"")
     if order not in (1, 2) or form != 2:
         raise UnreadableFile(

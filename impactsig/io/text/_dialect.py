@@ -1,4 +1,4 @@
-"""How a text table is written: encoding, delimiter, decimal sign, headings, first line of data.
+"""Dialect of a text table: encoding, delimiter, decimal sign, headings, first row of data.
 
 Decided from the first lines of the file, by trying the few ways there are and taking the one under
 which most lines are rows of numbers.
@@ -53,16 +53,16 @@ class Dialect(NamedTuple):
     above: tuple[str, ...]
 
     def fields(self, line: str) -> list[str]:
-        """The cells of a line."""
+        """Split a line into cells."""
         return split_line(line, self.delimiter)
 
     def number(self, text: str) -> str:
-        """A cell with a decimal point in place of the file's own sign."""
+        """A cell with a decimal point in place of the file's decimal sign."""
         return text.replace(",", ".") if self.decimal == "," else text
 
 
 def split_line(line: str, delimiter: str) -> list[str]:
-    """The cells of a line, without the white space and quotes around them."""
+    """Split a line into cells, without surrounding blanks and quotes."""
     if delimiter == " ":
         return line.split()
     if delimiter and '"' in line:
@@ -73,7 +73,7 @@ def split_line(line: str, delimiter: str) -> list[str]:
 
 
 def find_dialect(head: bytes, whole: bool) -> Dialect | None:
-    """The dialect of a file that begins with `head`; None if it holds no rows of numbers.
+    """The dialect of a file that begins with `head`; None if there are no rows of numbers.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def is_moment(cell: str) -> bool:
 
 
 def _score(sample: list[str], delimiter: str, decimal: str) -> tuple[float, str, str, int]:
-    """Share of the lines with the usual number of cells, times the share of numbers in them."""
+    """Share of lines with the usual number of cells, times the share of numbers in them."""
     rows = [split_line(line, delimiter) for line in sample]
     columns, _ = Counter(len(row) for row in rows).most_common(1)[0]
     if (columns == 1) != (delimiter == ""):
@@ -155,7 +155,7 @@ def _decimals_after_comma(sample: list[str]) -> bool:
 def _with_headings(
     lines: list[str], encoding: str, delimiter: str, decimal: str, columns: int
 ) -> Dialect | None:
-    """Find the first row of data, and the headings above it."""
+    """Add headings and the first row of data to a dialect."""
     comment = "#"
     above: list[tuple[bool, str]] = []
     begin = _first_row(lines, delimiter, decimal, columns)
@@ -182,7 +182,7 @@ def _with_headings(
 
 
 def _first_row(lines: list[str], delimiter: str, decimal: str, columns: int) -> int:
-    """The line behind the last heading above the first row that is all numbers; else 0.
+    """Index of the first row below the headings; 0 if there are none.
 
     Some headings, such as "x-axis,1,2", hold as many numbers as a row may.
     """
@@ -204,7 +204,7 @@ def _is_key(below: list[str]) -> bool:
 
 
 def _lacks_its_first(cells: list[str], below: list[str], delimiter: str) -> bool:
-    """Whether a row has no first cell, and the one below it has: numbers of samples, say."""
+    """Whether a heading has no first cell although the rows have, as above sample numbers."""
     return bool(not cells[0] and below and split_line(below[0], delimiter)[0])
 
 
@@ -217,7 +217,7 @@ def _is_row(cells: list[str], columns: int, decimal: str) -> bool:
 def _headings(
     above: list[tuple[bool, str]], delimiter: str, decimal: str, columns: int
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names and units from the last line, or last two lines, above the data."""
+    """Names and units from the last line or two above the data."""
     rows: list[list[str]] = []
     for commented, line in reversed(_up_to_headings(above, delimiter, columns)[-2:]):
         cells = _heading_cells(line, delimiter, columns, commented)
@@ -280,7 +280,7 @@ def _up_to_headings(
 
 
 def _heading_cells(line: str, delimiter: str, columns: int, commented: bool) -> list[str] | None:
-    """The cells of a heading, at least one a column; None if the line is none.
+    """The cells of a heading, at least one for each column; None if it is not a heading.
 
     A commented one may be delimited otherwise than the data. One that is not may name columns
     that were not written; the first names are those of the columns there are.

@@ -1,4 +1,4 @@
-"""The structure of an NI LVM file: headers, columns and where the numbers stand.
+"""The structure of an NI LVM file: headers, columns, and the place of the numbers.
 
 A file header is followed by one or several segments, each with a header of its own, a line of
 column names and rows of numbers; see NI's "Specification for the LabVIEW Measurement File (.lvm)".

@@ -31,7 +31,7 @@ HEAD = 1 << 17
 
 _TAIL = 1 << 16
 _ENDING = re.compile(rb"\r\n|\n|\r")
-# What pandas takes for no number; pyarrow is told to do so too.
+# What pandas takes for missing; pyarrow gets the same list.
 _MISSING = (
     *("", "#N/A", "#N/A N/A", "#NA", "-1.#IND", "-1.#QNAN", "-NaN", "-nan", "1.#IND", "1.#QNAN"),
     *("<NA>", "N/A", "NA", "NULL", "NaN", "None", "n/a", "nan", "null"),

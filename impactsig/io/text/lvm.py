@@ -10,7 +10,7 @@ The time base of a channel, in this order:
    the timing of, guesses.
 
 Columns count where they are uniform within their printed digits. A Delta_X that contradicts the
-column taken is told.
+column taken is reported.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Figures of what intervals show: embedding, dimension, recurrence, surrogates."""
+"""Figures of embedding, dimension, recurrence and surrogates."""

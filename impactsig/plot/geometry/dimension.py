@@ -19,7 +19,7 @@ BLUE = "#0072B2"
 
 @checked
 def dimension(result: CorrelationDimension, figure: Figure | SubFigure | None = None) -> np.ndarray:
-    """Draw what a correlation dimension was read from.
+    """Draw the correlation sum and its slopes with the estimate of the dimension.
 
     The correlation sum K(H) of the Gaussian kernel with the line that was fitted, and its local
     slopes D(H) with their 95 % band. The slope between the two scales is a horizontal line with its

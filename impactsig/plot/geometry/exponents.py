@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @checked
 def stretch_curve(result: LyapunovExponent, ax: Axes | None = None) -> Axes:
-    """Draw how neighbours part, S(k), with the scaling region and the line that was fitted.
+    """Draw the mean divergence of neighbours, S(k), with the fitted line.
 
     The time axis is in seconds where the time between values is known.
 

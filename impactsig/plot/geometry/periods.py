@@ -1,4 +1,4 @@
-"""Figures of the motion through a run: probabilities over time, changes, the speed."""
+"""Figures of the motion through a run: probabilities over time, changes, speed."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ def calibration_curve(
     color: str = BLUE,
     label: str | None = None,
 ) -> Axes:
-    """Draw the share that came true over the probability that was predicted, bin by bin.
+    """Draw observed shares over predicted probabilities, bin by bin.
 
     The bins are equal, from 0 to 1. A point is at the mean of the probabilities in its bin, with
     the 95 % interval of Wilson for the share and how many there are; where probabilities hold,

@@ -10,7 +10,7 @@ from ... import intervals
 from ...impacts import Impacts
 from ...intervals.pairs import unbroken_pairs
 from ..axes import axes, bins, delay_plane, explain, frame, points, seconds, span_of
-from ..stops import by_stop, name_stops
+from ..stops import scatter_by_stop
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -57,9 +57,7 @@ def return_map(impacts: Impacts | Iterable[float], lag: int = 1, ax: Axes | None
         points(ax, first, later)
         return ax
     between = 1 + np.flatnonzero(unbroken_pairs(impacts, lag))
-    for label, colour, own in by_stop(impacts, between):
-        points(ax, first[own], later[own], color=colour, label=label)
-    name_stops(ax)
+    scatter_by_stop(ax, impacts, between, first, later)
     return ax
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from ...errors import InvalidInput
 from .._kinds import checked
-from ..axes import GREY, RASTER_ABOVE, axes, explain, points, seconds, span_of, with_unit
-from ..stops import by_stop, name_stops
+from ..axes import GREY, RASTER_ABOVE, axes, explain, seconds, span_of, with_unit
+from ..stops import by_stop, name_stops, scatter_by_stop
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,9 +38,9 @@ def spike_train(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ax = axes(ax, height=1.4)
     if not len(impacts):
         return explain(ax, impacts.reason or "No impacts.")
-    for label, colour, own in by_stop(impacts, np.ones(len(impacts), bool)):
+    for label, colour, of_stop in by_stop(impacts, np.ones(len(impacts), bool)):
         ax.vlines(
-            impacts.time[own],
+            impacts.time[of_stop],
             0,
             1,
             color=colour,
@@ -63,7 +63,7 @@ def spike_train(impacts: Impacts, ax: Axes | None = None) -> Axes:
 
 @checked
 def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
-    """Draw the peak of every impact against its instant: drift and wear show here first.
+    """Draw the peak of every impact against time; drift and wear show here first.
 
     Parameters
     ----------
@@ -89,9 +89,7 @@ def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
     ax = axes(ax)
     if not len(impacts):
         return explain(ax, impacts.reason or "No impacts.")
-    for label, colour, own in by_stop(impacts, np.ones(len(impacts), bool)):
-        points(ax, impacts.time[own], impacts.peak[own], color=colour, label=label)
-    name_stops(ax)
+    scatter_by_stop(ax, impacts, np.ones(len(impacts), bool), impacts.time, impacts.peak)
     seconds(ax.xaxis, "time", [impacts.stop])
     ax.set_ylabel(with_unit("peak", impacts.unit))
     ax.set_ylim(
@@ -102,7 +100,7 @@ def peak_against_time(impacts: Impacts, ax: Axes | None = None) -> Axes:
 
 @checked
 def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
-    """Draw the contact time of every impact against the interval that led up to it.
+    """Draw the contact time of every impact against the interval before it.
 
     Impacts after a gap in the samples have no such interval and are left out.
 
@@ -136,9 +134,7 @@ def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
         return explain(ax, f"{_count(impacts)}: an interval needs two.")
     after = np.append(False, ~impacts.interval_spans_gap())
     contact = impacts.contact_time[after]
-    for label, colour, own in by_stop(impacts, after):
-        points(ax, intervals[own], contact[own], color=colour, label=label)
-    name_stops(ax)
+    scatter_by_stop(ax, impacts, after, intervals, contact)
     seconds(ax.xaxis, "interspike interval before it", intervals)
     seconds(ax.yaxis, "contact time", contact)
     ax.set_xlim(span_of(intervals))
@@ -148,7 +144,7 @@ def contact_against_interval(impacts: Impacts, ax: Axes | None = None) -> Axes:
 
 @checked
 def interval_sequence(impacts: Impacts, ax: Axes | None = None) -> Axes:
-    """Draw every interspike interval at the instant it ended.
+    """Draw every interspike interval against the time of its end.
 
     Parameters
     ----------
@@ -169,10 +165,7 @@ def interval_sequence(impacts: Impacts, ax: Axes | None = None) -> Axes:
     if not len(intervals):
         return explain(ax, f"{_count(impacts)}: an interval needs two.")
     after = np.append(False, ~impacts.interval_spans_gap())
-    ended = impacts.time[after]
-    for label, colour, own in by_stop(impacts, after):
-        points(ax, ended[own], intervals[own], color=colour, label=label)
-    name_stops(ax)
+    scatter_by_stop(ax, impacts, after, impacts.time[after], intervals)
     seconds(ax.xaxis, "time", [impacts.stop])
     seconds(ax.yaxis, "interspike interval", np.append(intervals, 0.0))
     ax.set_ylim(0, 1.08 * float(intervals.max()) or None)

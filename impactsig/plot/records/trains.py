@@ -89,7 +89,7 @@ def interval_densities(
     label: str = "parameter",
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the density p(I) of the intervals of many trains as an image, a train a column.
+    """Draw the interval densities p(I) of many trains as an image, one column per train.
 
     All have the same bins, as wide as the median of what `impactsig.interval_histogram` chooses for
     each. A column is relative to its own greatest bin, on a logarithmic scale; columns meet halfway
@@ -124,7 +124,7 @@ def interval_densities(
     """
     if not isinstance(trains, Iterable) or isinstance(trains, (str, Impacts)):
         raise InvalidInput("trains", trains, "several trains, each Impacts or intervals")
-    values = [as_intervals(one, least=0) for one in trains]
+    values = [as_intervals(train, least=0) for train in trains]
     if len(values) < 2:
         raise InvalidInput("trains", f"{len(values)} of them", "two or more")
     at = np.asarray(parameter, float)
@@ -134,11 +134,11 @@ def interval_densities(
     both = np.concatenate(values)
     if not both.any():
         return explain(ax, "No intervals to bin.")
-    edges = _common_edges([one for one in values if len(one)])
+    edges = _common_edges([train for train in values if len(train)])
     image = np.zeros((len(edges) - 1, len(values)))
-    for column, one in enumerate(values):
-        if len(one):
-            density = intervals.interval_histogram(one, edges).density
+    for column, train in enumerate(values):
+        if len(train):
+            density = intervals.interval_histogram(train, edges).density
             image[:, column] = density / density.max()
     between = 0.5 * (at[1:] + at[:-1])
     sides = np.concatenate(([1.5 * at[0] - 0.5 * at[1]], between, [1.5 * at[-1] - 0.5 * at[-2]]))
@@ -165,7 +165,7 @@ def _common_edges(values: list[np.ndarray]) -> np.ndarray:
     """Equal bins over all values, of the median of the widths that suit each."""
     both = np.concatenate(values)
     low, high = float(both.min()), float(both.max())
-    width = np.median([np.diff(intervals.interval_histogram(one).edges)[0] for one in values])
+    width = np.median([np.diff(intervals.interval_histogram(train).edges)[0] for train in values])
     if high - low < width:
         low, high = 0.5 * (low + high - width), 0.5 * (low + high + width)
     return np.linspace(low, high, min(math.ceil((high - low) / width), MOST_BINS) + 1)

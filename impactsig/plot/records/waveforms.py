@@ -1,4 +1,4 @@
-"""The signal itself: the whole waveform with its impacts, and one pulse from near."""
+"""Waveforms: a whole recording with its impacts, and one pulse in detail."""
 
 from __future__ import annotations
 
@@ -102,11 +102,11 @@ def waveform(
         marks = by_stop(impacts, inside, VERMILLION)
         if not one_channel:  # colours tell channels apart
             marks = iter([("", VERMILLION, np.ones(len(seen), bool))])
-        for name, mark, own in marks:
-            count = int(own.sum())
+        for name, mark, of_stop in marks:
+            count = int(of_stop.sum())
             label = f"{count} impacts" if count != 1 else "1 impact"
             label += f", {name}" if name else ""
-            points(ax, seen.time[own], heights[own], color=mark, label=label, zorder=3)
+            points(ax, seen.time[of_stop], heights[of_stop], color=mark, label=label, zorder=3)
     if ax.get_legend_handles_labels()[0]:
         legend(ax, "upper right", ncols=4, borderaxespad=0)
         ax.margins(y=0.12)
@@ -118,7 +118,7 @@ def waveform(
 
 
 def polyline(recording: Recording, bins: int = BINS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time, least and greatest sample of each span; the samples themselves where they are few."""
+    """Time, least and greatest sample of each span, or the samples if there are few."""
     if len(recording) <= 2 * bins:
         return recording.time, recording.samples, recording.samples
     return recording.envelope(bins)
@@ -167,7 +167,7 @@ def pulse(
     *,
     margin: float | None = None,
 ) -> Axes:
-    """Draw one impact from near, with its levels and its contact time.
+    """Draw one impact in detail, with its levels and its contact time.
 
     Levels are drawn above the baseline, the median of the samples outside the contact. Threshold
     and release apply to the filtered signal, which is not drawn.

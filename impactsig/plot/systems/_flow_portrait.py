@@ -27,7 +27,7 @@ def flow_portrait(
     stop: float | None,
     coordinates: tuple[str | int, str | int] | None,
 ) -> Axes:
-    """Draw the way of a flow in two of its coordinates."""
+    """Draw the trajectory of a flow in the plane of two coordinates."""
     across, up = _two(motion.system, coordinates)
     first = motion.start if start is None else number("start", start, "a time")
     last = motion.stop if stop is None else number("stop", stop, "a time")

@@ -1,4 +1,4 @@
-"""The line that a motion is drawn by, and where what carries its stops is meanwhile."""
+"""The curve of a motion for drawing, its events, and the motion of the base."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOST_IMPACTS = 5000
 
 
 class Path(NamedTuple):
-    """A line, broken by NaN at the jumps; and those: displacement, velocity before and after."""
+    """A curve, NaN at velocity jumps, and the jumps: displacement, velocity before and after."""
 
     time: np.ndarray
     x: np.ndarray
@@ -35,7 +35,7 @@ class Path(NamedTuple):
 
 
 def path_of(motion: Motion, start: float, stop: float, relative: bool) -> Path:
-    """States at enough times between any two events to draw a smooth line."""
+    """Sample a motion densely enough between events for a smooth curve."""
     impacts, sticks = events_of(motion)
     period = swing(motion)
     lasts = 0.0 if impacts.contact_time is None else impacts.contact_time
@@ -56,7 +56,7 @@ def path_of(motion: Motion, start: float, stop: float, relative: bool) -> Path:
 
 
 def spans_jumped(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where the velocity jumps, and from where to where of all jumps there.
+    """Times at which the velocity jumps, with the range of all jumps there.
 
     Dashes on dashes would look like a line.
     """
@@ -72,14 +72,14 @@ def spans_jumped(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def events_of(motion: Motion) -> tuple[Impacts, np.ndarray]:
-    """The impacts and the sticks, where they were kept."""
+    """Impacts and sticks, if they were kept."""
     if motion.impacts is None or motion.sticks is None:
         raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
     return motion.impacts, motion.sticks
 
 
 def mark_events(ax: Axes, motion: Any, hits: np.ndarray, sticks: np.ndarray, held: str) -> None:
-    """A point on every impact, and a shade over every stick, which the legend names once."""
+    """Mark impacts with points and sticks with shades, each once in the legend."""
     if len(hits):
         label = f"{len(hits)} impact{'s' * (len(hits) > 1)}"
         points(ax, hits, motion.sample(hits)[0], color=VERMILLION, label=label, zorder=3)
@@ -91,7 +91,7 @@ def mark_events(ax: Axes, motion: Any, hits: np.ndarray, sticks: np.ndarray, hel
 def span_drawn(
     motion: Motion, start: float | None, stop: float | None, periods: int
 ) -> tuple[float, float]:
-    """The span asked for, or the last so many periods, in the motion's own."""
+    """The given span, or the last so many periods, in the motion's unit of time."""
     last = motion.stop if stop is None else min(number("stop", stop, "a time"), motion.stop)
     first = last - periods * swing(motion) if start is None else start
     hits = events_of(motion)[0].time
@@ -109,9 +109,9 @@ def span_drawn(
 
 
 def swing(motion: Motion) -> float:
-    """Time that the motion takes for about one swing [s]."""
-    own = motion.system.angular_natural_frequency
-    natural = 2 * math.pi / own * motion.system.time_unit if own else motion.duration / 10
+    """Approximate period of the motion's oscillation [s]."""
+    omega = motion.system.angular_natural_frequency
+    natural = 2 * math.pi / omega * motion.system.time_unit if omega else motion.duration / 10
     forced = motion.system.angular_frequencies
     return 2 * math.pi / forced[0] * motion.system.time_unit if forced else natural
 
@@ -122,12 +122,12 @@ def stops_move(motion: Motion) -> bool:
 
 
 def base_at(motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Displacement and velocity of what carries the stops."""
+    """Displacement and velocity of the base of the stops."""
     return motion._stops_at(*motion._instants(time))
 
 
 def strobe_times(motion: Motion, phase: float) -> np.ndarray:
-    """Times of the motion at which the forcing has that phase."""
+    """Times within the motion at which the forcing has a phase."""
     period = motion.system.forcing_period
     assert period is not None
     first = (phase - motion._phase) / math.tau * period

@@ -75,7 +75,7 @@ def tip_history(
     start: float | None = None,
     stop: float | None = None,
 ) -> Axes:
-    """Draw where the tip is over time, beside the first mode's part of it, with every impact.
+    """Draw the displacement of the tip and the first mode's part of it over time, with impacts.
 
     The stop is drawn as a line; spans in which it holds the tip are shaded.
 
@@ -125,7 +125,7 @@ def tip_history(
 
 @checked
 def apparent_restitution(result: ApparentRestitution, ax: Axes | None = None) -> Axes:
-    """Draw how fast the first mode comes back from each contact over how fast it came.
+    """Draw the first mode's velocity after each contact over that before it.
 
     Parameters
     ----------

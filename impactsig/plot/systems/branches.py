@@ -79,11 +79,11 @@ def branch(
         keep[2:-1:3][joined] = False
         ax.plot(x.ravel()[keep], y.ravel()[keep], style, color=colour, lw=1.4, label=label)
     for kind, (mark, colour) in MARKS.items():
-        own = [point for point in result.special if point.kind == kind]
-        if own:
-            at = [values[point.index] for point in own]
-            places = [point.parameter for point in own]
+        points = [point for point in result.special if point.kind == kind]
+        if points:
+            at = [values[point.index] for point in points]
+            places = [point.parameter for point in points]
             ax.plot(places, at, mark, color=colour, label=kind, zorder=3)
     names = {"displacement": "displacement on the section", "multiplier": "|multiplier|"}
-    told = names.get(observe, "least approach velocity")
-    return frame(ax, parameter, told, "best", fontsize="small")
+    label = names.get(observe, "least approach velocity")
+    return frame(ax, parameter, label, "best", fontsize="small")

@@ -23,7 +23,7 @@ FLOOR = 1e-18  # below which a force is drawn as none
 
 @checked
 def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: float = 0.0) -> Axes:
-    """Draw the displacement once every forcing period over time, and when control was changed.
+    """Draw the displacement once every forcing period over time, with changes of control.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: f
 def control_intervals(
     motion: ControlledMotion | ControlledFlowMotion, ax: Axes | None = None
 ) -> Axes:
-    """Draw each interspike interval over its end: how control regulates the impacts.
+    """Draw each interspike interval against the time of its end, with changes of control.
 
     Parameters
     ----------
@@ -85,8 +85,8 @@ def control_intervals(
     points(ax, impacts.time[1:], np.diff(impacts.time), markersize=2.5)
     _phases(ax, motion)
     seconds(ax.xaxis, "time", [motion.stop], motion.system.in_seconds)
-    told = motion.system.in_seconds
-    seconds(ax.yaxis, "interspike interval", np.diff(impacts.time), told)
+    in_seconds = motion.system.in_seconds
+    seconds(ax.yaxis, "interspike interval", np.diff(impacts.time), in_seconds)
     return ax
 
 
@@ -177,7 +177,7 @@ def control_force(
 def controlled_flow(
     course: ControlledFlowMotion, ax: Axes | None = None, *, coordinate: str | int = 0
 ) -> Axes:
-    """Draw a coordinate of a controlled flow over time, and when control was changed.
+    """Draw a coordinate of a controlled flow over time, with changes of control.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def flow_orbit(
 
 @checked
 def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
-    """Draw how differences from an orbit grow over the gain, a curve for each delay.
+    """Draw the growth of deviations from an orbit over the gain, a curve for each delay.
 
     Parameters
     ----------
@@ -276,18 +276,18 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
 
 
 def _phases(ax: Axes, motion: Any, span: tuple[float, float] | None = None) -> None:
-    """Mark when which control began."""
+    """Mark the times at which control was changed."""
     unit = motion.system.forcing_period or 1.0
     low, high = span or (motion.start, motion.stop)
     for start, own in motion.schedule:
         at = start * unit
         if low <= at <= high:
             ax.axvline(at, color=VERMILLION, linewidth=0.9)
-            _label(ax, at, _told(own))
+            _label(ax, at, _feedback_in_words(own))
     ax.set_xlim(low, high)
 
 
-def _told(own: Any) -> str:
+def _feedback_in_words(own: Any) -> str:
     if own is None:
         return "off"
     if hasattr(own, "orbit"):
@@ -296,14 +296,14 @@ def _told(own: Any) -> str:
 
 
 def _period_of(own: Any) -> float:
-    """Forcing periods in which what it controls closes."""
+    """Period, in forcing periods, of the orbit that is controlled."""
     if own is None:
         return 1.0
     return float(own.orbit.periods) if hasattr(own, "orbit") else float(math.ceil(own.delay))
 
 
 def _label(ax: Axes, at: float, text: str) -> None:
-    """Words above the axes, where something began."""
+    """Write a label above the axes at a time."""
     ax.annotate(
         text, (at, 1.0), xycoords=("data", "axes fraction"), xytext=(2, 2),
         textcoords="offset points", color=VERMILLION, fontsize="small", annotation_clip=False,

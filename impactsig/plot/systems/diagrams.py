@@ -56,7 +56,7 @@ def bifurcation_diagram(
         "displacement", "velocity", "impacts", "energy", "kinetic energy", "sticking", "exponents"
     ] = "displacement",
 ) -> Axes:
-    """Draw one quantity over the parameter.
+    """Draw a bifurcation diagram: one quantity over the parameter.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def periodicity_chart(
 
 @checked
 def basins(result: Basins, ax: Axes | None = None) -> Axes:
-    """Draw the basins of attraction, and the strobed points of their attractors.
+    """Draw basins of attraction, with the stroboscopic points of the attractors.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ def basins(result: Basins, ax: Axes | None = None) -> Axes:
 
 
 def _orbits(result: PeriodicityChart) -> tuple[np.ndarray, list[str], list[str]]:
-    """Codes of the commonest orbits, with what they are called and their colours."""
+    """Codes of the most common orbits, with labels and colours."""
     pairs = np.stack([result.impacts, result.periods], axis=-1)
     kinds, code, counts = np.unique(
         pairs.reshape(-1, 2), axis=0, return_inverse=True, return_counts=True
@@ -264,7 +264,7 @@ def _orbits(result: PeriodicityChart) -> tuple[np.ndarray, list[str], list[str]]
 
 
 def _palette(count: int) -> list[str]:
-    """Colours for so many kinds: those that stay apart, then lighter ones of them."""
+    """Colours for so many kinds: distinct ones first, then lighter ones."""
     lighter = ["#{:02X}{:02X}{:02X}".format(*(int(255 * (0.55 + 0.45 * c)) for c in to_rgb(own)))
                for own in CHANNEL_COLOURS]  # fmt: skip
     return [*CHANNEL_COLOURS, *lighter][:count]
@@ -278,5 +278,5 @@ def _cells(ax: Axes, x: np.ndarray, y: np.ndarray, codes: np.ndarray, palette: l
 
 
 def _key(ax: Axes, names: list[str], palette: list[str], present: np.ndarray) -> None:
-    """What the colours mean, beside the axes."""
+    """Legend of the colours, beside the axes."""
     legend(ax, "beside", handles=[Patch(color=palette[k], label=names[k]) for k in present])

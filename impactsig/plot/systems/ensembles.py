@@ -20,7 +20,7 @@ SYMBOLS = {"energy": "H", "displacement": "x", "velocity": "v"}
 
 @checked
 def density(result: Density, ax: Axes | None = None, label: str = "simulated") -> Axes:
-    """Draw a density cell by cell, with the band that holds each with 95 %.
+    """Draw a density cell by cell, with 95 % bands.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def density(result: Density, ax: Axes | None = None, label: str = "simulated") -
 
 @checked
 def joint_density(result: JointDensity, ax: Axes | None = None) -> Axes:
-    """Draw a joint density as a map, with a scale.
+    """Draw a joint density as a map with a colour bar.
 
     Parameters
     ----------

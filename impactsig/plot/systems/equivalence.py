@@ -20,7 +20,7 @@ DECADES = 4  # shown on either side of the limit
 
 @checked
 def match_rate(result: MatchRate, ax: Axes | None = None) -> Axes:
-    """Draw the distance of every cell, blue where it matches and red where it does not.
+    """Draw the distance of every cell of a plane, blue where it matches and red where not.
 
     Parameters
     ----------

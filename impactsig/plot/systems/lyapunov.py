@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @checked
 def lyapunov_convergence(result: LyapunovSpectrum, ax: Axes | None = None) -> Axes:
-    """Draw how far the running estimates of all exponents were from the final ones.
+    """Draw the deviation of the running estimates of all exponents from the final values.
 
     So that exponents of all sizes share an axis. A band is two standard errors wide on either
     side. Where neighbours became one, the estimates are those between these collapses, and the

@@ -116,8 +116,8 @@ def phase_portrait(
     ax.margins(0.06)
     ax.locator_params(axis="x", nbins=6)
     ax.autoscale_view()
-    for one in near:
-        _stop_line(ax, one)
+    for wall in near:
+        _stop_line(ax, wall)
     moving = stops_move(motion)
     if moving:
         return frame(ax, "displacement from the base $x - b$", "velocity $x' - b'$")
@@ -167,13 +167,13 @@ def time_history(
     ax.margins(x=0, y=0.1)
     time = np.linspace(first, last, 2 + int(PER_PERIOD * (last - first) / swing(motion)))
     base = base_at(motion, time)[0]
-    for one in near:
-        ax.plot(time, one.position + base, **_stop_style(one))
+    for wall in near:
+        ax.plot(time, wall.position + base, **_stop_style(wall))
     ax.autoscale_view()
     low, high = ax.get_ylim()
-    for one in near:
-        behind = high if one.side == "upper" else low
-        ax.fill_between(time, one.position + base, behind, color=GREY, alpha=0.12, linewidth=0)
+    for wall in near:
+        behind = high if wall.side == "upper" else low
+        ax.fill_between(time, wall.position + base, behind, color=GREY, alpha=0.12, linewidth=0)
     ax.set_ylim(low, high)
     if ax.get_legend_handles_labels()[0]:
         _legend_above(ax)
@@ -245,7 +245,7 @@ def power_spectrum(
 def _sampled_portrait(
     motion: BeamMotion | NoisyMotion, ax: Axes, start: float | None, stop: float | None
 ) -> Axes:
-    """Of a cantilever's tip over the last 50 forcing periods, or of a path as it was looked at."""
+    """Portrait of a cantilever's tip over the last 50 forcing periods, or of a sampled path."""
     from ...oscillators import Cantilever
     from ...stochastic.noisy_motion import NoisyMotion
 
@@ -269,9 +269,9 @@ def _sampled_portrait(
     ax.plot(x, v, color=BLUE, linewidth=0.7)
     ax.margins(0.06)
     ax.autoscale_view()
-    for one in stops:
-        if x.min() - np.ptp(x) <= one.position <= x.max() + np.ptp(x):
-            _stop_line(ax, one)
+    for wall in stops:
+        if x.min() - np.ptp(x) <= wall.position <= x.max() + np.ptp(x):
+            _stop_line(ax, wall)
     return frame(ax, "displacement $x$", "velocity $x'$")
 
 
@@ -294,7 +294,7 @@ def _recorded_portrait(
 
 
 def _legend_above(ax: Axes) -> None:
-    """What the marks mean, as dark as they are where many lie on each other."""
+    """A legend with opaque marks, since many overlap in the figure."""
     marks = legend(ax, "above", ncols=4, borderpad=0, handletextpad=0.4, handlelength=1.2)
     for handle in marks.legend_handles:
         if handle is not None and handle.get_label() != "stuck":
@@ -305,7 +305,7 @@ def _legend_above(ax: Axes) -> None:
 
 
 def _in_sight(motion: Motion, x: np.ndarray) -> list[Any]:
-    """The stops that the motion comes to, or near to."""
+    """The stops that the motion reaches or comes near to."""
     low, high = float(np.nanmin(x)), float(np.nanmax(x))
     room = 0.5 * (high - low)
     stops = motion.system.stops
@@ -321,7 +321,7 @@ def _stop_style(stop: Any) -> dict[str, Any]:
 
 
 def _stop_line(ax: Axes, stop: Any) -> None:
-    """A vertical line where a stop stands, with a shade behind it, in view."""
+    """A vertical line at a stop, shaded behind it."""
     low, high = ax.get_xlim()
     low, high = min(low, stop.position), max(high, stop.position)
     room = 0.04 * (high - low)

@@ -1,1 +1,1 @@
-"""What engines share: state and events by name, laws of contact, units, columns of machines."""
+"""What the engines share: names of state and events, contact laws, units, parameter tables."""

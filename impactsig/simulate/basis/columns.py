@@ -1,4 +1,4 @@
-"""The numbers of many machines of one form, one column a machine, and those the engines work with.
+"""Parameters of many oscillators of one form as columns, in user's and in engine units.
 
 A single machine is a table of one column. All arithmetic here goes number by number, with products
 in place of powers and real in place of complex numbers: their rounding depends on neither the
@@ -24,7 +24,7 @@ POSITION, SPRING_RATE, DAMPER, RESTITUTION = range(4)  # of a stop
 
 
 class Form(NamedTuple):
-    """What machines have in common whose numbers fill one table."""
+    """What oscillators must have in common for one table of parameters."""
 
     forces: int
     base: tuple[bool, bool, bool] | None  # whether spring, damper and stops hang on it
@@ -33,7 +33,7 @@ class Form(NamedTuple):
 
 
 class Columns(NamedTuple):
-    """Numbers of machines of one form; each has a last axis for the machines."""
+    """Parameters of oscillators of one form; the last axis of each array is the oscillator."""
 
     form: Form
     mass: np.ndarray
@@ -49,12 +49,12 @@ class Columns(NamedTuple):
 
     @property
     def n(self) -> int:
-        """How many machines there are."""
+        """Number of oscillators."""
         return self.mass.shape[-1]
 
 
 class Forcing(NamedTuple):
-    """The harmonic forcing of machines, in the engine's unit of time."""
+    """Harmonic forcing of many oscillators, in the engine's unit of time."""
 
     omega: np.ndarray  # angular frequency of the reference, shape (n,)
     inertia: np.ndarray  # mass omega^2
@@ -67,7 +67,7 @@ class Forcing(NamedTuple):
 
 
 def form_of(machine: Oscillator) -> Form:
-    """The form of a machine."""
+    """The form of an oscillator."""
     base = machine.base
     laws = [stop.law for stop in machine.stops]
     restitutions = [law.restitution if isinstance(law, Rigid) else None for law in laws]
@@ -80,14 +80,14 @@ def form_of(machine: Oscillator) -> Form:
 
 
 def columns_of(machines: Iterable[Oscillator]) -> Columns:
-    """The numbers of machines of one form."""
+    """The parameters of oscillators of one form."""
     machines = list(machines)
     table = np.array([_numbers(machine) for machine in machines], float)
     return _split(form_of(machines[0]), np.ascontiguousarray(table.T))
 
 
 def spread(machine: Oscillator, count: int) -> Columns:
-    """The numbers of a machine whose fields are numbers, or arrays of one number a machine."""
+    """The parameters of an oscillator whose fields are numbers, or arrays with one number each."""
     numbers = _numbers(machine)
     table = np.empty((len(numbers), count))
     for row, number in zip(table, numbers, strict=True):
@@ -96,12 +96,12 @@ def spread(machine: Oscillator, count: int) -> Columns:
 
 
 def chosen(columns: Columns, which: Any) -> Columns:
-    """Some of the machines."""
+    """Select some of the oscillators."""
     return Columns(columns.form, *(np.ascontiguousarray(rows[..., which]) for rows in columns[1:]))
 
 
 def driven(forcing: Forcing, which: Any) -> Forcing:
-    """The forcing of some of the machines."""
+    """Select the forcing of some of the oscillators."""
     return Forcing(*(np.ascontiguousarray(rows[..., which]) for rows in forcing))
 
 
@@ -143,7 +143,7 @@ def _numbers(machine: Oscillator) -> list[Any]:
 
 
 def forcing_of(columns: Columns, reference: tuple[np.ndarray, np.ndarray] | None = None) -> Forcing:
-    """The forcing of machines, in coordinates in which their stops rest.
+    """The forcing of oscillators, in coordinates in which their stops rest.
 
     Parts of one frequency are one component; the reference is component 0, whether it is driven
     or not. Its frequency, and whether the forcing recurs, follow from the forces and the base
@@ -253,9 +253,11 @@ def kinds_of_stops(columns: Columns) -> np.ndarray:
 
 
 def groups(columns: Columns, forcing: Forcing) -> list[np.ndarray]:
-    """Numbers of machines whose tables have the same layout, one array a layout."""
-    rubs = columns.static[None] > 0
-    keys = np.concatenate([forcing.slot, order_of_stops(columns), kinds_of_stops(columns), rubs])
+    """Split oscillators into groups whose tables have the same layout."""
+    has_friction = columns.static[None] > 0
+    keys = np.concatenate(
+        [forcing.slot, order_of_stops(columns), kinds_of_stops(columns), has_friction]
+    )
     if np.all(keys == keys[:, :1]):
         return [np.arange(columns.n)]
     _, group = np.unique(keys, axis=1, return_inverse=True)

@@ -1,4 +1,4 @@
-"""What `simulate` and `Motion` ask of an engine.
+"""The protocol of an engine, which `simulate` and `Motion` rely on.
 
 An engine works in the unit of time in which the forcing period (`Oscillator.forcing_period`) is a
 turn, 2 pi, and in coordinates in which the stops rest. It is called with arrays that it changes:
@@ -16,7 +16,7 @@ from .events import FULL, LEG_COUNT, ROW_COUNT
 
 
 class Engine(Protocol):
-    """What `simulate` and `Motion` ask of an engine."""
+    """The protocol of an engine: begin, run to an instant or event, sample, peaks of contacts."""
 
     omega: float
     """Angular frequency of the reference, per unit of the oscillator's time."""
@@ -34,13 +34,13 @@ class Engine(Protocol):
         end_phase: float,
         legs: int,
     ) -> int:
-        """Move to the end, writing events until they are full; a status.
+        """Advance to the end, or until the buffer of events is full; returns a status.
 
         An `events` without rows is not written to.
         """
 
     def place(self, mode: Any, q: Any) -> Any:
-        """Position in the coordinates of the stops, of positions from the origins of modes."""
+        """Convert positions from the origins of modes to the coordinates of the stops."""
 
     def sample(
         self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
@@ -60,7 +60,7 @@ class Engine(Protocol):
 def run_on(
     run: Callable[[int], int], count: np.ndarray, buffer: np.ndarray, legs: int
 ) -> tuple[int, list[np.ndarray]]:
-    """Call an engine until it is done: its status, and the events of each call.
+    """Call an engine until it is done; its status, and the events of each call.
 
     `run` is given how many of the legs are left, and returns a status: FULL to be called again.
     """

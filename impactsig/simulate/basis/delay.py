@@ -1,4 +1,4 @@
-"""Kernels: what delayed feedback adds to a force or a rate, as the engines see it within a step.
+"""Kernels for delayed feedback: its force or rate within a step of an engine.
 
 What a motion did is kept step by step, as polynomials of degree 7 in Bernstein form or of degree 20
 in powers (what is fed back, control force, then displacement and velocity, or the coordinates of a
@@ -46,7 +46,7 @@ class Feedback(NamedTuple):
 
 
 class Past(NamedTuple):
-    """Where a step finds what is fed back: see `read`."""
+    """Where a step finds the delayed signal; see `read`."""
 
     step: int
     last: int
@@ -97,7 +97,7 @@ def course_at(line, j, which, share):
 
 @inner
 def read(feedback, line, past, tau):
-    """What is fed back, tau after the beginning of the step.
+    """The delayed signal, tau after the beginning of the step.
 
     It is in the row `past.step` or the next ones, but not after `past.last`. From the row
     `past.first` on that is the course SIGNAL, before it the course of the signal itself.
@@ -112,7 +112,7 @@ def read(feedback, line, past, tau):
 
 @inlined
 def fed(control, tau, own):
-    """Control force per mass tau after the beginning of the step, where the signal is `own`.
+    """Control force per mass tau after the beginning of the step; the present signal is `own`.
 
     Beyond the limit it is constant. That holds for a whole step, so that the force is smooth even
     a little beyond where it ends.
@@ -129,7 +129,7 @@ def fed(control, tau, own):
 
 @inlined
 def pushed(control, tau, x, v):
-    """`fed` of an oscillator at that displacement and velocity."""
+    """`fed` for an oscillator at a displacement and velocity."""
     if control is None:
         return 0.0
     return fed(control, tau, v if control.feedback.signal == VELOCITY else x)
@@ -146,7 +146,7 @@ def pushed_rate(control, x):
 
 @inlined
 def pushed_swing(control, tau, x, v):
-    """By how much the force on a mass at rest may change in tau, with a speed of up to v."""
+    """Bound on the change of the force on a mass at rest within tau."""
     if control is None:
         return 0.0
     change = pushed(control, tau, x, 0.0) - pushed(control, 0.0, x, 0.0)

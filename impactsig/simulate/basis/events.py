@@ -1,4 +1,4 @@
-"""What the numbers mean that the engines share: clock, state, counters, events, statuses.
+"""Names of the numbers that engines share: clock, state, counters, events, statuses.
 
 Compiled kernels take these constants as they are compiled, so an edit here compiles all of them
 anew: whatever changes more often belongs elsewhere.
@@ -69,7 +69,7 @@ STROBE = STROBE_ENERGY + 1
 
 
 def row_of(kind: int, clock: Any, state: Any, count: Any) -> list[Any]:
-    """The row of an event at no stop, at the state where a run is."""
+    """An event row for the present state, at no stop."""
     return [
         clock[TURNS], clock[PHASE], kind, -1, count[MODE], state[Q], state[V], 0.0
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""From the coordinates and units of an oscillator to those the engines work in."""
+"""Conversion from the coordinates and units of an oscillator to those of the engines."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from .events import TURN
 
 
 def reference_frequency(oscillator: Oscillator) -> float:
-    """Angular frequency of the forcing period, the reference; any will do without forcing."""
+    """Angular frequency of the forcing period, which the engines' unit of time derives from."""
     return oscillator.angular_forcing_frequency or oscillator.angular_natural_frequency or 1.0
 
 
 def multiple(oscillator: Oscillator, frequency: float) -> float:
-    """A frequency over that of the reference; a whole number where the forcing recurs."""
+    """A frequency over the reference frequency, rounded to a whole number if the forcing recurs."""
     ratio = frequency / reference_frequency(oscillator)
     return float(round(ratio)) if oscillator.forcing_recurs else ratio
 
 
 def swings(oscillator: Oscillator) -> float:
-    """Periods of the first force, or else of the base, in one of the reference; 1 without any."""
+    """Periods of the first force, or else of the base, in a forcing period; 1 without forcing."""
     frequencies = oscillator.angular_frequencies
     return multiple(oscillator, frequencies[0]) if frequencies else 1.0
 
 
 def pace(oscillator: Oscillator) -> float:
-    """Frequency of the base over that of the reference; 1 where there is no base."""
+    """Frequency of the base over the reference frequency; 1 without a base."""
     base = oscillator.base
     return multiple(oscillator, base.angular_frequency) if base else 1.0
 
 
 def base_motion(oscillator: Oscillator, phase: Any) -> tuple[Any, Any]:
-    """Displacement and velocity of what the stops hang on, at phases of its own forcing."""
+    """Displacement and velocity of the stops' base, at phases of its own motion."""
     base = oscillator.base
     if base is None or not base.stops:
         return 0.0 * phase, 0.0 * phase
@@ -48,7 +48,7 @@ def base_motion(oscillator: Oscillator, phase: Any) -> tuple[Any, Any]:
 
 
 def first_phase(phase: Any) -> float:
-    """The phase of the reference at the start, within a turn.
+    """Validate the initial phase, reduced to a turn.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def first_phase(phase: Any) -> float:
 
 
 def place_of(initial: Any) -> tuple[float, float]:
-    """Displacement and velocity of a start.
+    """Validate an initial state: displacement and velocity.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def place_of(initial: Any) -> tuple[float, float]:
 
 
 def forcing_of_one(oscillator: Oscillator) -> tuple[Columns, Forcing]:
-    """Columns of one oscillator and its forcing, whose period may be that of its law."""
+    """Columns and forcing of one oscillator, whose period may be that of its law."""
     columns = columns_of([oscillator])
     omega, recurs = reference_frequency(oscillator), oscillator.forcing_recurs
     return columns, forcing_of(columns, (np.array([omega]), np.array([recurs])))

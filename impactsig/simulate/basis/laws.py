@@ -1,4 +1,4 @@
-"""The laws of contact, written once: how a stop is coded, what it pushes with, what it gives back.
+"""The contact laws, written once: coding of stops, contact forces, restitution.
 
 - *Rigid*: the velocity v becomes -r v, r a number or a function of the approach velocity.
 - *Kelvin-Voigt*: stiffness * depth + loss * inward. Contact ends at zero gap (`SPRING`), or the
@@ -37,7 +37,7 @@ def spring_push(stiffness: Any, loss: Any, depth: Any, inward: Any) -> Any:
 
 
 def hertz_push(stiffness: Any, exponent: Any, loss: Any, depth: Any, inward: Any) -> Any:
-    """Force of a Hertz stop that is pressed on; the usual exponent without the cost of a power."""
+    """Force of a Hertz stop in contact; for the usual exponent, without calling pow."""
     power = depth * np.sqrt(depth) if exponent == 1.5 else depth**exponent
     return stiffness * power * (1 + loss * inward)
 

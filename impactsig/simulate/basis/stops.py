@@ -7,7 +7,7 @@ from .laws import BY_FUNCTION, HERTZ, NO_NUMBER, PUSHER, RIGID, SPRING
 
 
 def kind_of(law: Rigid | KelvinVoigt | Hertz) -> int:
-    """Which law it is."""
+    """Code of the contact law of a stop."""
     if isinstance(law, Rigid):
         return RIGID
     if isinstance(law, Hertz):
@@ -16,7 +16,7 @@ def kind_of(law: Rigid | KelvinVoigt | Hertz) -> int:
 
 
 def restitution_of(law: Rigid | KelvinVoigt | Hertz) -> float:
-    """Restitution coefficient, or what says that there is none."""
+    """Restitution coefficient, or the code of a stop without one."""
     r = None if isinstance(law, KelvinVoigt) else law.restitution
     if r is None:
         return NO_NUMBER

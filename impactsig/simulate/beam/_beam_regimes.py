@@ -1,4 +1,4 @@
-"""A beam before its stop as the kernel takes it: the regimes of its motion, diagonalised.
+"""Diagonalised equations of a beam off its stop and on it, as the kernel takes them.
 
 In the unit of time in which the reference has frequency 1, with the modal coordinates q_n each a
 part of the tip's deflection, y = sum q_n + b (b what the base adds where the stop does not ride on
@@ -41,7 +41,7 @@ def regimes(
     stop: Stop | None,
     chatter: float,
 ) -> Beam:
-    """The regimes of a beam.
+    """The regimes of a beam: off the stop, and on it.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def regimes(
 
 
 def _free(stiff: np.ndarray, ratios: np.ndarray, push: np.ndarray) -> dict[str, Any]:
-    """The modes themselves, written down: `eig` would give the slow ones the fast ones' error."""
+    """The regime of free modes, in closed form: `eig` would be less accurate for slow ones."""
     size = len(stiff)
     rates = np.sqrt(stiff) * (-ratios + 1j * np.sqrt((1 - ratios) * (1 + ratios)))
     forced = np.zeros(size, complex)
@@ -155,7 +155,7 @@ def _free(stiff: np.ndarray, ratios: np.ndarray, push: np.ndarray) -> dict[str, 
 
 
 def _first_order(stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """(q, q')' of q'' + damping q' + stiffness q = 0."""
+    """First-order system (q, q')' of q'' + damping q' + stiffness q = 0."""
     size = len(stiffness)
     return np.block([[np.zeros((size, size)), np.eye(size)], [-stiffness, -damping]])
 

@@ -1,4 +1,4 @@
-"""A beam from event to event, by the exact flow of all its modes."""
+"""Kernels that follow a beam from event to event, by the exact flow of all its modes."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def note(events, count, clock, kind, regime, known, approach, beam, state):
 
 @inner
 def gap_rate(beam, state, clock):
-    """Rate of the gap."""
+    """Rate of the gap between tip and stop."""
     rate = (beam.wave[0] * 1j * turned(clock[PHASE] + clock[LOW])).real
     for n in range(beam.modes):
         rate += beam.signal[0, n] * state[beam.modes + n]
@@ -77,7 +77,7 @@ def gap_rate(beam, state, clock):
 
 @inner
 def part_with(beam, state, clock, rate):
-    """Let the gap have that rate: the impulse on the tip changes all modes' velocities alike."""
+    """Apply the impulse at the tip that gives the gap a given rate."""
     change = (rate - gap_rate(beam, state, clock)) / beam.modes
     for n in range(beam.modes):
         state[beam.modes + n] -= beam.side * change
@@ -85,7 +85,7 @@ def part_with(beam, state, clock, rate):
 
 @inner
 def put_on(beam, state, clock):
-    """Put the tip where the stop is: what rounding leaves there would add up over the impacts."""
+    """Set the tip exactly on the stop, so that rounding does not add up over impacts."""
     gap = beam.offset[FREE] + (beam.wave[FREE] * turned(clock[PHASE] + clock[LOW])).real
     for n in range(beam.modes):
         gap += beam.signal[FREE, n] * state[n]
@@ -95,7 +95,7 @@ def put_on(beam, state, clock):
 
 @inner
 def fastest(beam, state):
-    """The modes' velocities, to tell by what is but rounding."""
+    """Scale of the modes' velocities, to judge what is rounding."""
     total = 0.0
     for n in range(beam.modes):
         total += abs(state[beam.modes + n])
@@ -104,7 +104,7 @@ def fastest(beam, state):
 
 @inner
 def rest_on(beam, state, clock):
-    """Take what is left of the gap's rate; whether the tip then presses upon the stop."""
+    """Remove the gap's remaining rate; whether the tip then presses on the stop."""
     part_with(beam, state, clock, 0.0)
     terms, _value = begin(beam, FREE, state, clock)
     _d, _g1, g2, g3, _most, _third = evaluate(beam.scratch, terms, 0.0)
@@ -113,7 +113,7 @@ def rest_on(beam, state, clock):
 
 @inner
 def hit(beam, state, clock, count, totals, events):
-    """Impact on the rigid stop; where it leads: the regime, and what is known of its start."""
+    """Impact on the rigid stop; the next regime and the kind of its start."""
     speed = -gap_rate(beam, state, clock)
     left = 0.0
     if speed > 1e-13 * fastest(beam, state):
@@ -143,7 +143,7 @@ def hit(beam, state, clock, count, totals, events):
 
 @inner
 def meet(beam, state, clock, count, totals, events):
-    """The soft stop is touched, or left; regime and what is known, as for `hit`."""
+    """Touch or leave the soft stop; the next regime and the kind of its start, as `hit`."""
     speed = -gap_rate(beam, state, clock)
     if abs(speed) > 1e-13 * fastest(beam, state):
         known, pressed = TOUCHING, speed > 0

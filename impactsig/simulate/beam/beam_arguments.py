@@ -1,4 +1,4 @@
-"""What moves a beam, in the terms of its modes."""
+"""Validate start and forcing of a beam, and express them in its modes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def forces_of(beam: Cantilever) -> tuple[np.ndarray, complex]:
 
 
 def check_resonance(rates: np.ndarray, ratios: np.ndarray, forcing: Any) -> None:
-    """Refuse a motion without a bound."""
+    """Refuse undamped forcing at resonance, whose motion has no bound."""
     if forcing is None:
         return
     ratio = rates / forcing.angular_frequency

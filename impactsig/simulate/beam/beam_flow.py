@@ -1,4 +1,4 @@
-"""The flow of a beam in one regime, and the first zero of what ends it: no contact is missed.
+"""The exact flow of a beam in one regime, and the first zero of the gap or the contact force.
 
 A leg is a stretch of motion in one regime (`_beam_regimes`). What ends it is the first zero of a
 signal, a sum of exponentials
@@ -26,7 +26,7 @@ APART, TOUCHING, AT_REST, AT_BALANCE = range(4)
 
 
 class Beam(NamedTuple):
-    """A beam and its stop in the unit of time of the reference; a row a regime."""
+    """The tables of a beam and its stop, in the reference unit of time; one row per regime."""
 
     modes: int
     sizes: np.ndarray  # numbers of eigenvalues, shape (2,)
@@ -116,7 +116,7 @@ def fourth_bound(terms, count):
 
 @inner
 def close(terms, count, start, tau, width, third):
-    """Instant in (tau, tau + width] at which g vanishes, which falls there without turning."""
+    """Instant in (tau, tau + width] at which g, which falls monotonically, vanishes."""
     low, high = tau, tau + width
     before = math.inf
     d, g1, g2, _g3, _most, _third = evaluate(terms, count, tau)

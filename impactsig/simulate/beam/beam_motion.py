@@ -1,4 +1,4 @@
-"""A simulated motion of a beam: its impacts, and its state at any time, computed when asked."""
+"""The simulated motion of a beam: impacts, and its state at any time."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BeamMotion(Shown):
-    """What a beam did, in all its modes.
+    """The simulated motion of a beam, in all its modes.
 
     Times are in seconds since the start of the simulation, transient included; all else is in SI
     units. Where a moving base carries the stop, displacements and velocities are relative to it,
@@ -150,7 +150,7 @@ class BeamMotion(Shown):
         return q.sum(axis=-1) + wave.real, v.sum(axis=-1) - self._omega * wave.imag
 
     def deflection(self, time: float, x: Any) -> np.ndarray:
-        """Shape of the beam at one time: its deflection [m] at distances x from the clamp [m].
+        """Deflection [m] of the beam at one time, at distances x from the clamp [m].
 
         Raises
         ------
@@ -210,7 +210,7 @@ class BeamMotion(Shown):
         return power_spectrum(self, quantity, **options)
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the way of the tip; see `impactsig.plot.tip_history`."""
+        """Draw the displacement of the tip over time; see `impactsig.plot.tip_history`."""
         from ... import plot
 
         return plot.tip_history(self, ax, **options)
@@ -238,7 +238,7 @@ class BeamMotion(Shown):
 
 
 class Setting(NamedTuple):
-    """What was moved, and how it was put to the kernel."""
+    """A cantilever with its forcing, as the kernel takes them."""
 
     beam: Cantilever
     rates: np.ndarray  # angular frequencies of the modes [rad/s]
@@ -258,7 +258,7 @@ def assemble(
     first: np.ndarray,
     status: str,
 ) -> BeamMotion:
-    """A motion from what the kernel left."""
+    """Make a motion from the events of the kernel."""
     beam, rates, ratios, base, omega, phase, table = setting
     stop = beam.stop
 

@@ -1,4 +1,4 @@
-"""A cantilever in several modes before a stop at its tip: Cantilever -> BeamMotion."""
+"""Simulation of a cantilever in several modes with a stop at its tip."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def move(
     phase: float = 0.0,
     chatter: float = 1e-6,
 ) -> BeamMotion:
-    """The motion of a cantilever before a stop at its tip, exact up to rounding in every mode.
+    """Simulate a cantilever with a stop at its tip, exact up to rounding in every mode.
 
     Between contacts each mode is an oscillator of its own. At a rigid stop the tip's velocity is
     turned round by an impulse p, which changes every modal velocity at once by -p / m, m the modal
@@ -90,7 +90,7 @@ def move(
 
 
 class _Run:
-    """Where a run is."""
+    """State of a run."""
 
     def __init__(self, table: Beam, state: np.ndarray, phase: float, regime: int) -> None:
         self.table, self.state, self.phase = table, state, phase
@@ -101,14 +101,14 @@ class _Run:
         self.totals = np.zeros(2)
 
     def row(self) -> np.ndarray:
-        """Where it is, as the row of an event."""
+        """The present state as an event row."""
         from ..basis.events import START
 
         head = [self.clock[TURNS], self.clock[PHASE], START, *self.where, 0.0]
         return np.concatenate([head, self.state])[None]
 
     def move(self, turns: float, keep: bool) -> tuple[str, np.ndarray]:
-        """Go on until so many turns after the start; status and events."""
+        """Advance to so many turns after the start; status and events."""
         from .beam import run
 
         whole_turns = math.floor(turns)

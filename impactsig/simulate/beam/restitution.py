@@ -1,4 +1,4 @@
-"""The restitution coefficient that a beam as a whole appears to have."""
+"""Apparent restitution coefficient of a beam as a whole."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..._arguments import number
+from ..._arguments import instance, number
 from ..._showing import Shown
 from ...errors import InvalidInput
 from ..basis.events import BEAM_APPROACH, IMPACT, PART, PHASE, RELEASE, ROW_KIND, STICK, TOUCH
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ApparentRestitution(Shown):
-    """What one mode would have to lose at the stop to come back as the beam's first mode does.
+    """Restitution coefficient with which a one-mode model would rebound as the beam does.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class ApparentRestitution(Shown):
 
 
 def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> ApparentRestitution:
-    """Velocity of the first mode after a contact by that before it.
+    """Ratio of the first mode's velocities after and before each contact of a beam.
 
     One contact of a beam is many impacts of its tip, or a span in which the stop holds it: higher
     modes throw the tip back at once, and take energy that the first mode does not get back. A
@@ -99,7 +99,7 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
 
     What a spring and the forcing do to the first mode in that time is in it as well. So it is a
     property of the beam alone only where they do little, as when a beam meets a stop at its place
-    of rest; under forcing it tells of that motion.
+    of rest; under forcing it is a property of that motion.
 
     Parameters
     ----------
@@ -133,11 +133,13 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
     >>> round(found.value, 3)  # of one mode, that of the stop
     0.6
     """
-    if not isinstance(motion, BeamMotion):
-        raise InvalidInput(
-            "motion", motion, "a BeamMotion",
-            "In one mode the coefficient is that of the stop's law",
-        )  # fmt: skip
+    instance(
+        "motion",
+        motion,
+        BeamMotion,
+        "a BeamMotion",
+        "In one mode the coefficient is that of the stop's law",
+    )
     if within is None:
         within = float(0.25 / motion.frequencies[0])
     within = number("within", within, above=0)

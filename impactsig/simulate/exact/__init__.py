@@ -1,1 +1,1 @@
-"""The exact engine: oscillators that are linear between events, followed from one to the next."""
+"""The exact engine, for oscillators that are linear between events."""

@@ -1,4 +1,4 @@
-"""Which modes an oscillator has and what ends them: all that does not depend on its numbers."""
+"""The modes of an oscillator and the events that end them, apart from all parameter values."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Structure(NamedTuple):
 
     upper: tuple[tuple[int, int], ...]  # place in `stops` and kind, in the order they are reached
     lower: tuple[tuple[int, int], ...]
-    rubs: bool
+    has_friction: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +42,12 @@ class Layout:
     toward: np.ndarray
     stop: np.ndarray  # the gap's stop, 0 where it has none
     lands: np.ndarray  # whether the mode beyond has another origin
-    means: np.ndarray  # meaning, stop, mode beyond; shape (modes, gaps, 3)
+    meanings: np.ndarray  # meaning, stop, mode beyond; shape (modes, gaps, 3)
     side: np.ndarray  # of each stop: 1 upper, -1 lower
 
 
 def structure(columns: Columns) -> Structure:
-    """What decides the layout of machines that are of one group (`columns.groups`)."""
+    """What decides the layout of the oscillators of one group (`columns.groups`)."""
     kinds = kinds_of_stops(columns)[:, :1]
     upper: list[tuple[int, int]] = []
     lower: list[tuple[int, int]] = []
@@ -59,7 +59,7 @@ def structure(columns: Columns) -> Structure:
 
 @dataclass
 class _Region:
-    """Soft stops pressed on: `level` of that side reached, those in `lifted` not pressed.
+    """A set of soft stops in contact: up to `level` on one side, without those in `lifted`.
 
     A gap is alpha, sign of the lag, halt, toward, stop, whether it lands at another origin,
     meaning, and the region beyond, None for this one.
@@ -112,12 +112,12 @@ def layout(form: Structure) -> Layout:
                 beyond = known[side, level, lifted ^ {m}]
                 region.gaps.append((sign, sign, 0, -sign, row[m][0], 0, meaning, beyond))
 
-    ways = (1, -1) if form.rubs else (0,)
+    ways = (1, -1) if form.has_friction else (0,)
     modes = [(region, way) for region in regions for way in ways]
     soft, at = np.zeros((len(modes), max(stops, 1)), bool), np.full(len(modes), -1)
-    size = max(len(region.gaps) for region in regions) + form.rubs
+    size = max(len(region.gaps) for region in regions) + form.has_friction
     table = np.zeros((len(modes), size, 6), np.int64)
-    means = np.zeros((len(modes), size, 3), np.int64)
+    meanings = np.zeros((len(modes), size, 3), np.int64)
     for i, (region, way) in enumerate(modes):
         row = rows.get(region.side, ())
         for m in range(region.level):
@@ -126,10 +126,10 @@ def layout(form: Structure) -> Layout:
         for g, (*signs, number, lands, meaning, target) in enumerate(region.gaps):
             table[i, g] = *signs, number, lands
             beyond = i if target is None else len(ways) * target + (way < 0)
-            means[i, g] = meaning, number, beyond
-        if form.rubs:
+            meanings[i, g] = meaning, number, beyond
+        if form.has_friction:
             table[i, len(region.gaps)] = 0, 0, way, 0, 0, 0
-            means[i, len(region.gaps)] = HALT, -1, i
+            meanings[i, len(region.gaps)] = HALT, -1, i
     sides = np.zeros(max(stops, 1), np.int64)
     for sign, row in rows.items():
         for number, _ in row:
@@ -141,13 +141,13 @@ def layout(form: Structure) -> Layout:
         at=at,
         way=np.array([way for _, way in modes]),
         pressed=np.array([region.level - len(region.lifted) for region, _ in modes]),
-        gaps=np.array([len(region.gaps) + form.rubs for region, _ in modes]),
+        gaps=np.array([len(region.gaps) + form.has_friction for region, _ in modes]),
         alpha=table[:, :, 0],
         lag=table[:, :, 1],
         halt=table[:, :, 2],
         toward=table[:, :, 3],
         stop=table[:, :, 4],
         lands=table[:, :, 5],
-        means=means,
+        meanings=meanings,
         side=sides,
     )

@@ -1,4 +1,4 @@
-"""What is read from a motion afterwards: its state at any instant, and the peaks of contacts."""
+"""Evaluate a motion after the run: its state at any instant, and the peaks of contacts."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def sample(p, scratch, rows, where, turns, phase, q, v):
 
 @inlined
 def greatest(leg, first, slope, length, fourth):
-    """Greatest value of first + slope[0] d + slope[1] u of a leg, d the way and u the velocity.
+    """Greatest value of first + slope[0] d + slope[1] u over a leg; d displacement, u velocity.
 
     Where it falls, the room below the best so far is a gap. Where it rises, its derivative is one;
     once that is certain to vanish without turning, Newton's method finds the maximum. `fourth`
@@ -134,7 +134,8 @@ def peaks(p, scratch, rows, first, last, ends, springs, dampers, positions, peak
                 b1 = -2 * leg.delta * b - leg.kappa * leg.w
                 b2 = -2 * leg.delta * b1 - leg.kappa * b
                 b3 = -2 * leg.delta * b2 - leg.kappa * b1
-                fourth = bound(leg.kappa, leg.delta, leg.root, leg.sort, b2, b3) + p.reach[i, 4]
+                fourth = bound(leg.kappa, leg.delta, leg.root, leg.damping_kind, b2, b3)
+                fourth += p.reach[i, 4]
             slope = (spring, damper)
             best = max(best, greatest(leg, spring * depth, slope, length, fourth))
         peak[n] = best

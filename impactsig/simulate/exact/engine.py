@@ -107,7 +107,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
             level = p.static == p.kinetic
             i = heading(p, i, way)
             note(events, count, clock, RELEASE, -1, i, q, 0.0, 0.0)
-        elif v == 0.0 and (p.rubs or touches(p, i, q)):
+        elif v == 0.0 and (p.has_friction or touches(p, i, q)):
             way, level = depart(p, clock, i, q)
             if way == 0:
                 hold(clock, count, events, i, q)
@@ -121,7 +121,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         count[MODE] = i
 
         leg = begin(p, scratch, i, clock[TURNS], clock[PHASE], clock[LOW], q, v)
-        kappa, delta, root, sort = leg.kappa, leg.delta, leg.root, leg.sort
+        kappa, delta, root, damping_kind = leg.kappa, leg.delta, leg.root, leg.damping_kind
         b = leg.drift - 2 * delta * leg.w - kappa * leg.z
         b1 = -2 * delta * b - kappa * leg.w
         b2 = -2 * delta * b1 - kappa * b
@@ -129,9 +129,9 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
         if not (most < 1e140 and abs(v) < 1e140):
             return DIVERGED  # their squares would overflow
         fourth = 0.0  # asked for where a gap depends on the velocity, and of a start from rest
-        if p.leans[i] or v == 0.0:
+        if p.depends_on_velocity[i] or v == 0.0:
             b3 = -2 * delta * b2 - kappa * b1
-            fourth = bound(kappa, delta, root, sort, b2, b3) + p.reach[i, 4]
+            fourth = bound(kappa, delta, root, damping_kind, b2, b3) + p.reach[i, 4]
         if level:
             leg.series[2] = 0.0
         snap = 0.0
@@ -171,9 +171,9 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                     certain = 2 * g3 / (fourth + 1e-300)
             gaps[s, 0] = gap if beta == 0.0 else alpha * q + gamma
             gaps[s, 1], gaps[s, 2], gaps[s, 3] = certain, alpha, beta
-        if p.skip and inside and not p.rubs and kappa > 0:
+        if p.skip and inside and not p.has_friction and kappa > 0:
             sag = leg.drift / kappa
-            swing = bound(kappa, delta, root, sort, leg.z - sag, leg.w) + p.reach[i, 0]
+            swing = bound(kappa, delta, root, damping_kind, leg.z - sag, leg.w) + p.reach[i, 0]
             reaches = False
             for s in range(p.gaps[i]):
                 alpha, beta, gamma = p.gap[i, s, 0], p.gap[i, s, 1], p.gap[i, s, 2]
@@ -238,14 +238,14 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                         )  # fmt: skip
                         if at < due:
                             due, d_due, u_due, next_closed = at, d_at, u_at, s
-                        if not p.leans[i]:  # all depend on the way alone, and one is on its way
+                        if not p.depends_on_velocity[i]:  # by position alone, gaps close in order
                             break
                         continue
                 h = min(h, stays_open(gap, speed, bend, local, jolt, now, feeds, jolt_now, shakes))
             if closed >= 0 or again:
                 break
             h = max(h, 2e-16 * max(tau, 1e-3))
-            if due < math.inf and (tau + h >= due or not p.leans[i]):
+            if due < math.inf and (tau + h >= due or not p.depends_on_velocity[i]):
                 tau, d, u, closed = due, d_due, u_due, next_closed
                 break
             if tau + h >= end:
@@ -257,7 +257,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
                 most, third = bounds(leg, b, b1)
             steps += 1
             # The bound of the fourth derivative is that of the start.
-            if tau > TURN or (p.leans[i] and steps >= 50):
+            if tau > TURN or (p.depends_on_velocity[i] and steps >= 50):
                 break
 
         if tau >= end:

@@ -1,4 +1,4 @@
-"""The exact engine for an oscillator: where it starts, and calls of the kernels."""
+"""The exact engine of an oscillator: initial state and calls of the kernels."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ExactEngine:
-    """Moves a piecewise linear oscillator; fulfils `contract.Engine`."""
+    """The engine of piecewise linear oscillators; implements `contract.Engine`."""
 
     def __init__(self, oscillator: Oscillator, chatter: float, skip: bool) -> None:
         self.oscillator = oscillator
@@ -89,12 +89,12 @@ class ExactEngine:
 
 
 def piecewise_linear(oscillator: Oscillator) -> bool:
-    """Whether the exact engine can move it."""
+    """Whether the exact engine can simulate an oscillator."""
     return not (oscillator.law or any(isinstance(stop.law, Hertz) for stop in oscillator.stops))
 
 
 def room(problem: Problem) -> Scratch:
-    """Room for a leg."""
+    """Work arrays for a leg."""
     from .flow import COMPLETE, Scratch
 
     components, gaps = problem.ratio.shape[-1], problem.gap.shape[-2]

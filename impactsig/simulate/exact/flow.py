@@ -29,7 +29,7 @@ class Problem(NamedTuple):
     kappa: np.ndarray  # shape (modes,), as all down to drift
     delta: np.ndarray
     root: np.ndarray  # sqrt |kappa - delta^2|
-    sort: np.ndarray  # sign of kappa - delta^2: 1 underdamped, 0 critical, -1 overdamped
+    damping_kind: np.ndarray  # sign of kappa - delta^2: 1 underdamped, 0 critical, -1 overdamped
     constant: np.ndarray  # f, kinetic friction included
     rest: np.ndarray  # f / kappa; 0 where kappa < 1: far from there, it would cost the digits
     drift: np.ndarray  # f where kappa < 1, else 0
@@ -43,9 +43,9 @@ class Problem(NamedTuple):
     force_bound: np.ndarray  # bounds of the forcing and its derivatives, shape (4,)
     pressed: np.ndarray  # how many soft stops each mode presses on
     gaps: np.ndarray  # how many each mode has
-    leans: np.ndarray  # whether beta is not 0 for all of them
+    depends_on_velocity: np.ndarray  # whether beta is not 0 for all of them
     gap: np.ndarray  # alpha, beta, gamma; shape (modes, gaps, 3)
-    means: np.ndarray  # meaning, stop, mode beyond; shape (modes, gaps, 3)
+    meanings: np.ndarray  # meaning, stop, mode beyond; shape (modes, gaps, 3)
     land: np.ndarray  # position in the mode beyond, where alpha q + gamma = 0
     origin: np.ndarray  # of each mode, in the coordinates of the stops
     side: np.ndarray  # of each stop: 1 upper, -1 lower
@@ -53,13 +53,13 @@ class Problem(NamedTuple):
     speed: float  # what an approach velocity is to be multiplied by for that function
     kinetic: float  # friction per mass
     static: float
-    rubs: bool
+    has_friction: bool
     chatter: float  # share of the greatest approach velocity below which rebounds are summed
     skip: bool  # whether a motion that can close no gap is ended in one step
 
 
 class Scratch(NamedTuple):
-    """Room for one leg: a row a component; Taylor coefficients, and whether all of them; gaps.
+    """Work arrays for one leg: Taylor coefficients of each component, and gaps.
 
     A row is the ratio, cosine and sine of the response, and of the forcing: of the angle passed
     since the start of the leg, which has more digits than the phase.
@@ -71,7 +71,7 @@ class Scratch(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """One leg, as numbers: its mode, its free motion at the start, and what `Scratch` holds.
+    """The motion in one mode: free motion at the start, and what `Scratch` holds.
 
     Numbers rather than `Problem`, because passing arrays to the innermost functions costs more
     than these compute.
@@ -80,7 +80,7 @@ class Leg(NamedTuple):
     kappa: float
     delta: float
     root: float
-    sort: float
+    damping_kind: float
     rest: float
     drift: float
     rate: float
@@ -110,8 +110,8 @@ def phase_of(ratio, turns, phase):
 
 
 @inlined
-def given_way(delta, kappa, root, sort, tau, c, s):
-    """Way that a force of 1 pushes from rest within tau: no difference of large numbers.
+def given_way(delta, kappa, root, damping_kind, tau, c, s):
+    """Displacement from rest under a unit force within tau, without cancellation.
 
     The free motions that start from 1, 0 and 0, 1 are c + delta s and s after tau.
     """
@@ -125,7 +125,7 @@ def given_way(delta, kappa, root, sort, tau, c, s):
             term, before = after, term
             total += term
         return total
-    if sort < 0 and 2 * root > delta:
+    if damping_kind < 0 and 2 * root > delta:
         slow = kappa / fast
         lasts = -math.expm1(-slow * tau) / slow if slow > 0 else tau
         return (lasts + math.expm1(-fast * tau) / fast) / (2 * root)
@@ -134,9 +134,10 @@ def given_way(delta, kappa, root, sort, tau, c, s):
 
 @inlined
 def free(leg, tau):
-    """Free motion and drift (z, z') after tau; no form serves where its parts would cancel."""
+    """Free motion and drift (z, z') after tau, in a form without cancellation."""
     delta, root = leg.delta, leg.root
-    if leg.sort < 0 and 2 * root > delta and 2 * root * tau > 1:  # either mode keeps its own digits
+    # Overdamped: each of the two exponentials keeps its own digits.
+    if leg.damping_kind < 0 and 2 * root > delta and 2 * root * tau > 1:
         fast = delta + root
         slow = leg.kappa / fast
         late, early = math.exp(-slow * tau), math.exp(-fast * tau)
@@ -145,11 +146,11 @@ def free(leg, tau):
         fades = (leg.w + slow * leg.z) / (2 * root) * early
         z, w = lasts - fades, fast * fades - slow * lasts
     else:
-        if leg.sort > 0:
+        if leg.damping_kind > 0:
             decay = math.exp(-delta * tau) if delta > 0 else 1.0
             c = decay * math.cos(root * tau)
             s = decay * math.sin(root * tau) / root
-        elif leg.sort < 0:
+        elif leg.damping_kind < 0:
             slow = math.exp(-leg.kappa / (delta + root) * tau)
             gone = -math.expm1(-2 * root * tau)
             c = slow * (1 - gone / 2)
@@ -160,18 +161,18 @@ def free(leg, tau):
         z = leg.z * c + (leg.w + delta * leg.z) * s
         w = leg.w * c - (leg.kappa * leg.z + delta * leg.w) * s
     if leg.drift != 0.0:
-        z += leg.drift * given_way(delta, leg.kappa, root, leg.sort, tau, c, s)
+        z += leg.drift * given_way(delta, leg.kappa, root, leg.damping_kind, tau, c, s)
         w += leg.drift * s
     return z, w
 
 
 @inlined
-def bound(kappa, delta, root, sort, y, y1):
-    """Bound from now on of a free motion that is at y, y1: by its energy, or mode by mode."""
+def bound(kappa, delta, root, damping_kind, y, y1):
+    """Bound on a free motion from y, y1 on: by its energy, or mode by mode."""
     if kappa == 0.0:
         return abs(y)  # asked of z'' and higher only: one decaying exponential
     most = math.sqrt(y * y + y1 * y1 / kappa)
-    if sort < 0:
+    if damping_kind < 0:
         fast = delta + root
         slow = kappa / fast
         most = min(most, (abs(fast * y + y1) + abs(slow * y + y1)) / (2 * root))
@@ -182,8 +183,8 @@ def bound(kappa, delta, root, sort, y, y1):
 def bounds(leg, b, b1):
     """Bounds of |q''| and |q'''| from now on, where the free motion has z'' = b and z''' = b1."""
     b2 = -2 * leg.delta * b1 - leg.kappa * b
-    most = bound(leg.kappa, leg.delta, leg.root, leg.sort, b, b1) + leg.reach
-    third = bound(leg.kappa, leg.delta, leg.root, leg.sort, b1, b2) + leg.jerk_reach
+    most = bound(leg.kappa, leg.delta, leg.root, leg.damping_kind, b, b1) + leg.reach
+    third = bound(leg.kappa, leg.delta, leg.root, leg.damping_kind, b1, b2) + leg.jerk_reach
     return most, third
 
 
@@ -262,7 +263,7 @@ def begin(p, scratch, i, turns, phase, low, q, v):
         kappa,
         delta,
         p.root[i],
-        p.sort[i],
+        p.damping_kind[i],
         p.rest[i],
         p.drift[i],
         p.rate[i],

@@ -1,4 +1,4 @@
-"""One gap: how long it is certain to stay open, and the instant at which it closes."""
+"""How long a gap stays open for certain, and the instant at which it closes."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from .flow import locate
 
 @inlined
 def vanishes(gap, speed, brake):
-    """Time h > 0 at which gap + speed h - brake h^2 / 2 vanishes, where nothing cancels."""
+    """Root h > 0 of gap + speed h - brake h^2 / 2, without cancellation."""
     root = math.sqrt(speed * speed + 2 * brake * gap)
     return (speed + root) / brake if speed >= 0 else 2 * gap / (root - speed)
 
 
 @inlined
 def stays_open(gap, speed, bend, most, jolt, now, feeds, jolt_now, shakes):
-    """Time for which a gap g >= 0 is certain to stay open, from its first two derivatives.
+    """Time for which a gap g >= 0 stays open for certain, from its first two derivatives.
 
     h from here, |g''| is at most the lesser of `most` and now + feeds h, and the third derivative
     the lesser of `jolt` and jolt_now + shakes h.
@@ -49,7 +49,7 @@ def stays_open(gap, speed, bend, most, jolt, now, feeds, jolt_now, shakes):
 
 @inlined
 def close(leg, tau, at, x, velocity, a, jerk, gap, speed, high, third):
-    """Instant and state at which a gap closes that is certain to close without turning.
+    """Instant and state at which a gap closes that is certain to close monotonically.
 
     `at` is alpha, beta and what the gap is at the start of the leg, but for the velocity. The
     position x (from that at the start), velocity, acceleration, jerk, gap and `speed` (its

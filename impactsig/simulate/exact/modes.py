@@ -1,4 +1,4 @@
-"""Machines in the units of the exact engine: their modes and gaps, as tables of numbers."""
+"""Tables of modes and gaps of oscillators, in the units of the exact engine."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Tables(NamedTuple):
-    """What the exact engine moves; all runs of an oscillator share it."""
+    """The tables of an oscillator, shared by all its runs."""
 
     omega: float  # angular frequency of the reference
     problem: Problem
@@ -39,7 +39,7 @@ class Tables(NamedTuple):
 
 
 class Stack(NamedTuple):
-    """Machines of one layout, and the tables that the exact engine moves them by."""
+    """Oscillators of one layout, and their tables."""
 
     which: np.ndarray  # their numbers among those that were stacked
     columns: Columns
@@ -50,12 +50,13 @@ class Stack(NamedTuple):
 
 
 SCALARS = ("speed", "kinetic", "static")  # one number a machine
-SHARED = ("rubs", "chatter", "skip", "pressed", "gaps", "means", "side")  # one for all of a layout
+# One for all machines of a layout.
+SHARED = ("has_friction", "chatter", "skip", "pressed", "gaps", "meanings", "side")
 
 
 @lru_cache(maxsize=64)
 def tables(oscillator: Oscillator, chatter: float, skip: bool) -> Tables:
-    """The tables of an oscillator, kept for the next run of it.
+    """The tables of an oscillator, cached for its next run.
 
     Raises
     ------
@@ -67,7 +68,7 @@ def tables(oscillator: Oscillator, chatter: float, skip: bool) -> Tables:
 
 
 def taken(stack: Stack, k: int) -> Tables:
-    """The tables of one machine of a stack."""
+    """The tables of one oscillator of a stack."""
     alone = subset(stack, slice(k, k + 1))
     many = alone.problem
     arrays = {name: value[0] for name, value in many._asdict().items() if name not in SHARED}
@@ -77,7 +78,7 @@ def taken(stack: Stack, k: int) -> Tables:
 
 
 def subset(stack: Stack, which: Any) -> Stack:
-    """Some of the machines of a stack."""
+    """Select some of the oscillators of a stack."""
     many = stack.problem
     arrays = {name: value[which] for name, value in many._asdict().items() if name not in SHARED}
     return stack._replace(
@@ -89,7 +90,7 @@ def subset(stack: Stack, which: Any) -> Stack:
 
 
 def stacks(columns: Columns, chatter: float, skip: bool) -> list[Stack]:
-    """The tables of machines of one form, one stack a layout.
+    """The tables of oscillators of one form, one stack for each layout.
 
     Raises
     ------
@@ -169,7 +170,7 @@ def _problem(
         lag = np.where(spring > 0, damper * omega[:, None] / spring, 0.0)
         rest = np.where(kappa >= 1, constant / kappa, 0.0)
     beta = plan.lag * lag[:, plan.stop] + plan.halt
-    beyond = plan.means[:, :, 2]
+    beyond = plan.meanings[:, :, 2]
     gap = np.empty((*beta.shape, 3))
     gap[..., 0], gap[..., 1], gap[..., 2] = plan.alpha, beta, plan.toward * ways
     stacked: Any = Problem  # of many machines, whose numbers are columns
@@ -177,7 +178,7 @@ def _problem(
         kappa=kappa,
         delta=delta,
         root=root,
-        sort=np.sign(difference),
+        damping_kind=np.sign(difference),
         constant=constant,
         rest=rest,
         drift=np.where(kappa >= 1, 0.0, constant),
@@ -191,9 +192,9 @@ def _problem(
         force_bound=force_bound,
         pressed=plan.pressed,
         gaps=plan.gaps,
-        leans=np.any(beta, axis=2),
+        depends_on_velocity=np.any(beta, axis=2),
         gap=gap,
-        means=plan.means,
+        meanings=plan.meanings,
         land=plan.lands * (origin[:, :, None] - origin[:, beyond]),
         origin=origin,
         side=plan.side,
@@ -201,7 +202,7 @@ def _problem(
         speed=omega,
         kinetic=kinetic,
         static=static,
-        rubs=bool(plan.way.any()),
+        has_friction=bool(plan.way.any()),
         chatter=chatter,
         skip=bool(skip),
     )

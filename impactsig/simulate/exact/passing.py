@@ -1,4 +1,4 @@
-"""What follows an event: the clock, the list of events, impacts, other modes, rest and its end."""
+"""What follows an event: clock, event rows, impacts, change of mode, sticking and release."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ NOTHING = 4e-16  # a gap this small beside what it is the difference of is close
 
 @cfunc("float64(float64)")
 def constant_law(_velocity):
-    """Stands in for a restitution function where there is none."""
+    """Placeholder for a restitution function that the stop does not have."""
     return math.nan
 
 
 @inlined
 def pass_time(clock, tau):
-    """Add tau to the phase as a compensated sum, and keep it below a turn."""
+    """Advance the phase by tau, as a compensated sum reduced to a turn."""
     total = clock[PHASE] + tau
     part = total - clock[PHASE]
     clock[LOW] += (clock[PHASE] - (total - part)) + (tau - part)
@@ -93,22 +93,22 @@ def note(events, count, clock, kind, stop, mode, q, v, approach):
 
 @inlined
 def heading(p, i, way):
-    """The mode for motion that way: with friction there is one for either."""
-    return i - i % 2 + (1 if way < 0 else 0) if p.rubs else i
+    """The mode for motion in a direction; with friction there is one for each."""
+    return i - i % 2 + (1 if way < 0 else 0) if p.has_friction else i
 
 
 @inlined
 def touches(p, i, q):
     """Whether a rigid stop is touched."""
     for s in range(p.gaps[i]):
-        if p.means[i, s, 0] == HIT and p.gap[i, s, 0] * q + p.gap[i, s, 2] == 0.0:
+        if p.meanings[i, s, 0] == HIT and p.gap[i, s, 0] * q + p.gap[i, s, 2] == 0.0:
             return True
     return False
 
 
 @inlined
 def hold(clock, count, events, i, q):
-    """Let the mass stick where it is."""
+    """Stick at the present position."""
     count[STUCK] = 1
     count[STICK_COUNT] += 1
     note(events, count, clock, STICK, -1, i, q, 0.0, 0.0)
@@ -116,10 +116,10 @@ def hold(clock, count, events, i, q):
 
 @inlined
 def pass_gap(p, clock, state, count, events, s, end, end_turns, end_phase, upper, lower):
-    """What the closing of a gap means: an impact, another mode, rest."""
+    """Handle the closing of a gap: an impact, a change of mode, or rest."""
     i = count[MODE]
     v = state[V]
-    meaning, stop, beyond = p.means[i, s, 0], p.means[i, s, 1], p.means[i, s, 2]
+    meaning, stop, beyond = p.meanings[i, s, 0], p.meanings[i, s, 1], p.meanings[i, s, 2]
     if meaning == HALT:
         state[V] = 0.0
         return DONE
@@ -161,7 +161,7 @@ def returned(p, stop, v, upper, lower):
 
 @inlined
 def rebound(p, clock, state, count, events, stop, end, end_turns, end_phase, upper, lower):
-    """Reset the velocity at a rigid stop; chatter may end there at once."""
+    """Reverse the velocity at a rigid stop; chatter may end there at once."""
     side = p.side[stop]
     v = abs(state[V])
     r = returned(p, stop, v, upper, lower)
@@ -188,7 +188,7 @@ def rebound(p, clock, state, count, events, stop, end, end_turns, end_phase, upp
 
 @inner
 def settle(p, clock, state, count, events, side, r, out, end, end_turns, end_phase):
-    """Sum the rebounds still to come as a geometric series, where it is one; then stick."""
+    """Sum the remaining rebounds of a chatter as a geometric series, then stick."""
     i = count[MODE]
     f, f1, _f2 = push(p, clock, 0.0)
     pressing = side * (f + still(p, i, state[Q]))
@@ -213,10 +213,10 @@ def settle(p, clock, state, count, events, side, r, out, end, end_turns, end_pha
 
 @inlined
 def grip(p, i, q):
-    """Least and greatest force that a rest at q can hold: friction, and rigid stops it touches."""
+    """Least and greatest force that hold a mass at rest at q: by friction and rigid stops."""
     low, high = -p.static, p.static
     for s in range(p.gaps[i]):
-        if p.means[i, s, 0] == HIT and p.gap[i, s, 0] * q + p.gap[i, s, 2] == 0.0:
+        if p.meanings[i, s, 0] == HIT and p.gap[i, s, 0] * q + p.gap[i, s, 2] == 0.0:
             if p.gap[i, s, 0] < 0:
                 high = math.inf
             else:
@@ -226,14 +226,14 @@ def grip(p, i, q):
 
 @inlined
 def still(p, i, q):
-    """Constant part of the force per mass at rest at q, friction left out."""
+    """Constant part of the force per mass at rest at q, without friction."""
     f = p.constant[i] - p.kappa[i] * q
-    return f + (p.kinetic if i % 2 == 0 else -p.kinetic) if p.rubs else f
+    return f + (p.kinetic if i % 2 == 0 else -p.kinetic) if p.has_friction else f
 
 
 @inner
 def unstick(p, clock, i, q, end):
-    """Time until the force leaves what holds the mass, and whither; 0 is nowhere as yet."""
+    """Time until the force exceeds what holds the mass, and the direction; 0 if it stays."""
     low, high = grip(p, i, q)
     rest = still(p, i, q)
     most, jolt, size = p.force_bound[2], p.force_bound[3], p.force_bound[0]
@@ -263,7 +263,7 @@ def unstick(p, clock, i, q, end):
 
 @inner
 def depart(p, clock, i, q):
-    """Whither a mass at rest goes, 0 where it is held; and whether what holds it just gives way.
+    """Direction in which a mass at rest leaves, 0 if held; and whether the hold just gives way.
 
     There the next derivative of the force decides.
     """

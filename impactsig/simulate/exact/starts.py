@@ -1,4 +1,4 @@
-"""Where machines start: phases, places and modes, as arrays of one entry a machine."""
+"""Initial phases, positions and modes, as arrays over many oscillators."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def first_phases(phase: np.ndarray) -> np.ndarray:
 
 
 def motion_of_base(columns: Columns, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Displacement and velocity of what the stops hang on, at phases of its own forcing."""
+    """Displacement and velocity of the stops' base, at phases of its own motion."""
     if columns.form.base is None or not columns.form.base[2]:
         return np.zeros(phase.shape), np.zeros(phase.shape)
     base = columns.base
@@ -50,7 +50,7 @@ def motion_of_base(columns: Columns, phase: np.ndarray) -> tuple[np.ndarray, np.
 def places(
     columns: Columns, forcing: Forcing, initial: np.ndarray, phase: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and velocities of starts, shape (n, 2), in the engine's coordinates and units.
+    """Initial positions and velocities, shape (n, 2), in the engine's coordinates and units.
 
     Raises
     ------
@@ -82,12 +82,12 @@ def places(
 def first_places(
     oscillator: Oscillator, initial: np.ndarray, phase: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """`places` of starts of one oscillator at one phase."""
+    """`places` for many starts of one oscillator at one phase."""
     return places(*forcing_of_one(oscillator), initial, np.full(len(initial), phase))
 
 
 def first_place(oscillator: Oscillator, initial: Any, phase: float) -> tuple[float, float]:
-    """Position and velocity at the start, in the engine's coordinates and units.
+    """Initial position and velocity, in the engine's coordinates and units.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def first_place(oscillator: Oscillator, initial: Any, phase: float) -> tuple[flo
 
 
 def begun(stack: Stack, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """States and counters of starts; the stops that are pressed on follow from them.
+    """States and counters at the start; the modes follow from the positions.
 
     The machines of the stack have one start each, or its only machine has all of them.
     """
@@ -137,7 +137,7 @@ def begun(stack: Stack, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.nd
 def _modes(
     modes: dict[Any, int], side: np.ndarray, level: np.ndarray, lifted: np.ndarray
 ) -> np.ndarray:
-    """Numbers of the modes in which stops are pressed on."""
+    """Index of the mode that belongs to each position."""
     if not level.any():
         return np.full(len(level), modes[0, 0, frozenset()])
     keys, which = np.unique(np.stack([side, level, lifted]), axis=1, return_inverse=True)

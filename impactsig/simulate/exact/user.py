@@ -1,4 +1,4 @@
-"""Functions that users give, compiled so that compiled kernels can call them."""
+"""User's functions, compiled to C functions that kernels can call."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def restitution_laws(oscillator: Oscillator) -> tuple[Any, Any]:
 
 
 def laws_of(form: Form) -> tuple[Any, Any]:
-    """The same, of all machines of a form."""
+    """Restitution functions of all oscillators of a form."""
     from .passing import constant_law
 
     found = {1: constant_law, -1: constant_law}
@@ -68,13 +68,13 @@ def laws_of(form: Form) -> tuple[Any, Any]:
 
 
 def plain(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function as it was before numba."""
+    """The Python function behind a numba dispatcher."""
     return getattr(function, "py_func", function)
 
 
 @contextmanager
 def refused(argument: str, function: Callable[..., Any], required: str) -> Iterator[None]:
-    """What numba cannot compile within is refused, with the first of its reasons.
+    """Turn numba's errors into `InvalidInput` with the first reason.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def refused(argument: str, function: Callable[..., Any], required: str) -> Itera
         yield
     except Exception as error:  # numba raises its own and others, as what it is given has it
         lines = [line.strip() for line in str(error).splitlines()]
-        told = [line for line in lines if line and not line.startswith("Failed in")]
-        reason = told[0] if told else type(error).__name__
+        messages = [line for line in lines if line and not line.startswith("Failed in")]
+        reason = messages[0] if messages else type(error).__name__
         name = getattr(function, "__name__", repr(function))
         raise InvalidInput(argument, name, required, f"numba says: {reason}") from error

@@ -1,4 +1,4 @@
-"""A flow under way: its state between calls of the kernels, and why it ended."""
+"""Integration of a flow: its state between calls of the kernels, and why it ended."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PATIENCE = 20  # calls without a spike after which none is waited for
 
 
 class Running:
-    """A flow from its initial state on.
+    """The integration of a flow from its initial state on.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Running:
 
     @property
     def time(self) -> float:
-        """How far it has come."""
+        """Time that has been reached."""
         return float(self.course.clock[TIME])
 
     def sample(self, instants: np.ndarray) -> tuple[np.ndarray, str]:
@@ -129,7 +129,7 @@ class Running:
 
 
 def _check_rates(flow: Flow, state: np.ndarray) -> None:
-    """Find out here, not in a compiled kernel, whether there is a rate for every coordinate."""
+    """Check outside the kernels that the flow returns a rate for every coordinate."""
     try:
         with np.errstate(all="ignore"):
             rates = np.shape(flow.function(0.0, state, *flow.parameters))
@@ -141,7 +141,7 @@ def _check_rates(flow: Flow, state: np.ndarray) -> None:
 
 
 def state_of(flow: Flow, initial: Sequence[float] | None) -> np.ndarray:
-    """The state to start from.
+    """Validate the initial state.
 
     Raises
     ------

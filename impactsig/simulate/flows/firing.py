@@ -1,4 +1,4 @@
-"""Spikes made by flows: integrate and fire, and crossings of a threshold."""
+"""Spikes from flows: integrate and fire, and threshold crossings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..._arguments import choice, number
+from ..._arguments import choice, instance, number
 from ...errors import InvalidInput
 from ...impacts import Impacts, exact
 from ...oscillators.flows import Flow
@@ -28,7 +28,7 @@ def integrate_and_fire(
     transient: float = 0.0,
     initial: Sequence[float] | None = None,
 ) -> Impacts:
-    """Spikes of a neuron that integrates a signal and fires at a threshold [Sauer1994]_.
+    """Spikes of a neuron that integrates a signal up to a threshold [Sauer1994]_.
 
     ``integral of S(y(t)) dt from one spike to the next = threshold``; the integral starts from 0
     at the end of the transient and again at each spike, so that every interval, the one before the
@@ -54,9 +54,9 @@ def integrate_and_fire(
         be positive. Or the name or number of a coordinate. By default the signal of the flow. A
         function is compiled once: define it outside of loops.
     count, duration : int, float
-        How many spikes, or how long to look. Give one of them.
+        Number of spikes, or duration after the transient. Give one of them.
     transient : float
-        How long to let it flow before.
+        Duration of the transient, in which no spikes are counted.
     initial : sequence of float, optional
         State at t = 0, if not that of the flow.
 
@@ -103,7 +103,7 @@ def threshold_crossings(
     transient: float = 0.0,
     initial: Sequence[float] | None = None,
 ) -> Impacts:
-    """Spikes where a signal crosses a level [CastroSauer1997]_.
+    """Spikes at the crossings of a level by a signal [CastroSauer1997]_.
 
     Accuracy as that of `integrate_and_fire`. The signal is taken for a polynomial of degree 11 over
     a step, in which no crossing is missed, however short the visit beyond the level, and then
@@ -122,9 +122,9 @@ def threshold_crossings(
     direction : {"up", "down", "both"}
         Which crossings count.
     count, duration : int, float
-        How many spikes, or how long to look. Give one of them.
+        Number of spikes, or duration after the transient. Give one of them.
     transient : float
-        How long to let it flow before.
+        Duration of the transient, in which no spikes are counted.
     initial : sequence of float, optional
         State at t = 0, if not that of the flow.
 
@@ -154,8 +154,7 @@ def threshold_crossings(
     >>> len(returns.intervals())
     100
     """
-    if not isinstance(flow, Flow):
-        raise InvalidInput("flow", flow, "a Flow", "A RecordedMotion has a method crossings()")
+    instance("flow", flow, Flow, "a Flow", "A RecordedMotion has a method crossings()")
     level = number("level", level)
     choice("direction", direction, ("up", "down", "both"))
     return _spikes(

@@ -1,4 +1,4 @@
-"""The course of a flow: Flow -> FlowMotion, whose states are worked out when asked for."""
+"""Simulation of a flow: Flow -> FlowMotion, whose states are computed when asked for."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ AT_A_TIME = 64  # steps between two looks whether all that was asked for is ther
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FlowMotion(Shown):
-    """What a flow did, in its own unit of time.
+    """The simulated trajectory of a flow, in its own unit of time.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class FlowMotion(Shown):
         return out[:-1]
 
     def stroboscopic(self, phase: float = 0.0) -> Any:
-        """Not of a flow, whose forcing is not known.
+        """Refused: the forcing of a flow is not known.
 
         Raises
         ------
@@ -140,7 +140,7 @@ def move(
     transient: float = 0.0,
     initial: Sequence[float] | None = None,
 ) -> FlowMotion:
-    """The course of a flow by Dormand and Prince's method of order 8, at a tolerance of 1e-13."""
+    """Integrate a flow by Dormand and Prince's method of order 8, at a tolerance of 1e-13."""
     from .flow_steps import states
 
     length = number("duration", duration, above=0, most=LONGEST)

@@ -1,4 +1,4 @@
-"""Kernels: the spikes in the steps of a flow.
+"""Kernels that find the spikes within the steps of a flow.
 
 What spikes are looked for in, the integral of the signal or the signal itself, is made a polynomial
 of degree 11 over the step. A root of it is corrected by a step that ends there, which is of order 8
@@ -27,7 +27,7 @@ from .flow_steps import (
 
 
 class Task(NamedTuple):
-    """What is looked for, and until when."""
+    """The level, direction, count and end time of a search for spikes."""
 
     fires: bool  # integrate and fire; else crossings
     level: float  # threshold of the integral, or level of the signal
@@ -39,13 +39,13 @@ class Task(NamedTuple):
 
 @inner
 def watched(field, task):
-    """Which entry of the state is compared with the level; -1: a function of them."""
+    """Index of the coordinate that is compared with the level; -1 for a function of the state."""
     return field.size if task.fires else field.coordinate
 
 
 @inner
 def out_of_reach(field, task, s, h, y, level):
-    """Whether what is watched cannot come to the level within the step.
+    """Whether the signal cannot reach the level within the step.
 
     Its rate at none of the 13 stages being more than a quarter of what that would take. A step
     within the tolerance, in which the rate is a polynomial of low degree to 13 digits, cannot hide
@@ -62,7 +62,7 @@ def out_of_reach(field, task, s, h, y, level):
 
 @inner
 def gauge(tab, field, task, s, y):
-    """What is compared with the level, at the nodes of the step."""
+    """The signal at the nodes of the step."""
     only = watched(field, task)
     for j in range(GAUGE_DEGREE + 1):
         share = tab.nodes[j]
@@ -76,7 +76,7 @@ def gauge(tab, field, task, s, y):
 
 @inner
 def pose(tab, s, level):
-    """Bernstein coefficients of the gauge less the level, over the whole step."""
+    """Bernstein coefficients of signal minus level over the whole step."""
     for i in range(GAUGE_DEGREE + 1):
         total = 0.0
         for j in range(GAUGE_DEGREE + 1):
@@ -89,7 +89,7 @@ def pose(tab, s, level):
 
 @inner
 def correct(tab, field, task, s, t, h, y, level, share):
-    """Correct a root by steps that end there; stages 1 to 11 of the step are lost."""
+    """Correct a root by steps that end there; overwrites stages 1 to 11 of the step."""
     for _ in range(5):
         value, slope = value_at(s.coefficients, s.ladder, share)
         if slope == 0.0:

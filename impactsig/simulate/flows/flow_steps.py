@@ -1,4 +1,4 @@
-"""Kernels: a flow from step to step by Dormand and Prince's 8(5,3), and states between."""
+"""Kernels that step a flow by Dormand and Prince's 8(5,3), with dense output."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Field(NamedTuple):
 
 
 class Course(NamedTuple):
-    """Where the flow is.
+    """The state of the integration.
 
     After the coordinates, state and rate hold the integral, where one fires, and then zeros: the
     length of all arrays of coordinates is a multiple of 4, so that the innermost loops are of fixed
@@ -40,7 +40,7 @@ class Course(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for one step; d as in `Course`."""
+    """Work arrays for one step; d as in `Course`."""
 
     k: np.ndarray  # (16, d)
     stage: np.ndarray  # (d,)
@@ -58,7 +58,7 @@ class Scratch(NamedTuple):
 
 @inner
 def rates_at(field, fires, t, tau, y, out):
-    """Rates of the coordinates and, where one fires, of the integral, tau after the instant t."""
+    """Rates of the coordinates and of the integral, tau after the instant t."""
     field.rates(t + tau, y.ctypes, field.parameters.ctypes, out.ctypes)
     steer(field.control, tau, y, out)
     if fires:
@@ -67,7 +67,7 @@ def rates_at(field, fires, t, tau, y, out):
 
 @inlined
 def steer(control, tau, y, out):
-    """Add what is fed back to the rate of the coordinate that it is of."""
+    """Add the feedback to the rate of its coordinate."""
     if control is not None:
         k = control.feedback.signal - DISPLACEMENT
         out[k] += fed(control, tau, y[k])
@@ -75,7 +75,7 @@ def steer(control, tau, y, out):
 
 @inlined
 def weigh(weights, i, k, stages, out):
-    """Sum of the first rates by a row of weights.
+    """Weighted sum of the first rates.
 
     Two sums of four side by side, because one waits for each addition. Where the stages are odd in
     number, the next one's weight is zero; its rate must be finite.
@@ -193,7 +193,7 @@ def stride(tab, field, fires, s, course, most):
 
 @inner
 def go(s, course, h, end):
-    """To the end of the step."""
+    """Move to the end of the step."""
     clock = course.clock
     if h >= end - clock[TIME]:
         clock[TIME], clock[ROUNDED] = end, 0.0
@@ -208,7 +208,7 @@ def go(s, course, h, end):
 
 @inner
 def finish(tab, field, fires, s, t, h, y):
-    """The last stages of the step just taken, which serve its interpolant."""
+    """Compute the last stages of the step, which only its interpolant needs."""
     stages(
         tab.a, tab.c, field.rates, field.signal, field.coordinate, field.parameters, field.size,
         field.control, fires, s.k, s.stage, s.rate, 13, 16, t, h, y,

@@ -1,1 +1,1 @@
-"""What instruments see of impacts: trains over thresholds, and records."""
+"""Instruments: threshold detectors, and synthetic recordings."""

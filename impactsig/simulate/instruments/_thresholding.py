@@ -1,4 +1,4 @@
-"""Spikes where a displacement with noise on it comes up to a threshold just short of the stop."""
+"""Spikes of a threshold detector on a noisy displacement, just short of the stop."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ STRIDE = 64  # samples from one coarse sample to the next, at most
 
 
 class Spikes(NamedTuple):
-    """What was counted: the instant for each impact, NaN where there is none, and the others."""
+    """Instant counted for each impact, NaN if it was missed, and the spurious ones."""
 
     of_impact: np.ndarray
     spurious: np.ndarray
@@ -45,7 +45,7 @@ class Spikes(NamedTuple):
 
 
 class _View(NamedTuple):
-    """The displacement as it is sampled: `size` instants from the start on, `step` apart [s]."""
+    """The sampled displacement: `size` instants from the start on, `step` apart [s]."""
 
     motion: Motion
     step: float
@@ -59,7 +59,7 @@ class _View(NamedTuple):
 
 
 class _Level(NamedTuple):
-    """Distances from the stop, as the mass sees them."""
+    """Threshold and release level, as distances from the stop."""
 
     sigma: float  # standard deviation of the noise
     trigger: float
@@ -71,7 +71,7 @@ class _Level(NamedTuple):
 def spikes(
     motion: Motion, noise: float, rate: float | None, rng: np.random.Generator, skip: bool = True
 ) -> Spikes:
-    """The spikes at all stops; without `skip` every sample is looked at, to the same result."""
+    """Spikes at all stops; with `skip` False every sample is evaluated, with the same result."""
     view = _view(motion, rate, skip)
     impacts = motion.impacts
     assert impacts is not None  # the caller has seen to it
@@ -206,9 +206,9 @@ def _excursions(
                 begin.append(math.nan)
         # Between the levels all stays as it was. So it does over what was skipped: the sample
         # after that is a coarse one, and below the release.
-        told = np.flatnonzero(above | (seen < -level.release))
-        state = np.concatenate(([over], above[told]))
-        turns = view.time(index[told[np.flatnonzero(state[1:] != state[:-1])]])
+        beyond = np.flatnonzero(above | (seen < -level.release))
+        state = np.concatenate(([over], above[beyond]))
+        turns = view.time(index[beyond[np.flatnonzero(state[1:] != state[:-1])]])
         begin.extend(turns[int(over) :: 2])
         end.extend(turns[1 - int(over) :: 2])
         over = bool(state[-1])
@@ -222,7 +222,7 @@ def _excursions(
 def _near(
     view: _View, side: str, level: _Level, impacts: np.ndarray, coarse: np.ndarray
 ) -> np.ndarray:
-    """Whether noise could make anything of what lies between each two coarse samples."""
+    """Whether noise could matter between each two coarse samples."""
     distance = _distance(view, coarse, side)
     near = np.maximum(distance[:-1], distance[1:]) + level.sag > -level.certain
     low, high = np.searchsorted(impacts, view.time(coarse[[0, -1]]))
@@ -232,7 +232,7 @@ def _near(
 
 
 def _distance(view: _View, index: np.ndarray, side: str) -> np.ndarray:
-    """From the first stop of that side to the mass, negative on the free side of it."""
+    """Distance from the first stop of a side to the mass, negative on the free side."""
     time = view.time(index)
     at = view.motion._from_stops(time)[0]
     position = view.motion.system.stops_on(side)[0].position
@@ -240,7 +240,7 @@ def _distance(view: _View, index: np.ndarray, side: str) -> np.ndarray:
 
 
 def _noise(key: list[int], index: np.ndarray) -> np.ndarray:
-    """Gaussian noise of deviation 1 for these samples, whichever others are looked at."""
+    """Unit Gaussian noise at these samples, independent of which others are evaluated."""
     drawn = np.empty(len(index))
     block = index // BLOCK
     edges = np.concatenate(([0], np.flatnonzero(np.diff(block)) + 1, [len(index)]))

@@ -1,4 +1,4 @@
-"""Impacts as an instrument counts them: some missed, some moved, some that never were."""
+"""Counting errors of an instrument: missed, shifted and spurious impacts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ECHO_STRENGTH = 0.5
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Measured(Shown):
-    """A train as it was measured, with the truth beside it.
+    """A train as an instrument counts it, together with the true one.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Measured(Shown):
     truth : Impacts
         What there was.
     source : ndarray of int, shape (len(impacts),)
-        Which impact of the truth each measured one is; -1 where it is none (spurious spikes,
+        Index of the true impact for each measured one; -1 for others (spurious spikes,
         echoes, and approaches that noise took for impacts).
 
     See Also
@@ -53,12 +53,12 @@ class Measured(Shown):
 
     @property
     def spurious(self) -> np.ndarray:
-        """Indices into `impacts` of those that never were, ascending."""
+        """Indices into `impacts` of spurious impacts, ascending."""
         return np.flatnonzero(self.source < 0)
 
     @property
     def missed(self) -> np.ndarray:
-        """Indices into `truth` of the impacts that were not measured, ascending."""
+        """Indices into `truth` of missed impacts, ascending."""
         seen = np.zeros(len(self.truth), bool)
         seen[self.source[self.source >= 0]] = True
         return np.flatnonzero(~seen)
@@ -84,7 +84,7 @@ def measure(
     echo_delay: float = 5e-3,
     seed: Seed = None,
 ) -> Measured:
-    """What is left of a train of impacts once an instrument has counted it.
+    """Apply the counting errors of an instrument: noise, jitter, missed and spurious impacts.
 
     In this order: impacts are counted where the noisy displacement comes up to a threshold; some
     are missed; those that are not are moved by the jitter, and may be
@@ -213,7 +213,7 @@ def measure(
 def _count(
     given: Impacts | Motion, noise: float, rate: float | None, rng: np.random.Generator
 ) -> tuple[Spikes, Impacts]:
-    """Instants before anything is missed or moved, and the truth."""
+    """Instants before any is missed or shifted, and the true train."""
     truth = given.impacts if isinstance(given, Motion) else given
     if not isinstance(truth, Impacts):
         raise InvalidInput(
@@ -248,13 +248,13 @@ def _chance_of_missing(impacts: Impacts, which: np.ndarray, missed_weak: Any) ->
 
 
 def strength_of(impacts: Impacts) -> np.ndarray | None:
-    """Peak, or else approach velocity, or else impulse of each impact; None where none is known."""
+    """Peak, else approach velocity, else impulse of each impact; None if none is known."""
     known = (impacts.peak, impacts.approach_velocity, impacts.impulse)
     return next((strength for strength in known if strength is not None), None)
 
 
 def _uniform_instants(impacts: Impacts, share: np.ndarray) -> np.ndarray:
-    """Instants at these shares (0 to 1) of the run less its gaps."""
+    """Instants at these shares (0 to 1) of the run without its gaps."""
     gaps = np.clip(impacts.gaps[np.argsort(impacts.gaps[:, 0])], impacts.start, impacts.stop)
     length = gaps[:, 1] - gaps[:, 0]
     before = gaps[:, 0] - impacts.start - np.concatenate(([0.0], np.cumsum(length)))[:-1]
@@ -264,7 +264,7 @@ def _uniform_instants(impacts: Impacts, share: np.ndarray) -> np.ndarray:
 
 
 def _outside_dead_time(time: np.ndarray, dead_time: float) -> np.ndarray:
-    """Which impacts are counted: those more than `dead_time` after the last one that was.
+    """Mask of the impacts that come more than `dead_time` after the last one counted.
 
     An impact that long after any other is counted whatever was before it. So the train falls into
     clusters, and all clusters can be gone through at once.
@@ -280,7 +280,7 @@ def _outside_dead_time(time: np.ndarray, dead_time: float) -> np.ndarray:
 
 
 def _like(impacts: Impacts, like: np.ndarray, time: np.ndarray, strength: np.ndarray) -> Impacts:
-    """Impacts at `time`, each with what is known of the impact `like`, `strength` times as strong.
+    """Impacts at `time` with the columns of other impacts, `strength` times as strong.
 
     Every per-impact quantity has the length of the train; those in force are scaled. The impact
     -1 has no time in contact and no strength.

@@ -1,4 +1,4 @@
-"""Instruments as data: what a load cell and a microphone make of an impact, and what they add."""
+"""Models of a load cell and a microphone: response to an impact, noise and faults."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Modes = tuple[tuple[float, float, float], ...]
 
 @dataclass(frozen=True)
 class LoadCell:
-    """A load cell behind the stop: a half-sine for every impact, and the faults of the channel.
+    """A load cell behind the stop: a half-sine for every impact, noise and channel faults.
 
     With peak P and contact time T the record holds ``P sin(pi (t - touch) / T)`` while in contact,
     and after it the tail ``ringing P sin(2 pi f s) exp(-s / decay)``, s being the time since the

@@ -1,4 +1,4 @@
-"""Impacts back to the record that an instrument would have made of them."""
+"""Synthesis of recordings from impacts."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..._arguments import Seed, instance, number, streams
+from ..._arguments import Seed, instance, number, streams, whole
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from ...recording import Recording
@@ -34,7 +34,7 @@ def synthesize(
     full_scale: float | None = None,
     seed: Seed = None,
 ) -> Recording:
-    """The recording that an instrument would have made of these impacts.
+    """Synthesise the recording that an instrument would make of these impacts.
 
     Every impact is placed at its own instant, between samples as well: the waveform is evaluated
     at the sampling instants. No anti-aliasing filter is applied. Waveforms that overlap add.
@@ -266,8 +266,7 @@ def _check_converter(bits: int | None, full_scale: float | None) -> None:
         number("full_scale", full_scale, above=0)
     if bits is None:
         return
-    if not isinstance(bits, (int, np.integer)) or isinstance(bits, bool) or not 2 <= bits <= 32:
-        raise InvalidInput("bits", bits, "a whole number from 2 to 32")
+    whole("bits", bits, 2, 32)
     if full_scale is None:
         raise InvalidInput("full_scale", None, "the range of the converter, given with bits")
 

@@ -1,4 +1,4 @@
-"""Trains over a threshold or a noise level, by their titles: what `plot.return_maps` draws."""
+"""Trains over thresholds or noise levels, by title, for `plot.return_maps`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..._arguments import Seed, choice, reals
+from ..._arguments import Seed, choice, instance, reals
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from ...oscillators.flows import Flow
@@ -20,7 +20,7 @@ THESIS_NOISE = (0.0, 0.00247, 0.00476, 0.0096)
 def noisy_trains(
     motion: Motion, noise: Any = THESIS_NOISE, *, seed: Seed = None
 ) -> dict[str, Impacts]:
-    """The impacts of a motion as counted under several levels of noise.
+    """Impacts of a motion as a threshold detector counts them, at several noise levels.
 
     Figures 4.17 to 4.19 of [Karpodinis]_ follow from it: `plot.return_maps` of the trains, or
     `plot.interval_densities` of them over the levels. What a level is a share of, `measure` says.
@@ -57,8 +57,7 @@ def noisy_trains(
     >>> len(trains)
     2
     """
-    if not isinstance(motion, Motion):
-        raise InvalidInput("motion", motion, "a Motion, as simulate makes")
+    instance("motion", motion, Motion, "a Motion, as simulate makes")
     levels = _series("noise", noise)
     if seed is None or isinstance(seed, np.random.Generator):
         seed = int(np.random.default_rng(seed).integers(2**63))
@@ -74,7 +73,7 @@ def fired_trains(
     kind: Literal["integral", "crossing"] = "integral",
     **options: Any,
 ) -> dict[str, Impacts]:
-    """The spikes that a flow fires at several thresholds.
+    """Spikes of a flow at several thresholds.
 
     The threshold study of chapter 3 of [Karpodinis]_: return maps of the trains show the flow's
     attractor, at each threshold, from intervals alone.

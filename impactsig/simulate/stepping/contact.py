@@ -1,4 +1,4 @@
-"""What follows an event: soft contacts, impacts and chatter, sticking, and turning."""
+"""What follows an event: soft contacts, impacts and chatter, sticking, reversal."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from .rest import departure, rigid_at
 
 @inner
 def become(p, state, count, k, new):
-    """Change the digit of a stop, and count the position from the new origin."""
+    """Change the digit of a stop in the mode, and the origin of the position."""
     old = origin(p, count[MODE])
     count[MODE] += (new - status(p, count[MODE], k)) * int(p.stops[k, WEIGHT])
     at = origin(p, count[MODE])
@@ -55,7 +55,7 @@ def become(p, state, count, k, new):
 
 @inner
 def slide(count, direction):
-    """Change the digit of sliding."""
+    """Change the digit of sliding in the mode."""
     count[MODE] += (0 if direction == 0 else (1 if direction > 0 else 2)) - count[MODE] % 3
 
 
@@ -89,7 +89,7 @@ def hold(p, clock, state, count, events, k):
 
 @inner
 def rest_or_turn(p, f, s, clock, state, count, events):
-    """A sliding mass comes to rest: it turns, unless it is held (which the next pass finds)."""
+    """Handle a sliding mass that comes to rest: it reverses, unless the next pass finds it held."""
     state[V] = 0.0
     slide(count, 0)
     leg = open_leg(
@@ -103,7 +103,7 @@ def rest_or_turn(p, f, s, clock, state, count, events):
 
 @inner
 def touched(p, mode):
-    """How many stops push."""
+    """Number of stops in contact."""
     number = 0
     for k in range(len(p.stops)):
         number += status(p, mode, k) == PUSHING
@@ -112,7 +112,7 @@ def touched(p, mode):
 
 @inner
 def change_contact(p, clock, state, count, events, kind, k):
-    """Touch a soft stop, or part from it, or pass one left behind.
+    """Enter or leave contact with a soft stop, or pass one left behind.
 
     The energy lost at stops is the kinetic energy that was there before the first of them was
     touched less that after the last has parted.
@@ -152,7 +152,7 @@ def restitution_at(p, f, k, v):
 
 @inner
 def rebound(p, f, s, clock, state, count, events, k, calm):
-    """Reset the velocity at a rigid stop.
+    """Reverse the velocity at a rigid stop.
 
     Returns how long a chatter takes that is to be summed, and ends in a stick (0: there is none),
     or -1 if the user's restitution is none. It is summed where it ends within `calm`, the time in
@@ -215,7 +215,7 @@ def rebound(p, f, s, clock, state, count, events, k, calm):
 
 @inner
 def settle_event(p, f, s, leg, clock, state, count, events, due, calm):
-    """What follows the event function `due` of a step, which has ended there.
+    """Handle the event `due` that a step has ended at.
 
     Returns, as `rebound` does, how long a chatter takes that ends in a stick at the stop of the
     event (0: there is none), or -1 if the user's restitution is none.

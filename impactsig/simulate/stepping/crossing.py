@@ -1,4 +1,4 @@
-"""Which event ends a step, and when.
+"""Event functions of a step: which one vanishes first, and when.
 
 Every event function is linear in position and velocity, so that over a step of Dormand and Prince's
 it is a polynomial of degree 7. Its first root is polished by steps that end there, which are more
@@ -59,14 +59,14 @@ def list_events(p, s, leg, mode, y, v):
 
 @inlined
 def enter(events, n, at, of_q, of_v, kind, k):
-    """Write one event function."""
+    """Append one event function."""
     row = events[n]
     row[VALUE], row[BY_Q], row[BY_V], row[MEANING], row[OF_STOP] = at, of_q, of_v, kind, k
 
 
 @inner
 def starts(p, leg, s, y, a, rate):
-    """How a mass at rest sets off: the first derivative of its position that is not 0, and its way.
+    """Order and value of the first nonzero derivative of position of a mass at rest.
 
     What is no more than the rounding of the forces, and of their derivatives, is 0. The order is 0
     where nothing tells.
@@ -169,7 +169,7 @@ def earliest(p, tab, f, leg, s, number, step, y, v, dq, dv):
 
 @inner
 def polish(p, tab, f, leg, s, row, h, most, y, v, a):
-    """The step that ends at an event, from its instant on the interpolant.
+    """Shorten the step so that it ends at the event, from its instant on the interpolant.
 
     Newton's iteration on the length of the step itself. Where that leads away, the event grazes,
     and the interpolant has the last word.
@@ -207,7 +207,7 @@ def passed(s, number, dq, dv):
 
 @inner
 def halve(p, tab, f, leg, s, number, step, y, v, a, dq, dv):
-    """The way of the thesis: where a step passes an event, halves of it that do not, to the end.
+    """The method of the thesis: halve steps that pass an event, down to the tolerance.
 
     Returns the event (-1: none was passed), and the sum of those halves and of what they gain.
     """

@@ -58,9 +58,9 @@ class Problem(NamedTuple):
     omega: float
     inertia: float  # mass omega^2
     start: float  # phase at t = 0
-    swing: float  # amplitude, ratio and angle of what the stops move with
-    pace: float
-    sway: float
+    base_amplitude: float  # of what the stops move with; 0 where they rest
+    base_ratio: float  # frequency over that of the reference
+    base_angle: float
     chatter: float
     fixed: float  # step, or 0: adaptive
     tolerance: float
@@ -68,7 +68,7 @@ class Problem(NamedTuple):
 
 
 class Functions(NamedTuple):
-    """What acts beside the oscillator itself, and how its stops return."""
+    """User's functions: a further force, restitution of stops, and control."""
 
     law: object  # the user's: further force, restitution of the upper and of the lower stop
     upper: object
@@ -77,7 +77,7 @@ class Functions(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for one step."""
+    """Work arrays for one step."""
 
     waves: np.ndarray  # ratio, amplitude and angle at its start of the components of the forcing
     hertz: np.ndarray  # side, place, stiffness, exponent and loss of the Hertz stops in contact
@@ -107,14 +107,14 @@ class Leg(NamedTuple):
     elapsed: float
     omega: float
     inertia: float
-    swing: float  # amplitude, ratio and angle of the base
-    pace: float
-    sway: float
+    base_amplitude: float
+    base_ratio: float
+    base_angle: float
 
 
 @cfunc("float64(float64, float64, float64)")
 def no_law(t, x, v):
-    """Nothing, where a kernel wants a law."""
+    """Zero: placeholder for a law that the oscillator does not have."""
     return 0.0
 
 
@@ -136,7 +136,7 @@ def origin(p, mode):
 
 @inner
 def open_leg(p, s, turns, phase, low, mode, approach, y, v):
-    """The equation of motion in a mode from that instant."""
+    """The equation of motion in a mode, from an instant on."""
     at = origin(p, mode)
     kappa, damping = p.kappa, p.damping
     constant = p.constant - p.kappa * at
@@ -173,7 +173,7 @@ def open_leg(p, s, turns, phase, low, mode, approach, y, v):
         s.waves[j, 2] = phase_of(p.waves[j, 0], turns, phase) + p.waves[j, 2] + p.waves[j, 0] * low
     rate = max(math.sqrt(kappa + stiff), damping + drag, p.fastest)
     elapsed = (turns * TURN + (phase - p.start)) + low
-    sway = phase_of(p.pace, turns, phase) + p.sway if p.forced else 0.0
+    base_angle = phase_of(p.base_ratio, turns, phase) + p.base_angle if p.forced else 0.0
     return Leg(
         kappa,
         damping,
@@ -186,9 +186,9 @@ def open_leg(p, s, turns, phase, low, mode, approach, y, v):
         elapsed,
         p.omega,
         p.inertia,
-        p.swing,
-        p.pace,
-        sway,
+        p.base_amplitude,
+        p.base_ratio,
+        base_angle,
     )
 
 
@@ -207,10 +207,10 @@ def accelerate(law, control, leg, waves, hertz, tau, y, v):
             a -= side * hertz[i, 2] * power * (1 + hertz[i, 4] * side * v)
     if leg.forced:
         x, u = y + leg.origin, v
-        if leg.swing != 0.0:
-            angle = leg.sway + leg.pace * tau
-            x += leg.swing * math.cos(angle)
-            u -= leg.swing * leg.pace * math.sin(angle)
+        if leg.base_amplitude != 0.0:
+            angle = leg.base_angle + leg.base_ratio * tau
+            x += leg.base_amplitude * math.cos(angle)
+            u -= leg.base_amplitude * leg.base_ratio * math.sin(angle)
         a += law((leg.elapsed + tau) / leg.omega, x, u * leg.omega) / leg.inertia
     if control is not None:
         a += pushed(control, tau, y + leg.origin, v)
@@ -219,7 +219,7 @@ def accelerate(law, control, leg, waves, hertz, tau, y, v):
 
 @inner
 def pull(f, leg, s, tau, y, v):
-    """`accelerate`, where it need not be fast."""
+    """`accelerate`, for callers outside the inner loop."""
     return accelerate(f.law, f.control, leg, s.waves, s.hertz, tau, y, v)
 
 

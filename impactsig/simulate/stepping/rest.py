@@ -1,4 +1,4 @@
-"""A mass at rest: what holds it, until when, and where it goes."""
+"""A mass at rest: the forces that hold it, for how long, and its departure."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def holding(p, k):
 
 @inner
 def departure(p, f, leg, s, y, k):
-    """Where a mass at rest goes: 1 up, -1 down, 0 stays, 2 no number; and if from a balance."""
+    """Direction in which a mass at rest leaves (0: none, 2: NaN), and whether from balance."""
     low, high = holding(p, k)
     force = pull(f, leg, s, 0.0, y, 0.0)
     if not math.isfinite(force):

@@ -1,4 +1,4 @@
-"""Stepping again from the rows of a run: samples between them, and the peaks of contacts."""
+"""Repeat steps from the event rows: samples between them, and peaks of contacts."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PARTS = 6  # of a step, in which the greatest force is looked for
 
 @njit(nogil=True, error_model="numpy")
 def recall(p, rows, w, approach):
-    """Approach velocities of the contacts under way in row w, from the rows before it."""
+    """Approach velocities of the contacts in progress at row w, from the rows before it."""
     for k in range(len(p.stops)):
         approach[k] = 0.0
         if p.stops[k, RESTITUTION] < 0 or p.stops[k, LAW] != HERTZ:
@@ -48,7 +48,7 @@ def recall(p, rows, w, approach):
 
 @njit(nogil=True, error_model="numpy")
 def mode_of(p, f, s, row, approach):
-    """Mode of the motion after a row: a start does not tell which way the mass slides."""
+    """Mode of the motion after a row; that of a start depends on the sliding direction."""
     mode = int(row[ROW_MODE])
     if p.static > 0 and mode % 3 == 0 and row[ROW_KIND] != STICK:
         way = 1 if row[ROW_V] > 0 else -1

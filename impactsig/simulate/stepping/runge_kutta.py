@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RungeKutta:
-    """Dormand and Prince's method of order 8 with steps as long as a tolerance allows.
+    """Dormand and Prince's method of order 8 with adaptive steps.
 
     [HairerNorsettWanner1993]_, section II.10: error estimates of orders 5 and 3, and an
     interpolant of degree 7 on which the events are found.
@@ -65,7 +65,7 @@ class RungeKutta:
 
 @dataclass(frozen=True)
 class FixedStep:
-    """The classical method of order 4 with steps of one length, as in Karpodinis' thesis.
+    """The classical Runge-Kutta method of order 4 with fixed steps, as in [Karpodinis]_.
 
     A step that ends beyond a stop is halved, again and again, to land on it. A contact that begins
     and ends within a step is missed: to compare with, not to rely on.
@@ -104,7 +104,7 @@ class FixedStep:
 
 
 class SteppingEngine:
-    """An `Engine` (see `contract`) for forces of any kind.
+    """The engine of oscillators with forces of any kind; implements `contract.Engine`.
 
     State and counters go on after the contract's entries with what the next step needs, so that a
     run that is cut where its buffer is full goes on as if it had not been cut. A row MARK is
@@ -290,9 +290,9 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
         omega=omega,
         inertia=inertia,
         start=0.0,
-        swing=carried.amplitude if carried else 0.0,
-        pace=pace(oscillator),
-        sway=carried.phase if carried else 0.0,
+        base_amplitude=carried.amplitude if carried else 0.0,
+        base_ratio=pace(oscillator),
+        base_angle=carried.phase if carried else 0.0,
         chatter=chatter,
         fixed=2 * math.pi / (steps * swings(oscillator)) if steps else 0.0,
         tolerance=method.tolerance if isinstance(method, RungeKutta) else 1e-10,

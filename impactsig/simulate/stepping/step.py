@@ -15,7 +15,7 @@ from .rates import accelerate, pull
 
 @inlined
 def classical(law, control, leg, waves, hertz, t, h, y, v, a):
-    """What position and velocity gain in a classical step, t after the start of the leg."""
+    """Increment of position and velocity over a classical step, t after the start of the leg."""
     v1 = v + h / 2 * a
     a1 = accelerate(law, control, leg, waves, hertz, t + h / 2, y + h / 2 * v, v1)
     v2 = v + h / 2 * a1
@@ -27,7 +27,7 @@ def classical(law, control, leg, waves, hertz, t, h, y, v, a):
 
 @inlined
 def stages(law, control, leg, waves, hertz, a, c, kq, kv, first, last, h, y, v):
-    """Work out some stages from those before them."""
+    """Compute some stages from those before them."""
     for i in range(first, last):
         x = u = 0.0
         for j in range(i):
@@ -39,7 +39,7 @@ def stages(law, control, leg, waves, hertz, a, c, kq, kv, first, last, h, y, v):
 
 @inner
 def take(fixed, tab, f, leg, s, h, y, v, a):
-    """What position and velocity gain in a step of h from y, v, where the acceleration is a."""
+    """Increment of position and velocity over a step of h from y, v with acceleration a."""
     if fixed > 0:
         return classical(f.law, f.control, leg, s.waves, s.hertz, 0.0, h, y, v, a)
     kq, kv = s.kq, s.kv
@@ -77,7 +77,7 @@ def error(tolerance, rate, tab, s, h, y, v, dv, speed):
 
 @inner
 def first_step(p, leg, y):
-    """A step to begin with; the error estimate corrects it."""
+    """Initial step size; the error estimate corrects it."""
     if leg.hertz > 0:
         # depth^n is not smooth where contact begins.
         return p.tolerance ** (1 / 3.5) / leg.rate
@@ -86,7 +86,7 @@ def first_step(p, leg, y):
 
 @inner
 def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
-    """A step within the tolerance, no longer than `end`.
+    """One step within the tolerance, no longer than `end`.
 
     Returns its length (0 where no step of any length has a finite end), what position and velocity
     gain, the step to try next, and how many were tried.

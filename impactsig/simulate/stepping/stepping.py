@@ -50,7 +50,7 @@ ROOM = 4  # rows that one pass of `run` may write, besides the first
 @kernel
 def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_steps):
     """Move to the end phase, writing events as rows; to be called again when they are full."""
-    # A long body, as what is decided here is so by numbers of the whole pass; what could be told
+    # A long body, as what is decided here is so by numbers of the whole pass; what could be taken
     # apart is in `contact`, `crossing`, `rest` and `step`.
     spent = 0
     count[ROW_COUNT] = 0
@@ -168,7 +168,7 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
 
 @inner
 def inside(p, state, count):
-    """Take back what rounding has put behind a rigid stop."""
+    """Correct positions that rounding has put behind a rigid stop."""
     at = origin(p, count[MODE])
     for k in range(len(p.stops)):
         if (

@@ -124,7 +124,7 @@ def accelerate_all(p, f, push, t, at, moving, state, w, v, a):
     lanes = len(a)
     if p.forced:
         share = 1 / p.mass
-        if p.swing == 0.0:
+        if p.base_amplitude == 0.0:
             f.laws(t, w.q, v, a)
         else:
             for lane in range(lanes):

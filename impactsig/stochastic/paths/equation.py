@@ -65,9 +65,9 @@ class Problem(NamedTuple):
     forced: bool  # whether there is a `law` of the user's
     mass: float
     fold: float  # Zhuravlev's coordinate: 1 or -1 where position is a stop's plus fold * abs(y)
-    swing: float  # amplitude, frequency and angle at t = 0 of what the stops stand on
-    pace: float
-    sway: float
+    base_amplitude: float  # of what the stops stand on
+    base_frequency: float
+    base_angle: float  # at t = 0
 
 
 class Functions(NamedTuple):
@@ -91,10 +91,11 @@ def push_at(p, t):
 @inner
 def ground_at(p, t):
     """Position and velocity of what the stops stand on."""
-    if p.swing == 0.0:
+    if p.base_amplitude == 0.0:
         return 0.0, 0.0
-    angle = p.pace * t + p.sway
-    return p.swing * math.cos(angle), -p.swing * p.pace * math.sin(angle)
+    angle = p.base_frequency * t + p.base_angle
+    velocity = -p.base_amplitude * p.base_frequency * math.sin(angle)
+    return p.base_amplitude * math.cos(angle), velocity
 
 
 @inner

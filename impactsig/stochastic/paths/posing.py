@@ -75,9 +75,9 @@ def pose(oscillator: Oscillator, step: float, phase: float, unfold: bool = False
         forced=oscillator.law is not None,
         mass=mass,
         fold=fold,
-        swing=carried.amplitude if carried else 0.0,
-        pace=carried.angular_frequency if carried else 1.0,
-        sway=carried.phase + carried.angular_frequency * turned if carried else 0.0,
+        base_amplitude=carried.amplitude if carried else 0.0,
+        base_frequency=carried.angular_frequency if carried else 1.0,
+        base_angle=carried.phase + carried.angular_frequency * turned if carried else 0.0,
     )
 
 
