@@ -90,7 +90,12 @@ class Branches:
     @property
     def exchange(self) -> float:
         """Mean of the share of its energy that a cycle exchanges, where that is below 1."""
-        return sum(own.mean(own.exchanged) for own in self.curves)
+        return sum(own.exchanged(own.turnover) for own in self.curves)
+
+    @property
+    def memory(self) -> float:
+        """The same within the correlation time of the noise."""
+        return sum(own.exchanged(own.memory) for own in self.curves)
 
     def accuracy(self, mean: float) -> float:
         """Greatest relative error of the integrals over a cycle."""

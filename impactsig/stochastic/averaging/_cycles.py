@@ -103,13 +103,7 @@ def orbits(
 ) -> Orbits:
     """The integrals, with nodes doubled until they agree; `coarse` takes the fewest."""
     family = family or families(part)
-    pieces = [
-        _piece(part, family, ground - family.ground, inside, side, own, energy)
-        for inside, ground in zip(family.wells, family.grounds, strict=True)
-        for side in inside.sides
-        for own in side.parts
-        if side.reach
-    ]
+    pieces = pieces_of(part, family, energy)
     drag = _drag(part)
     found = _integrals(part.mass, drag, pieces, NODES[0], len(energy))
     error = np.zeros(energy.shape)
@@ -152,6 +146,17 @@ def orbits(
         for _, side, own in (low, high)
     ]
     return Orbits(energy, area, period, work, gross, span, np.array(spare), error)
+
+
+def pieces_of(part: Conservative, family: Family, energy: np.ndarray) -> list[Piece]:
+    """The ways through all parts of half an orbit, in the order of displacements."""
+    return [
+        _piece(part, family, ground - family.ground, inside, side, own, energy)
+        for inside, ground in zip(family.wells, family.grounds, strict=True)
+        for side in inside.sides
+        for own in side.parts[:: side.sign]
+        if side.reach
+    ]
 
 
 class Piece(NamedTuple):
@@ -206,6 +211,30 @@ class Piece(NamedTuple):
     def rough(self) -> bool:
         """Whether a force begins or ends here with a root of the depth."""
         return any(contact.exponent % 1 != 0 for contact, _ in self.contacts)
+
+    def crowding(self) -> list[tuple[str, np.ndarray]]:
+        """Which energies come here, by where the nodes are to crowd; see `rule`."""
+        there = np.flatnonzero(self.distance > 0)
+        if not self.rough:
+            return [("", there)] if there.size else []
+        turns = self.spare[there] == 0
+        # A force that begins with a root does so where its stop is touched or left.
+        both = (("start", there[turns]), ("both", there[~turns]))
+        return [(crowded, which) for crowded, which in both if which.size]
+
+    def course(
+        self, mass: float, rule: tuple[np.ndarray, np.ndarray, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Displacements from the bottom, speeds, and derivatives of the way at a rule's nodes."""
+        points, _, cumulative = rule
+        inwards, step = self.nodes(points)
+        at = self.part.start + np.maximum(self.distance[:, None] - inwards, 0.0)
+        if self.saddle:
+            kinetic = self.spare[:, None] + self.work(inwards)
+        else:
+            kinetic = self.spare[:, None] + (self.well.pull(self.side, at) * step) @ cumulative.T
+        v = np.sqrt(2 * np.maximum(kinetic, 0.0) / mass)
+        return self.side.sign * at, v, step
 
     def only(self, which: np.ndarray) -> Piece:
         """The same for some of the energies."""
@@ -295,14 +324,9 @@ def _integrals(
     """Area, period, work of the law, and the sum of the sizes of its parts, of whole cycles."""
     found = np.zeros((4, count))
     for piece in pieces:
-        there = np.flatnonzero(piece.distance > 0)
-        turns = piece.spare[there] == 0
-        # A force that begins with a root does so where its stop is touched or left.
-        parts = (("start", there[turns]), ("both", there[~turns]))
-        for crowded, which in parts if piece.rough else (("", there),):
-            if which.size:
-                part = piece if which.size == count else piece.only(which)
-                found[:, which] += _through(mass, drag, part, rule(nodes, crowded))
+        for crowded, which in piece.crowding():
+            part = piece if which.size == count else piece.only(which)
+            found[:, which] += _through(mass, drag, part, rule(nodes, crowded))
     return found
 
 
@@ -313,25 +337,18 @@ def _through(
     rule: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> np.ndarray:
     """The same of the way through one part, there and back."""
-    inside, side, own, contacts, distance, spare, _ = piece
-    points, weights, cumulative = rule
-    found = np.zeros((4, len(distance)))
-    inwards, step = piece.nodes(points)
-    at = own.start + np.maximum(distance[:, None] - inwards, 0.0)
-    if piece.saddle:
-        kinetic = spare[:, None] + piece.work(inwards)
-    else:
-        kinetic = spare[:, None] + (inside.pull(side, at) * step) @ cumulative.T
-    v = np.sqrt(2 * np.maximum(kinetic, 0.0) / mass)
+    weights = rule[1]
+    found = np.zeros((4, len(piece.distance)))
+    away, v, step = piece.course(mass, rule)
+    x = piece.well.bottom + away
     found[0] = 2 * (v * step) @ weights
     with np.errstate(divide="ignore", invalid="ignore"):
         found[1] = 2 * (step / v) @ weights
-    x = inside.bottom + side.sign * at
     if drag is not None:
         work = drag(x, v) * step
         found[2] = work @ weights
         found[3] = np.abs(work) @ weights
-    for contact, approach in contacts:
+    for contact, approach in piece.contacts:
         lost = (contact.lost(x, v, approach[:, None]) * step) @ weights
         found[2] -= lost
         found[3] += lost
