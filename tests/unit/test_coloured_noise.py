@@ -200,7 +200,7 @@ def test_what_cannot_be_is_named():
         (lambda: lyapunov_spectrum(stiff, periods=2, seed=1), "system", "stiffness"),
         (
             lambda: simulate(Oscillator(noise=BAND), duration=1, method="runge-kutta"),
-            "method", "oscillates",
+            "method", "in a band",
         ),
         (lambda: simulate(stiff, duration=1, method="gaussian"), "method", "parametric"),
     ]  # fmt: skip

@@ -176,7 +176,10 @@ def orbit_stability(
     if isinstance(feedback, IntervalFeedback):
         return _of_intervals(orbit, feedback)
     if not isinstance(feedback, DelayedFeedback):
-        raise InvalidInput("feedback", feedback, "a DelayedFeedback or an IntervalFeedback")
+        raise InvalidInput(
+            "feedback", feedback, "a DelayedFeedback or an IntervalFeedback",
+            "OGY.multipliers has those under OGY",
+        )  # fmt: skip
     laps = whole("laps", laps, 40)
     variation = _variation(orbit, feedback)
     if variation.forgets:

@@ -37,7 +37,10 @@ def check(oscillator: Oscillator, impact: str) -> None:
         If the oscillator has such a part.
     """
     if not isinstance(oscillator, Oscillator):
-        raise InvalidInput("oscillator", oscillator, "an Oscillator")
+        raise InvalidInput(
+            "oscillator", oscillator, "an Oscillator with noise",
+            "Orbits are averaged that close without control, of one displacement",
+        )  # fmt: skip
     choice("impact", impact, IMPACTS)
     if oscillator.forces or oscillator.base:
         part = oscillator.forces[0] if oscillator.forces else oscillator.base
