@@ -179,7 +179,7 @@ def height(machine, x):
 
 
 SIMULATED = {
-    "a stop": replace(MACHINE, noise=noise(0.3), stops=(Stop(0.4, Rigid(0.98)),)),
+    "a stop": replace(MACHINE, damping=0.03, noise=noise(0.3), stops=(Stop(0.4, Rigid(0.98)),)),
     "a stop at the bottom": replace(MACHINE, noise=noise(0.2), stops=(Stop(0.0, Rigid(0.99)),)),
     "a band and a stop": replace(
         MACHINE, damping=0.01, noise=noise(0.8, 1.5), stops=(Stop(0.5, Rigid(0.995)),)

@@ -130,9 +130,15 @@ class Curve:
         """Mean of a function of panel and place, over the energies in the panels."""
         return float((self.share * what(self.panel[:, None], _places(self.low, self.high))).sum())
 
-    def exchanged(self, share: np.ndarray) -> float:
-        """Mean of a share of its energy that an orbit exchanges, where that is below 1."""
-        return self.mean(lambda panel, u: np.clip(evaluate(share, panel, u), 0.0, 1.0))
+    def exchanged(self, share: np.ndarray | None = None) -> float:
+        """Mean of what orbits exchange in a time, or of that times a share."""
+
+        def rate(panel: np.ndarray, u: np.ndarray) -> np.ndarray:
+            energy = evaluate(self.turnover, panel, u) * self.grid.energy(panel, u)
+            found = energy / np.exp(evaluate(self.weight, panel, u))
+            return found if share is None else found * evaluate(share, panel, u)
+
+        return self.mean(rate)
 
     def shares(self, panel: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Probabilities that go to the points of a quadrature between two places in a panel."""
@@ -220,7 +226,7 @@ def curve(oscillator: Oscillator, which: int, least: float, greatest: float, imp
     def over_nodes(values: np.ndarray) -> np.ndarray:
         return values.reshape(len(grid.start), -1)
 
-    gain, turnover = exchange(oscillator, along, impact)
+    gain, share = exchange(oscillator, along, impact)
     index = np.arange(len(grid.start))[:, None]
     band = band_of(oscillator.noise)
     rate = over_nodes(gain / _fed_grid(part, which, least, greatest, band)) / intensity
@@ -238,8 +244,8 @@ def curve(oscillator: Oscillator, which: int, least: float, greatest: float, imp
     return Curve(
         grid=grid, exponent=integrated(fitted(rate * grid.slope(index, NODES)), rise),
         balance=fitted(rate), weight=fitted(np.log(over_nodes(along.period / mass))),
-        turnover=fitted(over_nodes(turnover / along.energy)),
-        memory=fitted(over_nodes(band.correlation_time / along.period * turnover / along.energy)),
+        turnover=fitted(over_nodes(share)),
+        memory=fitted(over_nodes(band.correlation_time / along.period * share)),
         error=np.array([along.energy, along.error]),
         below=0.0 if family.children else float(bottom.area[0]), power=power,
         rise=rise, growth=growth, panel=empty.astype(int), low=empty, high=empty,
