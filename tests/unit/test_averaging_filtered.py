@@ -25,7 +25,10 @@ from impactsig.stochastic.averaging._families import families
 from impactsig.stochastic.averaging._feeding import band_of, fed
 from impactsig.stochastic.averaging._well import conservative
 
-BANDS = [(1e-3, 0.0), (0.5, 0.0), (5.0, 0.0), (5.0, 1.3), (20.0, 6.0), (3e3, 0.0), (1e6, 0.0)]
+BANDS = [
+    (1e-3, 0.0), (0.5, 0.0), (5.0, 0.0), (5.0, 1.3), (20.0, 6.0), (1e-3, 3e3), (3e3, 0.0),
+    (1e6, 0.0),
+]  # fmt: skip
 MACHINE = Oscillator(damping=0.05, noise=Noise(0.01))  # a mean energy of 0.2
 
 

@@ -98,7 +98,7 @@ def logarithmic_loss(restitution: float) -> float:
     from scipy.optimize import brentq
 
     a = 0.75 * (1 - restitution**2)
-    if a < 1e-4:
+    if a < 1e-6:
         return a
     spring = a - math.log1p(a)
     left = float(brentq(lambda y: -y - math.log1p(-y) - spring, 0.0, a, xtol=1e-15))

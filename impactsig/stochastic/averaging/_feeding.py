@@ -12,6 +12,7 @@ correlation of the noise is the real part of ``(I / tau) exp(-rate s)``, and so 
 
 with P' = F - rate P and P(0) = 0, p = P(L) and q the integral of ``F exp(-rate t)``. P is found by
 Radau's implicit method of order 15, in steps that resolve what P(0) excites as long as it lasts.
+Where the noise hardly changes along half an orbit, or forgets all over and over, limits are taken.
 """
 
 from __future__ import annotations
@@ -29,9 +30,11 @@ from ._families import Family
 from ._well import Conservative
 
 STAGES = 8
+AT_ONCE = 256  # steps, of each orbit
 LASTS = 32.0  # correlation times, after which nothing is left of how P began
 RESOLVED = 2.0  # of the phase and the exponent of exp(-rate t), in a step
 SLOW = 1e-4  # phase and exponent of exp(-rate t) in half an orbit, up to which noise is constant
+FAST = 3e4  # the same from which on it forgets at once
 STEPS = 3  # in a part of an orbit, at least
 ENOUGH = 1e-9  # relative change at which the nodes are not doubled again
 
@@ -140,12 +143,17 @@ def _fed(
             square = [np.nan_to_num(way.work**2 / way.pace) @ weights for way in ways]
         return 2 * np.sum(square, axis=0)
     length = np.sum([way.pace @ weights for way in ways], axis=0)
-    found = _slow(band, ways, length, weights)
+    forgotten = abs(band.rate) * length
+    found = np.where(
+        forgotten < FAST,
+        _slow(band, ways, length, weights),
+        _fast(band, ways, nodes),
+    )
     # Orbits of about the same period take the same steps.
     octave = np.floor(np.log2(length))
-    changes = abs(band.rate) * length > SLOW
-    for each in np.unique(octave[changes]):
-        which = np.flatnonzero(changes & (octave == each))
+    between = (forgotten > SLOW) & (forgotten < FAST)
+    for each in np.unique(octave[between]):
+        which = np.flatnonzero(between & (octave == each))
         some = [way.only(which) for way in ways]
         found[which] = _filtered(band, some, length[which], nodes, steps)
     return found
@@ -156,6 +164,24 @@ def _slow(band: Band, ways: list[Way], length: np.ndarray, weights: np.ndarray) 
     middle = sum((way.done * way.pace) @ weights for way in ways) / length
     square = sum(((way.done - middle[:, None]) ** 2 * way.pace) @ weights for way in ways)
     return np.asarray(2 * square / band.correlation_time**2)
+
+
+def _fast(band: Band, ways: list[Way], nodes: int) -> np.ndarray:
+    """The limit of noise that forgets at once: white, but for where a stop turns the velocity."""
+    weights = rule(nodes)[1]
+    square, ends = np.zeros((2, len(ways[0].pace)))
+    passed = [way.pace.max(axis=1) > 0 for way in ways]
+    count = np.cumsum(passed, axis=0)
+    for way, here, number in zip(ways, passed, count, strict=True):
+        force = np.divide(way.work, way.pace, out=np.zeros_like(way.pace), where=way.pace > 0)
+        square += (force * way.work) @ weights
+        for at, reached in ((0.0, number == 1), (1.0, number == count[-1])):
+            end = force @ _between(nodes, np.array([1 - at if way.outwards else at]))[0]
+            ends += np.where(here & reached, end**2, 0.0)
+    rate = band.rate
+    return np.asarray(
+        2 * (square * (1 / rate).real - ends * (1 / rate**2).real) / band.correlation_time
+    )
 
 
 def _way(mass: float, band: Band, piece: Piece, bottom: float, nodes: int) -> Way:
@@ -188,18 +214,27 @@ def _filtered(
         if not fastest:
             continue
         start = float(elapsed[way.pace.max(axis=1) > 0].min())
-        for low, high in _steps(start, fastest, abs(rate), band.correlation_time, steps):
-            span = high - low
+        every = np.array(_steps(start, fastest, abs(rate), band.correlation_time, steps))
+        for some in np.array_split(every, -(-len(every) // AT_ONCE)):
+            low, span = some[:, :1], np.diff(some)
             at = low + span * times
-            values = _between(nodes, tuple(1 - at if way.outwards else at))
-            pace, work = way.pace @ values.T * span, way.work @ values.T * span
-            matrix = np.eye(STAGES) + rate * inner * pace[:, None, :]
-            right = state[:, None] + work @ inner.T
-            stages = np.linalg.solve(matrix, right[..., None])[..., 0]
-            both += (work * stages) @ shares
-            past += (work * np.exp(-rate * (elapsed[:, None] + pace @ inner.T))) @ shares
-            elapsed = elapsed + pace @ shares
-            state = stages[:, -1]
+            values = _between(nodes, (1 - at if way.outwards else at).ravel()).T
+            pace, work = (
+                (each @ values).reshape(count, len(some), STAGES) * span
+                for each in (way.pace, way.work)
+            )
+            matrix = np.eye(STAGES) + rate * inner * pace[..., None, :]
+            right = np.stack([np.ones_like(work), work @ inner.T], axis=-1)
+            # What stages would be of P = 1 before the step, and what the noise's work adds.
+            kept, new = np.moveaxis(np.linalg.solve(matrix, right), -1, 0)
+            lasts = pace @ shares
+            time = (elapsed[:, None] + np.cumsum(lasts, axis=1) - lasts)[..., None]
+            past += ((work * np.exp(-rate * (time + pace @ inner.T))) @ shares).sum(axis=1)
+            before, added = (work * kept) @ shares, (work * new) @ shares
+            for k in range(len(some)):
+                both += state * before[:, k] + added[:, k]
+                state = kept[:, k, -1] * state + new[:, k, -1]
+            elapsed = elapsed + lasts.sum(axis=1)
     left = np.exp(-rate * length)
     ends = (state**2 - 2 * state * past * left + past**2) / -np.expm1(-2 * rate * length)
     return np.real(2 * both - ends) / band.correlation_time
@@ -236,10 +271,9 @@ def _radau() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return (points + 1) / 2, inner[-1], inner
 
 
-@lru_cache(maxsize=4096)
-def _between(nodes: int, at: tuple[float, ...]) -> np.ndarray:
+def _between(nodes: int, at: np.ndarray) -> np.ndarray:
     """Values at points from 0 to 1 over those at Gauss and Legendre's."""
-    return legendre.legvander(2 * np.array(at) - 1, nodes - 1) @ _coefficients(nodes)
+    return np.asarray(legendre.legvander(2 * at - 1, nodes - 1) @ _coefficients(nodes))
 
 
 @lru_cache(maxsize=16)
