@@ -365,6 +365,13 @@ def averaged_density(oscillator: Oscillator, *, impact: Impact = "logarithmic") 
     >>> density = averaged_density(scenes.van_der_pol_duffing(0.99), impact="linearised")
     >>> round(density.mean, 4), round(density.sd, 4)
     (9.8676, 3.1942)
+
+    A filter that passes half of the power at the frequency of the machine:
+
+    >>> from impactsig import Noise, Oscillator
+    >>> shaken = Oscillator(damping=0.01, noise=Noise(0.01, correlation_time=1.0))
+    >>> round(averaged_density(shaken).mean, 6)
+    0.5
     """
     check(oscillator, impact)
     check_rest(oscillator)
