@@ -33,6 +33,7 @@ PAPER = Paper(
 claims = PAPER.claims
 PRINTED = KelvinVoigt(1e4, 10.3288336)
 CELLS = 32
+SEED = 2206  # of the sampled contacts, so that a row comes out the same each time
 
 
 def machine(stop: str, restitution: float = 0.85, gap: float = 1.0, zeta: float = 0.03):
@@ -68,7 +69,7 @@ def optimum() -> list[Outcome]:
     found = []
     for velocity in ((0.05, 4.0), (0.05, 1.0), (1.0, 2.0)):
         for amplitude in ((0.1, 2.0), (0.1, 1.0)):
-            samples = ContactSamples.draw(400, velocity=velocity, amplitude=amplitude)
+            samples = ContactSamples.draw(400, velocity=velocity, amplitude=amplitude, seed=SEED)
             fit = fit_soft_stop(0.85, samples=samples)
             told = f"zeta_1 = {fit.stop.damping:.4f}"
             box = f"velocity {velocity[0]}-{velocity[1]}, A {amplitude[0]}-{amplitude[1]}"
@@ -86,7 +87,10 @@ def edge() -> list[Outcome]:
     found = []
     for most in (1e3, 1e4, 1e5):
         fit = fit_soft_stop(
-            0.85, stiffness=(10.0, most), damping=(0.1, 1e3), samples=ContactSamples.draw(200)
+            0.85,
+            stiffness=(10.0, most),
+            damping=(0.1, 1e3),
+            samples=ContactSamples.draw(200, seed=SEED),
         )
         found.append(
             Outcome(f"edge {most:g}", f"beta = {fit.stop.stiffness:.6g}",
@@ -114,7 +118,7 @@ def formula() -> Found:
     "fit_soft_stop(...).error.value; equivalence_error(formula)", quick=False,
 )  # fmt: skip
 def better() -> Found:
-    samples = ContactSamples.draw(400)
+    samples = ContactSamples.draw(400, seed=SEED)
     fitted = fit_soft_stop(0.85, samples=samples).error.value
     plain = equivalence_error(KelvinVoigt(1e4, stop_damping(0.85, 1e4)), 0.85, samples).value
     return Found(
@@ -230,7 +234,7 @@ def low() -> list[Outcome]:
     errors = []
     for r in (0.85, 0.3):
         law = KelvinVoigt(1e4, stop_damping(r, 1e4))
-        errors.append(equivalence_error(law, r, ContactSamples.draw(400)).value)
+        errors.append(equivalence_error(law, r, ContactSamples.draw(400, seed=SEED)).value)
     found.append(
         Outcome("e_g of the contacts", f"{errors[0]:.4f} at r = 0.85, {errors[1]:.4f} at 0.3",
                 errors[1] > errors[0])

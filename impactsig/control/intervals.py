@@ -134,7 +134,9 @@ class IntervalFeedback:
     ) -> IntervalFeedback:
         """The feedback under which an orbit is come to fastest, as far as it is linear.
 
-        Gain and memory make the greatest multiplier as small as they can. With a strength the
+        Gain and memory make the greatest multiplier as small as they can. Three are equally great
+        then, two of them the same, so a small difference shrinks as the number of laps times a
+        power of that multiplier, which one exponential does not fit. With a strength the
         parameter is moved to where the orbit's impacts have it, and the orbit there is the one that
         is held: so the impacts of an oscillator are made as strong as is asked for by nothing but
         their instants.

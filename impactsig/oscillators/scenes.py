@@ -148,6 +148,9 @@ def okolewski(
     ``x'' + 0.23 x' + x = a sin(eta t)``, ``x >= a sin(eta t)``, a = 0.0025: the spring hangs on
     the base, the damper on the ground. The paper's a_e, the change of the body's kinetic energy in
     impacts, is `Motion.kinetic_energy_gained`; `Motion.energy_lost` is what the stop dissipates.
+    The printed periods and impacts per period are met, both kinds of stop; not the printed Lyapunov
+    exponents, which are of a finite time, and not the 201 impacts a period of the hard stop at
+    eta = 3, r = 0.6, which chatters.
 
     Parameters
     ----------
@@ -358,6 +361,11 @@ def van_der_pol_duffing(
     The system of [VanDerPolDuffing2020]_, and by default its values:
     ``x'' + epsilon (c2 x^2 - c1) x' + epsilon f_k sgn x' + x^3 = sqrt(epsilon) xi``, x >= 0, with
     ``<xi(t) xi(t + s)> = 2 D delta(s)``.
+
+    How the noise is scaled by epsilon is our reading, as the paper's formulas are not in the text
+    that is left: of three it is the one with the printed sequences of shapes over r and f_k, where
+    a peak counts from 2 % of the highest. That D changes no shape is then met counting all peaks,
+    and not counting those that can be seen.
 
     Parameters
     ----------

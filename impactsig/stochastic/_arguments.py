@@ -72,7 +72,11 @@ def course(
         If one is out of its range.
     """
     if not isinstance(oscillator, Oscillator):
-        raise InvalidInput("oscillator", oscillator, "an Oscillator, as impactsig.scenes makes")
+        raise InvalidInput(
+            "oscillator", oscillator, "an Oscillator with noise",
+            "Only an Oscillator takes noise=Noise(intensity); cantilevers, flows and what is "
+            "controlled move without",
+        )  # fmt: skip
     if oscillator.noise is None:
         raise InvalidInput(
             "oscillator", repr(oscillator), "an oscillator with noise",

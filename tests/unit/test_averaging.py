@@ -330,7 +330,6 @@ REFUSED = {
     "no oscillator": (3.0, "an Oscillator"),
     "no noise": (Oscillator(damping=0.1), "positive intensity"),
     "noise of no intensity": (replace(NOISY, noise=Noise(0.0)), "positive intensity"),
-    "filtered noise": (replace(NOISY, noise=Noise(0.1, 0.5)), "white noise"),
     "forcing": (replace(NOISY, forces=(Force(1.0, 2.0),)), "without forcing"),
     "sticks to its stop": (replace(NOISY, stops=(stop(1.0, 0.0),)), "above 0"),
     "law of time": (replace(NOISY, law=lambda t, x, v: 0.1 * t * x), "depend on time"),

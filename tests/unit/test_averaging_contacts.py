@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 
 from impactsig import (
     Friction,
@@ -21,6 +22,7 @@ from impactsig import (
     averaged_density,
     simulate_ensemble,
 )
+from impactsig.stochastic.averaging._contacts import logarithmic_loss
 
 NOISY = Oscillator(damping=0.1, noise=Noise(0.02))  # a temperature of 0.2
 CONTACTS = {
@@ -145,14 +147,50 @@ def reference_mean(machine, place, spring, loss, greatest):
     return first / total
 
 
+def kept_by_contact(restitution):
+    """Share of the approach velocity that Lankarani and Nikravesh's law leaves, by its motion."""
+
+    def motion(t, y):
+        depth, v = y
+        return [v, -(max(depth, 0) ** 1.5) * (1 + 0.75 * (1 - restitution**2) * v)]
+
+    def leaves(t, y):
+        return y[0] if t > 0.5 else 1.0
+
+    leaves.terminal = True
+    found = solve_ivp(motion, (0, 20), [0.0, 1.0], events=leaves, rtol=1e-11, atol=1e-13)
+    return -found.y[1, -1]
+
+
+KEPT = functools.cache(kept_by_contact)
+
+
+@pytest.mark.parametrize("place", [0.0, 0.3])
+def test_exchange_at_a_stop_is_by_the_energy_that_it_is_met_with(place):
+    """All that is exchanged is at the stop, however seldom that is met."""
+    hertz = Hertz(1e6, restitution=0.9)  # so stiff that the spring does nothing there
+    for law, share in ((Rigid(0.9), -2 * math.log(0.9)), (hertz, -2 * math.log(KEPT(0.9)))):
+        machine = replace(NOISY, damping=1e-12, noise=Noise(0.001), stops=(Stop(place, law),))
+        assert averaged_density(machine).exchange == pytest.approx(share, rel=0.02)
+    soft = replace(machine, stops=(Stop(0.0, KelvinVoigt(24.0, 0.5)),))
+    assert averaged_density(soft).exchange == pytest.approx(math.pi * 0.5 / 5, rel=1e-6)
+
+
 DAMPED = {
     "Hunt and Crossley's": (
         {"damping": 0.05}, lambda d, v, v0: 2 * 30 * d**1.5 * 0.05 * v,
     ),
     "by restitution": (
-        {"restitution": 0.9}, lambda d, v, v0: 2 * 30 * d**1.5 * 0.75 * (1 - 0.81) / v0 * v,
+        {"restitution": 0.9},
+        lambda d, v, v0: -2 * 30 * d**1.5 * 1.5 * math.log(KEPT(0.9)) / v0 * v,
     ),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize("restitution", [0.999, 0.9, 0.5])
+def test_a_contact_by_restitution_loses_what_its_motion_does(restitution):
+    taken = 4 / 3 * logarithmic_loss(restitution)
+    assert taken == pytest.approx(-2 * math.log(kept_by_contact(restitution)), rel=1e-6)
 
 
 @pytest.mark.parametrize("case", DAMPED)

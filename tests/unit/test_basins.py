@@ -14,12 +14,14 @@ from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
 from impactsig import (
+    OGY,
     Controlled,
     DelayedFeedback,
     Flow,
     InvalidInput,
     Noise,
     basins_of_attraction,
+    find_periodic_orbit,
     scenes,
     simulate,
 )
@@ -154,6 +156,28 @@ def test_one_mode_of_a_cantilever_has_the_basins_of_its_oscillator():
     for own, other in zip(found.attractors, expected.attractors, strict=True):
         assert (own.impacts, own.periods) == (other.impacts, other.periods)
         np.testing.assert_allclose(np.sort(own.strobe, 0), np.sort(other.strobe, 0), atol=1e-8)
+
+
+def test_under_ogy_starts_are_those_whose_motions_come_to_the_orbit_in_time():
+    x, v, periods = [0.2, 0.4, 0.6, 0.8], [-0.4, 0.0, 0.4], 128
+    bare = scenes.karpodinis(20.3355)
+    orbit = find_periodic_orbit(bare, 1, impacts=1)
+    beam = Controlled(bare, OGY(orbit, limit=0.01))
+    found = basins_of_attraction(beam, x, v, periods=periods)
+    held = [
+        [
+            np.hypot(*(simulate(beam, periods=periods, initial=(a, b)).final[:2]
+                       - orbit.state)) < 1e-7
+            for a in x
+        ]
+        for b in v
+    ]  # fmt: skip
+    assert np.any(held)
+    assert not np.all(held)
+    np.testing.assert_array_equal(found.labels, np.where(held, 0, -1))
+    assert found.attractors[0].strobe[0] == pytest.approx(orbit.state, abs=1e-7)
+    with pytest.raises(InvalidInput, match="on for good"):
+        basins_of_attraction(replace(beam, start=5), x, v)
 
 
 @pytest.mark.parametrize(

@@ -46,14 +46,34 @@ def turns():
     return {m: find_periodic_orbit(ROSSLER, period=5.88 * m) for m in (1, 2)}
 
 
-def decay(orbit, feedback, laps=60, floor=1e-11):
-    """Factor by which a motion beside the orbit comes nearer in a period of it."""
+def differences(orbit, feedback, laps=60):
+    """Of a motion beside the orbit from it, once in each period of it."""
     beside = (orbit.state[0] + 1e-5, orbit.state[1])
     motion = simulate(
         Controlled(orbit.system, feedback), periods=laps * orbit.periods, initial=beside
     )
-    off = np.hypot(*(np.stack(motion.stroboscopic(), axis=1) - orbit.state).T)[:: orbit.periods]
-    return slope(off, floor)
+    return (np.stack(motion.stroboscopic(), axis=1) - orbit.state)[:: orbit.periods]
+
+
+def decay(orbit, feedback, floor=1e-11):
+    """Factor by which a motion beside the orbit comes nearer in a period of it."""
+    return slope(np.hypot(*differences(orbit, feedback).T), floor)
+
+
+def greatest_multiplier(orbit, feedback):
+    """That of the recurrence which the differences fulfil, by Prony's method.
+
+    Where several multipliers are equally great, differences do not shrink as one exponential.
+    """
+    off = np.diff(differences(orbit, feedback), axis=0)[3:]
+    size = np.hypot(*off.T)
+    off = off[: int(np.argmax(size < 1e-9))]
+    many = 3
+    rows = np.concatenate([off[k : len(off) - many + k, :, None] for k in range(many + 1)], axis=2)
+    rows /= np.linalg.norm(rows, axis=(1, 2), keepdims=True)
+    rows = rows.reshape(-1, many + 1)
+    past = np.linalg.lstsq(rows[:, :many], rows[:, many], rcond=None)[0]
+    return np.abs(np.roots([1.0, *-past[::-1]])).max()
 
 
 def slope(off, floor):
@@ -112,6 +132,26 @@ def test_the_decay_seen_is_that_predicted(orbits, periods, options):
     assert predicted < 1
     seen = decay(orbits[periods], feedback)
     assert math.log(seen) == pytest.approx(math.log(predicted), rel=0.05)
+
+
+@pytest.mark.parametrize("parameter", ["amplitude", "load"])
+@pytest.mark.parametrize("periods", [1, 2])
+def test_at_the_fastest_gain_the_multiplier_is_that_predicted(orbits, periods, parameter):
+    """Three are equally great there, two of them one: a single exponential reads a tenth high."""
+    feedback = IntervalFeedback.fastest(orbits[periods], limit=0.1, parameter=parameter)
+    predicted = orbit_stability(orbits[periods], feedback)
+    assert np.sum(np.abs(predicted.multipliers) > 0.99 * predicted.growth) == 3
+    seen = greatest_multiplier(orbits[periods], feedback)
+    assert seen == pytest.approx(predicted.growth, rel=0.02)
+    assert decay(orbits[periods], feedback, floor=1e-12) > 1.08 * predicted.growth
+
+
+@pytest.mark.parametrize(("stop", "periods"), [("linear", 1), ("linear", 2), ("hertz", 2)])
+def test_so_it_is_at_soft_stops(stop, periods):
+    orbit = find_periodic_orbit(SOFT[stop], periods, impacts=1)
+    feedback = IntervalFeedback.fastest(orbit, limit=0.1)
+    predicted = orbit_stability(orbit, feedback).growth
+    assert greatest_multiplier(orbit, feedback) == pytest.approx(predicted, rel=0.02)
 
 
 def test_a_gain_too_small_does_not_hold_the_orbit(orbits):

@@ -212,7 +212,7 @@ def _nudged(controlled: Controlled) -> Oscillator:
     for _, own in schedule(controlled.controller, controlled.start, math.inf):
         if own is not None and not isinstance(own, OGY):
             why = DELAYED if isinstance(own, DelayedFeedback) else INTERVALS
-            raise InvalidInput("system", controlled, "an Oscillator under OGY, or alone", why)
+            raise InvalidInput("system", controlled, "a system under OGY, or alone", why)
     return controlled.system  # type: ignore[return-value]
 
 

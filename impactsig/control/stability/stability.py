@@ -17,7 +17,7 @@ from ...dynamics.periodic.flow_orbits import FlowOrbit
 from ...dynamics.periodic.orbits import PeriodicOrbit
 from ...dynamics.tangents.batch import batch_error
 from ...errors import InvalidInput
-from ...oscillators import Oscillator
+from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
 from ..feedback import DelayedFeedback
 from ..intervals import IntervalFeedback
@@ -164,16 +164,22 @@ def orbit_stability(
     if not isinstance(orbit, (PeriodicOrbit, FlowOrbit)) or not isinstance(
         moves, (Oscillator, Flow)
     ):
-        raise InvalidInput(
-            "orbit", orbit, "an orbit of an Oscillator or a Flow alone",
-            "find_periodic_orbit finds them; one of a Controlled has its multipliers already",
-        )  # fmt: skip
+        if isinstance(moves, Cantilever):
+            why = "A cantilever is controlled in its first mode: scenes.cantilever(...)"
+        elif moves is not None and not isinstance(moves, (Oscillator, Flow)):
+            why = "That of a Controlled has its multipliers already: orbit.multipliers"
+        else:
+            why = "find_periodic_orbit finds them"
+        raise InvalidInput("orbit", orbit, "an orbit of an Oscillator or a Flow alone", why)
     if not orbit.found:
         raise InvalidInput("orbit", orbit, "an orbit that was found")
     if isinstance(feedback, IntervalFeedback):
         return _of_intervals(orbit, feedback)
     if not isinstance(feedback, DelayedFeedback):
-        raise InvalidInput("feedback", feedback, "a DelayedFeedback or an IntervalFeedback")
+        raise InvalidInput(
+            "feedback", feedback, "a DelayedFeedback or an IntervalFeedback",
+            "OGY.multipliers has those under OGY",
+        )  # fmt: skip
     laps = whole("laps", laps, 40)
     variation = _variation(orbit, feedback)
     if variation.forgets:

@@ -29,8 +29,11 @@ class End(NamedTuple):
 
 
 NOTHING = np.empty((0, 2))
-SYSTEMS = "an Oscillator, a Cantilever with forcing or a Flow"
-NO_PLANE = "A controlled motion depends on all that was within a delay: its starts are no plane"
+SYSTEMS = "an Oscillator, also under OGY on for good, a Cantilever with forcing or a Flow"
+NO_PLANE = (
+    "Under feedback a motion depends on all that was within the delay, or on the last intervals, "
+    "besides displacement and velocity: its starts are no plane"
+)
 
 
 def ends(
@@ -61,14 +64,17 @@ def _follower(
 
         return settled
     checked_whole(system, section, name="system")
-    if not isinstance(system, (Cantilever, Flow)):
-        raise InvalidInput("system", system, SYSTEMS, NO_PLANE)
+    if not isinstance(system, (Cantilever, Flow)) and not _nudged_for_good(system):
+        why = NO_PLANE if system.dimension is None else ""
+        raise InvalidInput("system", system, SYSTEMS, why)
     if isinstance(system, Flow) and system.dimension < 2:
         raise InvalidInput("system", system, "a flow of two coordinates or more")
 
     def chunked(start: list[float]) -> End:
-        initial: Any = (start[:1], start[1:])
-        if isinstance(system, Flow):
+        initial: Any = tuple(start)
+        if isinstance(system, Cantilever):
+            initial = (start[:1], start[1:])
+        elif isinstance(system, Flow):
             initial = (*start, *system.initial[2:])
         for _ in range(-(-periods // LOOK)):
             own = whole_motion(system, LOOK, 0, initial, phase, section)
@@ -85,6 +91,12 @@ def _follower(
         return End("complete", NOTHING)
 
     return chunked
+
+
+def _nudged_for_good(controlled: Any) -> bool:
+    """Whether a controlled oscillator moves on from a strobe as it does from a start."""
+    always = not isinstance(controlled.controller, tuple) and not controlled.start
+    return always and controlled.dimension == 2
 
 
 def _back(n: int) -> np.ndarray:

@@ -139,9 +139,10 @@ def basins_of_attraction(
 
     Parameters
     ----------
-    system : Oscillator, Cantilever or Flow
-        What moves. An oscillator or a cantilever is under forcing that recurs. What is not an
-        oscillator that is linear between events is followed start by start.
+    system : Oscillator, Cantilever, Flow or Controlled
+        What moves, which is an oscillator under OGY where it is controlled. An oscillator or a
+        cantilever is under forcing that recurs. What is not an oscillator that is linear between
+        events is followed start by start.
     x, v : array_like
         Displacements and velocities of the starts, against the ground; of a cantilever those of its
         first mode, with the others at rest; of a flow its first two coordinates, with the others as

@@ -16,6 +16,7 @@ from ..._arguments import choice, number, whole
 from ..._showing import Shown
 from ...errors import InvalidInput
 from ...oscillators import Rigid
+from ...oscillators.flows import Flow
 from ...simulate import Motion
 from ...simulate.basis.events import (
     IMPACT,
@@ -289,11 +290,13 @@ def _bisected(
 
 def _motion(given: Any) -> Motion:
     if not isinstance(given, Motion):
-        raise InvalidInput(
-            "motion", given, "a Motion or a BeamMotion, as simulate makes",
-            "Between the instants of a path under noise no state is known; threshold_crossings "
-            "cuts a flow",
-        )  # fmt: skip
+        moves = getattr(given, "system", None)
+        why = ""
+        if isinstance(getattr(moves, "system", moves), Flow):
+            why = "A flow has no stops and no displacement; threshold_crossings cuts it at a level"
+        elif getattr(moves, "noise", None) is not None:
+            why = "Between the instants of a path under noise no state is known"
+        raise InvalidInput("motion", given, "a Motion or a BeamMotion, as simulate makes", why)
     return given
 
 

@@ -18,6 +18,10 @@ from ..basis.tableau import GAUGE_DEGREE, flow_tableau
 if TYPE_CHECKING:
     from .flow_spikes import Task
 
+WITH_STOPS = (
+    "What has stops is simulated: its motion has impacts, and displacement_section finds where it "
+    "passes a level"
+)
 STEPS = 50_000  # in a call of a kernel, so that a run can be interrupted
 PATIENCE = 20  # calls without a spike after which none is waited for
 
@@ -149,7 +153,7 @@ def state_of(flow: Flow, initial: Sequence[float] | None) -> np.ndarray:
         If it is not a finite number for every coordinate.
     """
     if not isinstance(flow, Flow):
-        raise InvalidInput("flow", flow, "a Flow", "impactsig.flows has some")
+        raise InvalidInput("flow", flow, "a Flow, as impactsig.flows has", WITH_STOPS)
     if initial is None:
         return np.array(flow.initial)
     required = f"{flow.dimension} finite numbers"

@@ -89,8 +89,19 @@ class Branches:
 
     @property
     def exchange(self) -> float:
-        """Mean of the share of its energy that a cycle exchanges, where that is below 1."""
-        return sum(own.mean(own.exchanged) for own in self.curves)
+        """Share of its energy that a cycle exchanges, the mean over all that is exchanged."""
+        return self._mean_share([own.turnover for own in self.curves])
+
+    @property
+    def memory(self) -> float:
+        """The same within the correlation time of the noise."""
+        return self._mean_share([own.memory for own in self.curves])
+
+    def _mean_share(self, shares: list[np.ndarray]) -> float:
+        both = zip(self.curves, shares, strict=True)
+        return sum(own.exchanged(one) for own, one in both) / sum(
+            own.exchanged() for own in self.curves
+        )
 
     def accuracy(self, mean: float) -> float:
         """Greatest relative error of the integrals over a cycle."""

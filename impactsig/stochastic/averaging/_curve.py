@@ -12,6 +12,7 @@ import numpy as np
 from ...oscillators import Oscillator
 from ._cycles import Orbits, exchange, orbits
 from ._families import Family, families
+from ._feeding import Band, band_of, fed
 from ._panels import (
     NODES,
     POINTS,
@@ -43,8 +44,8 @@ class Curve:
         Its derivative by the energy.
     weight : numpy.ndarray
         Logarithm of dA/dH, by which p(H) differs from the joint density.
-    turnover : numpy.ndarray
-        Share of its energy that a cycle exchanges.
+    turnover, memory : numpy.ndarray
+        Share of its energy that an orbit exchanges in a cycle, and in a correlation time.
     error : numpy.ndarray
         Energies of orbits, and relative errors of the integrals over them.
     below, power, rise, growth : float
@@ -60,6 +61,7 @@ class Curve:
     balance: np.ndarray = field(repr=False)
     weight: np.ndarray = field(repr=False)
     turnover: np.ndarray = field(repr=False)
+    memory: np.ndarray = field(repr=False)
     error: np.ndarray = field(repr=False)
     below: float
     power: float
@@ -128,9 +130,15 @@ class Curve:
         """Mean of a function of panel and place, over the energies in the panels."""
         return float((self.share * what(self.panel[:, None], _places(self.low, self.high))).sum())
 
-    def exchanged(self, panel: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Share of its energy that a cycle exchanges, where that is below 1."""
-        return np.clip(evaluate(self.turnover, panel, u), 0.0, 1.0)
+    def exchanged(self, share: np.ndarray | None = None) -> float:
+        """Mean of what orbits exchange in a time, or of that times a share."""
+
+        def rate(panel: np.ndarray, u: np.ndarray) -> np.ndarray:
+            energy = evaluate(self.turnover, panel, u) * self.grid.energy(panel, u)
+            found = energy / np.exp(evaluate(self.weight, panel, u))
+            return found if share is None else found * evaluate(share, panel, u)
+
+        return self.mean(rate)
 
     def shares(self, panel: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Probabilities that go to the points of a quadrature between two places in a panel."""
@@ -171,11 +179,20 @@ class Curve:
 def _grid(part: Conservative, which: int, least: float, greatest: float) -> tuple[Panels, Orbits]:
     """Panels, and the orbits at their nodes: the same for any damper, friction, loss and noise."""
     family = families(part).walk()[which]
-    grid = panels(least, greatest, _breaks(part, family), family.foot, family.head)
+    grid = panels(least, greatest, grazings(part, family), family.foot, family.head)
     return grid, orbits(part, grid.nodes.ravel(), family=family)
 
 
-def _breaks(part: Conservative, family: Family) -> dict[float, float]:
+@lru_cache(maxsize=64)
+def _fed_grid(
+    part: Conservative, which: int, least: float, greatest: float, band: Band
+) -> np.ndarray:
+    """What noise of intensity 1 feeds into the orbits of the panels."""
+    along = _grid(part, which, least, greatest)[1]
+    return fed(part, families(part).walk()[which], band, along.energy, along.area)
+
+
+def grazings(part: Conservative, family: Family) -> dict[float, float]:
     """Energies from which on a stop is met, or a soft one left, and the scale of what follows."""
     found: dict[float, float] = {}
     for k, own in ((0, family.wells[0].sides[0]), (-1, family.wells[-1].sides[1])):
@@ -209,12 +226,14 @@ def curve(oscillator: Oscillator, which: int, least: float, greatest: float, imp
     def over_nodes(values: np.ndarray) -> np.ndarray:
         return values.reshape(len(grid.start), -1)
 
-    gain, turnover = exchange(oscillator, along, impact)
+    gain, share = exchange(oscillator, along, impact)
     index = np.arange(len(grid.start))[:, None]
-    rate = over_nodes(gain / along.area) / intensity
+    band = band_of(oscillator.noise)
+    rate = over_nodes(gain / _fed_grid(part, which, least, greatest, band)) / intensity
     # At the bottom area and balance are powers of the energy, so their integrals are known.
     bottom = orbits(part, np.array([least, 2 * least]), family=family)
-    slopes = exchange(oscillator, bottom, impact).gain / bottom.area / intensity
+    slopes = exchange(oscillator, bottom, impact).gain / intensity
+    slopes /= fed(part, family, band, bottom.energy, bottom.area)
     known = slopes[0] * slopes[1] > 0 and not family.children
     growth = max(1 + math.log2(slopes[1] / slopes[0]), 0.25) if known else 1.0
     rise = 0.0 if family.children else float(slopes[0]) * least / growth
@@ -225,7 +244,8 @@ def curve(oscillator: Oscillator, which: int, least: float, greatest: float, imp
     return Curve(
         grid=grid, exponent=integrated(fitted(rate * grid.slope(index, NODES)), rise),
         balance=fitted(rate), weight=fitted(np.log(over_nodes(along.period / mass))),
-        turnover=fitted(over_nodes(turnover / along.energy)),
+        turnover=fitted(over_nodes(share)),
+        memory=fitted(over_nodes(band.correlation_time / along.period * share)),
         error=np.array([along.energy, along.error]),
         below=0.0 if family.children else float(bottom.area[0]), power=power,
         rise=rise, growth=growth, panel=empty.astype(int), low=empty, high=empty,

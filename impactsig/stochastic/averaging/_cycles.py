@@ -47,7 +47,10 @@ class Orbits:
         Work of the law beyond what it does on a mass that stands, and of soft stops beyond their
         springs' [J].
     gross : numpy.ndarray, shape (n,)
-        The sum of the sizes of what it gives and takes [J].
+        The sum of the sizes of what the law gives and takes [J].
+    struck : numpy.ndarray, shape (n,)
+        What each contact with a soft stop takes by the kinetic energy with which it is touched,
+        summed; where the mass is pressed to it, by the energy.
     span : numpy.ndarray, shape (n,)
         From where to where the mass goes.
     spare : numpy.ndarray, shape (2, n)
@@ -61,16 +64,26 @@ class Orbits:
     period: np.ndarray = field(repr=False)
     work: np.ndarray = field(repr=False)
     gross: np.ndarray = field(repr=False)
+    struck: np.ndarray = field(repr=False)
     span: np.ndarray = field(repr=False)
     spare: np.ndarray = field(repr=False)
     error: np.ndarray = field(repr=False)
 
 
 class Exchange(NamedTuple):
-    """What a cycle gains without noise, and the sum of the sizes of all gains and losses [J]."""
+    """What a cycle does without noise.
+
+    Attributes
+    ----------
+    gain : numpy.ndarray
+        What it gains [J].
+    share : numpy.ndarray
+        The sum of the sizes of all gains and losses, by the energy that there is: at a stop that is
+        what it is met with.
+    """
 
     gain: np.ndarray
-    turnover: np.ndarray
+    share: np.ndarray
 
 
 def exchange(oscillator: Oscillator, along: Orbits, impact: str) -> Exchange:
@@ -78,14 +91,17 @@ def exchange(oscillator: Oscillator, along: Orbits, impact: str) -> Exchange:
     damped = oscillator.damping * along.area
     if oscillator.friction:
         damped = damped + 2 * oscillator.friction.kinetic * along.span
-    lost = np.zeros(along.energy.shape)
+    lost, struck = np.zeros((2, len(along.energy)))
     for spare, side in zip(along.spare, ("lower", "upper"), strict=True):
         for stop in oscillator.stops_on(side):
             if not isinstance(stop.law, Rigid):
                 continue  # its loss is in the work along the orbit
             r = _restitution(stop.law, np.sqrt(2 * spare / oscillator.mass), impact)
-            lost += spare * IMPACTS[impact](r)
-    return Exchange(along.work - damped - lost, along.gross + damped + lost)
+            taken = IMPACTS[impact](r)
+            lost += spare * taken
+            struck += np.where(spare > 0, taken, 0.0)
+    share = (along.gross + damped) / along.energy + along.struck + struck
+    return Exchange(along.work - damped - lost, share)
 
 
 def _restitution(law: Any, approach: np.ndarray, impact: str) -> np.ndarray:
@@ -103,13 +119,7 @@ def orbits(
 ) -> Orbits:
     """The integrals, with nodes doubled until they agree; `coarse` takes the fewest."""
     family = family or families(part)
-    pieces = [
-        _piece(part, family, ground - family.ground, inside, side, own, energy)
-        for inside, ground in zip(family.wells, family.grounds, strict=True)
-        for side in inside.sides
-        for own in side.parts
-        if side.reach
-    ]
+    pieces = pieces_of(part, family, energy)
     drag = _drag(part)
     found = _integrals(part.mass, drag, pieces, NODES[0], len(energy))
     error = np.zeros(energy.shape)
@@ -124,7 +134,7 @@ def orbits(
             some = [piece.only(left) for piece in pieces]
             finer = _integrals(part.mass, drag, some, nodes, len(left))
             # Gains and losses may cancel; the sum of their sizes has kinks, and is but an estimate.
-            scale = np.abs(finer[[0, 1, 3]])
+            scale = np.abs([finer[0], finer[1], finer[3] + finer[5]])
             with np.errstate(invalid="ignore", divide="ignore"):
                 change = np.abs(finer - found[:, left])[:3] / scale
             error[left] = np.nan_to_num(change).max(axis=0)
@@ -134,10 +144,11 @@ def orbits(
                 break
     for contact in part.contacts:
         if contact.only_pushes:
-            kept = _not_pulled(part, family, contact, energy)
+            kept, met = _not_pulled(part, family, contact, energy)
             found[2] += kept
-            found[3] -= kept
-    area, period, work, gross = found
+            found[4] -= kept / met
+            found[5] -= kept
+    area, period, work, gross, struck, _ = found
     low, high = (
         (inside, side, energy + (family.ground - ground))
         for inside, side, ground in (
@@ -151,7 +162,18 @@ def orbits(
         np.maximum(own - side.top, 0.0) if side.stop else np.zeros(energy.shape)
         for _, side, own in (low, high)
     ]
-    return Orbits(energy, area, period, work, gross, span, np.array(spare), error)
+    return Orbits(energy, area, period, work, gross, struck, span, np.array(spare), error)
+
+
+def pieces_of(part: Conservative, family: Family, energy: np.ndarray) -> list[Piece]:
+    """The ways through all parts of half an orbit, in the order of displacements."""
+    return [
+        _piece(part, family, ground - family.ground, inside, side, own, energy)
+        for inside, ground in zip(family.wells, family.grounds, strict=True)
+        for side in inside.sides
+        for own in side.parts[:: side.sign]
+        if side.reach
+    ]
 
 
 class Piece(NamedTuple):
@@ -162,7 +184,8 @@ class Piece(NamedTuple):
     well, side, part : Well, Side, Part
         Where it lies.
     contacts : tuple
-        The soft stops that are pressed there, with the speed of their last touch for each energy.
+        The soft stops that are pressed there, with the speed of their last touch for each energy,
+        and the energy that they have to take from.
     distance : numpy.ndarray, shape (n,)
         How far a motion gets in it, 0 where it does not come there.
     spare : numpy.ndarray, shape (n,)
@@ -175,7 +198,7 @@ class Piece(NamedTuple):
     well: Well
     side: Side
     part: Part
-    contacts: tuple[tuple[Contact, np.ndarray], ...]
+    contacts: tuple[tuple[Contact, np.ndarray, np.ndarray], ...]
     distance: np.ndarray
     spare: np.ndarray
     ahead: np.ndarray
@@ -205,12 +228,38 @@ class Piece(NamedTuple):
     @property
     def rough(self) -> bool:
         """Whether a force begins or ends here with a root of the depth."""
-        return any(contact.exponent % 1 != 0 for contact, _ in self.contacts)
+        return any(contact.exponent % 1 != 0 for contact, *_ in self.contacts)
+
+    def crowding(self) -> list[tuple[str, np.ndarray]]:
+        """Which energies come here, by where the nodes are to crowd; see `rule`."""
+        there = np.flatnonzero(self.distance > 0)
+        if not self.rough:
+            return [("", there)] if there.size else []
+        turns = self.spare[there] == 0
+        # A force that begins with a root does so where its stop is touched or left.
+        both = (("start", there[turns]), ("both", there[~turns]))
+        return [(crowded, which) for crowded, which in both if which.size]
+
+    def course(
+        self, mass: float, rule: tuple[np.ndarray, np.ndarray, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Displacements from the bottom, speeds, and derivatives of the way at a rule's nodes."""
+        points, _, cumulative = rule
+        inwards, step = self.nodes(points)
+        at = self.part.start + np.maximum(self.distance[:, None] - inwards, 0.0)
+        if self.saddle:
+            kinetic = self.spare[:, None] + self.work(inwards)
+        else:
+            kinetic = self.spare[:, None] + (self.well.pull(self.side, at) * step) @ cumulative.T
+        v = np.sqrt(2 * np.maximum(kinetic, 0.0) / mass)
+        return self.side.sign * at, v, step
 
     def only(self, which: np.ndarray) -> Piece:
         """The same for some of the energies."""
         return self._replace(
-            contacts=tuple((own, approach[which]) for own, approach in self.contacts),
+            contacts=tuple(
+                (own, approach[which], met[which]) for own, approach, met in self.contacts
+            ),
             distance=self.distance[which],
             spare=self.spare[which],
             ahead=self.ahead[which],
@@ -262,15 +311,17 @@ def _piece(
         for contact in part.contacts:
             if contact.side * (x - contact.place) > 0:
                 touch = float(family.potential(np.array([contact.place]))[0]) - ground
-                speed = np.sqrt(2 * np.maximum(energy - touch, 0.0) / part.mass)
-                pressed.append((contact, speed))
+                met = np.maximum(energy - touch, 0.0)
+                resting = contact.side * (inside.bottom - contact.place) > 0
+                speed = np.sqrt(2 * met / part.mass)
+                pressed.append((contact, speed, energy if resting else met))
     return Piece(inside, side, own, tuple(pressed), distance, spare, ahead)
 
 
 def _not_pulled(
     part: Conservative, family: Family, contact: Contact, energy: np.ndarray
-) -> np.ndarray:
-    """What a stop that only pushes does not take, for each energy."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """What a stop that only pushes does not take, for each energy, and what it has to take from."""
     touch = family.potential(np.array([contact.place]))
     hits = np.flatnonzero(energy > touch)
     kept = np.zeros(energy.shape)
@@ -282,7 +333,8 @@ def _not_pulled(
             energy[hits] - touch,
             energy[hits] - lowest,
         )
-    return kept
+    resting = any(contact.side * (inside.bottom - contact.place) > 0 for inside in family.wells)
+    return kept, energy if resting else np.where(energy > touch, energy - touch, 1.0)
 
 
 def _integrals(
@@ -292,17 +344,19 @@ def _integrals(
     nodes: int,
     count: int,
 ) -> np.ndarray:
-    """Area, period, work of the law, and the sum of the sizes of its parts, of whole cycles."""
-    found = np.zeros((4, count))
+    """Integrals over whole cycles.
+
+    Returns
+    -------
+    ndarray, shape (6, count)
+        Area, period, work of the law and the soft stops, the sum of the sizes of the law's parts;
+        of soft stops the sum of the shares that they take, and what they take.
+    """
+    found = np.zeros((6, count))
     for piece in pieces:
-        there = np.flatnonzero(piece.distance > 0)
-        turns = piece.spare[there] == 0
-        # A force that begins with a root does so where its stop is touched or left.
-        parts = (("start", there[turns]), ("both", there[~turns]))
-        for crowded, which in parts if piece.rough else (("", there),):
-            if which.size:
-                part = piece if which.size == count else piece.only(which)
-                found[:, which] += _through(mass, drag, part, rule(nodes, crowded))
+        for crowded, which in piece.crowding():
+            part = piece if which.size == count else piece.only(which)
+            found[:, which] += _through(mass, drag, part, rule(nodes, crowded))
     return found
 
 
@@ -313,28 +367,22 @@ def _through(
     rule: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> np.ndarray:
     """The same of the way through one part, there and back."""
-    inside, side, own, contacts, distance, spare, _ = piece
-    points, weights, cumulative = rule
-    found = np.zeros((4, len(distance)))
-    inwards, step = piece.nodes(points)
-    at = own.start + np.maximum(distance[:, None] - inwards, 0.0)
-    if piece.saddle:
-        kinetic = spare[:, None] + piece.work(inwards)
-    else:
-        kinetic = spare[:, None] + (inside.pull(side, at) * step) @ cumulative.T
-    v = np.sqrt(2 * np.maximum(kinetic, 0.0) / mass)
+    weights = rule[1]
+    found = np.zeros((6, len(piece.distance)))
+    away, v, step = piece.course(mass, rule)
+    x = piece.well.bottom + away
     found[0] = 2 * (v * step) @ weights
     with np.errstate(divide="ignore", invalid="ignore"):
         found[1] = 2 * (step / v) @ weights
-    x = inside.bottom + side.sign * at
     if drag is not None:
         work = drag(x, v) * step
         found[2] = work @ weights
         found[3] = np.abs(work) @ weights
-    for contact, approach in contacts:
+    for contact, approach, met in piece.contacts:
         lost = (contact.lost(x, v, approach[:, None]) * step) @ weights
         found[2] -= lost
-        found[3] += lost
+        found[4] += lost / met
+        found[5] += lost
     return found
 
 

@@ -13,6 +13,7 @@ from ...errors import InvalidInput
 from ...oscillators import Oscillator, Rigid
 from ._cycles import IMPACTS, Orbits, exchange, orbits
 from ._families import Family, families
+from ._feeding import Band, band_of, fed
 from ._well import Conservative, conservative, on_arrays
 
 FAR = 100.0  # exponent below its greatest, from where on energies are left out
@@ -23,6 +24,7 @@ BEFORE = 6  # energies before the first that matters, where panels begin
 HIGHEST = 1e60  # energy looked at where stops hold the mass on both sides
 SADDLE = 1e-12  # of a saddle's energy, as near as which the orbits beside it are followed
 FAR_OUT = 1e6  # displacement beyond which a well has no edge worth telling
+AT_ZERO = 1e-12  # displacement that counts as 0
 LATER = (0.731, 12.9)  # times at which a law must be what it is at 0
 
 
@@ -35,7 +37,10 @@ def check(oscillator: Oscillator, impact: str) -> None:
         If the oscillator has such a part.
     """
     if not isinstance(oscillator, Oscillator):
-        raise InvalidInput("oscillator", oscillator, "an Oscillator")
+        raise InvalidInput(
+            "oscillator", oscillator, "an Oscillator with noise",
+            "Orbits are averaged that close without control, of one displacement",
+        )  # fmt: skip
     choice("impact", impact, IMPACTS)
     if oscillator.forces or oscillator.base:
         part = oscillator.forces[0] if oscillator.forces else oscillator.base
@@ -48,19 +53,6 @@ def check(oscillator: Oscillator, impact: str) -> None:
         raise InvalidInput(
             "oscillator", noise, "noise of positive intensity", "Give it noise=Noise(intensity)"
         )
-    if noise.parametric:
-        raise InvalidInput(
-            "oscillator", noise, "noise that is a force",
-            "That of the stiffness feeds in energy in proportion to what there is; simulate an "
-            "ensemble instead",
-        )  # fmt: skip
-    if noise.correlation_time > 0:
-        raise InvalidInput(
-            "oscillator", noise, "white noise, of correlation time 0",
-            "Filtered noise feeds in what its band has at the multiples of a cycle's frequency, "
-            "which is not the same at all energies; simulate an ensemble instead, or take it as "
-            "white where its correlation time is short against a cycle",
-        )  # fmt: skip
     for stop in oscillator.stops:
         sticky = isinstance(stop.law, Rigid) and stop.law.restitution == 0
         if impact == "logarithmic" and sticky:
@@ -79,15 +71,35 @@ def check(oscillator: Oscillator, impact: str) -> None:
             )  # fmt: skip
 
 
-def check_rest(part: Conservative) -> None:
-    """Refuse a loss that is measured by an approach where there is none.
+def check_rest(oscillator: Oscillator) -> None:
+    """Refuse what has no meaning, or no end, where the mass rests.
 
     Raises
     ------
     InvalidInput
-        If the mass may rest against such a stop.
+        If the mass may rest against a stop whose loss is by its approach, against a rigid one under
+        filtered noise, or where noise of the stiffness exerts no force.
     """
+    assert oscillator.noise is not None
+    part = conservative(oscillator)
     for inside in families(part).wells:
+        if oscillator.noise.parametric and abs(inside.bottom) <= AT_ZERO:
+            raise InvalidInput(
+                "oscillator", oscillator.noise,
+                "noise that is a force, or a mass that rests away from displacement 0",
+                "Noise of the stiffness exerts no force at 0, so the mass may stay there for ever: "
+                "its density has a pole at rest, or lies there as a whole; simulate an ensemble "
+                "instead, or give it a load",
+            )  # fmt: skip
+        pressed = inside.bottom in (part.lower, part.upper)
+        if oscillator.noise.correlation_time and pressed and inside.push(np.array(inside.bottom)):
+            raise InvalidInput(
+                "oscillator", f"a mass that is pressed against the rigid stop at {inside.bottom:g}",
+                "white noise, or a soft stop",
+                "The smaller its bounces, the sooner they follow each other, so noise with a "
+                "correlation time cannot keep them up and the mass comes to rest: averaging gives "
+                "no density; simulate an ensemble instead",
+            )  # fmt: skip
         for own in part.contacts:
             if own.restitution is not None and own.side * (inside.bottom - own.place) > 0:
                 raise InvalidInput(
@@ -95,6 +107,15 @@ def check_rest(part: Conservative) -> None:
                     "a stop that the mass approaches, to have a loss by restitution",
                     "Give Hertz(damping=) instead: it needs no approach velocity",
                 )  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def _fed_ladder(part: Conservative, which: int, band: Band) -> np.ndarray:
+    """What noise feeds into the orbits of the ladder, roughly."""
+    rough = ladder(part, which)
+    family = families(part).walk()[which]
+    with np.errstate(all="ignore"):
+        return fed(part, family, band, rough.energy, rough.area, coarse=True)
 
 
 @lru_cache(maxsize=32)
@@ -125,7 +146,8 @@ def rates(oscillator: Oscillator, which: int, impact: str) -> tuple[np.ndarray, 
     above = energy - families(part).walk()[which].foot
     with np.errstate(all="ignore"):
         gain = exchange(oscillator, rough, impact).gain
-        rate = above * gain / (oscillator.noise.intensity * rough.area)
+        area = _fed_ladder(part, which, band_of(oscillator.noise))
+        rate = above * gain / (oscillator.noise.intensity * area)
     known = np.isfinite(rate)
     count = len(rate) if known.all() else int(np.argmin(known))
     rate = rate[:count]

@@ -46,8 +46,8 @@ def check_method(oscillator: Oscillator, method: Method) -> None:
         and noise is not None
         and (noise.parametric or noise.angular_frequency)
     ):
-        kind = "parametric" if noise.parametric else "that oscillates"
-        required = f"noise that is a force, of angular frequency 0 (here: {kind})"
+        kind = "parametric noise" if noise.parametric else "noise in a band"
+        required = f"noise that is a force, white or of angular frequency 0 (here: {kind})"
         raise InvalidInput("method", method, required, remedy)
     if method == "gaussian":
         hindered = {
