@@ -76,7 +76,7 @@ def _vote(parts: list[np.ndarray], grid: Grid, scale: float, constant: float) ->
         x = (part.astype(np.float64) - float(part[0])) * scale
         if len(x) < LEAST_SAMPLES:
             continue
-        both = [_events(x, sign, grid, constant) for sign in (1.0, -1.0)]
+        both = _events(x, grid, constant)
         for one in both:
             one[:, 0] += first
         found.append(both)
@@ -126,16 +126,18 @@ def _median_of_three(x: np.ndarray) -> np.ndarray:
 def _hums(x: np.ndarray, scale: float, grid: Grid) -> bool:
     """Whether the first second of a frame shows lines of the mains."""
     first = x[: grid.span]
-    spans = Spans(grid, len(first))
+    spans = Spans(grid, len(first), search=False)
     spans.load((first.astype(np.float64) - float(first[0])) * scale, 0.0, 1.0)
     return bool(spans.spans[0].hum)
 
 
-def _events(x: np.ndarray, sign: float, grid: Grid, constant: float) -> np.ndarray:
-    """Those of a stretch that point one way, no longer than a contact."""
+def _events(x: np.ndarray, grid: Grid, constant: float) -> list[np.ndarray]:
+    """Those of a stretch that point upward, and downward, no longer than a contact."""
     spans = Spans(grid, len(x), constant=constant)
     for k in range(spans.count):
         first, last = grid.bounds(k, len(x))
-        spans.load(x[first:last], 0.0, sign)
-    events = np.concatenate([spans.spans[k].events for k in range(spans.count)])
-    return events[events[:, 1] <= MATCH * grid.longest]
+        spans.load(x[first:last], 0.0, 1.0)
+    both = [spans.events()]
+    spans.turn_over()
+    both.append(spans.events())
+    return [one[one[:, 1] <= MATCH * grid.longest] for one in both]

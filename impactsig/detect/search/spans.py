@@ -25,7 +25,7 @@ from ._faint_kernels import find_faint
 from ._noise_kernels import noise_around, read_noise
 from ._response_kernels import CREST, Stretch, find_crests
 from .event_kernels import EVENT, find_events, near_crests, strongest_first
-from .span import NO_CRESTS, Faint, Span
+from .span import NO_CRESTS, NO_EVENTS, Faint, Span
 
 BESIDE = 2
 """Spans to either side whose noise and hum count."""
@@ -69,6 +69,8 @@ class Spans:
         Pass over what does not move at all.
     constant : float
         Time constant of the AC coupling that is undone, in samples; 0 if there is none.
+    search : bool
+        Look for events; else only hum is taken off.
     """
 
     def __init__(
@@ -79,6 +81,7 @@ class Spans:
         sigmas: float | None = None,
         skip: bool = True,
         constant: float = 0.0,
+        search: bool = True,
     ) -> None:
         self.grid, self.total, self.constant = grid, total, constant
         self.level, self.sigmas, self.skip = level, LEAST if sigmas is None else sigmas, skip
@@ -91,7 +94,7 @@ class Spans:
             self._clean,
             self._search,
             self._choose,
-        )
+        )[: None if search else 3]
         self.ahead = (1, 1, BESIDE, BESIDE, BESIDE, 1)
         self.done = [0] * (len(self.stages) + 1)
         self._line = Line(grid, total)
@@ -119,6 +122,18 @@ class Spans:
             take(self.spans[k - 1].values[-BORDER:], reference, factor, before)
         self.spans[k] = Span(first, last, values, before, clean, range=extent)
         self.done[0] += 1
+        self._work()
+
+    def turn_over(self) -> None:
+        """Search again, for what points the other way, in a stretch all of which is loaded."""
+        self._line.turn_over()
+        for span in self.spans.values():
+            span.crests, span.events = NO_CRESTS, NO_EVENTS
+        self.done[-2:] = [0, 0]
+        self._work()
+
+    def _work(self) -> None:
+        """Bring each span from stage to stage, as far as those around it are."""
         moved = True
         while moved:
             moved = False
@@ -128,6 +143,10 @@ class Spans:
                     work(k)
                     self.done[stage + 1] += 1
                     moved = True
+
+    def events(self) -> np.ndarray:
+        """Those of all spans that are held."""
+        return np.concatenate([span.events for span in self.spans.values()])
 
     def around(self, k: int, reach: int) -> list[Span]:
         """The spans at most `reach` from k that there are."""
