@@ -26,6 +26,9 @@ the line; short ones do not show a long time constant."""
 SHORT = 10.0 * 1.5 ** np.arange(9)
 """Time constants [samples] to begin with as well: where they are shorter than a contact, most of
 what is recorded is off the baseline."""
+GROWING = 2
+"""Fits in a row that end with a negative time constant: there is no coupling, and those that would
+begin elsewhere end so as well."""
 FEW = 12
 """Values off the baseline on either side that are looked into."""
 LEFT = 0.15
@@ -58,15 +61,20 @@ def time_constant(parts: list[np.ndarray], scale: float) -> float:
         bare = _Fit(values, integrals, noise, 0.0, 0)
         if bare.weaker < FEW:
             continue
-        fits = [_Fit(values, integrals, noise, 0.0, 2)]
-        still = bare.off.mean() <= OUTSIDE * length  # hum leaves no line to begin from
-        if still and fits[0].weaker > LEFT * bare.weaker:
-            fits += [_Fit(values, integrals, noise, FACTOR / tau, 1) for tau in SHORT]
         moved = bare.off > SOME + np.mean(bare.off)
+        if not moved.any():
+            continue
+        fits = [_Fit(values, integrals, noise, 0.0, 2)]
+        # Hum leaves no line to begin from.
+        if bare.off.mean() <= OUTSIDE * length and fits[0].weaker > LEFT * bare.weaker:
+            for tau in SHORT:
+                fits.append(_Fit(values, integrals, noise, FACTOR / tau, 1))
+                if all(fit.rate <= 0 for fit in fits[-GROWING:]):
+                    break
         for fit in fits:
             gain = bare.off - fit.off
             good = fit.rate > 0 and fit.weaker <= LEFT * bare.weaker
-            good = good and fit.off.mean() <= OUTSIDE * length and moved.any()
+            good = good and fit.off.mean() <= OUTSIDE * length
             if good and np.mean(gain[moved] > 0.5) >= MOST and gain.sum() > best:
                 best, constant = float(gain.sum()), FACTOR / fit.rate
     return constant
