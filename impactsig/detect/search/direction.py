@@ -14,7 +14,8 @@ from .judging import LEAST_SAMPLES
 from .spans import LEAST, Spans
 
 HUMS = 2
-"""Frames that are looked at for hum, and that show the direction where there is some."""
+"""Frames that are looked at for hum. Where there is some, they show the direction: the first alone,
+unless that is in doubt."""
 CELL = 1 << 12
 """Samples whose events have one vote, so that a burst or a spike outweighs no train of pulses."""
 USUAL, FURTHER = 0.5, 2.0
@@ -37,12 +38,12 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> floa
     What is recorded behind an AC coupling of that time constant [samples] swings either way. Hum
     does so too, and a short stretch does not show it.
     """
-    parts, frames = record.strong, [x for x, _ in record.frames]
-    if any(_hums(x, scale, grid) for x in frames[:HUMS]):
-        parts = frames[:HUMS]
-    found = _vote(parts, grid, scale, constant)
-    if found.doubtful:
-        found = _vote(frames, grid, scale, constant)
+    frames = [x for x, _ in record.frames]
+    hums = any(_hums(x, scale, grid) for x in frames[:HUMS])
+    for parts in (frames[:1], frames[:HUMS], frames) if hums else (record.strong, frames):
+        found = _vote(parts, grid, scale, constant)
+        if not found.doubtful:
+            break
     if found.doubtful:
         # Single samples that stand high hide what is lower, unless impacts are such themselves.
         again = _vote([_median_of_three(x) for x in frames], grid, scale, constant)
