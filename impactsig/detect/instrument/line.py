@@ -50,7 +50,3 @@ class Line:
             self._row[start - margin : start] = self.samples(k - 1)[-margin:]
         if k < self.count - 1 and k % PLACES == PLACES - 1:
             self._row[stop : stop + margin] = self.samples(k + 1)[:margin]
-
-    def turn_over(self) -> None:
-        """Change the sign of all samples."""
-        np.negative(self._row, out=self._row)

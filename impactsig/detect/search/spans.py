@@ -126,8 +126,8 @@ class Spans:
 
     def turn_over(self) -> None:
         """Search again, for what points the other way, in a stretch all of which is loaded."""
-        self._line.turn_over()
         for span in self.spans.values():
+            np.negative(span.clean, out=span.clean)
             span.crests, span.events = NO_CRESTS, NO_EVENTS
         self.done[-2:] = [0, 0]
         self._work()
