@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..signal.ladder import FACTOR
+from ..signal.order_kernels import centre_of
 from .coupling_kernels import OFF, regress
 
 MEDIAN = 1.4826  # standard deviation of Gaussian values over the median of their magnitudes
@@ -104,7 +105,7 @@ def _means(part: np.ndarray, scale: float) -> np.ndarray:
 
 def _swings(values: np.ndarray) -> bool:
     """Whether values are off their median to either side."""
-    above, limit = values - np.median(values), OFF * _noise(values)
+    above, limit = values - centre_of(values.copy(), len(values)), OFF * _noise(values)
     return bool(min(np.count_nonzero(above > limit), np.count_nonzero(above < -limit)) > 1)
 
 
@@ -117,5 +118,6 @@ def _noise(values: np.ndarray) -> float:
     """Standard deviation, by the differences of values in a row."""
     if not values.size:
         return 0.0
-    spread = MEDIAN * float(np.median(np.abs(np.diff(values)))) / np.sqrt(2.0)
+    moves = np.abs(np.diff(values)).ravel()
+    spread = MEDIAN * centre_of(moves, len(moves)) / np.sqrt(2.0)
     return max(spread, QUIET * float(np.ptp(values)))

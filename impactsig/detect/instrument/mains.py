@@ -129,10 +129,8 @@ def fit_lines(
     design = _design(len(sums), block, rate, lines)
     normal, right = np.empty((len(design), len(design))), np.empty(len(design))
     normal_equations(design, sums, counts, RIDGE, normal, right)
-    a, b, c, d = np.linalg.solve(normal, right)[:-1].reshape(4, -1)
-    fit = np.empty((len(lines), 2), complex)
-    fit.real, fit.imag = np.transpose((a, c)), np.transpose((b, d))
-    return fit
+    parts = np.linalg.solve(normal, right)[:-1].reshape(2, 2, -1)
+    return (parts[:, 0] + 1j * parts[:, 1]).T.copy()
 
 
 @functools.lru_cache(maxsize=8)

@@ -10,6 +10,7 @@ import numpy as np
 from ..instrument.survey import Survey
 from ..signal.grid import Grid
 from ..signal.ladder import MATCH
+from ..signal.order_kernels import centre_of
 from .judging import LEAST_SAMPLES
 from .spans import LEAST, Spans
 
@@ -82,7 +83,8 @@ def _vote(parts: list[np.ndarray], grid: Grid, scale: float, constant: float) ->
             one[:, 0] += first
         found.append(both)
         first += -(-len(x) // CELL) * CELL
-        middle = float(np.median(x[:: max(1, len(x) // 2048)]))
+        some = x[:: max(1, len(x) // 2048)].copy()
+        middle = centre_of(some, len(some))
         extent = float(x.max() - x.min())
         lean += (float(x.max()) + float(x.min()) - 2.0 * middle) / extent if extent else 0.0
     if not found:
