@@ -27,9 +27,6 @@ the line; short ones do not show a long time constant."""
 SHORT = 10.0 * 1.5 ** np.arange(9)
 """Time constants [samples] to begin with as well: where they are shorter than a contact, most of
 what is recorded is off the baseline."""
-GROWING = 2
-"""Fits in a row that end with a negative time constant: there is no coupling, and those that would
-begin elsewhere end so as well."""
 FEW = 12
 """Values off the baseline on either side that are looked into."""
 LEFT = 0.15
@@ -70,8 +67,8 @@ def time_constant(parts: list[np.ndarray], scale: float) -> float:
         if bare.off.mean() <= OUTSIDE * length and fits[0].weaker > LEFT * bare.weaker:
             for tau in SHORT:
                 fits.append(_Fit(values, integrals, noise, FACTOR / tau, 1))
-                if all(fit.rate <= 0 for fit in fits[-GROWING:]):
-                    break
+                if fits[-2].rate <= 0 and fits[-1].rate <= 0:
+                    break  # both grow: there is no coupling, and others would end as they do
         for fit in fits:
             gain = bare.off - fit.off
             good = fit.rate > 0 and fit.weaker <= LEFT * bare.weaker

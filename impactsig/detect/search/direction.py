@@ -136,11 +136,19 @@ def _hums(x: np.ndarray, scale: float, grid: Grid) -> bool:
 
 def _events(x: np.ndarray, grid: Grid, constant: float) -> list[np.ndarray]:
     """Those of a stretch that point upward, and downward, no longer than a contact."""
+    spans = _searched(x, 1.0, grid, constant)
+    both = [spans.events()]
+    if len(x) < 2 * grid.chunk:  # the baseline of one chunk alone is low in it
+        spans = _searched(x, -1.0, grid, constant)
+    else:
+        spans.turn_over()
+    both.append(spans.events())
+    return [one[one[:, 1] <= MATCH * grid.longest] for one in both]
+
+
+def _searched(x: np.ndarray, sign: float, grid: Grid, constant: float) -> Spans:
     spans = Spans(grid, len(x), constant=constant)
     for k in range(spans.count):
         first, last = grid.bounds(k, len(x))
-        spans.load(x[first:last], 0.0, 1.0)
-    both = [spans.events()]
-    spans.turn_over()
-    both.append(spans.events())
-    return [one[one[:, 1] <= MATCH * grid.longest] for one in both]
+        spans.load(x[first:last], 0.0, sign)
+    return spans
