@@ -98,7 +98,7 @@ def detect_force(
         for frame in frames(pieces(), size):
             if frame.offset == 0:
                 total = next(length for first, length in record.segments if first == frame.segment)
-                stretch = _Search(grid, total, sign, scale, limit, wanted, found)
+                stretch = _Search(grid, total, sign, scale, limit, wanted, found, record.repeats)
             stretch.feed(frame)
         return found.result(sign, record.highest if sign > 0 else record.lowest)
 
@@ -122,6 +122,7 @@ class _Search:
         limit: float,
         wanted: Wanted,
         found: Found,
+        repeats: bool,
     ) -> None:
         self.grid, self.total, self.wanted, self.found = grid, total, wanted, found
         self.factor, self.limit = sign * scale, limit * scale
@@ -132,6 +133,7 @@ class _Search:
             wanted.level.sigma,
             wanted.skip,
             found.constant,
+            repeats=repeats,
         )
         self.held = np.empty(0)
         self.offset = 0  # sample of the stretch that held[0] is

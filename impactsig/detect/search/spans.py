@@ -71,6 +71,8 @@ class Spans:
         Time constant of the AC coupling that is undone, in samples; 0 if there is none.
     search : bool
         Look for events; else only hum is taken off.
+    repeats : bool
+        There may be dropouts, as values repeat.
     """
 
     def __init__(
@@ -82,8 +84,9 @@ class Spans:
         skip: bool = True,
         constant: float = 0.0,
         search: bool = True,
+        repeats: bool = True,
     ) -> None:
-        self.grid, self.total, self.constant = grid, total, constant
+        self.grid, self.total, self.constant, self.repeats = grid, total, constant, repeats
         self.level, self.sigmas, self.skip = level, LEAST if sigmas is None else sigmas, skip
         self.count = grid.count(total)
         self.spans: dict[int, Span] = {}
@@ -117,8 +120,8 @@ class Spans:
         clean = self._line.samples(k)
         extent = take(values, reference, factor, clean)
         self.zero = (0.0 - reference) * factor
-        before = np.empty(BORDER if k > 0 else 0)
-        if k > 0:
+        before = np.empty(BORDER if k > 0 and self.repeats else 0)
+        if len(before):
             take(self.spans[k - 1].values[-BORDER:], reference, factor, before)
         self.spans[k] = Span(first, last, values, before, clean, range=extent)
         self.done[0] += 1
@@ -179,6 +182,17 @@ class Spans:
     def _fill(self, k: int) -> None:
         """Fill dropouts; the medians, the range and the converter's step of what is left."""
         span, chunk = self.spans[k], self.grid.chunk
+        live = self._filled(k) if self.repeats else span.clean
+        if self.constant:
+            self._uncouple(k)
+        span.medians = np.empty(max(1, len(span.clean) // chunk))
+        chunk_medians(span.clean, chunk, span.medians)
+        span.moves = np.abs(span.medians[1:] - span.medians[:-1])
+        span.step = converter_step(live) if span.range and len(live) else 0.0
+
+    def _filled(self, k: int) -> np.ndarray:
+        """The samples of span k that are in no dropout, once these are filled."""
+        span = self.spans[k]
         n, left = len(span.clean), len(span.before)
         after = self.spans[k + 1].clean[:BORDER] if k < self.count - 1 else span.clean[:0]
         seen, _ = self._line.around(k, BORDER)
@@ -203,12 +217,7 @@ class Spans:
         else:
             self._level = np.nan
         seen[:left], seen[left + n :] = beside
-        if self.constant:
-            self._uncouple(k)
-        span.medians = np.empty(max(1, n // chunk))
-        chunk_medians(span.clean, chunk, span.medians)
-        span.moves = np.abs(span.medians[1:] - span.medians[:-1])
-        span.step = converter_step(live) if span.range and len(live) else 0.0
+        return live
 
     def _uncouple(self, k: int) -> None:
         """Undo the AC coupling of the sensor: what a step leaves decays within SETTLED seconds."""
