@@ -138,7 +138,8 @@ def _events(x: np.ndarray, grid: Grid, constant: float) -> list[np.ndarray]:
     """Those of a stretch that point upward, and downward, no longer than a contact."""
     spans = _searched(x, 1.0, grid, constant)
     both = [spans.events()]
-    if len(x) < 2 * grid.chunk:  # the baseline of one chunk alone is low in it
+    if any(len(one.medians) == 1 for one in spans.spans.values()):
+        # The baseline of one chunk alone is low in it, so each direction has its own.
         spans = _searched(x, -1.0, grid, constant)
     else:
         spans.turn_over()

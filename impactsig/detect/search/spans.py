@@ -128,7 +128,7 @@ class Spans:
         self._work()
 
     def turn_over(self) -> None:
-        """Search again, for what points the other way, in a stretch all of which is loaded."""
+        """Search again, for what points the other way, in a short stretch: the row holds it all."""
         for span in self.spans.values():
             np.negative(span.clean, out=span.clean)
             span.crests, span.events = NO_CRESTS, NO_EVENTS
