@@ -98,7 +98,7 @@ def detect_force(
         for frame in frames(pieces(), size):
             if frame.offset == 0:
                 total = next(length for first, length in record.segments if first == frame.segment)
-                stretch = _Search(grid, total, sign, scale, limit, wanted, found)
+                stretch = _Search(grid, total, sign, scale, limit, wanted, found, record.repeats)
             stretch.feed(frame)
         return found.result(sign, record.highest if sign > 0 else record.lowest)
 
@@ -122,6 +122,7 @@ class _Search:
         limit: float,
         wanted: Wanted,
         found: Found,
+        repeats: bool,
     ) -> None:
         self.grid, self.total, self.wanted, self.found = grid, total, wanted, found
         self.factor, self.limit = sign * scale, limit * scale
@@ -132,6 +133,7 @@ class _Search:
             wanted.level.sigma,
             wanted.skip,
             found.constant,
+            repeats=repeats,
         )
         self.held = np.empty(0)
         self.offset = 0  # sample of the stretch that held[0] is
@@ -186,6 +188,7 @@ class _Search:
             order = np.argsort(events[:, 0], kind="stable")
             events, probability = events[order], probability[order]
         draw_together(events, group)
+        crests = events[:, 0].copy()  # what each came from, wherever its pulse turns out to lie
         dropouts = np.concatenate([one.first + one.dropouts for one in spans.around(k, 1)])
         noise = Noise(grid.rungs.width, span.noise, span.step)
         whole = True
@@ -200,14 +203,14 @@ class _Search:
                 self.found.disturbances += [
                     Disturbance("wide", row[0] + segment, row[1], row[2]) for row in rows[marks]
                 ]
-                if self._took_out(span, events[marks]):
+                if self._took_out(span, crests[marks]):
                     return self._report(k, segment)
                 rows[marks, 5] = NO_PULSE  # faint ones, which nothing was judged by
             swings_back(samples, origin, dropouts, rows, swung)
             tails(samples, origin, noise, rows, events, trailing)
             if whole and bursts(samples, origin, span.sigma, rows, swung, marks):
                 span.bursts += _stretches(rows, marks)
-                if self._took_out(span, events[marks]):
+                if self._took_out(span, crests[marks]):
                     return self._report(k, segment)
                 swung |= marks
             for one in beside:
@@ -225,7 +228,7 @@ class _Search:
             whole = False
             dropped = worst(~kept, rows[:, 8])  # what is no pulse bounds none
             again = with_neighbors(dropped)[~dropped]
-            events, rows = events[~dropped], rows[~dropped]
+            events, rows, crests = events[~dropped], rows[~dropped], crests[~dropped]
             probability = probability[~dropped]
         self.found.disturbances += [
             one._replace(start=one.start + segment)
@@ -242,9 +245,9 @@ class _Search:
         self.found.add(rows[:, :ROW].copy(), probability, span, judge.usual_level, grid.rungs.width)
 
     @staticmethod
-    def _took_out(span: Span, events: np.ndarray) -> bool:
-        """Take events out of those of a span; whether any was among them."""
-        others = ~np.isin(span.events[:, 0], events[:, 0])
+    def _took_out(span: Span, crests: np.ndarray) -> bool:
+        """Take the events with these crests out of those of a span; whether there were any."""
+        others = ~np.isin(span.events[:, 0], crests)
         if others.all():
             return False
         span.events = span.events[others]

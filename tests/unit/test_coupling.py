@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 import impactsig
-from benchmarks.recordings import score
+from benchmarks.recordings import load_cell, score
 from impactsig.detect._force import Wanted, detect_force
 from impactsig.detect.instrument import coupling as _coupling
 from impactsig.detect.instrument.coupling_kernels import uncouple
@@ -69,6 +69,20 @@ def test_a_sensor_without_a_high_pass_has_none():
     hum = x + np.sin(2 * np.pi * 50 * t) + 0.01 * rng.standard_normal(len(x))
     assert time_constant(hum) == 0.0
     assert _coupling.time_constant([], 1.0) == time_constant(np.zeros(8192)) == 0.0
+
+
+def test_fits_that_show_no_coupling_end_the_search_for_one(monkeypatch):
+    """Of hum between impacts; where contacts outlast the constant, the same one is found."""
+    fits = []
+    regress = _coupling.regress
+    monkeypatch.setattr(_coupling, "regress", lambda *given: fits.append(0) or regress(*given))
+    hum = load_cell(duration=1.0, seed=5).samples
+    short = train(43, 3e-3, 1e-3, 0.01)[2]
+    assert time_constant(hum) == 0.0
+    assert 3 < len(fits) <= 12  # of 33 from all starts
+    fits.clear()
+    assert time_constant(short) / RATE == pytest.approx(1e-3, rel=0.01)
+    assert len(fits) > 12
 
 
 def test_to_undo_it_gives_the_pulses_back():

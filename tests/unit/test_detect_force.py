@@ -15,6 +15,8 @@ from impactsig.detect.pulses._model import PARAMETERS, put_parameters
 from impactsig.detect.search._false_alarms import discovery_level
 from impactsig.detect.search._noise_kernels import read_noise
 from impactsig.detect.search._response_kernels import CREST, GATE, VALLEY, Stretch, find_crests
+from impactsig.detect.search.direction import _events
+from impactsig.detect.signal.grid import Grid
 from impactsig.detect.signal.ladder import ladder
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
@@ -318,6 +320,17 @@ def test_crests_are_their_definition():
         np.testing.assert_allclose(fast[:, 0], (slow[:, 0] + 0.5 + shift) * block - 0.5)
         np.testing.assert_allclose(fast[:, 2], slow[:, 1], atol=1e-9)
         np.testing.assert_allclose(fast[:, 3], slow[:, 1] / 0.5, atol=1e-9)
+
+
+def test_a_stretch_turned_over_shows_what_points_downward():
+    x = half_sines([0.5, 1.3, 1.99, 2.01, 2.7], duration=3.0, noise=0.02, seed=3)
+    x -= half_sines([0.2, 0.9, 2.0], contact=1e-3, duration=3.0)
+    grid = Grid(RATE, 0.03 * RATE)
+    ways, turned = _events(x, grid, 0.0), _events(-x, grid, 0.0)
+    for one, other, count in zip(ways, turned[::-1], (5, 3), strict=True):
+        clear, again = one[one[:, 3] > 20], other[other[:, 3] > 20]
+        assert len(clear) == count
+        np.testing.assert_allclose(clear[:, :3], again[:, :3], rtol=1e-9)
 
 
 def test_noise_of_white_noise_at_every_width():

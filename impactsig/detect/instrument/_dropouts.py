@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .dropout_kernels import MOST, fill, find_dropouts, may_repeat
+from .dropout_kernels import MOST, fill, find_dropouts
 
 
 def without_dropouts(samples: np.ndarray) -> np.ndarray:
     """The samples, or where there are dropouts a copy in which these are filled."""
-    if not may_repeat(samples):
-        return samples
     x = samples.astype(np.float64)
     runs = np.empty((MOST, 2), np.int64)
     runs = runs[: find_dropouts(x, 0.0, np.nan, runs)]

@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..signal.ladder import FACTOR
+from ..signal.order_kernels import centre_of
 from .coupling_kernels import OFF, regress
 
 MEDIAN = 1.4826  # standard deviation of Gaussian values over the median of their magnitudes
@@ -58,15 +59,20 @@ def time_constant(parts: list[np.ndarray], scale: float) -> float:
         bare = _Fit(values, integrals, noise, 0.0, 0)
         if bare.weaker < FEW:
             continue
-        fits = [_Fit(values, integrals, noise, 0.0, 2)]
-        still = bare.off.mean() <= OUTSIDE * length  # hum leaves no line to begin from
-        if still and fits[0].weaker > LEFT * bare.weaker:
-            fits += [_Fit(values, integrals, noise, FACTOR / tau, 1) for tau in SHORT]
         moved = bare.off > SOME + np.mean(bare.off)
+        if not moved.any():
+            continue
+        fits = [_Fit(values, integrals, noise, 0.0, 2)]
+        # Hum leaves no line to begin from.
+        if bare.off.mean() <= OUTSIDE * length and fits[0].weaker > LEFT * bare.weaker:
+            for tau in SHORT:
+                fits.append(_Fit(values, integrals, noise, FACTOR / tau, 1))
+                if fits[-2].rate <= 0 and fits[-1].rate <= 0:
+                    break  # both grow: there is no coupling, and others would end as they do
         for fit in fits:
             gain = bare.off - fit.off
             good = fit.rate > 0 and fit.weaker <= LEFT * bare.weaker
-            good = good and fit.off.mean() <= OUTSIDE * length and moved.any()
+            good = good and fit.off.mean() <= OUTSIDE * length
             if good and np.mean(gain[moved] > 0.5) >= MOST and gain.sum() > best:
                 best, constant = float(gain.sum()), FACTOR / fit.rate
     return constant
@@ -96,7 +102,7 @@ def _means(part: np.ndarray, scale: float) -> np.ndarray:
 
 def _swings(values: np.ndarray) -> bool:
     """Whether values are off their median to either side."""
-    above, limit = values - np.median(values), OFF * _noise(values)
+    above, limit = values - centre_of(values.copy(), len(values)), OFF * _noise(values)
     return bool(min(np.count_nonzero(above > limit), np.count_nonzero(above < -limit)) > 1)
 
 
@@ -109,5 +115,6 @@ def _noise(values: np.ndarray) -> float:
     """Standard deviation, by the differences of values in a row."""
     if not values.size:
         return 0.0
-    spread = MEDIAN * float(np.median(np.abs(np.diff(values)))) / np.sqrt(2.0)
+    moves = np.abs(np.diff(values)).ravel()
+    spread = MEDIAN * centre_of(moves, len(moves)) / np.sqrt(2.0)
     return max(spread, QUIET * float(np.ptp(values)))

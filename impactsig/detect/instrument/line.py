@@ -18,18 +18,17 @@ class Line:
     """Room for the samples of the spans of a stretch of `total` samples."""
 
     def __init__(self, grid: Grid, total: int) -> None:
-        self.grid, self.total = grid, total
-        self.count = grid.count(total)
+        self.grid, self.count = grid, grid.count(total)
         places = min(self.count, PLACES)
         first, last = grid.bounds(self.count - 1, total)
-        longer = max(last - first - grid.span, 0)  # of the last span, which no other follows
+        self._last = last - first  # samples of the last span, which no other follows
+        longer = max(self._last - grid.span, 0)
         self._row = np.empty(places * grid.span + longer + 2 * grid.margin)
 
     def _ends(self, k: int) -> tuple[int, int]:
         """Where in the row span k begins and ends."""
-        first, last = self.grid.bounds(k, self.total)
         start = self.grid.margin + k % PLACES * self.grid.span
-        return start, start + last - first
+        return start, start + (self.grid.span if k < self.count - 1 else self._last)
 
     def samples(self, k: int) -> np.ndarray:
         """Those of span k."""

@@ -65,6 +65,12 @@ def _first_lines(highest: float) -> tuple[float, ...]:
     return tuple(b * h for b in BASES for h in (1, 2, 3) if b * h < highest)
 
 
+@functools.lru_cache(maxsize=8)
+def _every_line(base: float, highest: float) -> tuple[float, ...]:
+    """Those of the mains of one frequency."""
+    return tuple(base * h for h in range(1, HARMONICS + 1) if base * h < highest)
+
+
 def find_lines(
     sums: np.ndarray,
     counts: np.ndarray,
@@ -106,7 +112,7 @@ def find_lines(
         if not amplitudes[strongest]:
             return ()
         base = base_of(first[strongest:])
-    every = tuple(base * h for h in range(1, HARMONICS + 1) if base * h < highest)
+    every = _every_line(base, highest)
     amplitudes = _standing(means, pace, every, STANDS_TOO, sigma)
     others = {f for f, a in zip(every, amplitudes, strict=True) if a}
     return tuple(sorted({*fitted, *others}))
@@ -129,10 +135,8 @@ def fit_lines(
     design = _design(len(sums), block, rate, lines)
     normal, right = np.empty((len(design), len(design))), np.empty(len(design))
     normal_equations(design, sums, counts, RIDGE, normal, right)
-    a, b, c, d = np.linalg.solve(normal, right)[:-1].reshape(4, -1)
-    fit = np.empty((len(lines), 2), complex)
-    fit.real, fit.imag = np.transpose((a, c)), np.transpose((b, d))
-    return fit
+    parts = np.linalg.solve(normal, right)[:-1].reshape(2, 2, -1)
+    return (parts[:, 0] + 1j * parts[:, 1]).T.copy()
 
 
 @functools.lru_cache(maxsize=8)

@@ -12,6 +12,7 @@ import numpy as np
 from ..._compiled import kernel
 from ..signal.stream import Frame
 from ._dropouts import without_dropouts
+from .dropout_kernels import may_repeat
 
 BLOCK = 512  # samples that share one least and one greatest value
 KEPT = 5  # steepest stretches, which show the direction of the pulses
@@ -25,6 +26,7 @@ class Survey:
     samples: int = 0
     lowest: float = math.inf
     highest: float = -math.inf
+    repeats: bool = False  # values, so that there may be dropouts
     segments: list[tuple[int, int]] = field(default_factory=list)  # first sample, length
     frames: list[tuple[np.ndarray, int]] = field(default_factory=list)  # and its steepest sample
 
@@ -42,7 +44,9 @@ def survey(stream: Iterable[Frame], copy: bool) -> Survey:
     record = Survey()
     strongest: list[tuple[float, int, np.ndarray, int]] = []
     for number, frame in enumerate(stream):
-        x = without_dropouts(frame.samples)
+        x = frame.samples
+        if may_repeat(x):
+            record.repeats, x = True, without_dropouts(x)
         low, high = block_ranges(x)
         record.lowest = min(record.lowest, float(low.min()))
         record.highest = max(record.highest, float(high.max()))

@@ -247,13 +247,14 @@ def crests_on(x, origin, total, first, last, level, rungs, thresholds, out, foun
             j = below + k
             unit, near, far = rungs.unit[j], rungs.near[j], rungs.far[j]
             gain, threshold = rungs.gain[j], thresholds[j]
+            enough = VALLEY * threshold
             per_unit, per_side = 1.0 / unit, 1.0 / (far - near)
             inner, outer = far + unit, total - far - unit
             _respond(sums, lo, total, start, stop, unit, near, far, gain, y)
             within, height, top, low = inside[k], greatest[k], at[k], valley[k]
             i = start
             while i < stop:
-                if not within and low <= 0.0:  # no lower valley is needed
+                if not within and (low <= 0.0 or low < enough):  # no lower valley is needed
                     i = _next_above(y, i - start, stop - start, threshold) + start
                     if i == stop:
                         break

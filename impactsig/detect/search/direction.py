@@ -10,11 +10,13 @@ import numpy as np
 from ..instrument.survey import Survey
 from ..signal.grid import Grid
 from ..signal.ladder import MATCH
+from ..signal.order_kernels import centre_of
 from .judging import LEAST_SAMPLES
 from .spans import LEAST, Spans
 
 HUMS = 2
-"""Frames that are looked at for hum, and that show the direction where there is some."""
+"""Frames that are looked at for hum. Where there is some, they show the direction: the first alone,
+unless that is in doubt."""
 CELL = 1 << 12
 """Samples whose events have one vote, so that a burst or a spike outweighs no train of pulses."""
 USUAL, FURTHER = 0.5, 2.0
@@ -37,12 +39,12 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> floa
     What is recorded behind an AC coupling of that time constant [samples] swings either way. Hum
     does so too, and a short stretch does not show it.
     """
-    parts, frames = record.strong, [x for x, _ in record.frames]
-    if any(_hums(x, scale, grid) for x in frames[:HUMS]):
-        parts = frames[:HUMS]
-    found = _vote(parts, grid, scale, constant)
-    if found.doubtful:
-        found = _vote(frames, grid, scale, constant)
+    frames = [x for x, _ in record.frames]
+    hums = any(_hums(x, scale, grid) for x in frames[:HUMS])
+    for parts in (frames[:1], frames[:HUMS], frames) if hums else (record.strong, frames):
+        found = _vote(parts, grid, scale, constant)
+        if not found.doubtful:
+            break
     if found.doubtful:
         # Single samples that stand high hide what is lower, unless impacts are such themselves.
         again = _vote([_median_of_three(x) for x in frames], grid, scale, constant)
@@ -76,12 +78,13 @@ def _vote(parts: list[np.ndarray], grid: Grid, scale: float, constant: float) ->
         x = (part.astype(np.float64) - float(part[0])) * scale
         if len(x) < LEAST_SAMPLES:
             continue
-        both = [_events(x, sign, grid, constant) for sign in (1.0, -1.0)]
+        both = _events(x, grid, constant)
         for one in both:
             one[:, 0] += first
         found.append(both)
         first += -(-len(x) // CELL) * CELL
-        middle = float(np.median(x[:: max(1, len(x) // 2048)]))
+        some = x[:: max(1, len(x) // 2048)].copy()
+        middle = centre_of(some, len(some))
         extent = float(x.max() - x.min())
         lean += (float(x.max()) + float(x.min()) - 2.0 * middle) / extent if extent else 0.0
     if not found:
@@ -126,16 +129,27 @@ def _median_of_three(x: np.ndarray) -> np.ndarray:
 def _hums(x: np.ndarray, scale: float, grid: Grid) -> bool:
     """Whether the first second of a frame shows lines of the mains."""
     first = x[: grid.span]
-    spans = Spans(grid, len(first))
+    spans = Spans(grid, len(first), search=False)
     spans.load((first.astype(np.float64) - float(first[0])) * scale, 0.0, 1.0)
     return bool(spans.spans[0].hum)
 
 
-def _events(x: np.ndarray, sign: float, grid: Grid, constant: float) -> np.ndarray:
-    """Those of a stretch that point one way, no longer than a contact."""
+def _events(x: np.ndarray, grid: Grid, constant: float) -> list[np.ndarray]:
+    """Those of a stretch that point upward, and downward, no longer than a contact."""
+    spans = _searched(x, 1.0, grid, constant)
+    both = [spans.events()]
+    if any(len(one.medians) == 1 for one in spans.spans.values()):
+        # The baseline of one chunk alone is low in it, so each direction has its own.
+        spans = _searched(x, -1.0, grid, constant)
+    else:
+        spans.turn_over()
+    both.append(spans.events())
+    return [one[one[:, 1] <= MATCH * grid.longest] for one in both]
+
+
+def _searched(x: np.ndarray, sign: float, grid: Grid, constant: float) -> Spans:
     spans = Spans(grid, len(x), constant=constant)
     for k in range(spans.count):
         first, last = grid.bounds(k, len(x))
         spans.load(x[first:last], 0.0, sign)
-    events = np.concatenate([spans.spans[k].events for k in range(spans.count)])
-    return events[events[:, 1] <= MATCH * grid.longest]
+    return spans

@@ -25,7 +25,7 @@ from ._faint_kernels import find_faint
 from ._noise_kernels import noise_around, read_noise
 from ._response_kernels import CREST, Stretch, find_crests
 from .event_kernels import EVENT, find_events, near_crests, strongest_first
-from .span import NO_CRESTS, Faint, Span
+from .span import NO_CRESTS, NO_EVENTS, Faint, Span
 
 BESIDE = 2
 """Spans to either side whose noise and hum count."""
@@ -69,6 +69,10 @@ class Spans:
         Pass over what does not move at all.
     constant : float
         Time constant of the AC coupling that is undone, in samples; 0 if there is none.
+    search : bool
+        Look for events; else only hum is taken off.
+    repeats : bool
+        There may be dropouts, as values repeat.
     """
 
     def __init__(
@@ -79,8 +83,10 @@ class Spans:
         sigmas: float | None = None,
         skip: bool = True,
         constant: float = 0.0,
+        search: bool = True,
+        repeats: bool = True,
     ) -> None:
-        self.grid, self.total, self.constant = grid, total, constant
+        self.grid, self.total, self.constant, self.repeats = grid, total, constant, repeats
         self.level, self.sigmas, self.skip = level, LEAST if sigmas is None else sigmas, skip
         self.count = grid.count(total)
         self.spans: dict[int, Span] = {}
@@ -91,7 +97,7 @@ class Spans:
             self._clean,
             self._search,
             self._choose,
-        )
+        )[: None if search else 3]
         self.ahead = (1, 1, BESIDE, BESIDE, BESIDE, 1)
         self.done = [0] * (len(self.stages) + 1)
         self._line = Line(grid, total)
@@ -114,11 +120,23 @@ class Spans:
         clean = self._line.samples(k)
         extent = take(values, reference, factor, clean)
         self.zero = (0.0 - reference) * factor
-        before = np.empty(BORDER if k > 0 else 0)
-        if k > 0:
+        before = np.empty(BORDER if k > 0 and self.repeats else 0)
+        if len(before):
             take(self.spans[k - 1].values[-BORDER:], reference, factor, before)
         self.spans[k] = Span(first, last, values, before, clean, range=extent)
         self.done[0] += 1
+        self._work()
+
+    def turn_over(self) -> None:
+        """Search again, for what points the other way, in a short stretch: the row holds it all."""
+        for span in self.spans.values():
+            np.negative(span.clean, out=span.clean)
+            span.crests, span.events = NO_CRESTS, NO_EVENTS
+        self.done[-2:] = [0, 0]
+        self._work()
+
+    def _work(self) -> None:
+        """Bring each span from stage to stage, as far as those around it are."""
         moved = True
         while moved:
             moved = False
@@ -128,6 +146,10 @@ class Spans:
                     work(k)
                     self.done[stage + 1] += 1
                     moved = True
+
+    def events(self) -> np.ndarray:
+        """Those of all spans that are held."""
+        return np.concatenate([span.events for span in self.spans.values()])
 
     def around(self, k: int, reach: int) -> list[Span]:
         """The spans at most `reach` from k that there are."""
@@ -160,6 +182,17 @@ class Spans:
     def _fill(self, k: int) -> None:
         """Fill dropouts; the medians, the range and the converter's step of what is left."""
         span, chunk = self.spans[k], self.grid.chunk
+        live = self._filled(k) if self.repeats else span.clean
+        if self.constant:
+            self._uncouple(k)
+        span.medians = np.empty(max(1, len(span.clean) // chunk))
+        chunk_medians(span.clean, chunk, span.medians)
+        span.moves = np.abs(span.medians[1:] - span.medians[:-1])
+        span.step = converter_step(live) if span.range and len(live) else 0.0
+
+    def _filled(self, k: int) -> np.ndarray:
+        """The samples of span k that are in no dropout, once these are filled."""
+        span = self.spans[k]
         n, left = len(span.clean), len(span.before)
         after = self.spans[k + 1].clean[:BORDER] if k < self.count - 1 else span.clean[:0]
         seen, _ = self._line.around(k, BORDER)
@@ -184,12 +217,7 @@ class Spans:
         else:
             self._level = np.nan
         seen[:left], seen[left + n :] = beside
-        if self.constant:
-            self._uncouple(k)
-        span.medians = np.empty(max(1, n // chunk))
-        chunk_medians(span.clean, chunk, span.medians)
-        span.moves = np.abs(span.medians[1:] - span.medians[:-1])
-        span.step = converter_step(live) if span.range and len(live) else 0.0
+        return live
 
     def _uncouple(self, k: int) -> None:
         """Undo the AC coupling of the sensor: what a step leaves decays within SETTLED seconds."""
