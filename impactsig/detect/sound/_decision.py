@@ -242,7 +242,7 @@ def likeliest_onset(
     """Index of the crest of C at which each low tone begins, -1 if none is audible; its error [s].
 
     Crests from `first` to before `last` are as likely as they are high, and as a normal
-    distribution about `near`.
+    distribution about `near`; no crest is as likely as one of LEAST_OCTAVES there.
     """
     which, off = np.full(len(near), -1), np.full(len(near), SPREAD)
     for k in range(len(near)):
@@ -253,6 +253,8 @@ def likeliest_onset(
         away = (place - seconds * near[k]) / SPREAD
         likely = crests.height[at] * np.exp(-0.5 * away**2)
         best = int(np.argmax(likely))
+        if likely[best] < LEAST_OCTAVES * audible:
+            continue
         which[k] = at[best]
         off[k] = math.sqrt(np.sum(likely * (place - place[best]) ** 2) / np.sum(likely))
     return which, off

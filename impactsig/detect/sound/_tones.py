@@ -10,7 +10,7 @@ rise then, and an impact does not; nor does its power in the bands that rise gro
 0.6 neper within 17 ms. They are no more than G - 24 - 2 min(n, 5), for noise reaches a G
 of 20 about once an hour, and where it swells, making n crests of 10 to 20 a second, more than 20 as
 well. B is the greatest within two frames, G_1/2 the median of G and B_max the greatest B within a
-second: where other sound comes and goes, a band rises now and then. An impact lies 2.3 ms before
+second: where other sound comes and goes, a band rises now and then. An impact lies 1.6 ms before
 its crest of G, give or take 2 ms, for that is where its sound fills the window.
 
 Fitted by logistic regression to records of `benchmarks.varied_sound` and drums, less 1, where the
@@ -29,7 +29,7 @@ FAINTEST = 20.0  # G, below which the odds are hopeless
 SWELLING, PER_CREST, MOST_CRESTS = 10.0, 2.0, 5.0  # G that few noises reach; more for each, at most
 LATER, SWELL, SWELL_SLOPE = 16e-3, 0.1, 40.0  # [s], share of G left then, and odds for more
 GROWS_ON = 0.6  # [neper], more than bands of an impact go on to rise by
-BEFORE, SPREAD = 2.3e-3, 2e-3  # [s], of the impact before the crest of G
+BEFORE, SPREAD = 1.6e-3, 2e-3  # [s], of the impact before the crest of G
 TOGETHER = 256  # crests whose medians are taken at once
 
 
