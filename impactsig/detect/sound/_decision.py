@@ -37,7 +37,7 @@ times the logarithm of the least of C / (0.35 a), C over a tenth of the greatest
 again no more than beyond tails, G / 7 and B over what it needs.
 
 Evidence by bands does not count where the bands that rise go on to do so, by 0.6 neper or more
-17 ms later, and C is less than a: notes of music swell, impacts do not. Crests that crowd for a
+17 ms later, and C is less than 2 a: notes of music swell, impacts do not. Crests that crowd for a
 moment are pulses of a voice (`_voices.py`).
 
 Where none of these is above 0, a crest of G may tell of a low tone (`_tones.py`). It stands for all
@@ -90,7 +90,7 @@ BANDS_SLOPES = 7.0, 3.0  # of those by narrow bands, below and above an evidence
 UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
 RAREST = 1.0 / 60.0  # impacts a second that may come where none is evident
 FAINT = 0.3  # evidence of nothing
-AMONG = 2.0  # times a, that crests reach by which others are judged
+AMONG = 2.0  # times a, that crests reach by which others are judged, and are heard in octaves
 SHORTLY = 0.25  # [s], beside RATTLE_WITHIN, in which CRESTS a second are counted
 LEAST_CROWD = 0.05  # times a
 LEAST_LOUD = 0.01  # greatest rise in narrow bands nearby [neper of power]
@@ -160,7 +160,9 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     best = np.empty(len(crest), np.int64)
     greatest_between(height, first, last, best)
     alone = best < 0
-    np.maximum.at(by_bands, best[~alone], b[crest[~alone]] / LEAST_BANDS)
+    risen = np.zeros(len(place))  # B over what it needs, where it has a crest
+    np.maximum.at(risen, best[~alone], b[crest[~alone]] / LEAST_BANDS)
+    by_bands = np.maximum(by_bands, risen)
     silent = np.concatenate(passage.silent)
     among = odds_among(crests, by_bands, audible, silent, seconds)
     frame = np.concatenate((place, GROUP * crest[alone]))
@@ -170,13 +172,14 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     others = np.asarray(np.count_nonzero(evident) - evident.astype(int))
     often = RAREST + others / (len(b) * GROUP * seconds + UNHEARD)
     grows = growth_near(passage, b, frame / GROUP) > GROWS_ON
-    grows[: len(place)] &= height < audible
+    grows[: len(place)] &= height < AMONG * audible
     odds = log_odds(by_octaves, np.where(grows, 0.0, by_bands), often)
     odds[: len(place)] = np.maximum(odds[: len(place)], among)
     likely = odds > 0.0
-    pulses = (crests.bands < LEAST_BANDS) & (odds[: len(place)] > HOPELESS)
+    pulses = (risen < 1.0) & (odds[: len(place)] > HOPELESS)
+    around = np.minimum(crests.bands, LEAST_BANDS)
     odds[: len(place)] = pulse_odds(
-        odds[: len(place)], pulses, place, height, crests.bands, silent, seconds
+        odds[: len(place)], pulses, place, height, around, silent, seconds
     )
     coarse = np.arange(len(frame)) >= len(place)
     order = np.argsort(frame, kind="stable")

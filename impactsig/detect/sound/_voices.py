@@ -2,14 +2,15 @@
 
 A voice opens 80 to 300 times a second, for a few tenths of a second, and each opening is a rise in
 octaves. It is known by n, how many other crests within 50 ms are higher than 0.4 times this one.
-Where n is 5 or more, and 40 crests a second within a second do not reach half of it (else a machine
-hits so fast all of the time), the log-odds of an impact are no more than
+Where n is 5 or more, and no more than 0.7 times as many come in such a time within a second (a
+machine that hits as fast does so all of the time), the log-odds of an impact are no more than
 
     0.3 o - 0.76 n + 1.69 ln B + 6.1,
 
-o what they are otherwise, B the greatest rise in narrow bands within two frames, and less than
-these need. Fitted by logistic regression to records of `benchmarks.varied_sound`, seeds 6000 to
-6039 and 6100 to 6139, and of `benchmarks.sound_disturbances`.
+o what they are otherwise, B the greatest rise in narrow bands within two frames, no more than these
+need. A crest where these rise as they need stays as it is. Fitted by logistic regression to records
+of `benchmarks.varied_sound`, seeds 6000 to 6039 and 6100 to 6139, and of
+`benchmarks.sound_disturbances`.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from __future__ import annotations
 import numpy as np
 
 from ._kernels import GROUP, as_high_near
-from ._nearby import crowd, heard_share
+from ._nearby import heard_share
 
 WITHIN, AS_HIGH, MANY = 50e-3, 0.4, 5  # [s], share of the height, and number of crests
-ALWAYS, STEADY = 1.0, 0.5  # [s] within which such crests are steady, and their share of the height
+ALWAYS, STEADY = 1.0, 0.7  # [s], and share of the time that such crests fill if they are steady
 OF_ODDS, OF_NUMBER, OF_BANDS, OFFSET = 0.3, 0.76, 1.69, 6.1
 LEAST_BANDS = 0.01  # [neper of power]
 
@@ -44,15 +45,20 @@ def pulse_odds(
     silent : ndarray of bool
         GROUPs of frames that are digital silence.
     """
-    beside = np.empty(len(place), np.int64)
-    as_high_near(place, height, WITHIN / seconds, AS_HIGH, beside)
-    which = asked & (beside >= MANY)
-    reach, end = ALWAYS / seconds, GROUP * len(silent)
-    inside = np.minimum(place[which] + reach, end) - np.maximum(place[which] - reach, 0.0)
-    share = heard_share(silent, place[which], ALWAYS, seconds) * (0.5 * inside / reach) ** 2
-    always = crowd(place, height, which, ALWAYS, seconds, share)
-    which[which] = always < STEADY * height[which]
-    least = OF_ODDS * odds[which] - OF_NUMBER * beside[which] + OFFSET
+    counts, times = [], []
+    for within in (WITHIN, ALWAYS):
+        reach, end = within / seconds, GROUP * len(silent)
+        count = np.empty(len(place), np.int64)
+        as_high_near(place, height, reach, AS_HIGH, count)
+        counts.append(count)
+        times.append(np.minimum(place + reach, end) - np.maximum(place - reach, 0.0))
+    which = np.flatnonzero(asked & (counts[0] >= MANY))
+    heard = heard_share(silent, place[which], ALWAYS, seconds)
+    here, around = (
+        (count + 1.0)[which] / time[which] for count, time in zip(counts, times, strict=True)
+    )
+    which = which[around < STEADY * heard * here]
+    least = OF_ODDS * odds[which] - OF_NUMBER * counts[0][which] + OFFSET
     least += OF_BANDS * np.log(np.maximum(bands[which], LEAST_BANDS))
     out = odds.copy()
     out[which] = np.minimum(odds[which], least)
