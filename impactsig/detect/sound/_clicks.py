@@ -24,6 +24,7 @@ LEFT, STANDS_OUT = 2.0, 3.0  # power left, and distance in RMS of differences
 NOTHING = 0.01  # of the power of the click
 APART, USUAL = 5.0, 2.0  # times as far from its neighbours as these are; times as far as usual
 FEWEST = 5  # impacts beside which others are clicks
+RAREST = 3  # clicks: one or two may as well be impacts that begin so
 MOST = 3  # times as many as there are others: where nearly all impacts are so short, they are that
 
 
@@ -55,15 +56,19 @@ def stands_alone(x, i, beside):
 
 @njit(nogil=True)
 def lone_samples(x, attacks, valid, beside, reach, out):
-    """out[k]: whether a sample stands alone within `reach` of attacks[k], between two samples."""
+    """out[k]: whether a sample stands alone at attacks[k], between two samples.
+
+    It is the one within `reach` of it that is furthest from the mean of its neighbours.
+    """
     for k in range(len(attacks)):
-        out[k] = False
         first = max(int(attacks[k]) + 1 - reach, valid[0] + beside + 1)
         last = min(int(attacks[k]) + 2 + reach, valid[1] - beside - 1)
+        at, most = -1, 0.0
         for i in range(first, last):
-            if stands_alone(x, i, beside):
-                out[k] = True
-                break
+            off = abs(x[i] - 0.5 * (x[i - 1] + x[i + 1]))
+            if off > most:
+                at, most = i, off
+        out[k] = at >= 0 and stands_alone(x, at, beside)
 
 
 @njit(nogil=True)
@@ -74,9 +79,9 @@ def all_lone_samples(x, first, last, beside, out):
 
 
 def are_clicks(lone: np.ndarray) -> np.ndarray:
-    """Those that stand out as single samples, unless nearly all impacts do."""
-    others = np.count_nonzero(~lone)
-    few = others >= FEWEST and np.count_nonzero(lone) <= MOST * others
+    """Those that stand out as single samples, unless hardly any impact does, or nearly all."""
+    count, others = np.count_nonzero(lone), np.count_nonzero(~lone)
+    few = others >= FEWEST and RAREST <= count <= MOST * others
     return lone if few else np.zeros(len(lone), bool)
 
 
