@@ -107,7 +107,8 @@ def repaired(pieces: Iterable[Piece], places: np.ndarray, values: np.ndarray) ->
     """The pieces of a record with these samples replaced."""
     for first, samples in pieces:
         low, high = np.searchsorted(places, (first, first + len(samples)))
+        kind = np.result_type(samples.dtype, np.float32)
+        samples = samples.astype(kind, copy=bool(low < high))
         if low < high:
-            samples = samples.astype(np.result_type(samples.dtype, np.float32))
             samples[places[low:high] - first] = values[low:high]
         yield Piece(first, samples)

@@ -22,8 +22,8 @@ C tells impacts apart that follow within milliseconds. B detects them where othe
 ringing does not raise it and a rattle does only a little. G detects low tones, which octaves do not
 hear (`_tones.py`). `_decision.py` holds how they decide, and how likely each impact is one. What a
 converter of that step leaves of a constant sound is no rise: L_b is at least that of white noise
-of a quarter of its square. Rises of single samples are clicks (`_clicks.py`): the record is searched
-again without them. Rises that crowd for a moment are pulses of a voice (`_voices.py`).
+of a quarter of its square. Rises of single samples are clicks (`_clicks.py`): the record is
+searched again without them. Rises that crowd for a moment are pulses of a voice (`_voices.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms give the
