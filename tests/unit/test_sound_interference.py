@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from benchmarks.recordings import score
 from benchmarks.sound_timing import pink
 from impactsig.detect.signal.stream import Piece
+from impactsig.detect.sound._band_kernels import band_growth
+from impactsig.detect.sound._kernels import as_high_near
 from impactsig.detect.sound.sound import detect_sound
 
 RATE = 22_050
@@ -75,3 +78,81 @@ def test_codes_that_toggle_in_a_quiet_record_are_no_impacts(seed):
     found = detect(x, 44_100)
     assert score(found.time, time, 10e-3)[0] > 0.93
     assert any("converter" in note for note in found.notes)
+
+
+def voice(rng, seconds, pitch, rate=RATE):
+    """Pulses of a pitch that wavers, through three resonances, louder towards the middle."""
+    since = np.arange(round(seconds * rate)) / rate
+    wavering = pitch * (1 + 0.1 * np.sin(2 * np.pi * 3.0 * since))
+    x = np.diff(np.floor(np.cumsum(wavering) / rate), prepend=0.0)
+    x += 0.02 * rng.standard_normal(len(x))
+    for formant in (500.0, 1500.0, 2700.0):
+        x = signal.lfilter(*signal.iirpeak(formant, 8, fs=rate), x) + 0.1 * x
+    x *= np.sin(np.pi * (np.arange(len(x)) + 0.5) / len(x)) ** 0.7
+    return x / np.abs(x).max()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_pulses_of_a_voice_are_no_impacts(seed):
+    rng = np.random.default_rng(seed)
+    time = 0.2 + np.cumsum(rng.uniform(0.1, 0.3, 60))
+    x = knocks(rng, time, (800.0, 4000.0), 5e-3, time[-1] + 0.5)
+    x += 0.005 * rng.standard_normal(len(x))
+    for start in np.arange(0.1, time[-1] - 0.5, 0.8):
+        word = 0.2 * voice(rng, rng.uniform(0.15, 0.4), rng.uniform(100.0, 220.0))
+        x[round(start * RATE) :][: len(word)] += word
+    found = detect(x)
+    assert score(found.time, time, 10e-3)[0] > 0.85  # 0.23 where pulses count
+    assert "pulses of a voice" in found.notes[-1]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_notes_that_swell_are_no_impacts(seed):
+    rng = np.random.default_rng(seed)
+    time = 0.2 + np.cumsum(rng.uniform(0.2, 0.6, 30))
+    x = knocks(rng, time, (800.0, 4000.0), 5e-3, time[-1] + 0.5)
+    x += 0.01 * rng.standard_normal(len(x))
+    for start in np.arange(0.1, time[-1] - 0.7, 0.6):
+        since = np.arange(round(0.5 * RATE)) / RATE
+        envelope = np.minimum(np.minimum(since / 0.05, 1.0), (0.5 - since) / 0.08)
+        tone = 220.0 * 2.0 ** (rng.integers(0, 24) / 12)
+        note = sum(np.sin(2 * np.pi * m * tone * since) / m for m in (1, 2))
+        x[round(start * RATE) :][: len(since)] += 0.3 * envelope * note
+    assert score(detect(x).time, time, 10e-3)[0] > 0.96  # 0.81 where notes count
+
+
+def test_what_goes_on_to_rise_is_measured():
+    rng = np.random.default_rng(0)
+    power = rng.exponential(1.0, (7, 40)) * rng.choice([1.0, 30.0], (7, 40))
+    background, frames, out = rng.uniform(0.1, 1.0, (7, 4)), np.array([0, 5, 11, 30]), np.empty(4)
+    band_growth(power, 2, 3, background, 10, frames, out)
+    for k, i in enumerate(frames):
+        base = np.maximum(power[:, i], 2.0 * background[:, i // 10])
+        rise = np.maximum(np.log(power[:, i + 2] / base), 0.0)
+        grown = np.log(np.maximum(power[:, i + 5], base) / power[:, i + 2])
+        np.testing.assert_allclose(out[k], np.average(grown, weights=rise), rtol=1e-12)
+
+
+def test_others_as_high_are_counted():
+    rng = np.random.default_rng(0)
+    place = np.sort(rng.choice(500, 60, replace=False))
+    height = rng.exponential(1.0, 60)
+    out = np.empty(60, np.int64)
+    as_high_near(place, height, 40.0, 0.4, out)
+    near = (np.abs(place[:, None] - place) <= 40) & (height > 0.4 * height[:, None])
+    np.testing.assert_array_equal(out, near.sum(axis=1) - 1)
+
+
+def test_an_impact_that_a_click_hides_is_found():
+    rng = np.random.default_rng(1)
+    time = 0.2 + np.cumsum(rng.uniform(0.1, 0.3, 40))
+    x = knocks(rng, time, (800.0, 4000.0), 5e-3, time[-1] + 0.5)
+    x += 0.02 * rng.standard_normal(len(x))
+    x[np.round((time[::2] - 6e-3) * RATE).astype(int)] += 8.0
+    found = detect(x)
+    assert len(found.time) == len(time)
+    np.testing.assert_allclose(found.time, time, atol=2e-3)
+    assert found.notes[0].startswith("20 single samples")
+    whole = [Piece(0, x[:30_000]), Piece(30_000, x[30_000:30_001]), Piece(30_001, x[30_001:])]
+    cut = detect_sound(lambda: whole, RATE)
+    np.testing.assert_array_equal(cut.time, found.time)

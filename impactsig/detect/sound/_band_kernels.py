@@ -102,6 +102,26 @@ def band_rise(power, lag, begin, background, freedom, per, out):
     total /= bands
 
 
+@njit(nogil=True, error_model="numpy")
+def band_growth(power, lag, later, background, per, frames, out):
+    """out[k]: by how much the bands that rise at frames[k] have grown `later` frames after it.
+
+    The mean over the bands of ln(P_b later / P_b), weighted by their rise over `lag` frames before,
+    ln(P_b / max(Q_b, F_b)) where that is positive; F_b is twice the background.
+    """
+    for k in range(len(frames)):
+        i = frames[k]
+        risen = grown = 0.0
+        for b in range(power.shape[0]):
+            now = power[b, lag + i]
+            base = max(power[b, i], TIMES_BACKGROUND * background[b, i // per])
+            if now > base > 0.0:
+                rise = np.log(now / base)
+                risen += rise
+                grown += rise * np.log(max(power[b, lag + i + later], base) / now)
+        out[k] = grown / risen if risen > 0.0 else 0.0
+
+
 @njit(nogil=True)
 def background(noise, means, first, nearby, out):
     """out[b, g]: L of the band b in group first + g, from the means of it and those beside."""

@@ -1,55 +1,114 @@
 """Single samples that stand out of a sound: clicks of a cable or a lost word, no impacts.
 
-With the sample that follows an attack replaced by the mean of its two neighbours, an impact goes on
-to ring, and nothing is left of a click: of the samples within 2 ms, and of their differences of
-second order, those after it have no more than twice the power of those before. The sample is
-further from that mean than five times the RMS of the differences, and five times as far as its
-neighbours are from each other: a sound that begins with a jump is no click.
+With a sample replaced by the mean of its two neighbours, an impact that begins there goes on to
+ring, and nothing is left of a click: of the samples within 2 ms, and of their differences of second
+order, those after it have no more than twice the power of those before, or a hundredth of the
+click's. It is further from that mean than three times the RMS of the differences, and than its
+neighbours are from each other: a sound that begins with a jump is no click. These are no further
+apart than a fifth of that, or than twice what is usual before it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 
 from ..._compiled import njit
+from ..signal.stream import Piece
+from ._windows import Window
 
 BESIDE = 2e-3  # [s]
 SKIPPED = 3  # samples next to the click, which filters may smear it over
-LEFT, STANDS_OUT = 2.0, 5.0  # power left, and distance in RMS of differences
-APART = 5.0  # times as far from its neighbours as these are from each other
-NEAR = 1  # samples about an attack in which the click may be
+LEFT, STANDS_OUT = 2.0, 3.0  # power left, and distance in RMS of differences
+NOTHING = 0.01  # of the power of the click
+APART, USUAL = 5.0, 2.0  # times as far from its neighbours as these are; times as far as usual
 FEWEST = 5  # impacts beside which others are clicks
+RAREST = 3  # clicks: one or two may as well be impacts that begin so
 MOST = 3  # times as many as there are others: where nearly all impacts are so short, they are that
 
 
 @njit(nogil=True)
-def lone_samples(x, attacks, valid, beside, out):
-    """out[k]: whether a single sample is all that stands out at attacks[k], between two samples."""
+def stands_alone(x, i, beside):
+    """Whether sample i is all that stands out within `beside` samples, and one more, of it."""
+    middle = 0.5 * (x[i - 1] + x[i + 1])
+    off = (x[i] - middle) ** 2
+    if off == 0.0:
+        return False
+    before = after = early = late = slope = 0.0
+    for j in range(SKIPPED, beside):
+        earlier = x[i - j - 1] - 2.0 * x[i - j] + x[i - j + 1]
+        later = x[i + j - 1] - 2.0 * x[i + j] + x[i + j + 1]
+        before += earlier * earlier
+        after += later * later
+        early += (x[i - j] - middle) ** 2
+        late += (x[i + j] - middle) ** 2
+        slope += (x[i - j + 1] - x[i - j - 1]) ** 2
+    count = beside - SKIPPED
+    nothing = NOTHING * off * count
+    if off * count <= STANDS_OUT**2 * max(before, after):
+        return False
+    if after > max(LEFT * before, nothing) or late > max(LEFT * early, nothing):
+        return False
+    apart = (x[i + 1] - x[i - 1]) ** 2
+    return apart < off and apart < max(off / APART**2, USUAL**2 * slope / count)
+
+
+@njit(nogil=True)
+def lone_samples(x, attacks, valid, beside, reach, out):
+    """out[k]: whether a sample stands alone at attacks[k], between two samples.
+
+    It is the one within `reach` of it that is furthest from the mean of its neighbours.
+    """
     for k in range(len(attacks)):
-        out[k] = False
-        for i in range(int(attacks[k]) + 1 - NEAR, int(attacks[k]) + 2 + NEAR):
-            if i - beside < valid[0] + 1 or i + beside + 1 >= valid[1]:
-                continue
-            before = after = early = late = 0.0
-            middle = 0.5 * (x[i - 1] + x[i + 1])
-            for j in range(SKIPPED, beside):
-                earlier = x[i - j - 1] - 2.0 * x[i - j] + x[i - j + 1]
-                later = x[i + j - 1] - 2.0 * x[i + j] + x[i + j + 1]
-                before += earlier * earlier
-                after += later * later
-                early += (x[i - j] - middle) ** 2
-                late += (x[i + j] - middle) ** 2
-            off = (x[i] - middle) ** 2
-            most = max(before, after) / (beside - SKIPPED)
-            rings = after > LEFT * before or late > LEFT * early
-            if rings or off <= STANDS_OUT**2 * most:
-                continue
-            if off > APART**2 * (x[i + 1] - x[i - 1]) ** 2:
-                out[k] = True
+        first = max(int(attacks[k]) + 1 - reach, valid[0] + beside + 1)
+        last = min(int(attacks[k]) + 2 + reach, valid[1] - beside - 1)
+        at, most = -1, 0.0
+        for i in range(first, last):
+            off = abs(x[i] - 0.5 * (x[i - 1] + x[i + 1]))
+            if off > most:
+                at, most = i, off
+        out[k] = at >= 0 and stands_alone(x, at, beside)
+
+
+@njit(nogil=True)
+def all_lone_samples(x, first, last, beside, out):
+    """out[i - first]: whether sample i stands alone."""
+    for i in range(first, last):
+        out[i - first] = stands_alone(x, i, beside)
 
 
 def are_clicks(lone: np.ndarray) -> np.ndarray:
-    """Those that stand out as single samples, unless nearly all impacts do."""
-    others = np.count_nonzero(~lone)
-    few = others >= FEWEST and np.count_nonzero(lone) <= MOST * others
+    """Those that stand out as single samples, unless hardly any impact does, or nearly all."""
+    count, others = np.count_nonzero(lone), np.count_nonzero(~lone)
+    few = others >= FEWEST and RAREST <= count <= MOST * others
     return lone if few else np.zeros(len(lone), bool)
+
+
+def repairs(parts: Iterable[Window], rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """The samples of a record that stand alone, and the means of their neighbours."""
+    beside = round(BESIDE * rate)
+    places, values = [np.empty(0, np.int64)], [np.empty(0)]
+    for window in parts:
+        x, valid = window.samples(beside + 1, beside + 1, 1)
+        first = max(beside + 1, valid[0] + beside + 1)
+        last = min(beside + 1 + len(window.core), valid[1] - beside - 1)
+        if first >= last:
+            continue
+        lone = np.empty(last - first, np.bool_)
+        all_lone_samples(x, first, last, beside, lone)
+        at = first + np.flatnonzero(lone)
+        places.append(window.segment + window.first + at - (beside + 1))
+        values.append(0.5 * (x[at - 1].astype(float) + x[at + 1]))
+    return np.concatenate(places), np.concatenate(values)
+
+
+def repaired(pieces: Iterable[Piece], places: np.ndarray, values: np.ndarray) -> Iterator[Piece]:
+    """The pieces of a record with these samples replaced."""
+    for first, samples in pieces:
+        low, high = np.searchsorted(places, (first, first + len(samples)))
+        kind = np.result_type(samples.dtype, np.float32)
+        samples = samples.astype(kind, copy=bool(low < high))
+        if low < high:
+            samples[places[low:high] - first] = values[low:high]
+        yield Piece(first, samples)

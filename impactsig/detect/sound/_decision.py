@@ -36,9 +36,13 @@ reach within a second and a quarter of one, at least a / 20 each. These odds are
 times the logarithm of the least of C / (0.35 a), C over a tenth of the greatest within 40 ms, C
 again no more than beyond tails, G / 7 and B over what it needs.
 
+Evidence by bands does not count where the bands that rise go on to do so, by 0.6 neper or more
+17 ms later, and C is less than 2 a: notes of music swell, impacts do not. Crests that crowd for a
+moment are pulses of a voice (`_voices.py`).
+
 Where none of these is above 0, a crest of G may tell of a low tone (`_tones.py`). It stands for all
-crests from 12 ms before it until 20 ms after it, and lies at the greatest crest of C within 6 ms of
-where it should, if that is 0.35 a or more.
+crests from 12 ms before it until 20 ms after it, and lies at a crest of C of a or more within 6 ms
+of where it should, if there is one.
 
 The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
 the third to synthetic sound and drums, also in rooms and noise, by logistic regression.
@@ -46,14 +50,24 @@ the third to synthetic sound and drums, also in rooms and noise, by logistic reg
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ._kernels import BLOCK, GROUP, Scale, greatest_between, greatest_but
+from ._kernels import BLOCK, GROUP, Scale, greatest_between
+from ._nearby import (
+    crowd,
+    greatest_near,
+    greatest_within,
+    heard_share,
+    local_mean,
+    separate_crests,
+)
 from ._survey import SAMPLED, Passage
 from ._tails import beyond_tails
-from ._tones import BEFORE, SPREAD, tone_odds
+from ._tones import BEFORE, GROWS_ON, SPREAD, tone_odds
+from ._voices import pulse_odds
 
 APART = 25e-3  # [s], crests of B
 LEAST_BANDS = 0.33  # rise in the mean over narrow bands [neper of power]
@@ -61,7 +75,6 @@ SIGMAS, SKEW = 1.9, 9.0  # a = s (SIGMAS + SKEW s), s the standard deviation of 
 RATTLE = {0.75: 50.0, 0.9: 12.0}  # times these quantiles of C
 TOGETHER = 256  # blocks whose quantiles are taken at once
 RATTLE_WITHIN = 1.0  # [s]
-CRESTS = 40.0  # a second, that only rattling makes
 ABOVE, IN_NOISE = 50.0, 0.75  # times what such a crest is above so many s
 FEW = 4.0  # times a: rattle without a number of crests, as of a room that rings
 TAIL, STEADY = 0.3, 0.1  # of the greatest C nearby and of the rattle: nor more than their sum
@@ -77,7 +90,7 @@ BANDS_SLOPES = 7.0, 3.0  # of those by narrow bands, below and above an evidence
 UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
 RAREST = 1.0 / 60.0  # impacts a second that may come where none is evident
 FAINT = 0.3  # evidence of nothing
-AMONG = 2.0  # times a, that crests reach by which others are judged
+AMONG = 2.0  # times a, that crests reach by which others are judged, and are heard in octaves
 SHORTLY = 0.25  # [s], beside RATTLE_WITHIN, in which CRESTS a second are counted
 LEAST_CROWD = 0.05  # times a
 LEAST_LOUD = 0.01  # greatest rise in narrow bands nearby [neper of power]
@@ -95,6 +108,7 @@ class Candidates(NamedTuple):
     coarse: np.ndarray  # bool: from narrow bands alone, and so only known to some 10 ms
     spread: np.ndarray  # standard deviation of the instant as far as the frame tells it [s]
     odds: np.ndarray  # logarithm of those of an impact
+    pulse: np.ndarray  # bool: no impact because it is one of many, as the pulses of a voice are
 
     @property
     def probability(self) -> np.ndarray:
@@ -146,7 +160,9 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     best = np.empty(len(crest), np.int64)
     greatest_between(height, first, last, best)
     alone = best < 0
-    np.maximum.at(by_bands, best[~alone], b[crest[~alone]] / LEAST_BANDS)
+    risen = np.zeros(len(place))  # B over what it needs, where it has a crest
+    np.maximum.at(risen, best[~alone], b[crest[~alone]] / LEAST_BANDS)
+    by_bands = np.maximum(by_bands, risen)
     silent = np.concatenate(passage.silent)
     among = odds_among(crests, by_bands, audible, silent, seconds)
     frame = np.concatenate((place, GROUP * crest[alone]))
@@ -155,11 +171,21 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     evident = (by_octaves >= 1.0) & (by_octaves < 2.0)
     others = np.asarray(np.count_nonzero(evident) - evident.astype(int))
     often = RAREST + others / (len(b) * GROUP * seconds + UNHEARD)
-    odds = log_odds(by_octaves, by_bands, often)
+    grows = growth_near(passage, b, frame / GROUP) > GROWS_ON
+    grows[: len(place)] &= height < AMONG * audible
+    odds = log_odds(by_octaves, np.where(grows, 0.0, by_bands), often)
     odds[: len(place)] = np.maximum(odds[: len(place)], among)
+    likely = odds > 0.0
+    pulses = (risen < 1.0) & (odds[: len(place)] > HOPELESS)
+    around = np.minimum(crests.bands, LEAST_BANDS)
+    odds[: len(place)] = pulse_odds(
+        odds[: len(place)], pulses, place, height, around, silent, seconds
+    )
     coarse = np.arange(len(frame)) >= len(place)
     order = np.argsort(frame, kind="stable")
-    found = Candidates(frame[order], coarse[order], np.zeros(len(frame)), odds[order])
+    pulse = likely & (odds <= 0.0)
+    columns = (frame, coarse, np.zeros(len(frame)), odds, pulse)
+    found = Candidates(*(column[order] for column in columns))
     return with_tones(found, crests, passage, b, audible, seconds)
 
 
@@ -178,7 +204,8 @@ def with_tones(
     per = GROUP * seconds
     g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
     crest = separate_crests(g, round(APART / per))
-    crest, tones = tone_odds(crest, g, greatest_within(b, 2), round(RATTLE_WITHIN / per))
+    growth = growth_near(passage, b, crest)
+    crest, tones = tone_odds(crest, g, greatest_within(b, 2), growth, round(RATTLE_WITHIN / per))
     frame, odds = found.frame, found.odds.copy()
     middle = GROUP * crest
     first, last = np.searchsorted(frame, (middle - SOONER / seconds, middle + LATER / seconds))
@@ -191,22 +218,57 @@ def with_tones(
     first_near, last_near = np.searchsorted(
         crests.place, (near - 3.0 * SPREAD / seconds, near + 3.0 * SPREAD / seconds)
     )
-    onset = np.empty(len(heard), np.int64)
-    greatest_between(crests.height, first_near, last_near, onset)
+    onset, off = likeliest_onset(crests, audible, near, first_near, last_near, seconds)
     clear = onset >= 0
-    clear[clear] = crests.height[onset[clear]] >= LEAST_OCTAVES * audible
     for k in heard:
         odds[first[k] : last[k]] = -np.inf
     place = np.maximum(near, 0).astype(np.int64)
     place[clear] = crests.place[onset[clear]]
-    spread = np.where(clear, 0.0, SPREAD)
     at = np.searchsorted(frame, place)
     return Candidates(
         np.insert(frame, at, place),
         np.insert(found.coarse, at, False),
-        np.insert(found.spread, at, spread),
+        np.insert(found.spread, at, off),
         np.insert(odds, at, tones[heard]),
+        np.insert(found.pulse, at, False),
     )
+
+
+def likeliest_onset(
+    crests: Crests,
+    audible: float,
+    near: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
+    seconds: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Index of the crest of C at which each low tone begins, -1 if none is audible; its error [s].
+
+    Crests from `first` to before `last` are as likely as they are high, and as a normal
+    distribution about `near`; no crest is as likely as one of LEAST_OCTAVES there.
+    """
+    which, off = np.full(len(near), -1), np.full(len(near), SPREAD)
+    for k in range(len(near)):
+        at = first[k] + np.flatnonzero(crests.height[first[k] : last[k]] >= audible)
+        if not len(at):
+            continue
+        place = seconds * crests.place[at]
+        away = (place - seconds * near[k]) / SPREAD
+        likely = crests.height[at] * np.exp(-0.5 * away**2)
+        best = int(np.argmax(likely))
+        if likely[best] < LEAST_OCTAVES * audible:
+            continue
+        which[k] = at[best]
+        off[k] = math.sqrt(np.sum(likely * (place - place[best]) ** 2) / np.sum(likely))
+    return which, off
+
+
+def growth_near(passage: Passage, b: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """How bands go on to rise [neper] where `b` is greatest within two frames of each."""
+    within = np.lib.stride_tricks.sliding_window_view(np.pad(b, 2), 5)
+    place = np.clip(np.round(at).astype(int), 0, len(b) - 1)
+    strongest = place - 2 + np.argmax(within[place], axis=1)
+    return np.concatenate(passage.growth)[np.clip(strongest, 0, len(b) - 1)]
 
 
 def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
@@ -310,68 +372,3 @@ def odds_among(
         reached = crowd(place, height, asked, within, seconds, share) / audible
         odds[asked] -= crowd_slope * np.log(np.maximum(reached, LEAST_CROWD))
     return np.where(asked, np.minimum(OCTAVES_SLOPE * most, odds), -np.inf)
-
-
-def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: float) -> np.ndarray:
-    """Share of what lies `within` of each place that is no digital silence."""
-    if not silent.any():
-        return np.ones(len(place))
-    reach = round(within / (GROUP * seconds))
-    quiet = local_mean(silent, reach, reach)
-    return 1.0 - quiet[np.clip(np.round(place / GROUP).astype(int), 0, len(quiet) - 1)]
-
-
-def crowd(
-    place: np.ndarray,
-    height: np.ndarray,
-    asked: np.ndarray,
-    within: float,
-    seconds: float,
-    share: np.ndarray,
-) -> np.ndarray:
-    """Height that CRESTS a second reach `within` of each crest that is asked for; 0 if fewer.
-
-    Of these crests, only a `share` of the time is heard: at least that share of them, and all at
-    most. The geometric mean is asked for.
-    """
-    reach = within / seconds
-    first, last = np.searchsorted(place, (place[asked] - reach, place[asked] + reach))
-    found = np.empty(len(first))
-    rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
-    greatest_but(height, first, last, np.maximum(rank, 1), found)
-    return found
-
-
-def greatest_near(place: np.ndarray, height: np.ndarray, reach: float) -> np.ndarray:
-    """The greatest height at most `reach` away from each place."""
-    first, last = np.searchsorted(place, (place - reach, place + reach))
-    padded = np.append(height, -np.inf)
-    ends = np.stack((first, last), axis=1).ravel()
-    return np.asarray(np.maximum(height, np.maximum.reduceat(padded, ends)[::2]))
-
-
-def local_mean(values: np.ndarray, before: int, after: int) -> np.ndarray:
-    """Mean of each value and of those so many before and after it."""
-    total = np.concatenate(([0.0], np.cumsum(values)))
-    index = np.arange(len(values))
-    low, high = np.maximum(index - before, 0), np.minimum(index + after + 1, len(values))
-    return np.maximum(total[high] - total[low], 0.0) / (high - low)
-
-
-def greatest_within(values: np.ndarray, reach: int) -> np.ndarray:
-    """The greatest of each value and of those at most `reach` away."""
-    from scipy import ndimage
-
-    return ndimage.maximum_filter1d(values, 2 * reach + 1, mode="nearest")
-
-
-def separate_crests(values: np.ndarray, reach: int) -> np.ndarray:
-    """Indices of positive values that none within `reach` exceeds; the first of equal ones."""
-    crests = np.flatnonzero((values > 0) & (values == greatest_within(values, reach)))
-    if (np.diff(crests) > reach).all():  # no two are equal
-        return crests
-    kept: list[int] = []
-    for k in crests.tolist():
-        if not kept or k - kept[-1] > reach:
-            kept.append(k)
-    return np.array(kept, np.intp)

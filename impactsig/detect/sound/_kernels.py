@@ -185,6 +185,21 @@ def greatest_but(values, first, last, rank, out):
 
 
 @njit(nogil=True)
+def as_high_near(place, height, reach, share, out):
+    """out[k]: how many others at most `reach` from place[k] are higher than share * height[k]."""
+    first = 0
+    for k in range(len(place)):
+        while place[k] - place[first] > reach:
+            first += 1
+        out[k] = 0
+        i = first
+        while i < len(place) and place[i] - place[k] <= reach:
+            if i != k and height[i] > share * height[k]:
+                out[k] += 1
+            i += 1
+
+
+@njit(nogil=True)
 def measure(x, places, valid, limits, scale, out, sounds):
     """Attack and peak of the impacts at `places`, and what is heard about each of them.
 

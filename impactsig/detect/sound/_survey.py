@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._band_kernels import background, band_rise, group_means
+from ._band_kernels import background, band_growth, band_rise, group_means
 from ._bands import ROUNDING, Bands, band_powers, bands_at, degrees_of_freedom
 from ._floor import NEARBY, WITHIN, noise_power, quantile_bias
 from ._gate import Gate
@@ -34,6 +34,8 @@ PER = BLOCK // GROUP  # frames of the narrow bands that share one background
 PART = 8  # frames of the octaves that share one power that the background is read from
 SAMPLED = 16  # frames of the octaves, one of which is kept
 LAG = 10e-3  # [s], over which narrow bands rise
+LATER = 17e-3  # [s] after which it is asked whether they go on to rise
+RISEN, LIKELY = 0.2, 20.0  # rise in narrow bands, or likelihood of one, of which that is asked
 LOW = 200.0  # [Hz], below which a rise in one narrow band tells nothing
 TOGGLING = 0.25  # greatest variance, in squared steps, of a sample that is one of two codes
 LEAST = 0.5  # crests kept, in standard deviations of the rise in noise
@@ -47,6 +49,7 @@ class Passage:
     octaves: list[np.ndarray] = field(default_factory=list)  # rise, of every SAMPLED-th frame
     bands: list[np.ndarray] = field(default_factory=list)  # rise, of every GROUP-th frame
     likelihood: list[np.ndarray] = field(default_factory=list)  # of a rise in one of these bands
+    growth: list[np.ndarray] = field(default_factory=list)  # of risen bands, LATER [neper]; or 0
     known: list[np.ndarray] = field(default_factory=list)  # where these are; not at both ends
     place: list[np.ndarray] = field(default_factory=list)  # frames of the crests in octaves
     height: list[np.ndarray] = field(default_factory=list)  # the rise there
@@ -94,6 +97,7 @@ class Survey:
     weights: np.ndarray = field(init=False)
     spread: float = field(init=False)  # standard deviation of the rise in noise, about
     lag: int = field(init=False)
+    later: int = field(init=False)
     begins: int = field(init=False)  # frames of the narrow bands that a segment's start spoils
     margin: tuple[int, int] = field(init=False)  # frames that a window needs beside it
     passages: list[Passage] = field(default_factory=list)
@@ -121,6 +125,7 @@ class Survey:
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
         self.spread = math.sqrt(scale.octaves) / float(np.sqrt(count).sum())
         self.lag = max(round(LAG * self.rate / hop), 1)
+        self.later = max(round(LATER * self.rate / hop), 1)
         half = len(self.bands.window) // 2
         self.begins = self.lag + -(-half // hop)
         beside = max(2 * GROUP, -(-half // scale.hop), scale.past)
@@ -250,12 +255,33 @@ class Survey:
         finer[:, slab.closes | ~slab.known] = 0.0
         passage.bands.append(finer[0])
         passage.likelihood.append(finer[1])
+        passage.growth.append(self._growth(slab, power, bands, finer))
         passage.known.append(slab.known)
         self.carried = power[:, -self.lag :]
         self.done += 1
         if begin:
             del self.slabs[:begin]
             self.done -= begin
+
+    def _growth(
+        self, slab: Slab, power: np.ndarray, background: np.ndarray, finer: np.ndarray
+    ) -> np.ndarray:
+        """How narrow bands go on to rise, where they do or one does; 0 elsewhere."""
+        out = np.zeros(finer.shape[1])
+        frames = np.flatnonzero((finer[0] > RISEN) | (finer[1] > LIKELY))
+        if not len(frames):
+            return out
+        parts = [power]
+        for following in () if slab.last else self.slabs[self.done + 1 :]:
+            parts.append(following.power[:, : self.later])
+            if following.last or sum(part.shape[1] for part in parts[1:]) >= self.later:
+                break
+        parts.append(np.repeat(parts[-1][:, -1:], self.later, axis=1))  # where the segment ends
+        grown = np.empty(len(frames))
+        power = np.concatenate(parts, axis=1)
+        band_growth(power, self.lag, self.later, background, PER, frames, grown)
+        out[frames] = grown
+        return out
 
     def _backgrounds(self, beside: list[Slab], at: int, blocks: int) -> list[np.ndarray]:
         """Of octaves and of narrow bands, in the blocks of the slab that begins with block `at`."""

@@ -6,10 +6,11 @@ G that none within 25 ms exceeds has the log-odds
     0.7 ln G + 1.7 ln B - 5.4 ln(G_1/2 + 5) - 1.5 ln(max(B_max, 0.15)) + 12.1,
 
 less 40 (G' / G - 0.1) where that is positive, G' being G 16 ms later: a note that swells goes on to
-rise then, and an impact does not. They are no more than G - 24 - 2 min(n, 5), for noise reaches a G
+rise then, and an impact does not; nor does its power in the bands that rise grow by more than
+0.6 neper within 17 ms. They are no more than G - 24 - 2 min(n, 5), for noise reaches a G
 of 20 about once an hour, and where it swells, making n crests of 10 to 20 a second, more than 20 as
 well. B is the greatest within two frames, G_1/2 the median of G and B_max the greatest B within a
-second: where other sound comes and goes, a band rises now and then. An impact lies 2.3 ms before
+second: where other sound comes and goes, a band rises now and then. An impact lies 1.6 ms before
 its crest of G, give or take 2 ms, for that is where its sound fills the window.
 
 Fitted by logistic regression to records of `benchmarks.varied_sound` and drums, less 1, where the
@@ -27,12 +28,13 @@ NOISE = 24.0  # G that noise reaches once in a hundred hours
 FAINTEST = 20.0  # G, below which the odds are hopeless
 SWELLING, PER_CREST, MOST_CRESTS = 10.0, 2.0, 5.0  # G that few noises reach; more for each, at most
 LATER, SWELL, SWELL_SLOPE = 16e-3, 0.1, 40.0  # [s], share of G left then, and odds for more
-BEFORE, SPREAD = 2.3e-3, 2e-3  # [s], of the impact before the crest of G
+GROWS_ON = 0.6  # [neper], more than bands of an impact go on to rise by
+BEFORE, SPREAD = 1.6e-3, 2e-3  # [s], of the impact before the crest of G
 TOGETHER = 256  # crests whose medians are taken at once
 
 
 def tone_odds(
-    crests: np.ndarray, g: np.ndarray, b: np.ndarray, reach: int
+    crests: np.ndarray, g: np.ndarray, b: np.ndarray, growth: np.ndarray, reach: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Those crests of G that may be impacts, and their log-odds beside what lies within `reach`.
 
@@ -42,9 +44,11 @@ def tone_odds(
         Indices of `g`, which is G of each frame; `reach` is a second.
     b : ndarray
         B, the greatest within two frames.
+    growth : ndarray
+        By how much the bands that rise go on to rise [neper], of each crest.
     """
     ln_g, ln_b, ln_median, ln_loud = SLOPES
-    crest = crests[g[crests] > FAINTEST]
+    crest = crests[(g[crests] > FAINTEST) & (growth <= GROWS_ON)]
     weak = crests[(g[crests] > SWELLING) & (g[crests] <= FAINTEST)]
     low, high = np.searchsorted(weak, (crest - reach, crest + reach + 1))
     swells = PER_CREST * np.minimum(0.5 * (high - low), MOST_CRESTS)

@@ -22,7 +22,8 @@ C tells impacts apart that follow within milliseconds. B detects them where othe
 ringing does not raise it and a rattle does only a little. G detects low tones, which octaves do not
 hear (`_tones.py`). `_decision.py` holds how they decide, and how likely each impact is one. What a
 converter of that step leaves of a constant sound is no rise: L_b is at least that of white noise
-of a quarter of its square. Rises of single samples are clicks (`_clicks.py`).
+of a quarter of its square. Rises of single samples are clicks (`_clicks.py`): the record is
+searched again without them. Rises that crowd for a moment are pulses of a voice (`_voices.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms give the
@@ -47,7 +48,7 @@ from ...impacts import CLIPPED
 from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
 from ._clicks import BESIDE as CLICK
-from ._clicks import are_clicks, lone_samples
+from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._decision import LATER, SOONER, candidates
 from ._kernels import BLOCK, GROUP, Scale, measure
 from ._survey import Survey
@@ -67,6 +68,7 @@ CORE = 64 * BLOCK  # frames of a window
 RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and share that errors have
 GATED = 0.05  # share of digital silence that a note is worth
 STRETCHES = 3  # of it
+PULSES = 10  # of a voice that a note is worth
 
 
 class SoundImpacts(NamedTuple):
@@ -119,6 +121,18 @@ def detect_sound(
     """
     parse_probability(least_probability)
     scale = scale_at(rate)
+    found, clicks = search(pieces, rate, scale, least_probability)
+    if not clicks:
+        return found
+    places, values = repairs(windows(pieces(), CORE * scale.hop), rate)
+    found, more = search(lambda: repaired(pieces(), places, values), rate, scale, least_probability)
+    return found._replace(notes=(*found.notes, *click_notes(len(places) + more)))
+
+
+def search(
+    pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale, least_probability: float
+) -> tuple[SoundImpacts, int]:
+    """The impacts but for clicks of single samples, and the number of these."""
     survey = Survey(scale, rate)
     samples, lowest, highest = 0, math.inf, -math.inf
     for window in windows(pieces(), CORE * scale.hop):
@@ -132,9 +146,9 @@ def detect_sound(
         reason = "the record is constant" if samples else "the record has no valid sample"
         none = np.empty(0)
         flags = np.empty(0, np.uint8)
-        return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none)
+        return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none), 0
     noise = noise_rms(np.median(survey.noise, axis=0), survey.gains)
-    chosen, likeliest = choose(survey, least_probability, rate)
+    chosen, likeliest, pulses = choose(survey, least_probability, rate)
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, modes.last)
@@ -155,7 +169,7 @@ def detect_sound(
         out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
         single.append(np.empty(len(places), np.bool_))
-        lone_samples(x, out[:, 0], valid, round(CLICK * rate), single[-1])
+        lone_samples(x, out[:, 0], valid, round(CLICK * rate), scale.reach, single[-1])
         modes.add(x, valid, out[:, 0])
         overlay.add(sounds, np.sqrt(out[:, 3]))
         out[:, 0] += window.segment + window.first - more * scale.hop
@@ -184,7 +198,7 @@ def detect_sound(
             f"probability of {likeliest:.2g}"
         )
     kept = ~clicks
-    return SoundImpacts(
+    found_impacts = SoundImpacts(
         instant[kept] / rate,
         columns[kept, 1],
         likely[kept],
@@ -193,9 +207,14 @@ def detect_sound(
         noise,
         float(alike[kept].mean()) if kept.any() else 0.0,
         reason,
-        (*converter_notes(survey), *gate_notes(survey, samples), *click_notes(clicks)),
+        (
+            *converter_notes(survey),
+            *gate_notes(survey, samples),
+            *voice_notes(pulses),
+        ),
         error[kept] / rate,
     )
+    return found_impacts, int(np.count_nonzero(clicks))
 
 
 def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
@@ -249,18 +268,23 @@ def sound_lengths(rate: float, scale: Scale) -> Lengths:
     return lengths_at(rate, scale.short_lag, scale.slope, scale.spacing * scale.hop)
 
 
-def choose(survey: Survey, least: float, rate: float) -> tuple[dict[int, Chosen], float]:
-    """The impacts of each passage that has any, by its first sample; the greatest probability."""
-    chosen, greatest = {}, 0.0
+def choose(survey: Survey, least: float, rate: float) -> tuple[dict[int, Chosen], float, int]:
+    """The impacts of each passage that has any, by its first sample.
+
+    The greatest probability as well, and the number of crests that are no impacts because they come
+    as the pulses of a voice do.
+    """
+    chosen, greatest, pulses = {}, 0.0, 0
     for passage in survey.passages:
         found = candidates(passage, survey.spread, survey.scale, rate)
         likely = found.probability
         kept = likely >= least
+        pulses += int(np.count_nonzero(found.pulse & ~kept))
         greatest = max(greatest, float(likely.max(initial=0.0)))
         if kept.any():
             columns = (found.frame, found.coarse, found.spread, likely)
             chosen[passage.segment] = Chosen(*(column[kept] for column in columns))
-    return chosen, greatest
+    return chosen, greatest, pulses
 
 
 def greatest_rise(
@@ -292,14 +316,21 @@ def converter_notes(survey: Survey) -> tuple[str, ...]:
     )
 
 
-def click_notes(clicks: np.ndarray) -> tuple[str, ...]:
+def click_notes(count: int) -> tuple[str, ...]:
     """A sentence where single samples were left out."""
-    count = np.count_nonzero(clicks)
-    if not count:
+    return (
+        f"{count} single samples stand out, as a loose cable or a lost word leaves them, and are "
+        "not counted as impacts.",
+    )
+
+
+def voice_notes(pulses: int) -> tuple[str, ...]:
+    """A sentence where rises were left out because they come as the pulses of a voice do."""
+    if pulses < PULSES:
         return ()
     return (
-        f"{count} sudden rises are of single samples, as a loose cable or a lost word leaves them, "
-        "and not counted as impacts.",
+        f"{pulses} sudden rises crowd within some tenths of a second, as the pulses of a voice do, "
+        "and are not counted as impacts.",
     )
 
 

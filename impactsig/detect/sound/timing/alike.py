@@ -226,8 +226,7 @@ class Overlay:
     def _agree(self, laid: np.ndarray, error: np.ndarray) -> float:
         """By how much instants with these errors may differ from shifts, in the median."""
         _, _, left, own, noise, _ = laid.T
-        beyond = np.sum(left - noise) / max(np.sum(own - noise), np.finfo(float).tiny)
-        if beyond > UNLIKE:
+        if np.sum(left - noise) > UNLIKE * max(np.sum(own - noise), 0.0):
             return self.lengths.agree
         doubtful = min(2.0 * float(np.median(error)), self.lengths.agree_in_noise)
         return max(self.lengths.agree, doubtful)

@@ -1,0 +1,74 @@
+"""What lies near a crest of sound: how high, how many, how much of the time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ._kernels import GROUP, greatest_but
+
+CRESTS = 40.0  # a second, that only rattling makes
+
+
+def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: float) -> np.ndarray:
+    """Share of what lies `within` of each place that is no digital silence."""
+    if not silent.any():
+        return np.ones(len(place))
+    reach = round(within / (GROUP * seconds))
+    quiet = local_mean(silent, reach, reach)
+    return 1.0 - quiet[np.clip(np.round(place / GROUP).astype(int), 0, len(quiet) - 1)]
+
+
+def crowd(
+    place: np.ndarray,
+    height: np.ndarray,
+    asked: np.ndarray,
+    within: float,
+    seconds: float,
+    share: np.ndarray,
+) -> np.ndarray:
+    """Height that CRESTS a second reach `within` of each crest that is asked for; 0 if fewer.
+
+    Of these crests, only a `share` of the time is heard: at least that share of them, and all at
+    most. The geometric mean is asked for.
+    """
+    reach = within / seconds
+    first, last = np.searchsorted(place, (place[asked] - reach, place[asked] + reach))
+    found = np.empty(len(first))
+    rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
+    greatest_but(height, first, last, np.maximum(rank, 1), found)
+    return found
+
+
+def greatest_near(place: np.ndarray, height: np.ndarray, reach: float) -> np.ndarray:
+    """The greatest height at most `reach` away from each place."""
+    first, last = np.searchsorted(place, (place - reach, place + reach))
+    padded = np.append(height, -np.inf)
+    ends = np.stack((first, last), axis=1).ravel()
+    return np.asarray(np.maximum(height, np.maximum.reduceat(padded, ends)[::2]))
+
+
+def local_mean(values: np.ndarray, before: int, after: int) -> np.ndarray:
+    """Mean of each value and of those so many before and after it."""
+    total = np.concatenate(([0.0], np.cumsum(values)))
+    index = np.arange(len(values))
+    low, high = np.maximum(index - before, 0), np.minimum(index + after + 1, len(values))
+    return np.maximum(total[high] - total[low], 0.0) / (high - low)
+
+
+def greatest_within(values: np.ndarray, reach: int) -> np.ndarray:
+    """The greatest of each value and of those at most `reach` away."""
+    from scipy import ndimage
+
+    return ndimage.maximum_filter1d(values, 2 * reach + 1, mode="nearest")
+
+
+def separate_crests(values: np.ndarray, reach: int) -> np.ndarray:
+    """Indices of positive values that none within `reach` exceeds; the first of equal ones."""
+    crests = np.flatnonzero((values > 0) & (values == greatest_within(values, reach)))
+    if (np.diff(crests) > reach).all():  # no two are equal
+        return crests
+    kept: list[int] = []
+    for k in crests.tolist():
+        if not kept or k - kept[-1] > reach:
+            kept.append(k)
+    return np.array(kept, np.intp)
