@@ -238,7 +238,8 @@ class _Search:
             Disturbance("burst", start + segment, end - start, height)
             for start, end, height in span.bursts
         ]
-        share_shape(rows, self.wanted.contact_level == 0)
+        if len(rows):
+            share_shape(rows, samples, origin, self.wanted.contact_level == 0)
         if len(dropouts):
             cut_off(rows, dropouts)
         rows[:, 0] += segment

@@ -58,7 +58,7 @@ def test_errors_are_as_large_as_their_standard_errors(rate):
 
 def test_coloured_noise_makes_errors_larger():
     # Noise below half of Nyquist's frequency has twice the power there, sqrt(2) the deviation.
-    options = {"levels": (20.0,), "count": 150}
+    options = {"levels": (20.0,), "count": 150, "scatter": 0.03}
     white = errors("half-sine", 50e3, 22, **options)
     coloured = errors("half-sine", 50e3, 22, cutoff=0.5, **options)
     for name in MEASURED:

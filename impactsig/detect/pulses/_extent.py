@@ -116,4 +116,4 @@ def level_out(x, top, extent, place, width, sigma, colour, height):
     if place.after < place.hi:
         last = min(last, place.after - place.lo - 2 * width)
     line = remove_baseline(x, first, left - margin, right + margin + 1, last, sigma, height, top)
-    return Baseline(line.at_top, line.centre, colour * line.level, colour * line.slope)
+    return Baseline(line.at_top, line.centre, colour * line.level, colour * line.slope, line.tilt)

@@ -18,12 +18,13 @@ import numpy as np
 
 from ..._compiled import allocating, inner, kernel
 
-AMPLITUDE, START, SKEW, FLAT, POWER, LENGTH = range(6)
+AMPLITUDE, START, SKEW, FLAT, POWER, LENGTH, POWERS = range(7)
 PARAMETERS = 6
-WIDER = 7  # with half the difference of the logarithms of the edges' powers, 0 in the fit
+WIDER = 7  # with POWERS, half the difference of the logarithms of the edges' powers, 0 in the fit
 SKEW_SD, FLAT_SD, FLAT_MEAN, POWER_SD = 0.3, 1.0, -2.0, 0.15
 LENGTH_SD = 0.7  # of the logarithm of the edges, about the pulses the detector is matched to
 STEEPEST = 1e-3  # of the height: at the foot of an edge of q < 1 the slope has no bound
+MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points for the fit
 LANES = 8  # points at a time: a loop over the rest would take as long as one over all
 VALUE, BY_START, BY_POWER, REST, _SINE, _LOG, _STEEP = range(7)
 CURVE = 7
@@ -130,10 +131,9 @@ def linearize(p, points, x, curve, normal):
     the noise.
     """
     parts = parts_of(p)
-    top = parts.rise + parts.flat
     per, count = points[1] - points[0], len(points)
     first, fall, last = inside(p, parts, points)
-    _draw(p, parts, points[0] + first * per - p[START], per, last - first, curve)
+    draw(p, parts, points[0] + first * per - p[START], per, last - first, curve)
     misfit = 0.0
     for k in range(first):
         misfit += x[k] * x[k]
@@ -143,6 +143,14 @@ def linearize(p, points, x, curve, normal):
         e = x[first + k] - p[AMPLITUDE] * curve[VALUE, k]
         curve[REST, k] = e
         misfit += e * e
+    put_products(p, parts, points, first, fall, last, curve, normal)
+    return misfit
+
+
+@inner
+def put_products(p, parts, points, first, fall, last, curve, normal):
+    """Put J^T J and J^T e of a curve that begins at point `first` into `normal`."""
+    top = parts.rise + parts.flat
     r = _sums(points, p[START], first, fall, first, curve)
     d = _sums(points, p[START], fall, last, first, curve)
     # By the skew, the fall moves with part of the rise's end, and shrinks. By the flat top, which
@@ -167,7 +175,6 @@ def linearize(p, points, x, curve, normal):
     n[0, 7], n[1, 7] = r.fe + d.fe, r.se + d.se
     n[2, 7], n[3, 7] = 0.5 * r.te + a * d.se - 0.5 * d.te, flat * d.se
     n[4, 7], n[5, 7], n[6, 7] = r.pe + d.pe, r.te + d.te, r.pe - d.pe
-    return misfit
 
 
 @inner
@@ -177,7 +184,7 @@ def _reached(at, per, count):
 
 
 @inner
-def _draw(p, parts, u, per, count, curve):
+def draw(p, parts, u, per, count, curve):
     """Fill the curve at `count` points from u on, by loops without calls, which run in lanes.
 
     Sine and power by their series, to 1e-11 and, for q < 2, to 1e-8 of the height.

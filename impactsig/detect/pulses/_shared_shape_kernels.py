@@ -1,10 +1,16 @@
-"""Kernels of the shape that impacts share: mean and spread by expectation and maximisation.
+"""Kernels of the shape that impacts share: its mean and spread of greatest likelihood.
 
 The information H of a pulse is that on height and start (a) and on its shape (s). Freed from the
 former, that on the shape alone is M = Hss - Hsa Haa^-1 Has, and the score b = gs - Hsa Haa^-1 ga.
 With mean mu and weights W = 1 / spread^2 of the shapes, a pulse fitted at the shape s moves by
 
     C (b - W (s - mu)),    C = (M + W)^-1.
+
+With g = 1 - W C of each, the variance of a shape parameter moves by Fisher's step,
+
+    (sum (moved)^2 - spread^2 sum g) / sum g^2,
+
+both sums with those of WEIGHT pulses that differ by SPREAD.
 
 The flat top counts by ln(1 + p/(BRIEF m)) here, not by ln p/m as in the fit: a pulse is linear in
 the length of a brief one, whose logarithm has no bound.
@@ -22,13 +28,16 @@ from ._small_matrices import factor, invert, solve
 from .fit_errors import ESTIMATE, SCORE, SQUARE
 
 SHAPES = WIDER - SKEW
-ROUNDS = 8
+ROUNDS, AGAIN = 8, 4
+"""Steps, from no shape and from one that was estimated before."""
 BRIEF = 0.3
 """Flat tops over edges that count as brief."""
-APART = np.array([0.5, 1.7, 0.25, 0.7, 0.3])
+APART = np.array([0.5, 1.0, 0.15, 0.7, 0.15])
 """Standard deviation of the mean shape about where it is expected."""
-SPREAD, WEIGHT = np.array([0.02, 0.07, 0.01, 0.02, 0.01]), 1.0
-"""Standard deviation of shapes to begin with, and how many pulses it counts as."""
+UNSURE = 0.4
+"""Of the standard error of a variance of shapes: what is added to the most likely one."""
+SPREAD, WEIGHT = np.array([0.001, 0.004, 0.0005, 0.001, 0.0005]), 1.0
+"""Standard deviation of shapes that is expected, and how many pulses it counts as."""
 
 
 class Fits(NamedTuple):
@@ -47,7 +56,8 @@ class Fits(NamedTuple):
 class Shape(NamedTuple):
     """The shared shape."""
 
-    weight: np.ndarray  # (s,), W
+    mean: np.ndarray  # (s,), mu
+    spread: np.ndarray  # (s,), W^-1/2
     common: np.ndarray  # (s, s), W (covariance of the mean) W
 
 
@@ -108,14 +118,18 @@ def set_free(kept):
 
 # reassoc: sums over the pulses run in lanes.
 @njit(nogil=True, error_model="numpy", fastmath={"reassoc", "nsz", "contract"})
-def estimate_shape(fits, about):
-    """The shape that fits share, expected near `about`; fills in their steps and covariances."""
+def estimate_shape(fits, about, before, rounds):
+    """The shape that fits share, expected near `about`; fills in their steps and covariances.
+
+    It is looked for from the shape `before`, in so many rounds.
+    """
     n, s = fits.score.shape[1], SHAPES
-    mean, spread = about.copy(), APART.copy()
+    mean, spread = before.mean.copy(), before.spread.copy()
+    mode = spread.copy()
     weight, towards = np.empty(s), np.empty(s)
     information, uncertain, factors = np.empty((s, s)), np.empty((s, s)), np.empty((s, s))
     pull, room, covariance = np.empty((s, n)), np.empty(n), fits.covariance
-    for _ in range(ROUNDS):
+    for turn in range(rounds):
         for a in range(s):
             weight[a] = spread[a] ** -2.0
         for a in range(s):
@@ -140,15 +154,27 @@ def estimate_shape(fits, about):
                     total += column[i]
                 information[a, b] = -weight[a] * total * weight[b]
             shape = fits.shape[a]
-            moved = own = 0.0
+            moved = own = shown = square = 0.0
+            column = covariance[a, a]
             for i in range(n):
                 off = shape[i] - mean[a] + step[i]
+                share = 1.0 - weight[a] * column[i]
                 moved += off
                 own += off * off
-            shown = max(n + information[a, a] / weight[a], 0.0)
+                shown += share
+                square += share * share
             information[a, a] += n * weight[a] + APART[a] ** -2.0
             towards[a] = (about[a] - mean[a]) / APART[a] ** 2 + weight[a] * moved
-            spread[a] = np.sqrt((own + WEIGHT * SPREAD[a] ** 2) / (shown + WEIGHT))
+            if turn == rounds - 1:
+                continue
+            variance = spread[a] ** 2
+            gain = own - variance * shown + WEIGHT * (SPREAD[a] ** 2 - variance)
+            error = variance * np.sqrt(2.0 / max(square, 1e-12))
+            variance += max(gain / (square + WEIGHT), -0.9 * variance)
+            mode[a] = np.sqrt(variance)
+            # The last round allows for what is not known of it.
+            wide = min(UNSURE * error, APART[a] ** 2) if turn == rounds - 2 else 0.0
+            spread[a] = np.sqrt(variance + wide)
         for a in range(s):
             for b in range(s):
                 factors[a, b] = information[a, b]
@@ -170,7 +196,7 @@ def estimate_shape(fits, about):
             along, turned = fits.along[m, a], fits.step[SKEW + a]
             for i in range(n):
                 step[i] -= along[i] * turned[i]
-    return Shape(weight, uncertain)
+    return Shape(mean, mode, uncertain)
 
 
 @kernel
@@ -210,7 +236,7 @@ def _invert_all(a, room):
 
 @inner
 def variance_along(direction, i, fits, shape, seen, moved):
-    """Variance of a linear function of the parameters of pulse i: its own, and the mean shape's.
+    """Variances of a linear function of the parameters of pulse i: its own, and the mean shape's.
 
     `seen` and `moved` are room to work in, a number for each parameter of the shape.
     """
@@ -228,7 +254,8 @@ def variance_along(direction, i, fits, shape, seen, moved):
         for b in range(s):
             moved[a] += fits.covariance[a, b, i] * seen[b]
         total += seen[a] * moved[a]
+    common = 0.0
     for a in range(s):
         for b in range(s):
-            total += moved[a] * shape.common[a, b] * moved[b]
-    return total
+            common += moved[a] * shape.common[a, b] * moved[b]
+    return total, common

@@ -16,12 +16,16 @@ FIT = 14  # and of what is kept of a fit, see `fit_errors.py`
 
 
 class Baseline(NamedTuple):
-    """A line that was subtracted, and its standard errors; `level` is that at `centre`."""
+    """A line that was subtracted, and the standard errors of its level at `centre` and its slope.
+
+    The slope itself is `tilt`.
+    """
 
     at_top: float
     centre: float
     level: float
     slope: float
+    tilt: float
 
 
 @kernel
@@ -148,7 +152,7 @@ def remove_baseline(x, a, b, c, d, sigma, height, at_top):
     left, right = max(b - a, 0), max(d - c, 0)
     count = left + right
     if count < 4:
-        return Baseline(0.0, float(at_top), sigma, 0.0)
+        return Baseline(0.0, float(at_top), sigma, 0.0, 0.0)
     # Places are counted from the middle of both, which those of whole numbers have in closed form.
     centre = (left * 0.5 * (a + b - 1) + right * 0.5 * (c + d - 1)) / count
     total = cross = 0.0
@@ -183,7 +187,7 @@ def remove_baseline(x, a, b, c, d, sigma, height, at_top):
         error = scatter * math.sqrt(0.5 * math.pi / count)
     for i in range(len(x)):
         x[i] -= mean + slope * (i - centre)
-    return Baseline(mean + slope * (at_top - centre), centre, error, slope_error)
+    return Baseline(mean + slope * (at_top - centre), centre, error, slope_error, slope)
 
 
 @inner

@@ -41,22 +41,25 @@ from ._model import (
 )
 from ._small_matrices import factor, solve
 
-SHOWN = 3.0
-"""Times its standard error: what the family leaves of a pulse and is no noise."""
+CLEAR = 12.0
+"""Of the noise: higher pulses show their edges."""
 BINS = 24
 """Stretches of a pulse in which residuals are added up."""
 # Information on each parameter in the priors of the fit, which holds the powers' difference at 0.
 FITTED = np.array([0, 0, SKEW_SD**-2, FLAT_SD**-2, POWER_SD**-2, LENGTH_SD**-2, 1e8])
 
 # Columns of what is kept of a fit: its start, and of the rest in units of the noise; variances of
-# start, contact and peak from the baseline; mean square of what is left over the height's, its
-# standard error, and what is left at the crest; start, length and their errors by the edges, 0 for
-# none (those of noise first, then those of curves); estimate, score and information.
-TAKEN, UNIT, EDGE, BESIDE, LEFT, LEFT_SD, AT_TOP, EDGES, ESTIMATE = 0, 1, 2, 3, 6, 7, 8, 9, 15
-EDGE_READINGS = ESTIMATE - EDGES
+# start, contact and peak from the baseline; mean square of what is left over the height's, and
+# its standard error; estimate, score and information; estimate as it
+# stands now. Start of what was reported, which is another where the family does not fit; the place
+# that the estimate counts from, first and last sample from there; what one is in units of the
+# fit; the baseline at that place, its slope, and the noise of a sample.
+TAKEN, UNIT, EDGE, BESIDE, LEFT, LEFT_SD, ESTIMATE = 0, 1, 2, 3, 6, 7, 8
 SCORE = ESTIMATE + WIDER
 SQUARE = SCORE + WIDER
-KEPT = SQUARE + WIDER * WIDER
+NOW = SQUARE + WIDER * WIDER
+MADE = NOW + WIDER
+ZERO, FROM, TO, SCALE, BASE, TILT, NOISE, KEPT = range(MADE + 1, MADE + 9)
 
 
 @allocating
@@ -85,20 +88,14 @@ def fit_errors(points, log_edge, p, fit, per, unit, seen, keep):
     parts = parts_of(p)
     bins, level, slope = np.zeros((BINS, WIDER + 2)), np.zeros(WIDER), np.zeros(WIDER)
     _add_up(p, parts, points, seen.baseline.centre, fit.curve, bins, level, slope)
-    length = parts.rise + parts.flat + parts.fall
-    crest = min(max(int(BINS * (parts.rise + 0.5 * parts.flat) / length), 1), BINS - 2)
-    left = within = at_top = near = 0.0
+    left = within = 0.0
     for b in range(BINS):
         off, count = bins[b, WIDER], bins[b, WIDER + 1]
         if count > 0.0:
             left += off * off / count - variance
             within += count
-        if abs(b - crest) <= 1:
-            at_top += off
-            near += count
     square = within * p[AMPLITUDE] ** 2 + 1e-12
     keep[LEFT], keep[LEFT_SD] = left / square, variance * math.sqrt(2.0 * BINS) / square
-    keep[AT_TOP] = at_top / (max(near, 1.0) * p[AMPLITUDE])
 
     _factor_with(normal, factors)
     for i in range(WIDER):
@@ -122,19 +119,11 @@ def fit_errors(points, log_edge, p, fit, per, unit, seen, keep):
     noise = max(variance, 1.0)
     keep[UNIT], keep[EDGE] = unit, log_edge
     for i in range(WIDER):
-        keep[ESTIMATE + i] = p[i] if i < PARAMETERS else 0.0
+        keep[ESTIMATE + i] = keep[NOW + i] = p[i] if i < PARAMETERS else 0.0
         keep[SCORE + i] = normal[i, WIDER] / noise
         for j in range(WIDER):
             keep[SQUARE + i * WIDER + j] = normal[max(i, j), min(i, j)] / noise
     return Errors(errors[0], errors[1], errors[2] * unit, 0.0)
-
-
-@inner
-def put_edges(edges, first, keep):
-    """Keep what the edges of a pulse say, in samples from `first` on."""
-    keep[EDGES], keep[EDGES + 1] = first + edges.start, edges.contact
-    keep[EDGES + 2], keep[EDGES + 3] = edges.start_noise, edges.contact_noise
-    keep[EDGES + 4], keep[EDGES + 5] = edges.start_curve, edges.contact_curve
 
 
 @inner

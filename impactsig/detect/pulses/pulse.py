@@ -26,23 +26,26 @@ from ._errors import (
 )
 from ._extent import Place, extent_of, level_out, stands_out, summit
 from ._fit import fit_pulse
-from ._model import PARAMETERS, parts_of, put_parameters
+from ._model import MAX_POINTS, PARAMETERS, START, parts_of, put_parameters
 from .edges import ERRORS, FIT, NO_PULSE, crest_at, crossing, integral, touch
 from .fit_errors import (
-    EDGE_READINGS,
-    EDGES,
-    LEFT,
-    LEFT_SD,
-    SHOWN,
+    BASE,
+    ESTIMATE,
+    FROM,
+    MADE,
+    NOISE,
+    SCALE,
     TAKEN,
+    TILT,
+    TO,
     UNIT,
+    ZERO,
     fit_errors,
-    put_edges,
 )
 
 STEEP = 0.05  # of the flat top: shorter edges are read off the samples
-CLEAR = 12.0  # noise's: higher pulses are read off their edges as well
-MAX_POINTS = 256  # a longer pulse is averaged down to at most this many points for the fit
+SLOPING = 0.25  # of the flat top: shorter edges are not fitted unless they are the family's
+NEARLY = 0.05  # of the height: of what the family misses by less, other pulses may be too
 
 
 class Pulse(NamedTuple):
@@ -104,7 +107,7 @@ def measure_pulse(
     keep : array
         Takes the fit: columns as in `fit_errors.py`; the first is NaN if none is taken.
     """
-    keep[TAKEN], keep[LEFT_SD] = np.nan, 0.0
+    keep[MADE], keep[SCALE] = np.nan, 0.0
     reach = measure_reach(width)
     lo, hi = max(0, peak - reach), min(total, peak + reach + 1)
     place = Place(before, peak, after, lo, hi, total)
@@ -130,17 +133,13 @@ def measure_pulse(
         fits, start, contact, rise, crest, errors = _by_shape(
             x, crest, extent, width, sigma, height, seen, keep
         )
-    keep[EDGES : EDGES + EDGE_READINGS] = 0.0
-    if not fits or (height > CLEAR * sigma and keep[LEFT] > SHOWN * keep[LEFT_SD]):
+    if not fits:
         edge = max(0.02 * height, min(3.0 * sigma, 0.25 * height))
         first = touch(x, top, -1, extent.left_limit, edge, seen.noise)
         last = touch(x, top, 1, extent.right_limit, edge, seen.noise)
         edges = touches(x, first, last, edge, seen)
-        if fits:
-            put_edges(edges, lo, keep)
-        else:
-            start, contact, rise = edges.start, edges.contact, top + shift - edges.start
-            errors = edge_errors(x, edges, seen)
+        start, contact, rise = edges.start, edges.contact, top + shift - edges.start
+        errors = edge_errors(x, edges, seen)
     start, contact = max(start, 0.0), contact + min(start, 0.0)
     contact = min(contact, len(x) - 1 - start)
     impulse = integral(x, start, start + contact)
@@ -157,8 +156,10 @@ def measure_pulse(
             contact -= crossing(x, top, -1, extent.left_limit, level)
         errors = with_level(x, level, share, errors, seen)
     errors = unless_flagged(x, errors, flags, start, contact, seen)
-    if fits:
-        keep[TAKEN] = lo + start
+    if keep[SCALE] > 0.0:
+        keep[TAKEN], keep[MADE] = lo + keep[ESTIMATE + START], lo + start
+        keep[ZERO], keep[BASE] = lo, base + baseline.at_top - baseline.tilt * top
+        keep[TILT], keep[NOISE] = baseline.tilt, seen.noise
     return Pulse(lo + start, contact, crest, impulse, rise, flags, errors)
 
 
@@ -197,6 +198,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
         if rise + fall < STEEP * flat:
             # Sides with hardly a sample show no shape, and the priors would make up a foot.
             return False, 0.0, 0.0, 0.0, crest, UNKNOWN
+    sloping = rise + fall > SLOPING * flat
     p = np.empty(PARAMETERS)
     put_parameters(height / unit, start, rise, flat, fall, p)
     log_edge = math.log(0.6 * width)
@@ -211,12 +213,15 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
     faint = height < 8.0 * sigma
     fits = (fit.misfit < 2.0 or faint) and p[0] > 0.0 and inside
     errors = UNKNOWN
-    if fits:
+    nearly = inside and sloping and p[0] > 0.0 and math.sqrt(fit.misfit) < NEARLY * p[0]
+    if fits or nearly:
         errors = fit_errors(points, log_edge, p, fit, per, unit, seen, keep)
+        keep[FROM], keep[TO], keep[SCALE] = a, b, unit
     if fits and unit <= sigma:
         crest = p[0] * unit  # less noisy than the greatest sample
     elif fits:
         errors = with_crest(x, errors, seen)
+    if unit > sigma:
         keep[UNIT] = 0.0
     return fits, p[1], length, parts.rise + 0.5 * parts.flat, crest, errors
 

@@ -3,7 +3,8 @@
 Skew, flatness, power and length of the edges and the difference of their powers are taken as
 normally distributed over the pulses of one span. Mean and spread are estimated from all of them
 (`_shared_shape_kernels.py`), each pulse being linear about its fit: clear pulses show the shape,
-and faint ones are measured with it. `_misfit.py` corrects what no member of the family follows.
+and faint ones are measured with it. Where no member of the family follows the pulses, the clear
+ones show the rest of their shape (`_common_rest.py`), and the touch (`_misfit.py`).
 """
 
 from __future__ import annotations
@@ -15,11 +16,33 @@ import numpy as np
 
 from ..._compiled import allocating, inner
 from ..signal.order_kernels import centre_of
-from ._misfit import correct_misfit
+from ._common_rest import BINS, common_rest, is_clear, linearize_anew, make_room
+from ._misfit import correct_misfit, what_is_left
 from ._model import FLAT, LENGTH, SKEW, START, WIDER, parts_of
-from ._shared_shape_kernels import BRIEF, SHAPES, estimate_shape, set_free, variance_along
+from ._shared_shape_kernels import (
+    AGAIN,
+    APART,
+    BRIEF,
+    ROUNDS,
+    SHAPES,
+    Shape,
+    estimate_shape,
+    set_free,
+    variance_along,
+)
 from .edges import ERRORS, FIT
-from .fit_errors import BESIDE, EDGE, ESTIMATE, TAKEN, UNIT
+from .fit_errors import (
+    BESIDE,
+    EDGE,
+    ESTIMATE,
+    LEFT,
+    LEFT_SD,
+    MADE,
+    NOW,
+    TAKEN,
+    UNIT,
+    ZERO,
+)
 
 LEAST = 5
 """Pulses that a shape is read from."""
@@ -27,6 +50,14 @@ ABOUT = np.array([0.0, 0.3, 0.0, 0.0, 0.0])
 """Where the mean shape is expected; its length at that of the matched responses."""
 BENT = 0.2
 """Of the way that an instant is moved by: the standard error of taking the fit to be linear."""
+CLEAR_ROUNDS, STAYS = 5, 0.3
+"""In which clear pulses find the rest of their shape, or until their instants stay [errors]."""
+MISSED_ROUNDS = 3
+"""In which all pulses are measured with it."""
+STEEP, LONG = 16.0, 3.0
+"""Samples on both edges, and flat top over these: where samples enter them fits are not linear."""
+MISSED = 2.0
+"""Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
 
 
 class Work(NamedTuple):
@@ -39,39 +70,111 @@ class Work(NamedTuple):
 
 
 @allocating
-def share_shape(rows, timed):
+def share_shape(rows, x, origin, timed):
     """Measure the pulses of `rows` anew, in place, each by the shape that they share.
 
     Parameters
     ----------
     rows : array
         As `impactsig.detect.pulses.pulse.measure_all` fills them.
+    x, origin : array, int
+        The samples that they were measured in, and the place of the first.
     timed : bool
         Contact times are those from first to last touch.
     """
-    alike = np.empty(len(rows), np.int64)
-    count = 0
-    for k in range(len(rows)):
-        if rows[k, 5] == 0 and rows[k, 6] == 0 and rows[k, FIT + TAKEN] == rows[k, 0]:
-            alike[count] = k
-            count += 1
-    alike = alike[:count]
-    if count >= LEAST:
-        about = ABOUT.copy()
-        edges = np.empty(count)
-        for i in range(count):
+    alike = _alike(rows)
+    clear = _clear(rows, alike)
+    left = what_is_left(rows, alike)
+    missed, steep = left > 0.0, _are_steep(rows, alike)
+    shown = missed and len(clear) >= LEAST and not steep
+    rest, room = np.zeros(BINS), make_room()
+    if len(alike) >= LEAST:
+        about, edges = ABOUT.copy(), np.empty(len(alike))
+        for i in range(len(alike)):
             edges[i] = rows[alike[i], FIT + EDGE]
-        about[LENGTH - SKEW] = centre_of(edges, count)
-        fits = set_free(rows[alike, FIT:])
-        shape = estimate_shape(fits, about)
-        work = Work(np.empty(WIDER), np.zeros((3, WIDER)), np.empty(SHAPES), np.empty(SHAPES))
-        for i in range(count):
-            _measure(rows[alike[i]], i, fits, shape, timed, work)
-    correct_misfit(rows, alike, timed)
+        about[LENGTH - SKEW] = centre_of(edges, len(alike))
+        shape = Shape(about, APART.copy(), np.zeros((SHAPES, SHAPES)))
+        shape = _share(rows, alike, timed, True, about, shape, ROUNDS)
+        if shown:
+            for _ in range(CLEAR_ROUNDS):
+                rest = common_rest(rows, clear, x, origin, room)
+                linearize_anew(rows, clear, x, origin, rest, True, room)
+                before = rows[clear, 0]
+                shape = _share(rows, clear, timed, False, about, shape, AGAIN)
+                if (np.abs(rows[clear, 0] - before) < STAYS * rows[clear, ERRORS]).all():
+                    break
+            rest = common_rest(rows, clear, x, origin, room)
+        for _ in range(MISSED_ROUNDS if shown else 0 if steep else 1):
+            linearize_anew(rows, alike, x, origin, rest, shown, room)
+            shape = _share(rows, alike, timed, not shown, about, shape, AGAIN)
+    if missed:
+        rest = common_rest(rows, clear, x, origin, room)
+        correct_misfit(rows, alike, x, origin, left, rest, timed)
+
+
+@allocating
+def _alike(rows):
+    """The pulses that are measured by a fit, or that it misses no more than it does others."""
+    chosen, shown = np.empty(len(rows), np.int64), np.empty(len(rows))
+    count = clear = 0
+    for k in range(len(rows)):
+        if _is_fitted(rows[k]) and is_clear(rows[k]):
+            shown[clear] = rows[k, FIT + LEFT]
+            clear += 1
+    usual = MISSED * centre_of(shown, clear) if clear >= LEAST else 0.0
+    for k in range(len(rows)):
+        kept = rows[k, FIT:]
+        if _is_fitted(rows[k]) and (
+            kept[TAKEN] == kept[MADE] or kept[LEFT] < usual + 3.0 * kept[LEFT_SD]
+        ):
+            chosen[count] = k
+            count += 1
+    return chosen[:count]
+
+
+@allocating
+def _clear(rows, alike):
+    """Those of the pulses that show their shape."""
+    clear = np.empty(len(alike), np.int64)
+    count = 0
+    for k in alike:
+        if is_clear(rows[k]):
+            clear[count] = k
+            count += 1
+    return clear[:count]
 
 
 @inner
-def _measure(row, i, fits, shape, timed, work):
+def _are_steep(rows, alike):
+    """Whether pulses have a long flat top and hardly a sample on their edges."""
+    edges = flat = 0.0
+    for k in alike:
+        parts = parts_of(rows[k, FIT + ESTIMATE :])
+        edges += parts.rise + parts.fall
+        flat += parts.flat
+    return edges < STEEP * len(alike) and flat > LONG * edges
+
+
+@inner
+def _is_fitted(row):
+    """Whether one pulse was fitted here, well or not, and is whole."""
+    return row[5] == 0 and row[6] == 0 and row[FIT + MADE] == row[0]
+
+
+@allocating
+def _share(rows, alike, timed, alone, about, before, rounds):
+    """Estimate the shape that pulses share, and measure them by it; `alone`, with its error."""
+    count = len(alike)
+    fits = set_free(rows[alike, FIT:])
+    shape = estimate_shape(fits, about, before, rounds)
+    work = Work(np.empty(WIDER), np.zeros((3, WIDER)), np.empty(SHAPES), np.empty(SHAPES))
+    for i in range(count):
+        _measure(rows[alike[i]], i, fits, shape, timed, alone, work)
+    return shape
+
+
+@inner
+def _measure(row, i, fits, shape, timed, alone, work):
     """Write instant, contact time and peak of pulse i, and their errors, by the shape."""
     kept = row[FIT:]
     old = kept[ESTIMATE : ESTIMATE + WIDER]
@@ -88,23 +191,31 @@ def _measure(row, i, fits, shape, timed, work):
     contact = parts.rise + flat + parts.fall
     previous = before.rise + before.flat + before.fall
     moved = new[START] - old[START]
-    if abs(moved) >= 0.5 * previous or row[0] + moved < 0.0:
+    if abs(moved) >= 0.5 * previous or kept[ZERO] + new[START] < 0.0:
         return
     if not (0.5 < contact / previous < 2.0 and 0.5 < new[0] / old[0] < 2.0):
         return
+    new[FLAT] = math.log(max(flat / middle, 1e-9))
+    for m in range(WIDER):
+        kept[NOW + m] = new[m]
     along[0, START] = along[2, 0] = 1.0
     along[1, SKEW], along[1, FLAT] = 0.5 * (parts.rise - parts.fall), flat + middle * BRIEF
     along[1, LENGTH] = contact
-    start = (
-        variance_along(along[0], i, fits, shape, seen, turned) + kept[BESIDE] + (BENT * moved) ** 2
-    )
-    row[0] += moved
-    row[ERRORS] = math.sqrt(start)
+    start = _variance(along[0], i, fits, shape, alone, seen, turned)
+    row[0] = kept[ZERO] + new[START]
+    row[ERRORS] = math.sqrt(start + kept[BESIDE] + (BENT * moved) ** 2)
     if timed:
         row[1], row[4] = contact, parts.rise + 0.5 * flat
         # That of the baseline hardly moves a length that the shape holds.
-        row[ERRORS + 1] = math.sqrt(variance_along(along[1], i, fits, shape, seen, turned))
+        row[ERRORS + 1] = math.sqrt(_variance(along[1], i, fits, shape, alone, seen, turned))
     if kept[UNIT] > 0.0:
-        peak = variance_along(along[2], i, fits, shape, seen, turned) + kept[BESIDE + 2]
+        peak = _variance(along[2], i, fits, shape, True, seen, turned) + kept[BESIDE + 2]
         row[2] = new[0] * kept[UNIT]
         row[ERRORS + 2] = math.sqrt(peak) * kept[UNIT]
+
+
+@inner
+def _variance(direction, i, fits, shape, alone, seen, turned):
+    """Variance of a linear function of pulse i, with that of the shared shape if `alone`."""
+    own, common = variance_along(direction, i, fits, shape, seen, turned)
+    return own + common if alone else own

@@ -1,0 +1,46 @@
+"""Where pulses touch whose shape no family has: read off their mean edge."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.errors import errors
+from impactsig.detect.pulses._touch import FIRST, LAST, STRETCHES, read_touch
+
+
+def mean_edge(touch, power, noise, seed=0):
+    """An edge v^power (1 - v/4) from `touch` on, in stretches of one sample each."""
+    v = np.linspace(FIRST, LAST, STRETCHES)
+    s = np.maximum(v - touch, 0.0)
+    y = 1.6 * s**power * (1.0 - s / 4)
+    y += noise * np.random.default_rng(seed).standard_normal(len(v))
+    weight = np.full(len(v), noise**-2.0)
+    return np.stack([weight, weight * v, weight * y], axis=1)
+
+
+@pytest.mark.parametrize("power", [0.7, 1.0, 1.5])
+@pytest.mark.parametrize("touch", [-0.06, 0.0, 0.04])
+def test_touch_of_an_edge_of_any_power(power, touch):
+    z = []
+    for seed in range(10):
+        found, variance = read_touch(mean_edge(touch, power, 2e-3, seed), 1.0, 0.1)
+        z.append((found - touch) / np.sqrt(variance))
+        assert abs(found - touch) < 0.03
+    assert np.sqrt(np.mean(np.square(z))) < 1.6
+
+
+def test_touch_that_nothing_shows_is_where_it_is_expected():
+    found, variance = read_touch(np.zeros((STRETCHES, 3)), 1.0, 0.1)
+    assert found == 0.0
+    assert variance == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("pulse", ["flat-topped", "asymmetric"])
+def test_intervals_between_clear_impacts_of_another_shape_are_as_exact_as_can_be(pulse):
+    # What the touch is off by is common to a second, and cancels. The bound is that of a shape
+    # which is given: fits of the family alone are off by three bounds and more.
+    rows = errors(pulse, 50e3, 81, levels=(40.0,), count=60)
+    assert len(rows) == 60
+    off = np.diff([row["time"] / row["bound"] for row in rows]) / np.sqrt(2)
+    assert np.sqrt(np.median(off**2) / 0.455) < 1.6
