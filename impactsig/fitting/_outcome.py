@@ -106,7 +106,7 @@ def interval_of(name: str, kind: Parameter, centre: float, deviation: float) -> 
     reach = float(ndtri(0.5 + CONFIDENCE / 2)) * deviation
     if reach > UNTOLD.get(name, math.log(5)):
         return -math.inf, math.inf
-    low, high = kind.value(centre - reach), kind.value(centre + reach)
+    low, high = (float(kind.value(centre + off)) for off in (-reach, reach))
     if not kind.logarithmic:  # shares
         low, high = max(low, 0.0), min(high, 1.0)
     return low, high

@@ -141,7 +141,7 @@ def machine_of_runs(
         intervals = dict.fromkeys(shared, (-math.inf, math.inf))
         warnings.insert(0, not_told(untold))
     if periodic:
-        warnings.append(f"{len(periodic)} periodic trains are left aside: they tell too little")
+        warnings.append(f"{len(periodic)} periodic trains left aside: they tell too little")
     if p_value <= MISFIT:
         warnings.append(
             "misfit: the trains are farther from simulated ones than these are from each other, "
