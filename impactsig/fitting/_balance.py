@@ -23,6 +23,7 @@ ALIKE = 0.06  # periods: words whose first phases scatter by more are split
 FEWEST = 15  # words in a mean
 FAR = 0.3  # of a radian of natural time: no triple counts for more
 ROUNDS, TRIMMED = 8, 0.9  # of the least squares for a forcing, and share of the triples that count
+RIDGE = 1e-9
 TURN = 2 * np.pi
 
 
@@ -44,13 +45,13 @@ class Courses(NamedTuple):
     weight: np.ndarray  # share of the words, shape (groups, 1)
 
 
-def courses(train: Train, partition: Partition) -> Courses:
-    """The mean courses of a train."""
+def courses(train: Train, partition: Partition, fewest: int = FEWEST) -> Courses:
+    """The mean courses of a train, of so many alike words or more."""
     sifted = partition.sift(train)
     words = partition.words(sifted)
     x = sifted.cycle + sifted.phase
     groups = []
-    fewest = min(FEWEST, int(np.bincount(words.code).max()))
+    fewest = min(fewest, int(np.bincount(words.code).max()))
     for code in np.unique(words.code):
         steps = words.first[words.code == code][:, None] + np.arange(partition.length + 1)
         groups += _alike(steps, sifted.phase[steps[:, 0]], fewest)
@@ -170,7 +171,9 @@ def forcings(values: Values, course: Courses) -> tuple[np.ndarray, np.ndarray, n
         counted = weight * kept * share
         normal = np.einsum("nij,nija,nijb->nab", counted, columns, columns)
         right = -np.einsum("nij,nija,nij->na", counted, columns, rest)
-        pair = np.linalg.solve(normal + 1e-12 * np.eye(2), right[..., None])[..., 0]
+        # A few triples alike may tell one direction only.
+        normal += RIDGE * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2)
+        pair = np.linalg.solve(normal, right[..., None])[..., 0]
         force = (pair[:, 0] - 1j * pair[:, 1]) * dynamic
         found = values._replace(amplitude=np.abs(force), phase=np.angle(force))
         distance = np.nan_to_num(np.abs(imbalance(found, course.instant)[0]), nan=FAR)

@@ -37,6 +37,10 @@ class Seen(NamedTuple):
     joined: np.ndarray
     chain: Chain  # the jitter is found; were the shares, many missed would explain anything
 
+    def shown(self, jitter: float) -> Seen:
+        """With another jitter."""
+        return self._replace(chain=self.chain._replace(jitter=jitter))
+
 
 class Laid(NamedTuple):
     """An orbit at some parameters, and what it tells of them."""

@@ -15,16 +15,17 @@ import numpy as np
 
 from ._followed import Followed, Laid, Seen
 
-ROUNDS, STEPS, TRIALS = 9, 8, 5
+ROUNDS, ENDS, STEPS, TRIALS = 5, 6, 8, 5
 AMPLITUDE, PHASE = 2, 4  # places in theta
 LONGEST = np.array([0.05, 0.3, 0.05, 0.01, 0.1])  # of a step, on the scale of the parameters
 WIDEST = np.array([1.0, 2.0, 1.0, 0.3, 2.0])  # what is known of a parameter before the impacts tell
-SETTLED = 0.2  # standard deviations that a last round goes
 GAIN = 0.1  # of the loss, for which another step is made
 ELSEWHERE = (-0.12, -0.05, -0.02, 0.02, 0.05, 0.12)
 """Of the logarithm of an amplitude: where other valleys are looked for."""
 BETTER = 5.0  # logarithm of the likelihood, by which another valley is believed
-MENDED = 3  # rounds after which other valleys are looked for, and where all have settled
+MENDED = (1, 4)  # rounds after which other valleys are looked for
+WORST = 10.0  # cost of an impact that no course leads to
+FARTHEST = 50.0  # logarithm of the likelihood below the best of the last rounds: gone astray
 
 
 class Layout(NamedTuple):
@@ -56,7 +57,8 @@ class Joint(NamedTuple):
     theta: np.ndarray  # shape (trains, 5)
     seen: list[Seen]
     orbits: list[Followed | None]
-    covariance: np.ndarray  # of all that are sought, by the instants alone
+    covariance: np.ndarray  # of all that are sought
+    score: float  # less the logarithm of the likelihood
 
 
 def together(
@@ -78,33 +80,75 @@ def together(
         Least and greatest of the parameters of each, shape (trains, 5).
     rng : Generator
     """
-    orbits: list[Followed | None] = [None] * len(seen)
-    seeds = rng.integers(2**32, size=len(seen)).tolist()  # courses that do not change settle
-    best: tuple[float, Joint] | None = None
-    for number in range(ROUNDS):
-        for k, one in enumerate(seen):
-            orbits[k] = Followed.of(one, theta[k], seeds[k]) or orbits[k]
-        if sum(one is None for one in orbits) > len(orbits) / 2:
+    near: list[Joint] = []
+    seeds = rng.integers(2**32, size=len(seen)).tolist()
+    for number in range(ROUNDS + ENDS):
+        if number >= ROUNDS:  # other states beside the instants, and so other courses
+            seeds = rng.integers(2**32, size=len(seen)).tolist()
+        found = _round(layout, theta, seen, box, seeds)
+        if found is None:
             return None
-        before = theta
-        theta, orbits, laid = _stepped(layout, theta, orbits, box)
-        for k, (orbit, where) in enumerate(zip(orbits, laid, strict=True)):
-            if orbit is not None and where is not None:
-                jitter = orbit.jitter(where.jitter)
-                seen[k] = seen[k]._replace(chain=seen[k].chain._replace(jitter=jitter))
-        covariance = np.linalg.inv(_gathered(layout, laid)[1])
-        score = sum(one.score for one in orbits if one is not None) + _loss(laid)
-        if best is None or score < best[0]:
-            best = score, Joint(theta, list(seen), list(orbits), covariance)
-        deviations = np.sqrt(np.diag(covariance))
-        moved = (theta - before)[:, layout.sought]
-        size = max(np.abs(moved[k] / deviations[layout.of(k)]).max() for k in range(len(seen)))
-        if size < SETTLED or (number % MENDED == MENDED - 1 and number < ROUNDS - 1):
-            elsewhere = _elsewhere(layout, theta, seen, box, seeds)
-            if size < SETTLED and np.array_equal(elsewhere, theta):
-                break
-            theta = elsewhere
-    return None if best is None else best[1]
+        theta, seen = found.theta, found.seen
+        if number in MENDED:
+            theta = _elsewhere(layout, theta, seen, box, seeds)
+        if number >= ROUNDS:
+            near.append(found)
+    return _mean(layout, near)
+
+
+def nearest(
+    beginnings: list[np.ndarray],
+    seen: list[Seen],
+    box: tuple[np.ndarray, np.ndarray],
+    rng: np.random.Generator,
+) -> list[np.ndarray]:
+    """Beginnings, those first at which the courses leave least out."""
+    seeds = rng.integers(2**32, size=len(seen)).tolist()
+    costs, within = [], [np.clip(theta, *box) for theta in beginnings]
+    for theta in within:
+        orbits = [Followed.of(*one) for one in zip(seen, theta, seeds, strict=True)]
+        costs.append(
+            sum(
+                len(own.x) * WORST if one is None else one.cost
+                for one, own in zip(orbits, seen, strict=True)
+            )
+        )
+    return [within[k] for k in np.argsort(costs)]
+
+
+def _round(
+    layout: Layout,
+    theta: np.ndarray,
+    seen: list[Seen],
+    box: tuple[np.ndarray, np.ndarray],
+    seeds: list[int],
+) -> Joint | None:
+    """Likeliest courses, and the parameters that these tell."""
+    courses = zip(seen, theta, seeds, strict=True)
+    orbits = [Followed.of(one, own, seed) for one, own, seed in courses]
+    if sum(one is None for one in orbits) > len(orbits) / 2:
+        return None
+    theta, orbits, laid = _stepped(layout, theta, orbits, box)
+    seen = [
+        one if orbit is None or where is None else one.shown(orbit.jitter(where.jitter))
+        for one, orbit, where in zip(seen, orbits, laid, strict=True)
+    ]
+    score = sum(one.score for one in orbits if one is not None) + _loss(laid)
+    return Joint(theta, seen, orbits, np.linalg.inv(_gathered(layout, laid)[1]), score)
+
+
+def _mean(layout: Layout, near: list[Joint]) -> Joint:
+    """The mean of the last rounds, whose scatter is what the choice of courses leaves open."""
+    best = min(near, key=lambda one: one.score)
+    near = [one for one in near if one.score < best.score + FARTHEST]
+    theta = np.mean([one.theta for one in near], axis=0)
+    covariance = np.mean([one.covariance for one in near], axis=0)
+    off = np.zeros((len(near), len(layout.kinds)))
+    for row, one in zip(off, near, strict=True):
+        for k in range(len(theta)):
+            row[layout.of(k)] = (one.theta - theta)[k, layout.sought]
+    scatter = off.T @ off / max(len(near) - 1, 1)
+    return best._replace(theta=theta, covariance=covariance + scatter)
 
 
 def _gathered(layout: Layout, laid: list[Laid | None]) -> tuple[np.ndarray, np.ndarray]:

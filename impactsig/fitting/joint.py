@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..intervals import identify_period
 from ._asked import observed
-from ._balance import TURN, Values, forcings
+from ._balance import TURN, Courses, Values, courses, forcings
 from ._followed import Followed, Seen
 from ._judging import JUDGED, LEAST_P, Judgement, judged
 from ._machine import PARAMETERS, as_train
@@ -23,7 +23,7 @@ from ._partition import mean_phases
 from ._path_kernels import Chain
 from ._problem import Problem
 from ._simulated import Beginnings
-from ._together import AMPLITUDE, PHASE, Joint, Layout, together
+from ._together import AMPLITUDE, PHASE, Joint, Layout, nearest, together
 from .machine import MachineFit, machine_of_runs
 from .result import OscillatorFit
 
@@ -31,6 +31,11 @@ FEWEST = 100
 """Impacts of a train, below which its words cannot be compared."""
 BEGUN = Chain(jitter=0.02, missed=0.02, spurious=0.01)
 """What the measuring chain is taken for at first: wide, so that every orbit begins."""
+LED, TRIES = 6, 3
+"""Dampings at which the restitution coefficient that the balance leads to is asked how much its
+courses leave out, and how many of these are beginnings."""
+LEAST_WORDS, MOST_WORDS, PARTS = 4, 15, 30
+"""In a mean course: a share of the impacts, within bounds."""
 SPEED = 0.3
 """Approach velocity where no orbit tells it."""
 GRID = 18, 10
@@ -85,21 +90,35 @@ def fit_trains(
         Problem(names, known, limits, frequency, as_train(impacts, frequency, None), rng)
         for impacts, frequency in zip(trains, frequencies, strict=True)
     ]
-    layout = _layout(names, common, len(trains))
-    theta, box = _beginning(problems, common)
     seen = [Seen(one.forcing_frequency, one.train.x, one.train.joined, BEGUN) for one in problems]
-    joint = together(layout, theta, seen, box, rng)
-    if joint is None:
+    box = _box(problems)
+    best: MachineFit | None = None
+    for theta in nearest(list(_beginnings(problems)), seen, box, rng)[:TRIES]:
+        layout = _layout(names, False, len(trains))
+        joint = together(layout, theta, seen, box, rng)
+        if common and joint is not None:  # each by itself first: tied, one astray holds all
+            layout = _layout(names, True, len(trains))
+            theta = joint.theta.copy()
+            theta[:, AMPLITUDE] = np.median(theta[:, AMPLITUDE])
+            joint = together(layout, theta, joint.seen, box, rng)
+        if joint is None:
+            continue
+        runs = tuple(
+            _run(problem, impacts, k, layout, joint)
+            for k, (problem, impacts) in enumerate(zip(problems, trains, strict=True))
+        )
+        found = machine_of_runs(runs, _shared(names, common), joint.covariance, periodic)
+        if best is None or found.p_value > best.p_value:
+            best = found
+        if not best.misfit:
+            break
+    if best is None:
         raise InvalidInput(
             "impacts", f"{len(trains)} trains", "those of one oscillator with one rigid stop",
             "No orbit follows most of them. Check the forcing periods and the parameters that are "
             "not free; a second stop, a soft one, or friction cannot be fitted",
         )  # fmt: skip
-    runs = tuple(
-        _run(problem, impacts, k, layout, joint)
-        for k, (problem, impacts) in enumerate(zip(problems, trains, strict=True))
-    )
-    return machine_of_runs(runs, _shared(names, common), joint.covariance, periodic)
+    return best
 
 
 def _shared(names: tuple[str, ...], common: bool) -> tuple[str, ...]:
@@ -113,10 +132,23 @@ def _layout(names: tuple[str, ...], common: bool, trains: int) -> Layout:
     return Layout(shared, (*own, PHASE), trains)
 
 
-def _beginning(
-    problems: list[Problem], common: bool
-) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """Where the balance of the mean courses of all trains leads, and the box of each."""
+def _box(problems: list[Problem]) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest of the parameters of each train."""
+    low, high = (
+        np.full((len(problems), PHASE + 1), -np.inf),
+        np.full((len(problems), PHASE + 1), np.inf),
+    )
+    for place, (name, kind) in enumerate(PARAMETERS.items()):
+        if name in problems[0].bounds:
+            low[:, place], high[:, place] = (kind.scale(one) for one in problems[0].bounds[name])
+    by = np.log([problem.forcing_frequency for problem in problems])
+    low[:, PHASE - 1] -= by
+    high[:, PHASE - 1] -= by
+    return low, high
+
+
+def _beginnings(problems: list[Problem]) -> Iterator[np.ndarray]:
+    """Where the balance of the mean courses of all trains leads, the nearest first."""
     known, limits = problems[0].known, problems[0].bounds
 
     def grid(name: str, count: int, least: float) -> np.ndarray:
@@ -124,9 +156,9 @@ def _beginning(
             return np.array([known[name]])
         low, high = limits[name]
         kind, low = PARAMETERS[name], max(low, min(least, high / 2))
-        middle = (np.arange(count) + 0.5) / count
+        share = (np.arange(count) + 0.5) / count
         value: np.ndarray = kind.value(
-            kind.scale(low) + middle * (kind.scale(high) - kind.scale(low))
+            kind.scale(low) + share * (kind.scale(high) - kind.scale(low))
         )
         return value
 
@@ -136,27 +168,28 @@ def _beginning(
     for problem in problems:
         ratio = problem.forcing_frequency / known["natural_frequency"]
         values = Values(restitution, damping, None, ratio, None)
-        off, amplitude, phase = forcings(values, problem.courses())
+        off, amplitude, phase = forcings(values, _courses(problem))
         total += np.log(off)
         found.append((amplitude, phase - TURN * mean_phases(problem.train)[0], ratio))
-    best = int(np.argmin(total))
-    theta = np.array([
-        (restitution[best], math.log(damping[best]), math.log(amplitude[best]), -math.log(ratio),
-         phase[best])
-        for amplitude, phase, ratio in found
-    ])  # fmt: skip
-    if "amplitude" in known:
-        theta[:, AMPLITUDE] = math.log(known["amplitude"])
-    elif common:
-        theta[:, AMPLITUDE] = np.median(theta[:, AMPLITUDE])
-    low, high = np.full_like(theta, -np.inf), np.full_like(theta, np.inf)
-    for place, (name, kind) in enumerate(PARAMETERS.items()):
-        if name in limits:
-            low[:, place], high[:, place] = (kind.scale(one) for one in limits[name])
-    by = np.log([problem.forcing_frequency for problem in problems])
-    low[:, PHASE - 1] -= by
-    high[:, PHASE - 1] -= by
-    return np.clip(theta, low, high), (low, high)
+    for _ in range(LED):
+        best = int(np.argmin(total))
+        if not np.isfinite(total[best]):
+            return
+        theta = np.array([
+            (restitution[best], math.log(damping[best]), math.log(amplitude[best]),
+             -math.log(ratio), phase[best])
+            for amplitude, phase, ratio in found
+        ])  # fmt: skip
+        if "amplitude" in known:
+            theta[:, AMPLITUDE] = math.log(known["amplitude"])
+        yield theta
+        total[damping == damping[best]] = np.inf
+
+
+def _courses(problem: Problem) -> Courses:
+    """Of fewer words than of long trains: with little jitter a mean of a few will do."""
+    fewest = max(LEAST_WORDS, min(MOST_WORDS, len(problem.train.x) // PARTS))
+    return courses(problem.train, problem.moments.partition, fewest)
 
 
 def _run(problem: Problem, impacts: Impacts, k: int, layout: Layout, joint: Joint) -> OscillatorFit:
@@ -174,14 +207,14 @@ def _run(problem: Problem, impacts: Impacts, k: int, layout: Layout, joint: Join
     covariance = np.diag([*np.zeros(len(names)), *variance])
     covariance[: len(names), : len(names)] = joint.covariance[np.ix_(place, place)]
     followed = 0.0 if orbit is None else float(orbit.led.sum() / max(seen.joined.sum(), 1))
-    problem.beginnings = _beginnings(orbit, seen, theta)
+    problem.beginnings = _states(orbit, seen, theta)
     verdict = judged(problem, psi)
     if verdict is None:
         verdict = Judgement(math.inf, LEAST_P, np.zeros((3, problem.moments.shares)), JUDGED)
     return outcome(problem, impacts, None, Estimate(psi, covariance, followed), verdict)
 
 
-def _beginnings(orbit: Followed | None, seen: Seen, theta: np.ndarray) -> Beginnings:
+def _states(orbit: Followed | None, seen: Seen, theta: np.ndarray) -> Beginnings:
     if orbit is None:
         return Beginnings(theta[PHASE] + TURN * seen.x, np.full(len(seen.x), SPEED))
     hard = orbit.node[:, 1] > 0

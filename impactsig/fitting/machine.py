@@ -12,10 +12,13 @@ import numpy as np
 from .._showing import Shown
 from ._machine import PARAMETERS
 from ._outcome import ALONE, interval_of, not_told
-from .result import MISFIT, OscillatorFit
+from .result import OscillatorFit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+MISFIT = 0.01
+"""Of the p-value of all trains."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +75,7 @@ class MachineFit(Shown):
 
     @property
     def misfit(self) -> bool:
-        """Whether the trains are unlike those of the oscillator found: `p_value` of 0.1 or less.
+        """Whether the trains are unlike those of the oscillator found: `p_value` of 0.01 or less.
 
         Then the machine is of another kind (a second or soft stop, friction), a parameter that is
         not free is wrong, or a train was given a forcing that is not its own; see the `p_value` of
