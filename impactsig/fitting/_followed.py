@@ -25,6 +25,9 @@ HELD, MOVED, FREE = 0.3, 1.0, 50.0
 """Of the velocities, in gaps times omega_n: at first, as the parameters move, and in what these
 are told by, so that the velocities do not hold them back."""
 ITERATIONS, CLOSE = 20, 1e-4
+GRAZING = 0.03
+"""Velocity of an impact, in gaps times omega_n, from which down a leg is left out: what it tells of
+the parameters grows without limit, and holds in no neighbourhood."""
 FEWEST = 0.25  # legs that an orbit follows, by the impacts
 SHRINK, GROW = 0.5, 1.2  # of the jitter, from one round to the next
 
@@ -75,7 +78,7 @@ class Followed:
         if not np.isfinite(node).all():
             return None
         broken = path.broken + int((path.joined & ~led).sum())
-        return cls(seen, path.real, led, node, path.missed, broken)
+        return cls(seen, path.real, led & _hard(node), node, path.missed, broken)
 
     def laid(self, theta: np.ndarray) -> Laid:
         """The orbit at other parameters nearby, and what it tells of them."""
@@ -86,7 +89,7 @@ class Followed:
         )  # fmt: skip
         gradient, information = project(
             machine, 1.0, Noise(noise, FREE), SLACKS[-1], _held(self.seen, self.real, node),
-            self.led, node,
+            self.led & _hard(node), node,
         )  # fmt: skip
         loss = found.objective / 2 if np.isfinite(information).all() else math.inf
         jitter = math.sqrt(found.squares[0] / max(found.freedom[0], 1.0))
@@ -120,6 +123,13 @@ class Followed:
     def shares(self) -> tuple[float, float]:
         """Of impacts that were missed, and of false ones."""
         return self.missed / (len(self.real) + self.missed), float(np.mean(~self.real))
+
+
+def _hard(node: np.ndarray) -> np.ndarray:
+    """Legs from and to impacts that do not graze."""
+    hard = node[:, 1] > GRAZING
+    legs: np.ndarray = hard[1:] & hard[:-1]
+    return legs
 
 
 def _held(seen: Seen, real: np.ndarray, node: np.ndarray) -> np.ndarray:

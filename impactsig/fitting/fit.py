@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal, overload
+from typing import Literal, cast, overload
 
 import numpy as np
 
@@ -167,7 +167,7 @@ def fit_oscillator(
     if isinstance(impacts, (list, tuple)):
         trains, frequencies, periodic = telling(impacts, forcing_period)
         return fit_trains(trains, frequencies, periodic, names, known, limits, common, rng)
-    impacts, frequency = observed(impacts, forcing_period, FEWEST)
+    impacts, frequency = observed(impacts, cast(float, forcing_period), FEWEST)
     used = strengths_used(impacts, strengths)
     refuse_periodic(impacts, frequency)
     return _fit(impacts, frequency, names, known, limits, used, rng)
