@@ -96,7 +96,9 @@ def fit_oscillator(
     0.9 % and 0.2 % where strengths are known to 2 %; 0.014, 3 % and 0.4 % at 5 %; and 0.05, 15 %
     and 2 % from instants alone, which hardly tell the damping. A fit
     takes about 10 seconds where strengths are known, 20 where not, and minutes where it has to
-    begin anew.
+    begin anew. Of eight trains of 500 instants each, moved by 0.5 % of the mean interval, those of
+    restitution coefficient and damping are about 0.016 and 7 % (0.010 and 3 % by 0.5 % of the
+    forcing period, which is shorter), in 7 seconds.
 
     Parameters
     ----------
