@@ -24,6 +24,7 @@ from .dynamics.tangents.lyapunov import LyapunovSpectrum as LyapunovSpectrum
 from .dynamics.tangents.spectra import LyapunovSpectra as LyapunovSpectra
 from .dynamics.tangents.tangent import TangentMap as TangentMap
 from .fitting import Band as Band
+from .fitting import MachineFit as MachineFit
 from .fitting import OscillatorFit as OscillatorFit
 from .fitting import Prediction as Prediction
 from .identify import FrictionDecay as FrictionDecay

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._arguments import number
 from ..errors import InvalidInput
-from ..impacts import Impacts
+from ..impacts import INFERRED, Impacts
 from ..intervals import identify_period
 from ..oscillators import Oscillator
 from ._machine import PARAMETERS, parameters_of
@@ -19,6 +19,8 @@ CLOCK_ERROR = 2e-3
 """Share by which the forcing frequency is refined on the impacts' phases."""
 ALIKE = 1e-3
 """Range of the strengths, as a share, below which they tell nothing."""
+APART = 100.0
+"""Forcing periods an interval, or intervals a period, beyond which the period is a mistake."""
 LOCKED = 25.0
 """Squared vector strength times the number of impacts from which the phases tell the frequency."""
 
@@ -105,6 +107,27 @@ def strengths_of(impacts: Impacts, used: str) -> np.ndarray:
             "positive ones that differ", "strengths=None goes by the instants alone",
         )  # fmt: skip
     return strength
+
+
+def observed(impacts: Any, forcing_period: float, fewest: int) -> tuple[Impacts, float]:
+    """Those that were measured, and the frequency of the forcing, refined on them."""
+    if not isinstance(impacts, Impacts):
+        raise InvalidInput("impacts", impacts, "Impacts", "Of instants make them by from_times")
+    frequency = 1 / number("forcing_period", forcing_period, above=0)
+    impacts = impacts[(impacts.flags & INFERRED) == 0]
+    count = min(len(impacts), len(impacts.intervals()) + 1)
+    if count < fewest:
+        raise InvalidInput(
+            "impacts", f"{count} impacts", f"{fewest} or more to fit, not cut apart by gaps",
+            "2000 make the errors a third",
+        )  # fmt: skip
+    mean = float(np.mean(impacts.intervals()))
+    if not mean / APART < forcing_period < mean * APART:
+        raise InvalidInput(
+            "forcing_period", forcing_period, f"seconds: the impacts are {mean:.3g} s apart",
+            "Of a frequency in hertz give 1 / frequency",
+        )  # fmt: skip
+    return impacts, refined(impacts, frequency)
 
 
 def refined(impacts: Impacts, frequency: float) -> float:

@@ -22,6 +22,8 @@ from ._partition import Partition, Train
 ALIKE = 0.06  # periods: words whose first phases scatter by more are split
 FEWEST = 15  # words in a mean
 FAR = 0.3  # of a radian of natural time: no triple counts for more
+ROUNDS, TRIMMED = 8, 0.9  # of the least squares for a forcing, and share of the triples that count
+RIDGE = 1e-9
 TURN = 2 * np.pi
 
 
@@ -43,13 +45,13 @@ class Courses(NamedTuple):
     weight: np.ndarray  # share of the words, shape (groups, 1)
 
 
-def courses(train: Train, partition: Partition) -> Courses:
-    """The mean courses of a train."""
+def courses(train: Train, partition: Partition, fewest: int = FEWEST) -> Courses:
+    """The mean courses of a train, of so many alike words or more."""
     sifted = partition.sift(train)
     words = partition.words(sifted)
     x = sifted.cycle + sifted.phase
     groups = []
-    fewest = min(FEWEST, int(np.bincount(words.code).max()))
+    fewest = min(fewest, int(np.bincount(words.code).max()))
     for code in np.unique(words.code):
         steps = words.first[words.code == code][:, None] + np.arange(partition.length + 1)
         groups += _alike(steps, sifted.phase[steps[:, 0]], fewest)
@@ -78,15 +80,10 @@ def imbalance(values: Values, course: np.ndarray) -> tuple[np.ndarray, np.ndarra
     the values; in units of 1 / omega_n and of gaps by these.
     """
     r, zeta, amplitude, omega, phase = (np.asarray(one)[..., None, None] for one in values)
-    root = np.sqrt(1 - zeta**2)
     t = course * TURN / omega
     response = amplitude / (1 - omega**2 + 2j * zeta * omega) * np.exp(1j * (omega * t + phase))
     y, p1, p2 = 1 - response.real, -omega * response.imag, -(omega**2) * response.real
-    leg = np.diff(t)
-    e = np.exp(-zeta * leg)
-    s = e * np.sin(root * leg) / root
-    c = e * np.cos(root * leg) + zeta * s
-    ds, e = c - 2 * zeta * s, e * e
+    s, c, ds, e = _legs(zeta, np.diff(t))
     s0, e0, ds0 = s[..., :-1], e[..., :-1], ds[..., :-1]
     s1, c1, ds1 = s[..., 1:], c[..., 1:], ds[..., 1:]
     y0, y1, y2 = y[..., :-2], y[..., 1:-1], y[..., 2:]
@@ -106,6 +103,15 @@ def imbalance(values: Values, course: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return distance, approach
 
 
+def _legs(zeta: np.ndarray, leg: np.ndarray) -> tuple[np.ndarray, ...]:
+    """S, C, S' and E of legs of so much natural time."""
+    root = np.sqrt(1 - zeta**2)
+    e = np.exp(-zeta * leg)
+    s = e * np.sin(root * leg) / root
+    c = e * np.cos(root * leg) + zeta * s
+    return s, c, c - 2 * zeta * s, e * e
+
+
 def badness(values: Values, course: Courses) -> np.ndarray:
     """Mean square of how far instants and strengths are off; more where the stop would pull.
 
@@ -123,3 +129,57 @@ def badness(values: Values, course: Courses) -> np.ndarray:
         off = off + np.minimum(np.abs(speed / np.maximum(mean, 1e-12) - known), 2 * FAR) ** 2
     total: np.ndarray = np.sum(course.weight * off, axis=(-2, -1)) / triples
     return total
+
+
+def forcings(values: Values, course: Courses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The forcing that balances the mean courses best, at given values of the other parameters.
+
+    The balance is linear in the cosine and the sine of the forced response, which weighted least
+    squares find, without the triples that are off most.
+
+    Parameters
+    ----------
+    values : Values
+        Restitution and damping, shape (n,); amplitude and phase are not used.
+    course : Courses
+
+    Returns
+    -------
+    off : ndarray, shape (n,)
+        How far instants must be moved, root mean square.
+    amplitude, phase : ndarray, shape (n,)
+    """
+    r, zeta = values.restitution[:, None, None], values.damping[:, None, None]
+    omega = values.frequency
+    turn = TURN * course.instant[None]
+    s, c, ds, e = _legs(zeta, np.diff(turn) / omega)
+    s0, e0, ds0, s1, c1 = s[..., :-1], e[..., :-1], ds[..., :-1], s[..., 1:], c[..., 1:]
+    stay, first = c1 * s0 - r * ds0 * s1, (1 + r) * s1 * s0
+
+    def column(p: np.ndarray, q: np.ndarray) -> np.ndarray:  # of a response and its derivative
+        own = first * q[..., 1:-1] + stay * p[..., 1:-1]
+        found: np.ndarray = own - s0 * p[..., 2:] + r * e0 * s1 * p[..., :-2]
+        return found
+
+    cosine, sine = np.cos(turn), np.sin(turn)
+    columns = np.stack((column(cosine, -omega * sine), column(sine, omega * cosine)), axis=-1)
+    rest = s0 - stay - r * e0 * s1
+    dynamic = 1 - omega**2 + 2j * values.damping * omega
+    share = np.broadcast_to(course.weight, rest.shape)
+    weight, kept = np.ones_like(rest), np.ones(rest.shape, bool)
+    for _ in range(ROUNDS):
+        counted = weight * kept * share
+        normal = np.einsum("nij,nija,nijb->nab", counted, columns, columns)
+        right = -np.einsum("nij,nija,nij->na", counted, columns, rest)
+        # A few triples alike may tell one direction only.
+        normal += RIDGE * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2)
+        pair = np.linalg.solve(normal, right[..., None])[..., 0]
+        force = (pair[:, 0] - 1j * pair[:, 1]) * dynamic
+        found = values._replace(amplitude=np.abs(force), phase=np.angle(force))
+        distance = np.nan_to_num(np.abs(imbalance(found, course.instant)[0]), nan=FAR)
+        value = rest + np.einsum("nija,na->nij", columns, pair)
+        weight = (distance / np.maximum(np.abs(value), 1e-12)) ** 2
+        kept = distance <= np.quantile(distance, TRIMMED, axis=(1, 2), keepdims=True)
+    counted = kept * share
+    off = np.sqrt(np.sum(counted * distance**2, axis=(1, 2)) / np.sum(counted, axis=(1, 2)))
+    return off, found.amplitude, found.phase

@@ -23,6 +23,8 @@ from ._problem import Problem
 
 JUDGED = 40
 """Trains simulated at an optimum, which tell whether the measured one is of their kind."""
+LEAST_P = 1 / (JUDGED + 1)
+"""Where all of these are nearer, the search may have gone astray, and it begins anew."""
 HOPELESS = 10.0
 """Distance beyond which no chance or bias, but only another oscillator, explains the train."""
 
@@ -38,7 +40,7 @@ class Judgement(NamedTuple):
     @property
     def hopeless(self) -> bool:
         """Whether the search need not go on from here."""
-        return self.distance > HOPELESS and self.p_value <= 1 / (JUDGED + 1)
+        return self.distance > HOPELESS and self.p_value <= LEAST_P
 
 
 def judged(problem: Problem, psi: np.ndarray) -> Judgement | None:

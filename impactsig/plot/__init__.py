@@ -8,7 +8,7 @@ function for them.
 
 from .comparison import comparison
 from .experiments import experiment
-from .fitting import oscillator_fit, prediction
+from .fitting import machine_fit, oscillator_fit, prediction
 from .geometry.correlation import correlation_sum
 from .geometry.dimension import dimension
 from .geometry.embedding import averaged_false_neighbors, delay_choice, false_neighbors
@@ -75,6 +75,7 @@ __all__ = [
     "interval_sequence",
     "joint_density",
     "lyapunov_convergence",
+    "machine_fit",
     "match_rate",
     "mode_shapes",
     "noisy_motion",

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure, SubFigure
 
-    from ..fitting import Band, OscillatorFit, Prediction
+    from ..fitting import Band, MachineFit, OscillatorFit, Prediction
 
 WITHIN = 5.991  # of a chi squared of two degrees of freedom: 95 %
 
@@ -97,8 +97,11 @@ def _words(ax: Axes, result: OscillatorFit) -> None:
     frame(ax, "words of successive intervals, the most frequent first", "share", "best", **words)
 
 
-def _region(ax: Axes, result: OscillatorFit) -> None:
+def _region(ax: Axes, result: OscillatorFit | MachineFit) -> None:
     names = result.free[:2]
+    if not names:
+        explain(ax, "Nothing that the trains share was free.")
+        return
     told = [result.intervals[name] for name in names]
     if not np.isfinite(told).all():
         explain(ax, " ".join(result.warnings) or "These impacts do not tell the parameters.")
@@ -123,6 +126,47 @@ def _region(ax: Axes, result: OscillatorFit) -> None:
         for value in (low, high):
             draw(value, color=GREY, linewidth=0.8, linestyle=":")
     frame(ax, *labels)
+
+
+@checked
+def machine_fit(result: MachineFit, figure: Figure | SubFigure | None = None) -> np.ndarray:
+    """Draw what many trains tell of the oscillator that they share.
+
+    On the left where the first two shared parameters are, as `oscillator_fit` has them; on the
+    right the amplitude of the forcing of each train, with its 95 % interval, against the frequency.
+
+    Parameters
+    ----------
+    result : MachineFit
+        From `impactsig.fit_oscillator` of many trains.
+
+    Returns
+    -------
+    ndarray of matplotlib Axes, shape (2,)
+
+    See Also
+    --------
+    impactsig.fit_oscillator, impactsig.plot.oscillator_fit
+
+    Examples
+    --------
+    >>> from impactsig import fit_oscillator, measure, plot, scenes, simulate
+    >>> beams = [scenes.karpodinis(frequency) for frequency in (20.1, 20.3355)]
+    >>> trains = [simulate(beam, periods=400, transient=300).impacts for beam in beams]
+    >>> trains = [measure(train, jitter=2e-4, seed=1).impacts for train in trains]
+    >>> fit = fit_oscillator(trains, [1 / 20.1, 1 / 20.3355], ["amplitude"], scene=beams[0], seed=1)
+    >>> axes = plot.machine_fit(fit)
+    """
+    grid = panels(figure, 1, 2, (8.4, 3.8)).ravel()
+    _region(grid[0], result)
+    frequency = [1 / run.forcing_period for run in result.runs]
+    amplitude = np.array([run.values["amplitude"] for run in result.runs])
+    told = [run.intervals.get("amplitude", (np.nan, np.nan)) for run in result.runs]
+    reach = np.abs(np.array(told).T - amplitude)
+    reach = np.where(np.isfinite(reach), reach, 0.0)
+    grid[1].errorbar(frequency, amplitude, reach, fmt="o", color=BLUE, markersize=4, linewidth=1)
+    frame(grid[1], "forcing frequency [Hz]", "amplitude of the forcing [gaps]")
+    return grid
 
 
 @checked

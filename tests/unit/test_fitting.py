@@ -26,7 +26,7 @@ from impactsig import (
     scenes,
     simulate,
 )
-from impactsig.fitting import _asked, _orbit_kernels, fit
+from impactsig.fitting import _asked, _orbit_kernels, _outcome, fit
 from impactsig.fitting._balance import Courses, Values, badness, courses, imbalance
 from impactsig.fitting._judging import Judgement
 from impactsig.fitting._machine import PARAMETERS, as_train, parameters_of
@@ -492,7 +492,7 @@ def test_what_a_motion_cannot_tell_has_no_interval():
     covariance = np.diag([0.3**2, 0.02**2])
     problem = SimpleNamespace(names=("restitution", "damping"), kind=fit.__dict__.get)
     problem.kind = PARAMETERS.__getitem__
-    told = fit._intervals(problem, np.array([0.5, math.log(0.03)]), covariance)
+    told = _outcome.intervals_of(problem, np.array([0.5, math.log(0.03)]), covariance)
     assert told["restitution"] == (-math.inf, math.inf)
     low, high = told["damping"]
     assert (low * high) ** 0.5 == pytest.approx(0.03)
@@ -501,14 +501,14 @@ def test_what_a_motion_cannot_tell_has_no_interval():
 
 def test_warnings_say_what_is_not_told():
     alike, unlike = Judgement(1.0, 0.5, np.empty(0), 0), Judgement(9.0, 1 / 41, np.empty(0), 3)
-    assert fit._warnings((), False, True, alike) == ()
-    (why,) = fit._warnings(("damping",), False, True, alike)
+    assert _outcome.warnings_of((), False, True, alike) == ()
+    (why,) = _outcome.warnings_of(("damping",), False, True, alike)
     assert why.startswith("these impacts do not tell the damping: ")
-    (why,) = fit._warnings((), False, False, alike)
+    (why,) = _outcome.warnings_of((), False, False, alike)
     assert "do not tell a soft stop from a rigid one" in why
-    assert "moves periodically" in fit._warnings(("damping",), True, True, alike)[0]
-    assert "3 of 40 trains" in fit._warnings(("damping",), False, True, unlike)[1]
-    assert "does not explain" in fit._warnings((), False, False, unlike)[-1]
+    assert "moves periodically" in _outcome.warnings_of(("damping",), True, True, alike)[0]
+    assert "3 of 40 trains" in _outcome.warnings_of(("damping",), False, True, unlike)[1]
+    assert "does not explain" in _outcome.warnings_of((), False, False, unlike)[-1]
 
 
 def test_where_one_parameter_is_not_told_the_others_have_no_interval(monkeypatch):
@@ -522,7 +522,7 @@ def test_where_one_parameter_is_not_told_the_others_have_no_interval(monkeypatch
 
     monkeypatch.setattr(fit, "_estimate", estimate)
     monkeypatch.setattr(fit, "judged", lambda *_: Judgement(1.0, 0.5, np.empty((3, 0)), 0))
-    monkeypatch.setattr(fit, "_settles", lambda _: False)
+    monkeypatch.setattr(_outcome, "settles", lambda _: False)
     train = chaos(count=250)
     monkeypatch.setattr(
         Problem,
@@ -541,8 +541,8 @@ def test_where_one_parameter_is_not_told_the_others_have_no_interval(monkeypatch
 
 
 def test_a_periodic_optimum_is_known_for_one():
-    assert fit._settles(scenes.karpodinis(22.1))
-    assert not fit._settles(scenes.karpodinis(20.1))
+    assert _outcome.settles(scenes.karpodinis(22.1))
+    assert not _outcome.settles(scenes.karpodinis(20.1))
 
 
 def test_the_frequency_is_refined_on_the_phases():

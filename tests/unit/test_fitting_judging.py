@@ -14,7 +14,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot
 
 from impactsig import InvalidInput, Rigid, Stop, fit_oscillator, scenes, simulate
-from impactsig.fitting import _judging, fit
+from impactsig.fitting import _judging, _outcome, fit
 from impactsig.fitting._judging import judge
 from impactsig.fitting.result import OscillatorFit
 from tests.fitting import NATURAL, chaos, measured
@@ -50,7 +50,7 @@ def test_the_p_value_is_a_rank():
 
 def test_a_train_far_from_all_is_not_explained_and_ones_amid_them_are():
     far = judge(problem(), looks(off=8.0))
-    assert far.p_value == fit.LEAST_P
+    assert far.p_value == _judging.LEAST_P
     assert far.distance > 20
     rng = np.random.default_rng(1)
     near = [judge(problem(), looks(seed) - rng.standard_normal(MOMENTS)) for seed in range(60)]
@@ -61,7 +61,7 @@ def test_a_train_far_from_all_is_not_explained_and_ones_amid_them_are():
 @pytest.mark.parametrize("failed", [1, 20, 38])
 def test_trains_without_moments_do_not_hide_a_misfit(failed):
     found = judge(problem(), looks(off=8.0, failed=failed))
-    assert found.p_value == fit.LEAST_P
+    assert found.p_value == _judging.LEAST_P
     assert found.failed == failed
 
 
@@ -89,7 +89,7 @@ def test_trains_that_hardly_scatter_are_not_infinitely_far(scatter):
     # 12 scatters of the measured moments is as far as `Problem.look` goes: 2 * 12^2.
     found = judge(problem(), looks(off=12.0, scatter=scatter))
     assert 100 < found.distance < 300
-    assert found.p_value == fit.LEAST_P
+    assert found.p_value == _judging.LEAST_P
 
 
 def test_a_longer_train_must_lie_nearer():
@@ -139,7 +139,7 @@ def test_a_wrong_machine_is_not_believed(estimates, monkeypatch):
 def test_a_misfit_is_reported_before_all_trains_are_nearer(rank, misfit):
     """Ranks of 41: soft stops, fitted with a rigid one, come third as often as first."""
     verdict = SimpleNamespace(p_value=rank / 41, failed=0)
-    said = fit._warnings((), False, True, verdict)
+    said = _outcome.warnings_of((), False, True, verdict)
     assert any("does not explain" in one for one in said) == misfit
     fields = dict.fromkeys(OscillatorFit.__dataclass_fields__)
     assert OscillatorFit(**fields | {"p_value": rank / 41}).misfit == misfit
@@ -175,7 +175,7 @@ def test_a_machine_with_two_stops_is_refused_or_warned_of(frequency, amplitude, 
         return
     assert found.warnings
     assert 0 < found.distance < 300
-    assert fit.LEAST_P <= found.p_value <= 1
+    assert _judging.LEAST_P <= found.p_value <= 1
     assert found.plot().shape == (2, 2)
     assert "distance" in str(found)
     pyplot.close("all")

@@ -1,0 +1,136 @@
+"""A measured train of instants, and the orbit of an oscillator beside it.
+
+As in `_orbit`, at given parameters the orbit is found by `smooth`, but it begins at the likeliest
+course of the oscillator through the train (`_path`), which has told already what is false and what
+was missed. Velocities are not measured: they are held to where they were a step before, so that
+they pull at no parameter once these rest.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ._laying_kernels import lay
+from ._orbit import machine_of
+from ._orbit_kernels import Noise, project, smooth
+from ._path import course
+from ._path_kernels import LOST, Chain
+
+SLACKS = np.array([3e-4, 3e-5])
+HELD, MOVED, FREE = 0.3, 1.0, 50.0
+"""Of the velocities, in gaps times omega_n: at first, as the parameters move, and in what these
+are told by, so that the velocities do not hold them back."""
+ITERATIONS, CLOSE = 20, 1e-4
+GRAZING = 0.03
+"""Velocity of an impact, in gaps times omega_n, from which down a leg is left out: what it tells of
+the parameters grows without limit, and holds in no neighbourhood."""
+FEWEST = 0.25  # legs that an orbit follows, by the impacts
+SHRINK, GROW = 0.5, 1.2  # of the jitter, from one round to the next
+
+
+class Seen(NamedTuple):
+    """A measured train."""
+
+    frequency: float  # of the forcing
+    x: np.ndarray  # forcing periods
+    joined: np.ndarray
+    chain: Chain  # the jitter is found; were the shares, many missed would explain anything
+
+    def shown(self, jitter: float) -> Seen:
+        """With another jitter."""
+        return self._replace(chain=self.chain._replace(jitter=jitter))
+
+
+class Laid(NamedTuple):
+    """An orbit at some parameters, and what it tells of them."""
+
+    loss: float  # half of the objective
+    gradient: np.ndarray
+    information: np.ndarray
+    node: np.ndarray
+    jitter: float  # that the distances show
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """A train, and the orbit beside it."""
+
+    seen: Seen
+    real: np.ndarray  # which instants are not false
+    led: np.ndarray  # legs that the orbit follows
+    node: np.ndarray  # of the orbit: instants and approach velocities
+    missed: int
+    broken: int
+
+    @classmethod
+    def of(cls, seen: Seen, theta: np.ndarray, seed: int) -> Followed | None:
+        """At the likeliest course; None where the oscillator follows hardly any."""
+        path = course(theta, seen.frequency, seen.x, seen.joined, seen.chain, seed)
+        if path is None or path.joined.sum() < FEWEST * len(seen.x):
+            return None
+        node, led = path.node.copy(), path.joined.copy()
+        noise = Noise(seen.chain.jitter, HELD)
+        lay(machine_of(theta), 1.0, noise, SLACKS, _held(seen, path.real, node), led, node)
+        if not np.isfinite(node).all():
+            return None
+        broken = path.broken + int((path.joined & ~led).sum())
+        return cls(seen, path.real, led & _hard(node), node, path.missed, broken)
+
+    def laid(self, theta: np.ndarray) -> Laid:
+        """The orbit at other parameters nearby, and what it tells of them."""
+        machine, noise, node = machine_of(theta), self.seen.chain.jitter, self.node.copy()
+        found = smooth(
+            machine, 1.0, Noise(noise, MOVED), SLACKS[-1], self.held, self.led, node,
+            ITERATIONS, CLOSE,
+        )  # fmt: skip
+        gradient, information = project(
+            machine, 1.0, Noise(noise, FREE), SLACKS[-1], _held(self.seen, self.real, node),
+            self.led & _hard(node), node,
+        )  # fmt: skip
+        loss = found.objective / 2 if np.isfinite(information).all() else math.inf
+        jitter = math.sqrt(found.squares[0] / max(found.freedom[0], 1.0))
+        return Laid(loss, gradient, information, node, jitter)
+
+    @property
+    def held(self) -> np.ndarray:
+        """What was measured, and the velocities, as `smooth` takes them."""
+        return _held(self.seen, self.real, self.node)
+
+    @property
+    def cost(self) -> float:
+        """What false and missed impacts cost, as a logarithm of the likelihood."""
+        jitter, missed, spurious = self.seen.chain
+        false = math.log(1 / spurious) - math.log(math.sqrt(2 * math.pi) * jitter)
+        lost = math.log(1 / LOST) - math.log(jitter)
+        paid = np.sum(~self.real) * false + self.missed * math.log(1 / missed) + self.broken * lost
+        return float(paid)
+
+    @property
+    def score(self) -> float:
+        """Cost, and the logarithm of the jitter: with the loss, what a round is judged by."""
+        return self.cost + len(self.real) * math.log(self.seen.chain.jitter)
+
+    def jitter(self, shown: float) -> float:
+        """The one that the orbit shows, not too far from the one before."""
+        was = self.seen.chain.jitter
+        return min(max(shown, SHRINK * was), GROW * was)
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Of impacts that were missed, and of false ones."""
+        return self.missed / (len(self.real) + self.missed), float(np.mean(~self.real))
+
+
+def _hard(node: np.ndarray) -> np.ndarray:
+    """Legs from and to impacts that do not graze."""
+    hard = node[:, 1] > GRAZING
+    legs: np.ndarray = hard[1:] & hard[:-1]
+    return legs
+
+
+def _held(seen: Seen, real: np.ndarray, node: np.ndarray) -> np.ndarray:
+    return np.column_stack((seen.x[real], node[:, 1], np.ones(len(node))))
