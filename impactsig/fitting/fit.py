@@ -167,8 +167,15 @@ def fit_oscillator(
     rng = streams(seed, 1)[0]
     common = flag("same_amplitude", same_amplitude)
     if isinstance(impacts, (list, tuple)):
+        if not (strengths is None or strengths == "auto"):
+            raise InvalidInput(
+                "strengths", strengths, '"auto" or None with many trains',
+                "Many trains are fitted by their instants alone",
+            )  # fmt: skip
         trains, frequencies, periodic = telling(impacts, forcing_period)
         return fit_trains(trains, frequencies, periodic, names, known, limits, common, rng)
+    if common:
+        raise InvalidInput("same_amplitude", True, "False with one train", "Give a list of trains")
     impacts, frequency = observed(impacts, cast(float, forcing_period), FEWEST)
     used = strengths_used(impacts, strengths)
     refuse_periodic(impacts, frequency)
