@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ..._watched import progress
 from ._drift import WANDERS, Drift, fit_drift
+from ._tails import beta_above, normal_below
 from .slots import SlotFit, fit_slots
 from .tracking import Warps, is_sparse
 
@@ -157,19 +159,17 @@ def phase_at(drift: Drift, x: np.ndarray) -> np.ndarray:
 
 def predictive(fit: SlotFit, attendance: Attendance, widest: float = MOST_JITTER) -> float:
     """Probability that the slots say when impacts come: see the limits at the top of this file."""
-    from scipy.special import betaincc, ndtr
-
     hits, total = int(fit.hits.sum()), int(fit.due.sum())
     if not hits:
         return 0.0
-    chance = (
-        betaincc(hits + 1, total - hits + 1, attendance.all)
-        * betaincc(hits + 1, fit.impacts - hits + 1, LEAST_DUE)
-        * np.prod(betaincc(fit.hits + 1, fit.due - fit.hits + 1, attendance.each))
-        * ndtr((widest / max(fit.jitter, 1e-12) - 1) * np.sqrt(2 * hits))
+    each = zip(fit.hits.tolist(), fit.due.tolist(), strict=True)
+    return (
+        beta_above(hits + 1, total - hits + 1, attendance.all)
+        * beta_above(hits + 1, fit.impacts - hits + 1, LEAST_DUE)
+        * math.prod(beta_above(hit + 1, due - hit + 1, attendance.each) for hit, due in each)
+        * normal_below((widest / max(fit.jitter, 1e-12) - 1) * math.sqrt(2 * hits))
         * min(1.0, fit.chance / LEAST_CHANCE)
     )
-    return float(chance)
 
 
 def _settled(
