@@ -11,7 +11,7 @@ MOST_TERMS = 10_000
 def beta_above(a: float, b: float, x: float) -> float:
     """Probability that a number of the distribution Beta(a, b) is above x, by its fraction.
 
-    Of the two fractions that one is taken that converges fast [DLMF, 8.17.22 and 8.17.4].
+    Of the two fractions that one is taken that converges fast (DLMF, 8.17.22 and 8.17.4).
     """
     if not 0 < x < 1:
         return float(x <= 0)
