@@ -78,20 +78,55 @@ def state(path: Path) -> str:
 
 
 def _keep(compiled: Any, function: Callable[..., Any]) -> None:
-    """Attach the cache to a compiled function; numba has no public way to choose one."""
-    try:
-        cache = _Cache(function)
-    except (OSError, RuntimeError):  # no directory can be written
-        _warn("compiles its functions anew in every process")
-        return
+    """Give a compiled function its cache; numba has no public way to choose one.
+
+    It gets it at its first call: a command calls few of the functions that it imports.
+    """
     compile_now = compiled.compile
+    caches: list[_Cache | None] = []
 
     def compile_in_turn(*arguments: Any) -> Any:
-        with global_compiler_lock, cache.turn.ended(), _without_collections():
-            return compile_now(*arguments)
+        with global_compiler_lock, _without_collections():
+            if not caches:
+                _read_array_functions()
+                caches.append(_cache_of(function))
+                if caches[0] is not None:
+                    compiled._cache = caches[0]
+            if caches[0] is None:
+                return compile_now(*arguments)
+            with caches[0].turn.ended():
+                return compile_now(*arguments)
 
-    compiled._cache = cache
     compiled.compile = compile_in_turn
+
+
+def _cache_of(function: Callable[..., Any]) -> _Cache | None:
+    try:
+        return _Cache(function)
+    except (OSError, RuntimeError):  # no directory can be written
+        _warn("compiles its functions anew in every process")
+        return None
+
+
+@functools.cache
+def _read_array_functions() -> None:
+    """Import numba's functions of arrays without scipy.linalg, a fifth of a short command's time.
+
+    They import it only to see whether it is there, as it is, and again where a product of matrices
+    is compiled.
+    """
+    from numba.np import linalg
+
+    if "numba.np.arraymath" in sys.modules or not hasattr(linalg, "ensure_blas"):
+        return
+    asks = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None
+    try:
+        from numba.np import arraymath
+
+        arraymath.ensure_blas = asks
+    finally:
+        linalg.ensure_blas = asks
 
 
 @contextlib.contextmanager

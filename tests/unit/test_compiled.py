@@ -433,3 +433,17 @@ def test_a_full_disk_does_not_end_a_calculation(package, run):
     value, hits, warned = run(package, largest=0)
     assert (value, hits) == (11, 0)
     assert [one.partition(" ")[0] for one in warned] == ["ImpactsigWarning"]
+
+
+def test_kernels_are_read_without_scipys_linear_algebra_which_is_there_when_asked_for():
+    code = """
+import sys
+from impactsig import scenes, simulate
+simulate(scenes.karpodinis(), periods=1)
+assert "scipy.linalg" not in sys.modules
+from numba.np import arraymath, linalg
+assert arraymath.ensure_blas is linalg.ensure_blas
+linalg.ensure_blas()
+assert "scipy.linalg.cython_blas" in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -143,7 +143,7 @@ def test_chart_is_the_same_with_and_without_ending_early():
     assert np.array_equal(full.classes, ended.classes)
     assert np.array_equal(full.periods, ended.periods)
     assert np.all(full.followed == 200)
-    assert ended.followed.mean() < 120
+    assert ended.followed.mean() < 60
     assert set(np.unique(full.classes)) == {0, 1, 2}
 
 
@@ -171,9 +171,9 @@ def test_figures_of_a_diagram(observe):
 def test_a_slow_cell_closes_where_a_long_run_does():
     # Beside a period doubling; multipliers near -1.
     gamma, friction = [0.867], [0.161, 0.222, 0.252]
-    short, long = (periodicity_chart(walls, gamma, friction, periods=n) for n in (200, 4000))
-    assert np.all(short.followed == 200)
-    assert np.all(long.followed > 200)
+    short = periodicity_chart(walls, gamma, friction, periods=200)
+    long = periodicity_chart(walls, gamma, friction, periods=4000, skip=False)
+    assert np.all(short.followed < 200)
     assert np.all(long.periods == 1)
     assert np.array_equal(short.periods, long.periods)
     assert np.array_equal(short.impacts, long.impacts)

@@ -146,11 +146,11 @@ def test_an_orbit_is_looked_for_once_two_rounds_of_returns_are_small():
     strobes = np.zeros((2, 8, 4))
     strobes[:, :, 0] = 1.0
     strobes[1, 5, 0] = 1.5  # the return before the last is far off
-    near = _about_to_close(strobes, np.array([7, 7]), np.array([0, 1]), 1)
-    assert near.tolist() == [True, False]
+    both = np.array([7, 7]), np.array([0, 1]), 1, np.array([0.01, 0.01])
+    assert _about_to_close(strobes, *both).tolist() == [True, False]
     strobes[1, 5, 0] = 1.0
     strobes[1, 7, STROBE_IMPACTS] = 1.0
-    assert _about_to_close(strobes, np.array([7, 7]), np.array([0, 1]), 1).tolist() == [True, False]
+    assert _about_to_close(strobes, *both).tolist() == [True, False]
 
 
 def test_chart_refuses_what_is_no_oscillator():

@@ -13,11 +13,12 @@ from ...simulate.batches.moving import Moving
 from ...simulate.exact.exact import room
 from ...simulate.exact.modes import Stack, stacks, subset
 from ..tangents.columns import FIRST, IN_MODE, TOTALS
-from ._closing import LONGEST, orbits_beside
+from ._closing import EXACT, LONGEST, orbits_beside
 from ._strobing import CLOSED, FOUND, STATUS_OF, TAKEN, follow_machines
 
 LEGS = 100_000  # work in one forcing period after which a motion is given up
 CHATTER = 1e-6  # as that of `simulate`
+FIRST_LOOK = 24  # periods, then twice as many: where Newton's method may spare the rest
 
 
 class Cells(NamedTuple):
@@ -41,7 +42,7 @@ def follow_cells(
     columns: Columns, periods: int, initial: np.ndarray, phase: np.ndarray, tolerance: float,
     ends: bool,
 ) -> Cells:  # fmt: skip
-    """Follow machines for so many forcing periods, or until an orbit closes if that `ends`.
+    """Follow machines for so many forcing periods, or if that `ends` until their orbits are known.
 
     Raises
     ------
@@ -59,25 +60,48 @@ def follow_cells(
             moving = Moving(mine, initial[which], phase[which])
             start = Started(moving.clocks, moving.states, moving.counts)
             longest = LONGEST if recurs else 0  # else no motion closes
-            strobes, ended = strobed(mine, start, periods, (tolerance, longest, ends, LEGS))
-            closed, last = ended[:, CLOSED], ended[:, TAKEN]
-            found.periods[which], found.followed[which] = closed, last
-            found.status[which] = ended[:, STATUS_OF]
-            back = np.arange(strobes.shape[1])
-            inside = (back > (last - closed)[:, None]) & (back <= last[:, None])
-            impacts = np.where(inside, strobes[:, :, STROBE_IMPACTS], 0.0).sum(axis=1)
-            found.impacts[which] = np.where(closed > 0, impacts, -1)
-            open_ones = np.flatnonzero((closed == 0) & (ended[:, STATUS_OF] == DONE))
-            if recurs and len(open_ones):
-                orbits = orbits_beside_machines(
-                    subset(mine, open_ones), phase[which[open_ones]], strobes[open_ones],
-                    last[open_ones],
-                )  # fmt: skip
-                closed_late = orbits.period > 0
-                late = which[open_ones[closed_late]]
-                found.periods[late] = orbits.period[closed_late]
-                found.impacts[late] = orbits.impacts[closed_late]
+            rule = tolerance, longest, ends, LEGS
+            rounds = _rounds(periods) if ends and recurs else [periods]
+            own_cells = _followed(mine, start, phase[which], rounds, rule)
+            for column, part in zip(found, own_cells, strict=True):
+                column[which] = part
     return found
+
+
+def _rounds(periods: int) -> list[int]:
+    """After how many periods orbits are looked for: ever more, and at the end."""
+    rounds = []
+    after = FIRST_LOOK
+    while 1.5 * after <= periods:
+        rounds.append(after)
+        after *= 2
+    return [*rounds, periods]
+
+
+def _followed(
+    stack: Stack, start: Started, phase: np.ndarray, rounds: list[int],
+    rule: tuple[float, int, bool, int],
+) -> Cells:  # fmt: skip
+    """Machines of one stack up to the last of the rounds, or until it is known where they end."""
+    n = len(phase)
+    strobes, ended = np.zeros((n, rounds[-1] + 1, STROBE)), np.zeros((n, FOUND), np.int64)
+    beside = np.full(n, -1)  # impacts of the orbit that was found beside it
+    for upto in rounds:
+        strobe(stack, start, strobes, upto, rule, ended)
+        going = np.flatnonzero((ended[:, CLOSED] == 0) & (ended[:, STATUS_OF] == DONE))
+        if rule[1] and len(going):
+            orbits = orbits_beside_machines(
+                subset(stack, going), phase[going], strobes[going, : upto + 1], ended[going, TAKEN]
+            )
+            near = orbits.period > 0
+            ended[going[near], CLOSED] = orbits.period[near]
+            beside[going[near]] = orbits.impacts[near]
+    closed, last = ended[:, CLOSED], ended[:, TAKEN]
+    back = np.arange(rounds[-1] + 1)
+    inside = (back > (last - closed)[:, None]) & (back <= last[:, None])
+    impacts = np.where(inside, strobes[:, :, STROBE_IMPACTS], 0.0).sum(axis=1).astype(int)
+    impacts[closed == 0] = -1
+    return Cells(closed, np.where(beside >= 0, beside, impacts), last, ended[:, STATUS_OF])
 
 
 def orbits_beside_machines(
@@ -97,7 +121,7 @@ def orbits_beside_machines(
         rows, ended = strobed(mine, start, periods, (1e-2, LONGEST, False, LEGS))
         return rows, (ended[:, STATUS_OF] == DONE) & _inside(mine, points)
 
-    return orbits_beside(strobes, last, returned, again)
+    return orbits_beside(strobes, last, returned, again, EXACT)
 
 
 def strobed(
@@ -105,11 +129,18 @@ def strobed(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Strobes of machines, shape (n, periods + 1, 4), and what became of each."""
     n = len(start.states)
-    strobes = np.zeros((n, periods + 1, STROBE))
-    ended = np.full((n, FOUND), -1, np.int64)
-    many = stack.problem
-    follow_machines(many, room(many), *stack.laws, *start, strobes, rule, ended)
+    strobes, ended = np.zeros((n, periods + 1, STROBE)), np.zeros((n, FOUND), np.int64)
+    strobe(stack, start, strobes, periods, rule, ended)
     return strobes, ended
+
+
+def strobe(
+    stack: Stack, start: Started, strobes: np.ndarray, upto: int,
+    rule: tuple[float, int, bool, int], ended: np.ndarray,
+) -> None:  # fmt: skip
+    """Take strobes of machines up to row `upto`, as `follow_machines` does."""
+    many = stack.problem
+    follow_machines(many, room(many), *stack.laws, *start, strobes, upto, rule, ended)
 
 
 def returns(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...simulate.basis.events import STROBE_IMPACTS
-from ._strobing import least
+from ._strobing import least_of_each
 
 LONGEST = 32  # periods of an orbit that are told
 NEAR = 1e-2  # returns of a motion that may yet close, as a share of its size
@@ -35,8 +35,9 @@ class Orbits(NamedTuple):
 
 
 def orbits_beside(
-    strobes: np.ndarray, last: np.ndarray, returned: Returned, strobed: Strobed
-) -> Orbits:
+    strobes: np.ndarray, last: np.ndarray, returned: Returned, strobed: Strobed,
+    exact: float = 0.0,
+) -> Orbits:  # fmt: skip
     """The orbits that motions come nearer to.
 
     Of an orbit of m periods the last returns are small, and the derivative of the motion, all of
@@ -50,40 +51,46 @@ def orbits_beside(
         One a period, in the engine's units.
     last : ndarray of int, shape (n,)
         The last strobe of each.
+    exact : float
+        What the orbit may be off by after its periods, as a share of its size; as little as
+        rounding allows unless given.
     """
     n = len(strobes)
     found = Orbits(np.zeros((n, 2)), *np.zeros((3, n), int))
-    tries = np.zeros(n, int)
-    waiting: list[list[int]] = [[] for _ in range(TRIES)]
-    periods: list[list[int]] = [[] for _ in range(TRIES)]
+    near = NEAR * np.abs(strobes[:, :, :2]).max(axis=(1, 2), initial=0.0)
+    tries, back = np.zeros(n, int), np.zeros((TRIES, n), int)  # periods, in the order of the tries
     for m in range(1, min(LONGEST, int(last.max(initial=0)) // 3) + 1):
         able = np.flatnonzero((last >= 3 * m) & (tries < TRIES))
-        able = able[_about_to_close(strobes, last, able, m)]
-        for k in able.tolist():
-            waiting[tries[k]].append(k)
-            periods[tries[k]].append(m)
+        able = able[_about_to_close(strobes, last, able, m, near)]
+        back[tries[able], able] = m
         tries[able] += 1
-    for cells, after in zip(waiting, periods, strict=True):
-        which, back = np.array(cells, int), np.array(after, int)
-        left = found.after[which] == 0
-        _approach(strobes, last, which[left], back[left], returned, strobed, found)
+    for own in back:
+        left = np.flatnonzero((own > 0) & (found.after == 0))
+        _approach(strobes, last, left, own[left], returned, strobed, exact, found)
     return found
 
 
-def _about_to_close(strobes: np.ndarray, last: np.ndarray, which: np.ndarray, m: int) -> np.ndarray:
+def _about_to_close(
+    strobes: np.ndarray, last: np.ndarray, which: np.ndarray, m: int, near: np.ndarray
+) -> np.ndarray:
     """Whether the last 2 m returns of motions are small, and the last m with as many impacts."""
-    ago = np.arange(2 * m)
-    now = strobes[which[:, None], last[which, None] - ago]
-    before = strobes[which[:, None], last[which, None] - m - ago]
-    size = np.abs(strobes[which, :, :2]).max(axis=(1, 2), initial=0.0)
-    impacts = now[:, :m, STROBE_IMPACTS] == before[:, :m, STROBE_IMPACTS]
-    near = np.abs(now - before)[:, :, :2].max(axis=(1, 2), initial=0.0) <= NEAR * size
-    return impacts.all(axis=1) & near
+    found = np.zeros(len(which), bool)
+    end, able = last[which], np.arange(len(which))
+    for ago in range(2 * m):  # few come through the first
+        now, before = strobes[which, end - ago], strobes[which, end - ago - m]
+        good = np.abs(now - before)[:, :2].max(axis=1, initial=0.0) <= near[which]
+        if ago < m:
+            good &= now[:, STROBE_IMPACTS] == before[:, STROBE_IMPACTS]
+        which, end, able = which[good], end[good], able[good]
+        if not len(which):
+            break
+    found[able] = True
+    return found
 
 
 def _approach(
     strobes: np.ndarray, last: np.ndarray, which: np.ndarray, m: np.ndarray, returned: Returned,
-    strobed: Strobed, found: Orbits,
+    strobed: Strobed, exact: float, found: Orbits,
 ) -> None:  # fmt: skip
     """Look for orbits of m periods of some motions, and write down what is found."""
     if not len(which):
@@ -101,9 +108,11 @@ def _approach(
         size = np.abs(gap).max(axis=1)
         active &= size < least_gap / 2
         now = np.flatnonzero(active)
+        least_gap[now], orbit[now], derivative[now] = size[now], point[now], matrix[now]
+        active &= least_gap > exact * np.abs(orbit).max(axis=1)
+        now = np.flatnonzero(active)
         if not len(now):
             break
-        least_gap[now], orbit[now], derivative[now] = size[now], point[now], matrix[now]
         a = np.eye(2) - matrix[now]
         determinant = a[:, 0, 0] * a[:, 1, 1] - a[:, 0, 1] * a[:, 1, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -127,13 +136,9 @@ def _approach(
         impacts = again[:, 2 * several - back, STROBE_IMPACTS].sum(axis=1)
         seen_impacts = strobes[cells[:, None], last[cells, None] - back, STROBE_IMPACTS]
         came &= impacts == seen_impacts.sum(axis=1)
-        for k in np.flatnonzero(came).tolist():
-            cell, rows = cells[k], again[k]
-            limit = ALIKE * float(np.abs(rows[:, :2]).max())
-            period = least(rows, 2 * several, several, limit)
-            found.point[cell], found.after[cell] = orbit[chosen[k]], several
-            found.period[cell] = period
-            found.impacts[cell] = int(rows[-period:, STROBE_IMPACTS].sum())
+        cells, rows = cells[came], again[came]
+        found.point[cells], found.after[cells] = orbit[chosen[came]], several
+        found.period[cells], found.impacts[cells] = least_of_each(rows, several, ALIKE)
 
 
 def _draws(off: np.ndarray, matrix: np.ndarray) -> np.ndarray:

@@ -140,7 +140,7 @@ def _alone(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, Any
     strobes = np.empty((periods + 1, STROBE))
     strobes[0] = engine.place(run.count[MODE], run.state[Q]), run.state[V], 0, 0.0
     status, last, closed, _ = follow(
-        engine.problem, engine.scratch, *engine.laws, *where, strobes, rule, NOTHING_KNOWN
+        engine.problem, engine.scratch, *engine.laws, *where, strobes, 1, rule, NOTHING_KNOWN
     )
     return Settled(oscillator, start, strobes[: last + 1], closed, STATUS[status], where)
 

@@ -78,6 +78,24 @@ def least(strobes, n, m, limit):
     return m
 
 
+@njit(nogil=True)
+def least_of_each(strobes, m, share):
+    """`least` of each motion at its last strobe, and impacts in as many periods.
+
+    The limit is that share of the greatest displacement or velocity.
+    """
+    rows = strobes.shape[1]
+    periods, impacts = np.zeros((2, len(strobes)), np.int64)
+    for k in range(len(strobes)):
+        size = 0.0
+        for n in range(rows):
+            size = max(size, abs(strobes[k, n, Q]), abs(strobes[k, n, V]))
+        periods[k] = least(strobes[k], rows - 1, m, share * size)
+        for n in range(rows - periods[k], rows):
+            impacts[k] += int(strobes[k, n, STROBE_IMPACTS])
+    return periods, impacts
+
+
 @njit(nogil=True, inline="always")
 def apart(strobes, i, j):
     """Distance of two strobes in the greater of displacement and velocity."""
@@ -94,8 +112,8 @@ def caught(x, v, points, owner, radius):
 
 
 @njit(nogil=True)
-def follow(p, scratch, upper, lower, clock, state, count, strobes, rule, known):
-    """Fill in strobes from row 1 on, one forcing period each, until the orbit closes.
+def follow(p, scratch, upper, lower, clock, state, count, strobes, first, rule, known):
+    """Fill in strobes from row `first` on, one forcing period each, until the orbit closes.
 
     A strobe is position, velocity, impacts in the period before it and the energy lost in it.
     `rule` is the tolerance, the longest period, whether to end where the orbit closes, and the work
@@ -107,7 +125,7 @@ def follow(p, scratch, upper, lower, clock, state, count, strobes, rule, known):
     tolerance, longest, ends, legs = rule
     points, owner, radius = known
     phase, period, seen = clock[PHASE], 0, 0
-    for n in range(1, len(strobes)):
+    for n in range(first, len(strobes)):
         impacts, energy = count[IMPACT_COUNT], state[LOST]
         count[LEG_COUNT] = 0
         status = run(
@@ -146,7 +164,7 @@ def follow_all(p, scratch, upper, lower, phase, states, modes, strobes, rule, kn
         strobes[0, Q], strobes[0, V] = state[Q] + p.origin[modes[k]], state[V]
         strobes[0, STROBE_IMPACTS] = strobes[0, STROBE_ENERGY] = 0.0
         status, last, m, by = follow(
-            p, scratch, upper, lower, clock, state, count, strobes, rule, known
+            p, scratch, upper, lower, clock, state, count, strobes, 1, rule, known
         )
         found[k, STATUS_OF], found[k, CLOSED], found[k, CAUGHT], found[k, TAKEN] = (
             status,
@@ -160,18 +178,28 @@ def follow_all(p, scratch, upper, lower, phase, states, modes, strobes, rule, kn
 
 
 @njit(nogil=True)
-def follow_machines(many, scratch, upper, lower, clocks, states, counts, strobes, rule, found):
-    """Follow one start of each machine of a layout, from where the clocks and states are.
+def follow_machines(
+    many, scratch, upper, lower, clocks, states, counts, strobes, upto, rule, found
+):
+    """Follow one motion of each machine of a layout, from where the clocks and states are.
 
-    `many` are their tables as `simulate._modes.stacks` makes them; `found`, of shape
-    (machines, FOUND), is filled with the status, the period of the orbit and the periods taken.
+    `many` are their tables as `simulate._modes.stacks` makes them; `upto` is the last strobe to be
+    taken. `found`, of shape (machines, FOUND), has zeros at first, and then the status, the period
+    of the orbit and the periods taken, from which the next call goes on. A motion that has ended or
+    closed is left as it is.
     """
     known = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
     for k in range(len(states)):
+        if found[k, STATUS_OF] != DONE or found[k, CLOSED] > 0:
+            continue
+        first = found[k, TAKEN] + 1
         p = machine(many, k)
-        strobes[k, 0, Q], strobes[k, 0, V] = states[k, Q] + p.origin[counts[k, MODE]], states[k, V]
-        strobes[k, 0, STROBE_IMPACTS] = strobes[k, 0, STROBE_ENERGY] = 0.0
+        if first == 1:
+            strobes[k, 0, Q] = states[k, Q] + p.origin[counts[k, MODE]]
+            strobes[k, 0, V] = states[k, V]
+            strobes[k, 0, STROBE_IMPACTS] = strobes[k, 0, STROBE_ENERGY] = 0.0
         status, last, m, _ = follow(
-            p, scratch, upper, lower, clocks[k], states[k], counts[k], strobes[k], rule, known
-        )
+            p, scratch, upper, lower, clocks[k], states[k], counts[k], strobes[k][: upto + 1],
+            first, rule, known,
+        )  # fmt: skip
         found[k, STATUS_OF], found[k, CLOSED], found[k, TAKEN] = status, m, last

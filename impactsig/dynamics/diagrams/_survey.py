@@ -81,12 +81,16 @@ class Survey:
                 good &= depth <= slack * (np.abs(places[:, 0]) + abs(stop.position))
         return good
 
-    def discover(self, places: np.ndarray, catch: bool) -> None:
-        """Learn of attractors from some of the starts, and how near they may be caught."""
+    def discover(self, places: np.ndarray, catch: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Learn of attractors from some of the starts, and how near they may be caught.
+
+        Returns which starts these are, and where they end.
+        """
         chosen = np.random.default_rng(0).permutation(len(places))[:SCOUTS]
-        self.follow(places[chosen], False)
+        label = self.follow(places[chosen], False).label
         for k in range(len(self.orbits)):
             self.radii[k] = self._radius(k) if catch else 0.0
+        return chosen, label
 
     def _radius(self, k: int) -> float:
         """Half the distance from which, all around an attractor, motions are seen to come back."""

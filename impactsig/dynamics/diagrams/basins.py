@@ -23,7 +23,7 @@ from ._survey import OPEN, Survey
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-RECHECKED = 256  # starts that are followed again without being caught
+RECHECKED = 256  # starts that are followed without being caught, scouts among them
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,8 @@ class Basins(Shown):
     failed : int
         Starts whose motion ended early; they count as not closed.
     rechecked, differing : int
-        How many starts were followed again until their own orbit closed, and how many of these
-        ended elsewhere than where they had been caught.
+        How many starts were followed without being caught, until their own orbit closed, and how
+        many of these ended elsewhere than where they are caught.
 
     See Also
     --------
@@ -201,18 +201,22 @@ def basins_of_attraction(
         return _basins(label, found_of, axes, failed)
     survey = Survey(system, phase, periods, closed, workers)
     places = survey.starts(*grid.T)
-    survey.discover(places, catch)
+    which, ends_at = survey.discover(places, catch)
     found = survey.follow(places, catch)
-
-    chosen = np.random.default_rng(1).permutation(len(places))[: RECHECKED if catch else 0]
-    again = survey.follow(places[chosen], False) if len(chosen) else None
+    if not catch:
+        which = which[:0]
+    elif len(which) < len(places):  # more than those that were followed to their ends already
+        others = np.setdiff1d(np.arange(len(places)), which)
+        more = np.random.default_rng(1).permutation(others)[: RECHECKED - len(which)]
+        which = np.concatenate([which, more])
+        ends_at = np.concatenate([ends_at, survey.follow(places[more], False).label])
     return _basins(
         found.label,
         [_attractor(survey, k) for k in range(len(survey.orbits))],
         axes,
         int(np.count_nonzero(found.status != DONE)),
-        len(chosen),
-        int(np.count_nonzero(again.label != found.label[chosen])) if again else 0,
+        len(which),
+        int(np.count_nonzero(ends_at[: len(which)] != found.label[which])),
     )
 
 

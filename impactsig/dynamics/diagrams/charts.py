@@ -26,8 +26,8 @@ from ._whole_motions import SYSTEMS, checked_whole, whole_motion
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-TOGETHER = 256  # cells that one call of the kernel follows
-STROBES = 100_000  # and how many strobes they may take, which are kept until it is done
+TOGETHER = 4096  # cells that one call of the kernel follows
+STROBES = 1_000_000  # and how many strobes they may take, which are kept until it is done
 AT_REST = (0.0, 0.0)
 SILENT, IMPACTING, HIGHER, FAILED = 0, 1, 2, -1
 
@@ -109,8 +109,8 @@ def periodicity_chart(
 
     A cell is strobed once a forcing period; its orbit has closed after n periods when it is back
     with what is left of the transient, as it shrinks, below `closed`, after as many impacts. Where
-    that takes longer than the cell has, its orbit is the one that Newton's method finds beside it,
-    if that is stable and the motion comes nearer to it as its multipliers say.
+    that takes long, its orbit is the one that Newton's method finds beside it, if that is stable
+    and the motion comes nearer to it as its multipliers say.
 
     Parameters
     ----------
@@ -133,7 +133,8 @@ def periodicity_chart(
     closed : float
         Tolerance as a share of the size of displacement and velocity.
     skip : bool
-        Whether a cell ends as soon as its orbit has closed; the orbit is the same without it.
+        Whether a cell ends as soon as its orbit has closed or been found, which is looked for after
+        24, 48, 96, ... periods; the orbit is the same without it.
     workers : int, optional
         Threads; as many as there are cores unless given. The result does not depend on it.
 
@@ -168,6 +169,8 @@ def periodicity_chart(
     first, second = (grid.ravel() for grid in np.meshgrid(*axes))
     batch = made_of_arrays(scene, first, second)
     together = max(1, min(TOGETHER, STROBES // periods))
+    if threads > 1:
+        together = max(1, min(together, -(-len(first) // (4 * threads))))
 
     def some(at: int) -> np.ndarray:
         which = slice(at, min(at + together, len(first)))

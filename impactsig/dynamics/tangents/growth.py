@@ -13,7 +13,7 @@ BATCHES = 64
 
 
 class Growth(NamedTuple):
-    """Exponents of one motion, and the evidence for them."""
+    """Exponents, and the evidence for them; the last axis is the directions'."""
 
     exponents: np.ndarray
     error: np.ndarray
@@ -21,22 +21,27 @@ class Growth(NamedTuple):
     curve: np.ndarray
 
 
-def growth_of(time: np.ndarray, grown: np.ndarray, lost: int) -> Growth:
-    """From logarithms of the columns' growth at the ends of batches, where directions are lost."""
-    d = grown.shape[1]
+def growth_of(time: np.ndarray, grown: np.ndarray, lost: Any) -> Growth:
+    """From logarithms of the columns' growth at the ends of batches, where directions are lost.
+
+    The first axis is the batches', of `time` and of `grown`; between it and the directions there
+    may be one of motions, which all have come to the same ends, as `lost` has.
+    """
+    d = grown.shape[-1]
     if not len(time):
-        nothing = np.full(d, math.nan)
+        nothing = np.full(grown.shape[1:], math.nan)
         return Growth(nothing, nothing, nothing, grown)
-    curve = grown / time[:, None]
-    widths = np.diff(time, prepend=0.0)
+    curve = grown / time[..., None]
+    widths = np.diff(time, axis=0, prepend=0.0)
+    rates = np.diff(grown, axis=0, prepend=0.0) / widths[..., None]
     whole = widths > 0.5 * widths[0]  # a run that ended early leaves a piece
-    rates = (np.diff(grown, axis=0, prepend=0.0) / widths[:, None])[whole]
-    error = batch_error(rates)
-    order = np.argsort(-curve[-1], kind="stable") if not lost else np.arange(d)
-    between = curve[-1, order]
-    exponents = between.copy()
-    exponents[d - lost :] = -math.inf
-    return Growth(exponents, error[order], between, curve[:, order])
+    error = batch_error(rates[whole.reshape(len(whole), -1).all(axis=1)])
+    some = np.asarray(lost)[..., None]
+    order = np.where(some > 0, np.arange(d), np.argsort(-curve[-1], axis=-1, kind="stable"))
+    between = np.take_along_axis(curve[-1], order, axis=-1)
+    exponents = np.where(np.arange(d) >= d - some, -math.inf, between)
+    error = np.take_along_axis(error, order, axis=-1)
+    return Growth(exponents, error, between, np.take_along_axis(curve, order[None], axis=-1))
 
 
 def lost_of(totals: np.ndarray) -> np.ndarray:

@@ -121,7 +121,7 @@ def _carried(moving: Moving, before: float, length: float, by_time: bool) -> tup
     unlisted = np.empty((n, 0, 3))
     at = np.zeros(n)
 
-    def to(until: float, edges: np.ndarray) -> np.ndarray:
+    def to(until: float, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         instants = np.stack(
             after(moving.phase[:, None], edges[None] * per_turn[:, None]), axis=-1
         )  # fmt: skip
@@ -141,7 +141,7 @@ def _carried(moving: Moving, before: float, length: float, by_time: bool) -> tup
                     columns, totals, unlisted, True, *stack.laws,
                     first, min(first + moving.size, n),
                 )  # fmt: skip
-        return np.concatenate([instants, taken], axis=-1)
+        return instants, taken
 
     if before > 0:
         to(before, np.empty(0))
@@ -150,11 +150,10 @@ def _carried(moving: Moving, before: float, length: float, by_time: bool) -> tup
     edges = edges_of(before, length)
     seen = to(edges[-1], edges)
     omega = stack.forcing.omega[:, None]
-    time, grown = measured(omega, start, seen[..., :2], seen[..., 2:])
     pairs, divergence = np.full((3, n, 2), math.nan), np.full(n, math.nan)
-    for k in np.flatnonzero(moving.status == DONE):
-        found = growth_of(time[k], grown[k], int(lost_of(totals[k])))
-        pairs[:, k] = found.exponents, found.error, found.between
-        divergence[k] = totals[k, DETERMINANT] / time[k, -1]
+    came = np.flatnonzero(moving.status == DONE)
+    time, grown = (np.swapaxes(part[came], 0, 1) for part in measured(omega, start, *seen))
+    pairs[:, came] = growth_of(time, grown, lost_of(totals[came]))[:3]
+    divergence[came] = totals[came, DETERMINANT] / time[-1]
     counts = totals[:, LINES] + totals[:, POINTS], totals[:, IMPACTS], totals[:, SINGULAR]
     return *pairs, divergence, *(part.astype(int) for part in counts), moving.status
