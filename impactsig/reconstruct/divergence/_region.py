@@ -105,7 +105,9 @@ def best_line(curve: Curve, begin: int, least: int, end: int, low: float) -> Lin
     """The line, within the steps `begin` to `end` and above the level `low`, that is known best.
 
     Of all that end at step `least` or later, are long and straight enough and rise by a factor e,
-    the one with the least `standard_error`.
+    the one whose `standard_error` is the least share of its slope. The least error itself would
+    prefer low slopes, since errors are shares of them: the exponent of the beam at 20.45 Hz came
+    out 7 % low.
     """
     found: Line | None = None
     least_error = math.inf
@@ -120,8 +122,10 @@ def best_line(curve: Curve, begin: int, least: int, end: int, low: float) -> Lin
             if growth < LEAST_GROWTH:
                 continue
             line = fit(curve, int(first), int(last))
-            error = standard_error(line)
-            if abs(line.bend) <= BEND * line.slope and error < least_error:
+            if line.slope <= 0 or abs(line.bend) > BEND * line.slope:
+                continue
+            error = standard_error(line) / line.slope
+            if error < least_error:
                 found, least_error = line, error
     return found
 

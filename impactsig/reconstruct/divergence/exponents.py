@@ -194,8 +194,8 @@ def lyapunov_exponent(
     the gap grows by a factor e, in which 60 % of the pairs are closer than exp(-1.5) times the
     median gap of any two values (where the errors are known, H_k is below exp(-1.2) times the width
     of any two values), and whose halves differ in slope by less than 35 %, the one whose slope has
-    the least standard error, of sampling and bend together. The interval is that error times
-    Student's t. The error of sampling is the scatter over 30 blocks of successive references: the
+    the least standard error, of sampling and bend together, as a share of it. The interval is that
+    error times Student's t. The error of sampling is the scatter over 30 blocks of successive references: the
     limit of a bootstrap over these blocks with many draws, without its randomness. It is wider by
     sqrt(1 + q) with q the share of the pairs that count from both their ends: all with Kantz's
     method. Of 100 series of 2000 values each, the interval held the exponent of Hénon's map, of the
