@@ -8,7 +8,7 @@ from scipy.stats import t as student
 from impactsig import Impacts, InvalidInput, lyapunov_exponent
 from impactsig.reconstruct.divergence._following import Setting, follow_on
 from impactsig.reconstruct.divergence._freed import LEVEL, width
-from impactsig.reconstruct.divergence._region import BLOCKS, Curve, best_line, fit
+from impactsig.reconstruct.divergence._region import BLOCKS, Curve, best_line, fit, standard_error
 from tests import naive_reconstruct_embed as naive
 from tests.series import lorenz, noisy
 
@@ -109,6 +109,17 @@ def test_of_two_lines_the_one_known_to_the_lesser_share_is_taken():
     line = best_line(Curve(stretch, blocks, True), 0, 3, 21, -40.0)
     assert line.first >= 11
     assert line.slope == pytest.approx(1.0)
+
+
+def test_a_curve_that_winds_about_its_line_has_the_greater_error():
+    steps = np.arange(13.0)
+    winding = 0.2 * np.sin(2 * np.pi * steps / 4)  # alike in both halves
+    straight, wound = (
+        fit(Curve(0.3 * steps + more, np.zeros((BLOCKS, 13)), True), 0, 12)
+        for more in (0 * steps, winding)
+    )
+    assert standard_error(straight) == pytest.approx(0.06 * 0.3)
+    assert standard_error(wound) > 0.3 / 12
 
 
 def test_the_region_can_be_overruled_and_is_a_least_squares_line():
