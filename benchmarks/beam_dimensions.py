@@ -41,7 +41,8 @@ def main() -> None:
         scene = scenes.karpodinis(frequency, restitution=restitution)
         d1 = lyapunov_spectrum(scene, periods=PERIODS).kaplan_yorke_dimension
         d2, scatter = over_whole_periods(frequency, restitution, d1)
-        print(f"({frequency}, {restitution}): ({d2:.4f}, {d1:.4f}),  # +- {scatter:.4f}", flush=True)
+        row = f"({frequency}, {restitution}): ({d2:.4f}, {d1:.4f})"
+        print(f"{row},  # +- {scatter:.4f}", flush=True)
         beam.cache_clear()
 
 
