@@ -64,8 +64,9 @@ UNSEEN_BEAMS = {
 """D2 and D1 by frequency and restitution, as `benchmarks.beam_dimensions` prints them.
 
 No constant of a dimension was chosen by any of them. Rules of exponents were chosen by or after a
-look at those of 20.2, 20.3, 20.4, 20.45 and 20.5 Hz with the restitution 0.2. At 20.45 and 20.5 Hz the beam
-lingers near a cycle, and D2 over whole lacunar periods comes out above D1, as 1.056 and 1.068.
+look at those of 20.2, 20.3, 20.4, 20.45 and 20.5 Hz with the restitution 0.2. At 20.45 and 20.5 Hz
+the beam lingers near a cycle, and D2 over whole lacunar periods comes out above D1, as 1.056 and
+1.068.
 """
 RESTITUTION = 0.2
 
