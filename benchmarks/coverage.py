@@ -58,8 +58,8 @@ UNSEEN_BEAMS = {
     (20.3, 0.15): (1.0399, 1.0430),
     (20.6, 0.3): (1.0587, 1.0621),
     (20.5, 0.4): (1.1702, 1.1779),
-    (20.3, 0.3): (1.0, 1.0),
-    (20.1, 0.1): (1.0, 1.0),
+    (20.3, 0.3): (1.1409, 1.1493),
+    (20.1, 0.1): (1.0529, 1.0621),
 }
 """D2 and D1 by frequency and restitution, as `benchmarks.beam_dimensions` prints them.
 
@@ -403,7 +403,7 @@ LONG_SERIES: dict[str, Callable[[], list[np.ndarray]]] = {
     "beam 20.1": lambda: np.array_split(beam(20.1)[0], STRETCHES),
     "beam 20.3355": lambda: np.array_split(beam(20.3355)[0], STRETCHES),
     "Hénon": lambda: [series.henon(LONG, LONG_SEED + k) for k in range(STRETCHES)],
-    "Lorenz": lambda: [series.lorenz_intervals(LONG, LONG_SEED + k) for k in range(STRETCHES)],
+    "Lorenz": lambda: [series.lorenz_intervals(LONG, LONG_SEED + k) for k in range(3)],  # slow
 }
 
 
