@@ -58,6 +58,6 @@ def typical(errors: np.ndarray) -> float:
     while True:
         level = float(np.sqrt(np.mean(kept**2)))
         count = int(np.searchsorted(kept, FAR_OFF * level, side="right"))
-        if count == len(kept):
+        if count in (0, len(kept)):  # 0 where all squares vanish
             return level
         kept = kept[:count]
