@@ -36,13 +36,13 @@ TEXT = """# What the intervals of the correlation dimension hold
 Made by `python -m benchmarks.coverage_page` of what `python -m benchmarks.coverage` measured,
 series by series. *Held* is the share of the 95 % intervals that hold the truth, with its own 95 %
 bounds (Clopper and Pearson) by the number of series, ± their mean half-width.
-The truth of a slope is that of two million noise-free values, read at the same scales; only series
-whose scales those reach count for it. Until lately it was that of 200 000, which scatters by a
-fifth of a series of 10 000: of Hénon's map it was 0.003 too low, and slopes seemed to be held in 83
-to 86 % (of 400 fresh series they are in 92 to 93 %). Where the truths of D2 and D1 are from is said
-in `benchmarks/coverage.py` and `benchmarks/beam_dimensions.py`. *Answered* is the share of the
-series for which a dimension is given; noise has none. The error of an instant or of a value is
-given, not estimated.
+The truth of a slope is that of two million noise-free values (600 000 of Lorenz'), read at the same
+scales; only series whose scales those reach count for it. Until lately it was that of 200 000,
+which scatters by a fifth of a series of 10 000: of Hénon's map it was 0.003 too low, and slopes
+seemed to be held in 83 to 86 % (of 400 fresh series they are in 92 to 93 %). Where the truths of D2
+and D1 are from is said in `benchmarks/coverage.py` and `benchmarks/beam_dimensions.py`. *Answered*
+is the share of the series for which a dimension is given; noise has none. The error of an instant
+or of a value is given, not estimated.
 
 The constants of exponents, and how far short slopes go on, were chosen on stretches of the orbits
 at 20.1 and 20.3355 Hz that are also counted here: these rows show what was reached, not what to
