@@ -355,6 +355,20 @@ def test_the_result_says_where_the_noise_is_from(given):
     assert found.slope.interval[0] < exact.slope.value < found.slope.interval[1]
 
 
+def test_a_few_impacts_that_are_hardly_timed_do_not_speak_for_all():
+    rng = np.random.default_rng(4)
+    x = 3 + henon(2000)
+    error = rng.choice((1e-4, 0.1), 2001, p=(0.99, 0.01))
+    time = np.cumsum(np.concatenate(([0.0], x))) + error * rng.standard_normal(2001)
+    found = correlation_dimension(Impacts(time, time_error=error))
+    assert found.timing_error == pytest.approx(1e-4)
+    exact = correlation_dimension(x, 3, value_error=0.0, scales=found.slope.scales)
+    assert found.slope.value == pytest.approx(exact.slope.value, abs=0.04)
+    even = rng.uniform(0.5, 2.0, 2001) * 1e-4
+    found = correlation_dimension(Impacts(time, time_error=even))
+    assert found.timing_error == pytest.approx(np.sqrt(np.mean(even**2)))
+
+
 def test_the_floor_printed_is_the_least_scale_used():
     """A guard once moved the scales up, and the floor that was printed stayed behind."""
     for seed in range(4):

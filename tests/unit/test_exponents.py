@@ -8,7 +8,7 @@ from scipy.stats import t as student
 from impactsig import Impacts, InvalidInput, lyapunov_exponent
 from impactsig.reconstruct.divergence._following import Setting, follow_on
 from impactsig.reconstruct.divergence._freed import LEVEL, width
-from impactsig.reconstruct.divergence._region import fit
+from impactsig.reconstruct.divergence._region import BLOCKS, Curve, best_line, fit, standard_error
 from tests import naive_reconstruct_embed as naive
 from tests.series import lorenz, noisy
 
@@ -97,6 +97,29 @@ def test_the_stretch_is_that_of_the_slow_twin(dimension, delay, theiler):
     median, mean = naive.stretch(x, dimension, delay, theiler, 9)
     assert np.allclose(found.stretch, median, rtol=1e-12)
     assert np.allclose(found.mean_stretch, mean, rtol=1e-12)
+
+
+def test_of_two_lines_the_one_known_to_the_lesser_share_is_taken():
+    """The flat one has the lesser error, but only as its slope is less."""
+    steps = np.r_[np.full(10, 0.8), 1.6, np.full(10, 1.0)]
+    shares = np.r_[np.full(10, 0.20), 0.2, np.full(10, 0.18)]
+    signs = np.where(np.arange(BLOCKS) % 2, 1.0, -1.0)[:, None] * np.sqrt(BLOCKS)
+    stretch = np.concatenate(([0.0], np.cumsum(steps))) - 30
+    blocks = np.concatenate((np.zeros((BLOCKS, 1)), np.cumsum(signs * shares * steps, 1)), 1)
+    line = best_line(Curve(stretch, blocks, True), 0, 3, 21, -40.0)
+    assert line.first >= 11
+    assert line.slope == pytest.approx(1.0)
+
+
+def test_a_curve_that_winds_about_its_line_has_the_greater_error():
+    steps = np.arange(13.0)
+    winding = 0.2 * np.sin(2 * np.pi * steps / 4)  # alike in both halves
+    straight, wound = (
+        fit(Curve(0.3 * steps + more, np.zeros((BLOCKS, 13)), True), 0, 12)
+        for more in (0 * steps, winding)
+    )
+    assert standard_error(straight) == pytest.approx(0.06 * 0.3)
+    assert standard_error(wound) > 0.3 / 12
 
 
 def test_the_region_can_be_overruled_and_is_a_least_squares_line():

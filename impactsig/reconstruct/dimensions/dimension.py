@@ -303,7 +303,8 @@ def correlation_dimension(
     timing_error : float, optional
         Standard deviation of the errors of the instants between which the values are intervals.
         Unless it or `value_error` is given, that of impacts is the root mean square of their
-        `time_error`; where there is none it is estimated from the data.
+        `time_error`, but for those more than five times that of the others; where there is none it
+        is estimated from the data.
     value_error : float, optional
         Standard deviation of independent noise on each value.
     missed, spurious : float, optional

@@ -21,7 +21,7 @@ BEND = 0.35
 CURVED, CURVED_FREED = 0.17, 0.1
 """The stretch curve departs from its line by this much: an attractor is not alike on all scales.
 
-It departs by more where noise of an unknown level bends it.
+It departs by more where noise of an unknown level bends it. Freed of noise, it may be seen to.
 """
 
 UNSTEADY = 0.06
@@ -52,6 +52,7 @@ class Line(NamedTuple):
     bend: float  # difference of the halves' slopes
     chance: float  # standard error of the slope over blocks
     unsure: float  # that of the bend
+    departure: float  # of the curve, from the lowest below the line to the highest above
     freed: bool  # of noise
 
 
@@ -89,14 +90,16 @@ def fit(curve: Curve, first: int, last: int) -> Line:
     turn[-half:] += part
     turn[:half] -= part
     piece, blocks = curve.stretch[first : last + 1], curve.blocks[:, first : last + 1]
+    slope = float(whole @ piece)
     chance, unsure = (blocks @ np.stack((whole, turn), axis=1)).std(axis=0, ddof=1)
     return Line(
         first,
         last,
-        float(whole @ piece),
+        slope,
         float(turn @ piece),
         float(chance) / math.sqrt(BLOCKS),
         float(unsure) / math.sqrt(BLOCKS),
+        float(np.ptp(piece - slope * np.arange(n))),
         curve.freed,
     )
 
@@ -105,7 +108,9 @@ def best_line(curve: Curve, begin: int, least: int, end: int, low: float) -> Lin
     """The line, within the steps `begin` to `end` and above the level `low`, that is known best.
 
     Of all that end at step `least` or later, are long and straight enough and rise by a factor e,
-    the one with the least `standard_error`.
+    the one whose `standard_error` is the least share of its slope. The least error itself would
+    prefer low slopes, since errors are shares of them: the exponent of the beam at 20.45 Hz came
+    out 7 % low.
     """
     found: Line | None = None
     least_error = math.inf
@@ -120,8 +125,10 @@ def best_line(curve: Curve, begin: int, least: int, end: int, low: float) -> Lin
             if growth < LEAST_GROWTH:
                 continue
             line = fit(curve, int(first), int(last))
-            error = standard_error(line)
-            if abs(line.bend) <= BEND * line.slope and error < least_error:
+            if line.slope <= 0 or abs(line.bend) > BEND * line.slope:
+                continue
+            error = standard_error(line) / line.slope
+            if error < least_error:
                 found, least_error = line, error
     return found
 
@@ -130,14 +137,16 @@ def standard_error(line: Line) -> float:
     """Of the slope: by chance, and by how far the curve departs from a line.
 
     Freed of noise, that is half of its bend as far as this is not by chance, and no less than what
-    stretch curves depart by. Under unknown noise the bend counts in full, and no less than it may
+    stretch curves depart by: of 2000 intervals of Lorenz' flow in four coordinates by 0.3, and the
+    slope is 16 % low. Under unknown noise the bend counts in full, and no less than it may
     be by chance: of the beam at 20.3355 Hz with 10 microseconds of jitter chance alone held the
     exponent in 38 % of 40 series of 2000 intervals, as the median bends where the noise ends.
     """
     steps = line.last - line.first
     if line.freed:
         bend = 0.5 * math.sqrt(max(line.bend**2 - line.unsure**2, 0.0))
-        least = max(CURVED_FREED / steps, UNSTEADY * abs(line.slope))
+        departure = max(line.departure, CURVED_FREED)
+        least = max(departure / steps, UNSTEADY * abs(line.slope))
         return math.hypot(line.chance, max(bend, least))
     return max(
         math.hypot(line.chance, 0.5 * line.unsure, 0.5 * line.bend),

@@ -194,15 +194,15 @@ def lyapunov_exponent(
     the gap grows by a factor e, in which 60 % of the pairs are closer than exp(-1.5) times the
     median gap of any two values (where the errors are known, H_k is below exp(-1.2) times the width
     of any two values), and whose halves differ in slope by less than 35 %, the one whose slope has
-    the least standard error, of sampling and bend together. The interval is that error times
-    Student's t. The error of sampling is the scatter over 30 blocks of successive references: the
-    limit of a bootstrap over these blocks with many draws, without its randomness. It is wider by
-    sqrt(1 + q) with q the share of the pairs that count from both their ends: all with Kantz's
-    method. Of 100 series of 2000 values each, the interval held the exponent of Hénon's map, of the
-    logistic map (ln 2) and of Lorenz' x in all (Kantz: in 99 of Lorenz'). Under known noise of 2 %
-    it held Hénon's in 97 % of 60 series of 500 values and in all of 2000, and was 0.6 times as wide
-    as under unknown noise. Where a motion lingers near a cycle (intermittency) for longer than a
-    block, the interval is too narrow.
+    the least standard error, of sampling and bend together, as a share of it. The interval is that
+    error times Student's t. The error of sampling is the scatter over 30 blocks of successive
+    references: the limit of a bootstrap over these blocks with many draws, without its randomness.
+    It is wider by sqrt(1 + q) with q the share of the pairs that count from both their ends: all
+    with Kantz's method. Of 100 series of 2000 values each, the interval held the exponent of
+    Hénon's map, of the logistic map (ln 2) and of Lorenz' x in all (Kantz: in 99 of Lorenz'). Under
+    known noise of 2 % it held Hénon's in 97 % of 60 series of 500 values and in all of 2000, and
+    was 0.6 times as wide as under unknown noise. Where a motion lingers near a cycle
+    (intermittency) for much of the series, the interval is too narrow.
 
     Parameters
     ----------
@@ -232,7 +232,8 @@ def lyapunov_exponent(
     timing_error : float, optional
         Standard deviation of the errors of the instants between which the values are intervals, as
         for `correlation_dimension`. Unless it or `value_error` is given, that of impacts is the
-        root mean square of their `time_error`, with the method of Rosenstein.
+        root mean square of their `time_error`, but for those more than five times that of the
+        others, with the method of Rosenstein.
     value_error : float, optional
         Standard deviation of independent noise on each value. Only with the method of Rosenstein.
 
